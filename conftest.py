@@ -1,0 +1,10 @@
+"""Settings for all tests: hypothesis profiles, and that a missing component is a failure where CI runs."""
+
+import os
+
+from hypothesis import HealthCheck, settings
+
+# No deadline: how long one example takes says nothing here, machines differ and coverage doubles it.
+settings.register_profile("default", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("ci", parent=settings.get_profile("default"), derandomize=True, print_blob=True)
+settings.load_profile("ci" if os.environ.get("CI") else "default")

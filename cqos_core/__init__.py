@@ -1,0 +1,76 @@
+"""C-QoS: says at design time which publishers and subscribers fit, which do not, and what cannot be known.
+
+>>> import cqos_core as cqos
+>>> pair = cqos.check_pair("ros2", offered={"reliability": "best_effort"}, requested={"reliability": "reliable"})
+>>> str(pair.verdict)
+'incompatible'
+
+Names are loaded on first use, so that importing the package costs nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from cqos_core.api import check, check_pair, explain, read
+    from cqos_core.policy import INFINITE
+    from cqos_core.problems import CqosError, InputError, PackError, Problem, SentenceError
+    from cqos_core.report import Finding, Group, Pair, PairReport, Remedy, Report, Severity, Verdict
+    from cqos_core.session import Session
+    from cqos_core.system import Endpoint, Participant, Place, Profile, Setting, System, Topic
+
+_HOMES: Final = {
+    "api": ("check", "check_pair", "explain", "read"),
+    "policy": ("INFINITE",),
+    "problems": ("CqosError", "InputError", "PackError", "Problem", "SentenceError"),
+    "report": ("Finding", "Group", "Pair", "PairReport", "Remedy", "Report", "Severity", "Verdict"),
+    "session": ("Session",),
+    "system": ("Endpoint", "Participant", "Place", "Profile", "Setting", "System", "Topic"),
+}
+_HOME_OF: Final = {name: home for home, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "INFINITE",
+    "CqosError",
+    "Endpoint",
+    "Finding",
+    "Group",
+    "InputError",
+    "PackError",
+    "Pair",
+    "PairReport",
+    "Participant",
+    "Place",
+    "Problem",
+    "Profile",
+    "Remedy",
+    "Report",
+    "SentenceError",
+    "Session",
+    "Setting",
+    "Severity",
+    "System",
+    "Topic",
+    "Verdict",
+    "check",
+    "check_pair",
+    "explain",
+    "read",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name from its module on first use."""
+    home = _HOME_OF.get(name)
+    if home is None:
+        raise AttributeError(f"module `cqos_core` has no attribute `{name}`")
+    value = getattr(importlib.import_module(f"cqos_core.{home}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """List the public names."""
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,108 @@
+"""Severities and accepted exceptions: what the people who run a check say about its findings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import date
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING
+
+from cqos_core.codes import CODES
+from cqos_core.report import Finding, Severity
+from cqos_core.resolve import core_finding
+from cqos_core.team import topic_spellings
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from cqos_core.findings import Made
+    from cqos_core.rule import Rule
+    from cqos_core.system import Acceptance
+
+RuleFinder = Callable[[str], "Rule | None"]
+
+
+def _spellings(finding: Finding, find_rule: RuleFinder) -> set[str]:
+    rule = find_rule(finding.code)
+    aliases = rule.aliases if rule is not None else ()
+    return {finding.code.lower(), finding.name, *(alias.lower() for alias in aliases)}
+
+
+def is_known(name: str, find_rule: RuleFinder) -> bool:
+    """Whether ``name`` is the code, name or alias of a rule, or of something the core reports."""
+    lowered = name.lower()
+    core = lowered.upper() in CODES or any(info.name == lowered for info in CODES.values())
+    return core or find_rule(name) is not None
+
+
+def with_severities(made: Sequence[Made], severities: Mapping[str, str], find_rule: RuleFinder) -> list[Made]:
+    """Give findings the severities asked for by code, name or alias; ``off`` takes them away."""
+    if not severities:
+        return list(made)
+    wanted = {name.lower(): level for name, level in severities.items()}
+    kept = []
+    for one in made:
+        level = next((wanted[name] for name in _spellings(one.finding, find_rule) if name in wanted), None)
+        if level == "off":
+            continue
+        kept.append(one if level is None else replace(one, finding=replace(one.finding, severity=Severity(level))))
+    return kept
+
+
+def with_acceptances(
+    made: Sequence[Made], acceptances: Sequence[Acceptance], find_rule: RuleFinder, today: date
+) -> tuple[list[Finding], list[Finding]]:
+    """Mark accepted findings; report entries that are unused, expired, or name no rule."""
+    used: set[int] = set()
+    valid = [
+        index for index, each in enumerate(acceptances) if each.until is None or date.fromisoformat(each.until) >= today
+    ]
+    findings = []
+    for one in made:
+        excuse = next((i for i in valid if _excuses(i, acceptances[i], one, find_rule)), None)
+        if excuse is None:
+            findings.append(one.finding)
+            continue
+        used.add(excuse)
+        findings.append(replace(one.finding, accepted=acceptances[excuse].because))
+    said = []
+    for index, each in enumerate(acceptances):
+        if not is_known(each.rule, find_rule):
+            said.append(
+                core_finding(
+                    "CQ603",
+                    f"`accept` names rule `{each.rule}`, which no installed pack has",
+                    place=each.place,
+                )
+            )
+        elif index not in valid:
+            message = f"the acceptance of {each.rule} ({each.because}) expired on {each.until}"
+            said.append(core_finding("CQ602", message, place=each.place))
+        elif index not in used:
+            message = f"the acceptance of {each.rule} ({each.because}) matches no finding"
+            said.append(core_finding("CQ601", message, place=each.place))
+    return findings, said
+
+
+def _excuses(index: int, acceptance: Acceptance, one: Made, find_rule: RuleFinder) -> bool:
+    finding = one.finding
+    if acceptance.rule.lower() not in _spellings(finding, find_rule):
+        return False
+    if acceptance.topic is not None:
+        topics = [topic for topic in (finding.topic, *finding.more_topics) if topic is not None]
+        matching = [
+            any(
+                fnmatchcase(name, acceptance.topic) or name == acceptance.topic.lstrip("/")
+                for name in topic_spellings(topic)
+            )
+            for topic in topics
+        ]
+        if not matching or not all(matching):
+            return False
+    if acceptance.endpoint is None or index in one.tags:
+        return True
+    return any(
+        side.members and all(fnmatchcase(member, acceptance.endpoint) for member in side.members)
+        for side in finding.sides
+    )

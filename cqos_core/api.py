@@ -1,0 +1,355 @@
+"""What callers use: `check`, `check_pair`, `explain`, `read`, `Session`. Re-exported by `cqos_core`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import timedelta
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from cqos_core.checker import Context, check_system
+from cqos_core.findings import Draft, already_told, fact, make
+from cqos_core.importers.source import Source
+from cqos_core.judge import judge_endpoint, judge_pair
+from cqos_core.loading import load_paths, merge, read_path, read_source
+from cqos_core.pairing import Members, Topic, apart, bucket, group
+from cqos_core.plugins import Plugins, load_plugins
+from cqos_core.policy import INFINITE, Names
+from cqos_core.problems import CqosError, InputError, Problem
+from cqos_core.report import Finding, PairReport, PolicyComparison, Report, Verdict
+from cqos_core.resolve import Resolved, resolve, suggestion
+from cqos_core.settle import settle
+from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System
+from cqos_core.system import Topic as StatedTopic
+from cqos_core.topic import check_topic
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from cqos_core.pack import RulePack
+    from cqos_core.rule import Rule
+
+Input: TypeAlias = "str | PathLike[str] | bytes | System"
+SettingValue: TypeAlias = "str | int | bool | timedelta | Sequence[str]"
+
+
+def context(extra_packs: Iterable[RulePack] = (), default_protocol: str | None = None) -> Context:
+    """Return a check context over the installed packs and ``extra_packs``, which win over installed ones of their id."""
+    extra = {pack.id: pack for pack in extra_packs}
+    plugins = load_plugins()
+
+    def find_pack(pack_id: str) -> RulePack | None:
+        return extra.get(pack_id) or plugins.pack(pack_id)
+
+    def find_rule(code: str) -> Rule | None:
+        for pack in (*extra.values(), *(found for name in plugins.packs if (found := plugins.pack(name)))):
+            rule = pack.rule(code)
+            if rule is not None:
+                return rule
+        return None
+
+    return Context(find_pack, find_rule, default_protocol)
+
+
+def read(*inputs: Input, importer: str | None = None) -> System:
+    """Read paths, directories, bytes or ready systems into one system; the format is detected.
+
+    Raises:
+        InputError: with every problem of every input.
+    """
+    systems: list[System] = []
+    problems: list[Problem] = []
+    for each in inputs:
+        if isinstance(each, System):
+            systems.append(each)
+            continue
+        try:
+            if isinstance(each, bytes):
+                systems.append(read_source(Source("<bytes>", each), importer))
+            elif Path(each).is_dir():
+                loaded = load_paths([fspath(each)], importer)
+                problems += loaded.problems
+                systems += [system for _, system in loaded.systems]
+            else:
+                systems.append(read_source(read_path(fspath(each)), importer, from_disk=True))
+        except InputError as error:
+            problems += error.problems
+    if problems or not systems:
+        raise InputError(problems or [Problem("CQ003", "there is nothing to read")])
+    return merge(systems)
+
+
+def check(
+    *inputs: Input,
+    importer: str | None = None,
+    protocol: str | None = None,
+    options: Mapping[str, Mapping[str, SettingValue]] | None = None,
+    packs: Iterable[RulePack] = (),
+) -> Report:
+    """Check a system, given as paths, bytes, or `System` values that are taken together.
+
+    Args:
+        inputs: what to read; the format of each is detected.
+        importer: read all of them with this importer.
+        protocol: pack id for participants that state none.
+        options: by pack id, laid over those of the input: ``{"ros2": {"rmw": "cyclonedds"}}``.
+        packs: further rule packs beside the installed ones.
+
+    Raises:
+        InputError: an input cannot be read; every problem is listed.
+    """
+    system = with_options(read(*inputs, importer=importer), options or {})
+    if protocol is not None:
+        system = replace(system, protocol=protocol)
+    return exact_places(check_system(system, context(packs, protocol)), system.sources)
+
+
+def with_options(system: System, options: Mapping[str, Mapping[str, SettingValue]]) -> System:
+    """Return ``system`` with options laid over its own."""
+    if not options:
+        return system
+    joined = {pack: dict(settings) for pack, settings in system.options.items()}
+    for pack, settings in options.items():
+        place = Place("options")
+        joined.setdefault(pack, {}).update({name: Setting(as_text(v), place) for name, v in settings.items()})
+    return replace(system, options=joined)
+
+
+def exact_places(report: Report, sources: Mapping[str, bytes]) -> Report:
+    """Return ``report`` with exact columns in its places, found by rescanning the sources of what is printed."""
+    from cqos_core.excerpt import exact
+
+    places = {
+        place
+        for finding in report.findings
+        for side in finding.sides
+        for place in (side.place, *(each.place for each in side.facts))
+        if place is not None
+    }
+    if not places:
+        return report
+    known = exact(places, sources)
+
+    def at(place: Place | None) -> Place | None:
+        return None if place is None else known.get(place, place)
+
+    def pinned(finding: Finding) -> Finding:
+        sides = tuple(
+            replace(
+                side,
+                place=at(side.place),
+                facts=tuple(replace(each, place=at(each.place)) for each in side.facts),
+            )
+            for side in finding.sides
+        )
+        return replace(finding, sides=sides)
+
+    return replace(report, findings=tuple(pinned(finding) for finding in report.findings))
+
+
+def as_text(value: SettingValue) -> str:
+    """Write a Python value in the spelling of the YAML form.
+
+    Raises:
+        TypeError: for a type that has no such spelling.
+    """
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, timedelta):
+        return f"{(value.days * 86_400 + value.seconds) * 10**9 + value.microseconds * 1_000}ns"
+    if isinstance(value, int):
+        return "infinite" if value == INFINITE else str(value)
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (list, tuple)):
+        return Names().format(tuple(value))
+    raise TypeError(f"{value!r} is no setting: give text, int, bool, timedelta, INFINITE or a list of names")
+
+
+def pair_system(
+    protocol: str,
+    offered: Mapping[str, SettingValue],
+    requested: Mapping[str, SettingValue],
+    options: Mapping[str, SettingValue],
+    topic: Mapping[str, SettingValue],
+) -> System:
+    """Make the system of one publisher and one subscriber on one topic; ``profile`` among the settings names a preset."""
+    from cqos_core.system import ProfileRef
+
+    facts = dict(topic)
+    name = as_text(facts.pop("name", "topic"))
+    system = System(protocol=protocol, options={protocol: {n: Setting(as_text(v)) for n, v in options.items()}})
+    system.topics[name] = StatedTopic(name, {n: Setting(as_text(v)) for n, v in facts.items()}, external=True)
+    for role, stated in ((PUBLISHER, offered), (SUBSCRIBER, requested)):
+        settings = dict(stated)
+        profile = settings.pop("profile", None)
+        system.participants[role] = Participant(role)
+        system.endpoints.append(
+            Endpoint(
+                role,
+                role,
+                name,
+                role,
+                {n: Setting(as_text(v)) for n, v in settings.items()},
+                () if profile is None else (ProfileRef(as_text(profile)),),
+            )
+        )
+    return system
+
+
+def check_pair(
+    protocol: str,
+    offered: Mapping[str, SettingValue] | None = None,
+    requested: Mapping[str, SettingValue] | None = None,
+    options: Mapping[str, SettingValue] | None = None,
+    topic: Mapping[str, SettingValue] | None = None,
+    packs: Iterable[RulePack] = (),
+) -> PairReport:
+    """Judge one offer against one request.
+
+    Args:
+        protocol: pack id, for instance ``ros2``.
+        offered: the publisher's settings by policy name or alias; text in YAML spelling, or int, bool, timedelta,
+            `INFINITE`; ``profile`` names a preset. What is not stated takes the protocol's defaults.
+        requested: the subscriber's settings, likewise.
+        options: assumptions about the deployment: ``{"rmw": "cyclonedds"}``.
+        topic: facts about the topic: ``name``, ``period``, ``latched`` and what else the pack knows.
+        packs: further rule packs beside the installed ones.
+
+    Returns:
+        The verdict, set by pair rules alone; findings of pair and endpoint rules; and each policy compared.
+
+    Raises:
+        CqosError: no installed pack has this id.
+    """
+    system = pair_system(protocol, offered or {}, requested or {}, options or {}, topic or {})
+    where = context(packs)
+    if where.find_pack(protocol) is None:
+        plugins = load_plugins()
+        raise CqosError(f"there is no rule pack `{protocol}`; {suggestion(protocol, plugins.packs)}")
+    return explain_pair(system, PUBLISHER, SUBSCRIBER, where)
+
+
+def explain(
+    *inputs: Input,
+    publisher: str,
+    subscriber: str,
+    options: Mapping[str, Mapping[str, SettingValue]] | None = None,
+    packs: Iterable[RulePack] = (),
+    protocol: str | None = None,
+) -> PairReport:
+    """Explain one pair of a system: every policy, both values with origin and place, and the rules over it.
+
+    Raises:
+        InputError: an input cannot be read.
+        CqosError: there is no such endpoint, or the two are on different topics.
+    """
+    system = with_options(read(*inputs), options or {})
+    return explain_pair(system, publisher, subscriber, context(packs, protocol))
+
+
+def explain_pair(system: System, publisher: str, subscriber: str, where: Context) -> PairReport:
+    """Explain one pair of a system that is already read; see `explain`."""
+    resolved = resolve(system, where.find_pack, where.default_protocol)
+    ends = [_find(resolved.endpoints, name, role) for name, role in ((publisher, PUBLISHER), (subscriber, SUBSCRIBER))]
+    offering, requesting = ends
+    if (offering.pack.id, offering.key) != (requesting.pack.id, requesting.key) or offering.key is None:
+        raise CqosError(
+            f"publisher `{offering.id}` is on {offering.pack.id} topic `{offering.shown}` and subscriber `{requesting.id}` on "
+            f"{requesting.pack.id} topic `{requesting.shown}`: they never meet"
+        )
+    everybody = bucket(resolved.endpoints)[offering.pack.id, offering.key]
+    topic = group(everybody)
+    settle(topic)
+    pair = Topic(
+        topic.key,
+        topic.shown,
+        topic.pack,
+        [_only(topic.publishers, offering)],
+        [_only(topic.subscribers, requesting)],
+    )
+    return _pair_report(
+        pair,
+        [f for f in resolved.findings if not f.endpoints or set(f.endpoints) & {offering.id, requesting.id}],
+    )
+
+
+def _find(endpoints: Sequence[Resolved], name: str, role: str) -> Resolved:
+    matching = [endpoint for endpoint in endpoints if endpoint.id == name]
+    if not matching:
+        known = [endpoint.id for endpoint in endpoints if endpoint.role == role]
+        raise CqosError(f"there is no {role} `{name}`; {suggestion(name, known)}")
+    if matching[0].role != role:
+        raise CqosError(f"`{name}` is a {matching[0].role}, not a {role}")
+    return matching[0]
+
+
+def _only(groups: Sequence[Members], endpoint: Resolved) -> Members:
+    members = next(members for members in groups if endpoint in members.endpoints)
+    return Members(members.profile, members.observed, members.tags, members.starts_after, [endpoint])
+
+
+def _pair_report(topic: Topic, further: Sequence[Finding]) -> PairReport:
+    publisher, subscriber = topic.publishers[0], topic.subscribers[0]
+    reasons = apart(publisher.profile, subscriber.profile)
+    judgement = judge_pair(publisher.profile, subscriber.profile)
+    drafts = [
+        Draft(topic, spoken, {publisher: None}, {subscriber: None}, 1)
+        for spoken in (() if reasons else judgement.spoken)
+        if not already_told(spoken, publisher.profile, subscriber.profile)
+    ]
+    for members, role in ((publisher, PUBLISHER), (subscriber, SUBSCRIBER)):
+        for spoken in judge_endpoint(members.profile, role, members.observed):
+            if not spoken.unknown or spoken.failed is not None:
+                sides = ({members: None}, {}) if role == PUBLISHER else ({}, {members: None})
+                drafts.append(Draft(topic, spoken, *sides))
+    kept = [f for f in further if f.code not in {"CQ401", "CQ402"}]
+    found = [*kept, *(make(draft).finding for draft in drafts)]
+    if reasons:
+        result = check_topic([replace(end.first, external=False) for end in (publisher, subscriber)])
+        found += [one.finding for one in result.made if one.finding.code in {bound.rule.code for bound in reasons}]
+    return PairReport(
+        verdict=Verdict.UNKNOWN if reasons else judgement.verdict,
+        findings=tuple(sorted(found, key=lambda each: (each.severity.rank, each.code, each.message))),
+        policies=tuple(_comparisons(topic, publisher, subscriber)),
+    )
+
+
+def _comparisons(topic: Topic, publisher: Members, subscriber: Members) -> Iterable[PolicyComparison]:
+    """One line per endpoint policy, with the verdict of the pair rules that compare it."""
+    spoken = {each.bound.rule.code: each for each in judge_pair(publisher.profile, subscriber.profile).spoken}
+    rules = [bound for bound in topic.pack.by_scope.get("pair", ()) if bound.rule.kind == "requires"]
+    for index, policy in enumerate(topic.pack.policies):
+        if policy.level != "endpoint" or policy.default is None:
+            continue
+        over = [bound for bound in rules if any(use.index == index for use in bound.bound.uses)]
+        said = [spoken[bound.rule.code] for bound in over if bound.rule.code in spoken]
+        verdict = None
+        if over:
+            verdict = Verdict.COMPATIBLE
+            if said:
+                verdict = Verdict.UNKNOWN if all(each.unknown for each in said) else Verdict.INCOMPATIBLE
+        yield PolicyComparison(
+            policy.name,
+            fact(publisher.first, publisher.profile, index),
+            fact(subscriber.first, subscriber.profile, index),
+            verdict,
+            tuple(bound.rule.code for bound in over),
+        )
+
+
+__all__ = [
+    "INFINITE",
+    "Context",
+    "Plugins",
+    "as_text",
+    "check",
+    "check_pair",
+    "context",
+    "exact_places",
+    "explain",
+    "explain_pair",
+    "read",
+    "with_options",
+]

@@ -1,0 +1,65 @@
+"""What the core itself ships, registered through the same hooks as anyone's plugin."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cqos_core.plugins import CommandInfo, FormatterInfo, ImporterInfo, hookimpl
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_CLAIMS = "cqos_core.importers.detect"
+
+
+@hookimpl
+def register_importers(register: Callable[[ImporterInfo], None]) -> None:
+    """BPMN collaborations and the YAML (or JSON) system form."""
+    register(
+        ImporterInfo(
+            "bpmn",
+            "BPMN 2.0 collaborations with QoS on signal events",
+            (".bpmn", ".bpmn20.xml", ".bpmn2"),
+            f"{_CLAIMS}:claims_bpmn",
+            "cqos_core.importers.bpmn:read",
+        )
+    )
+    register(
+        ImporterInfo(
+            "yaml",
+            "C-QoS system files, YAML or JSON",
+            (".yaml", ".yml", ".json"),
+            f"{_CLAIMS}:claims_yaml",
+            "cqos_core.importers.yaml_system:read",
+        )
+    )
+
+
+@hookimpl
+def register_formatters(register: Callable[[FormatterInfo], None]) -> None:
+    """The output formats of ``cqos check``."""
+    for name, summary in (
+        ("full", "one paragraph with excerpt and remedies per finding"),
+        ("concise", "one line per finding"),
+        ("json", "the whole report, versioned"),
+        ("jsonl", "one JSON object per line: summary, groups, findings"),
+        ("sarif", "SARIF 2.1.0 for code scanning"),
+        ("junit", "JUnit XML for CI dashboards"),
+        ("github", "GitHub workflow annotations"),
+    ):
+        module = "json_report" if name in {"json", "jsonl"} else name
+        renderer = f"cqos_core.formatters.{module}:render_{name}"
+        register(FormatterInfo(name, summary, renderer, for_people=name in {"full", "concise"}))
+
+
+@hookimpl
+def register_commands(register: Callable[[CommandInfo], None]) -> None:
+    """The subcommands of ``cqos``."""
+    for name, summary in (
+        ("check", "Check designs: what fits, what does not, what cannot be known."),
+        ("explain", "Explain one publisher and one subscriber, policy by policy."),
+        ("rule", "Say what a rule or code means, why, and what to do."),
+        ("packs", "List rule packs, file formats and other plugins."),
+        ("schema", "Print the JSON schema of the YAML system file."),
+    ):
+        register(CommandInfo(name, summary, f"cqos_core.cli.{name}:{name}"))

@@ -1,0 +1,244 @@
+"""The check: every topic judged as a unit, then what only the whole system can tell, put together as a report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date
+from typing import TYPE_CHECKING, Any
+
+from cqos_core.acceptance import RuleFinder, is_known, with_acceptances, with_severities
+from cqos_core.codes import CODES
+from cqos_core.findings import Made, merged
+from cqos_core.pairing import bucket
+from cqos_core.report import Finding, Report, Severity, Side, Verdict
+from cqos_core.resolve import Resolved, ResolvedSystem, core_finding, resolve, suggestion
+from cqos_core.system import PUBLISHER, SUBSCRIBER
+from cqos_core.team import bind_checks
+from cqos_core.topic import TopicResult, check_topic
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from cqos_core.pack import RulePack
+    from cqos_core.system import Endpoint, Participant, System
+
+
+def _partners(results: Mapping[tuple[str, str], TopicResult], packs: Mapping[str, RulePack]) -> list[Finding]:
+    """Report endpoints without any partner, and topics whose names nearly agree."""
+    lonely = {key: result.lonely for key, result in results.items() if result.lonely and not result.groups}
+    near, silenced = _near_misses(lonely, packs)
+    findings = list(near)
+    for key, result in sorted(results.items()):
+        for role, code in ((SUBSCRIBER, "CQ401"), (PUBLISHER, "CQ402")):
+            alone = [e for e in result.lonely if e.role == role and not e.external]
+            if not alone or key in silenced:
+                continue
+            ids = sorted(endpoint.id for endpoint in alone)
+            first = next(endpoint for endpoint in alone if endpoint.id == ids[0])
+            more = f" and {len(ids) - 1} more" if len(ids) > 1 else ""
+            verb, other = ("subscribes to", "publishes") if role == SUBSCRIBER else ("publishes", "subscribes to")
+            plural = verb.replace("subscribes", "subscribe").replace("publishes", "publish")
+            message = f"`{ids[0]}`{more} {plural if more else verb} `{first.shown}`, which nobody in the system {other}"
+            findings.append(
+                core_finding(code, message, place=first.endpoint.place, role=role, members=ids, topic=first.shown)
+            )
+    return findings
+
+
+def _near_misses(
+    lonely: Mapping[tuple[str, str], Sequence[Resolved]], packs: Mapping[str, RulePack]
+) -> tuple[list[Finding], set[tuple[str, str]]]:
+    findings: list[Finding] = []
+    silenced: set[tuple[str, str]] = set()
+    for pack_id, pack in sorted(packs.items()):
+        offering = [k for k, v in lonely.items() if k[0] == pack_id and v[0].role == PUBLISHER]
+        missing = [
+            k
+            for k, v in lonely.items()
+            if k[0] == pack_id and v[0].role == SUBSCRIBER and not all(e.external for e in v)
+        ]
+        for words, fold in pack.meeting.folds:
+            folded: dict[str, list[tuple[str, str]]] = {}
+            for key in offering:
+                folded.setdefault(fold(key[1]), []).append(key)
+            for key in missing:
+                candidates = [c for c in folded.get(fold(key[1]), ()) if c not in silenced]
+                if len(candidates) != 1 or key in silenced:
+                    continue
+                silenced |= {key, candidates[0]}
+                findings.append(_near_miss(lonely[key], lonely[candidates[0]], words))
+    return findings, silenced
+
+
+def _near_miss(missing: Sequence[Resolved], offering: Sequence[Resolved], words: str) -> Finding:
+    subscriber = min(missing, key=lambda endpoint: endpoint.id)
+    publisher = min(offering, key=lambda endpoint: endpoint.id)
+    info = CODES["CQ403"]
+    return Finding(
+        code="CQ403",
+        name=info.name,
+        severity=Severity(info.severity),
+        message=(
+            f"subscriber `{subscriber.id}` on `{subscriber.shown}` and publisher `{publisher.id}` on `{publisher.shown}` "
+            f"never meet: the names {words}"
+        ),
+        topic=subscriber.shown,
+        sides=(
+            Side(
+                SUBSCRIBER,
+                tuple(sorted(e.id for e in missing)),
+                "subscribed here",
+                (),
+                subscriber.endpoint.place,
+            ),
+            Side(
+                PUBLISHER,
+                tuple(sorted(e.id for e in offering)),
+                "published here",
+                (),
+                publisher.endpoint.place,
+            ),
+        ),
+        because=info.reason,
+    )
+
+
+def _collapses(endpoints: Iterable[Resolved]) -> list[Finding]:
+    """Report keys that endpoints arrive at from names a person takes for different ones."""
+    shown: dict[tuple[str, str], dict[str, Resolved]] = {}
+    for endpoint in endpoints:
+        if endpoint.key is not None:
+            shown.setdefault((endpoint.pack.id, endpoint.key), {}).setdefault(endpoint.shown, endpoint)
+    findings = []
+    for (_, key), by_name in sorted(shown.items()):
+        free = {name: e for name, e in by_name.items() if name != key}
+        if len(free) > 1:
+            names = sorted(free)
+            listed = " and ".join(f"`{name}`" for name in names)
+            ids = sorted(endpoint.id for endpoint in free.values())
+            message = f"{listed} both stand for topic `{key}`"
+            first = free[names[0]].endpoint
+            findings.append(
+                core_finding("CQ405", message, place=first.place, role=first.role, members=ids, topic=names[0])
+            )
+    return findings
+
+
+def _starts(system: System) -> list[Finding]:
+    known = {*system.participants, *(endpoint.id for endpoint in system.endpoints)}
+    findings = []
+    stating: list[Participant | Endpoint] = [*system.participants.values(), *system.endpoints]
+    for stated in stating:
+        for name in stated.starts_after:
+            if name not in known:
+                message = f"`{stated.id}` starts after `{name}`, which is neither a participant nor an endpoint"
+                findings.append(core_finding("CQ213", message, place=stated.place, help=suggestion(name, known)))
+    return findings
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """What a check needs beside the system: the packs, the protocol of endpoints that state none, and the day."""
+
+    find_pack: Callable[[str], RulePack | None]
+    find_rule: RuleFinder
+    default_protocol: str | None = None
+    today: date | None = None
+
+
+def assemble(
+    system: System,
+    resolved: ResolvedSystem,
+    results: Mapping[tuple[str, str], TopicResult],
+    context: Context,
+    team_problems: Sequence[Finding] = (),
+) -> Report:
+    """Put the results of all topics together with what only the whole system can tell."""
+    packs = {endpoint.pack.id: endpoint.pack for endpoint in resolved.endpoints}
+    by_key: dict[tuple[Any, ...], list[Made]] = {}
+    for _, result in sorted(results.items()):
+        for one in result.made:
+            by_key.setdefault(one.merge_key, []).append(one)
+    made = [Made(merged([one.finding for one in same]), key, same[0].tags) for key, same in by_key.items()]
+    groups = sorted(
+        (each for result in results.values() for each in result.groups),
+        key=lambda each: (each.topic, each.publishers, each.subscribers),
+    )
+    plain = [
+        *_import_findings(system),
+        *resolved.findings,
+        *team_problems,
+        *_starts(system),
+        *_collapses(resolved.endpoints),
+        *_partners(results, packs),
+        *_unknown_severities(system, context),
+    ]
+    if not groups:
+        count = len(resolved.endpoints)
+        message = f"no publisher meets a subscriber among {count} endpoints, so nothing was compared"
+        plain.append(core_finding("CQ404", message))
+    made += [Made(finding, ("own", index), frozenset()) for index, finding in enumerate(plain)]
+    made = with_severities(made, system.severities, context.find_rule)
+    findings, said = with_acceptances(made, system.accept, context.find_rule, context.today or date.today())  # noqa: DTZ011 - a calendar day, where the user is
+    findings += [
+        one.finding
+        for one in with_severities([Made(f, (), frozenset()) for f in said], system.severities, context.find_rule)
+    ]
+    return Report(
+        verdict=max((each.verdict for each in groups), key=lambda verdict: verdict.rank, default=Verdict.UNKNOWN),
+        groups=tuple(groups),
+        findings=tuple(sorted(findings, key=_order)),
+        not_checked=tuple(dict.fromkeys(s for _, pack in sorted(packs.items()) for s in pack.not_checked)),
+        system=system.name,
+        sources=tuple(system.sources),
+        endpoints=len(resolved.endpoints),
+        topics=len(results),
+    )
+
+
+def _order(finding: Finding) -> tuple[Any, ...]:
+    return (
+        finding.severity.rank,
+        finding.code,
+        finding.topic or "",
+        finding.message,
+        str(finding.place or ""),
+    )
+
+
+def _import_findings(system: System) -> list[Finding]:
+    return [
+        Finding(
+            code=note.code,
+            name=CODES[note.code].name if note.code in CODES else "import-note",
+            severity=Severity(note.severity),
+            message=note.message,
+            sides=(
+                Side(
+                    "endpoint" if note.endpoint else "system",
+                    (note.endpoint,) if note.endpoint else (),
+                    place=note.place,
+                ),
+            ),
+            help=note.help,
+        )
+        for note in system.notes
+    ]
+
+
+def _unknown_severities(system: System, context: Context) -> list[Finding]:
+    return [
+        core_finding("CQ603", f"`severities` names rule `{name}`, which no installed pack has")
+        for name in system.severities
+        if not is_known(name, context.find_rule)
+    ]
+
+
+def check_system(system: System, context: Context) -> Report:
+    """Check one system. Every stage runs once: resolve, group, settle, judge, report."""
+    resolved = resolve(system, context.find_pack, context.default_protocol)
+    teams, problems = bind_checks(system, resolved.packs.values())
+    results = {
+        key: check_topic(endpoints, system.accept, teams) for key, endpoints in bucket(resolved.endpoints).items()
+    }
+    return assemble(system, resolved, results, context, problems)

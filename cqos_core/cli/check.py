@@ -1,0 +1,324 @@
+"""``cqos check``: read, check, report."""
+
+from __future__ import annotations
+
+import os
+import sys
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from typing import TYPE_CHECKING
+
+import click
+
+from cqos_core.baseline import read_baseline, write_baseline
+from cqos_core.checker import check_system
+from cqos_core.cli.parameters import FormatName, Run, color_option, debug_option, nearest
+from cqos_core.cli.progress import Progress
+from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.several import said_once
+from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
+from cqos_core.cli.streams import colored, say, say_problems, width, write_file
+from cqos_core.formatters.style import Style
+from cqos_core.formatters.wording import plural
+from cqos_core.loading import read_path
+from cqos_core.plugins import load_plugins
+from cqos_core.problems import CqosError
+from cqos_core.report import Severity
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from cqos_core.baseline import Baseline
+    from cqos_core.cli.reading import Reader
+    from cqos_core.cli.sinks import Sink
+    from cqos_core.config import Config
+    from cqos_core.loading import Loaded
+    from cqos_core.problems import Problem
+    from cqos_core.report import Report
+    from cqos_core.system import System
+
+CLEAN, FINDINGS, UNUSABLE = 0, 1, 2
+_NAMED = 3  # more paths than this are not repeated
+_SHOW = {"errors": Severity.ERROR, "warnings": Severity.WARNING, "notes": Severity.NOTE}
+_FAIL = {"error": Severity.ERROR, "warning": Severity.WARNING}
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """What the command line says about the outcome, as far as it is no business of reading or writing."""
+
+    grouping: str
+    show: Severity
+    fail_on: Severity
+    color: str
+    quiet: bool
+    write_baseline: str | None
+
+
+@click.command(
+    cls=PairingCommand,
+    epilog="Exit codes: 0 clean; 1 findings at or above the fail level; 2 wrong usage, input that cannot be read, or "
+    "nothing to check; 3 internal error.",
+)
+@click.argument("paths", nargs=-1, required=True, metavar="PATH...")
+@click.option("--each", is_flag=True, help="Check each file by itself, as in a directory.")
+@click.option("--together", is_flag=True, help="Check all files as one system, those of directories too.")
+@reading_options
+@click.option(
+    "--format",
+    "formats",
+    type=FormatName(),
+    multiple=True,
+    help="How to write the report; `full` if not given. Several are possible, each with an --output after it.",
+)
+@click.option(
+    "--output",
+    "outputs",
+    metavar="FILE",
+    multiple=True,
+    help="Write the report there rather than to standard output; belongs to the --format before it.",
+)
+@click.option(
+    "--show",
+    type=click.Choice(list(_SHOW)),
+    help="What text formats print in full, the rest is only counted; warnings (and errors) if not given. The other "
+    "formats always hold everything.",
+)
+@click.option(
+    "--fail-on",
+    type=click.Choice(list(_FAIL)),
+    help="Exit with 1 on findings of this severity or worse; error if not given.",
+)
+@click.option("--baseline", metavar="FILE", help="Findings in this file are known and no longer count; new ones do.")
+@click.option(
+    "--write-baseline",
+    metavar="FILE",
+    help="Write the errors and warnings found now to FILE, as the baseline of later checks; then they do not count.",
+)
+@color_option
+@click.option("--quiet", "-q", is_flag=True, help="Print only errors; the exit code and --output files tell the rest.")
+@debug_option
+@click.pass_context
+def check(
+    ctx: click.Context,
+    *,
+    paths: tuple[str, ...],
+    each: bool,
+    together: bool,
+    reading: ReadingOptions,
+    formats: tuple[str, ...],
+    outputs: tuple[str, ...],
+    show: str | None,
+    fail_on: str | None,
+    baseline: str | None,
+    write_baseline: str | None,
+    color: str,
+    quiet: bool,
+) -> None:
+    """Check designs: what fits, what does not, what cannot be known.
+
+    Paths named together are one system, whatever their formats. Of a directory, each file is checked by itself, and
+    files that are no designs are passed over. The path `-` is standard input.
+
+    \b
+    Examples:
+      cqos check system.yaml                         one file
+      cqos check robot.yaml station.bpmn             two files, one system
+      cqos check designs/ --fail-on warning          every design below a directory
+      cqos check model.bpmn --option ros2.rmw=zenoh  under an assumption
+      cqos check a.yaml --format full --format sarif --output cqos.sarif
+      cat a.yaml | cqos check - --stdin-name a.yaml
+    """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    if each and together:
+        raise click.UsageError("--each and --together exclude each other.", ctx)
+    if isinstance(ctx.obj, Run):
+        ctx.obj.silent = quiet
+    reader = prepare(reading, paths)
+    config = reader.config
+    sinks = pair_sinks(ctx, formats, outputs, _default_format(config))
+    check_targets("--output", (sink.path for sink in sinks if sink.path != STDOUT), paths)
+    check_targets("--write-baseline", [] if write_baseline is None else [write_baseline], paths)
+    wishes = Wishes(
+        grouping="each" if each else "together" if together else "",
+        show=_SHOW[show or ("notes" if "notes" in config.show else "warnings")],
+        fail_on=_FAIL[fail_on or config.fail_on or "error"],
+        color=color,
+        quiet=quiet,
+        write_baseline=write_baseline,
+    )
+    work = _Check(reader, wishes, _known(baseline or config.baseline, write_baseline))
+    work.run(paths)
+    ctx.exit(work.finish(sinks))
+
+
+def _default_format(config: Config) -> str:
+    name = config.format or DEFAULT_FORMAT
+    known = load_plugins().formatters
+    if name not in known:
+        message = f"there is no format `{name}`{nearest(name, known)}"
+        raise click.BadParameter(message, param_hint=f"format of {config.path}")
+    return name
+
+
+def _known(baseline: str | None, written: str | None) -> Baseline | None:
+    """Read the baseline, which need not be there yet if this is the run that writes it."""
+    if baseline is None:
+        return None
+    if written is not None and os.path.realpath(baseline) == os.path.realpath(written):
+        return None
+    return read_baseline(baseline, read_path(baseline).data)
+
+
+@dataclass(frozen=True, slots=True)
+class _Unit:
+    """What is checked as one system.
+
+    Attributes:
+        named: whether all its paths were given, so that the caller expects something to be in them.
+    """
+
+    path: str
+    systems: list[System]
+    named: bool
+
+
+@dataclass(slots=True)
+class _Check:
+    """One run of ``cqos check``.
+
+    Attributes:
+        reports: one per system, with the path of its first file.
+        empty: what to say of paths in which something was expected, and nothing could be checked.
+    """
+
+    reader: Reader
+    wishes: Wishes
+    known: Baseline | None
+    reports: list[tuple[str, Report]] = field(default_factory=list)
+    problems: list[Problem] = field(default_factory=list)
+    sources: dict[str, bytes] = field(default_factory=dict)
+    empty: list[str] = field(default_factory=list)
+    passed_over: int = 0
+    skipped: int = 0
+
+    def run(self, paths: Sequence[str]) -> None:
+        """Read and check everything."""
+        with Progress(quiet=self.wishes.quiet) as progress:
+            progress.start("reading")
+            loaded = self.reader.load(paths, progress.step)
+            self.problems, self.skipped = loaded.problems, loaded.skipped
+            units = _units(loaded, self.wishes.grouping)
+            progress.start("checking")
+            for number, unit in enumerate(units):
+                progress.step(number, len(units))
+                self._check(unit)
+        reports = said_once([report for _, report in self.reports], self.reader.config.sources)
+        self.reports = [(path, report) for (path, _), report in zip(self.reports, reports, strict=True)]
+        if not self.problems and not self.empty and not any(report.endpoints for report in reports):
+            self.empty.append(f"{', '.join(paths[:_NAMED])}: nothing there could be checked, no endpoint was found")
+
+    def _check(self, unit: _Unit) -> None:
+        system = self.reader.whole(unit.systems)
+        report = check_system(system, self.reader.context)
+        if not report.endpoints:
+            if unit.named:
+                self.empty.append(_nothing(unit.path, len(system.endpoints)))
+            elif all(finding.code == "CQ404" for finding in report.findings):
+                # Many a diagram in a directory has no signals, and nothing to say about them.
+                self.passed_over += 1
+                return
+        self.sources |= {**self.reader.config.sources, **system.sources}
+        self.reports.append((unit.path, report))
+
+    def finish(self, sinks: Sequence[Sink]) -> int:
+        """Write everything and return the exit code."""
+        found = self.reports
+        if self.known is not None:
+            self.reports = [(path, self.known.mark(report, path)) for path, report in found]
+        say_problems(self.problems, self.wishes.color)
+        written = self._write(sinks) and self._write_baseline(found)
+        self._say_rest()
+        if self.problems or self.empty or not written:
+            return UNUSABLE
+        if self.wishes.write_baseline is not None:
+            return CLEAN
+        return FINDINGS if any(report.fails(self.wishes.fail_on) for _, report in self.reports) else CLEAN
+
+    def _write(self, sinks: Sequence[Sink]) -> bool:
+        """Write every report, files first; return whether all of it could be written."""
+        written = True
+        for sink in sorted(sinks, key=lambda sink: sink.path == STDOUT):
+            if self.wishes.quiet and sink.path == STDOUT:
+                continue
+            try:
+                sink.write(render(sink, [report for _, report in self.reports], self.problems, self._style(sink)))
+            except CqosError as error:
+                say(str(error), severity="error", choice=self.wishes.color)
+                written = False
+        return written
+
+    def _style(self, sink: Sink) -> Style:
+        stream = sys.stdout if sink.path == STDOUT else None
+        return Style(
+            show=self.wishes.show,
+            color=colored(self.wishes.color, stream),
+            width=width(),
+            sources=self.sources,
+            tool_version=version("cqos"),
+        )
+
+    def _write_baseline(self, found: Sequence[tuple[str, Report]]) -> bool:
+        target = self.wishes.write_baseline
+        if target is None:
+            return True
+        if self.problems:
+            message = f"{target} is not written: findings in what cannot be read would be missing from it"
+            say(message, severity="error", choice=self.wishes.color)
+            return False
+        # Only where several systems are checked can one hide behind another's entry.
+        limited = [(path if len(found) > 1 else None, report) for path, report in found]
+        try:
+            write_file(target, write_baseline(target, limited))
+        except CqosError as error:
+            say(str(error), severity="error", choice=self.wishes.color)
+            return False
+        self._note(f"the findings are written to {target}; from now on use --baseline {target}")
+        return True
+
+    def _say_rest(self) -> None:
+        """Say on standard error what was left out, and why nothing may have been checked."""
+        for message in self.empty:
+            say(message, severity="error", choice=self.wishes.color)
+        if self.wishes.quiet:
+            return
+        if self.skipped:
+            self._note(f"{plural(self.skipped, 'file')} of other formats skipped")
+        if self.passed_over:
+            self._note(f"{plural(self.passed_over, 'file')} without any endpoint passed over")
+        gone = 0 if self.known is None else self.known.gone(path for path, _ in self.reports)
+        if self.known is not None and gone and not self.problems:
+            entries = "1 entry" if gone == 1 else f"{gone} entries"
+            self._note(f"{entries} of {self.known.path} found no more; write it anew with --write-baseline")
+
+    def _note(self, text: str) -> None:
+        if not self.wishes.quiet:
+            say(text, severity="note", choice=self.wishes.color)
+
+
+def _nothing(path: str, endpoints: int) -> str:
+    if not endpoints:
+        return f"{path}: there is no endpoint in it, so nothing was checked"
+    return f"{path}: none of its {plural(endpoints, 'endpoint')} could be checked, see the findings"
+
+
+def _units(loaded: Loaded, grouping: str) -> list[_Unit]:
+    """Group what was read into systems: named paths together, found ones each by itself, unless asked otherwise."""
+    read = [(each.file, each.system) for each in loaded.outcomes if each.system is not None]
+    if grouping == "together":
+        joint, alone = read, []
+    elif grouping == "each":
+        joint, alone = [], read
+    else:
+        joint, alone = ([pair for pair in read if pair[0].named is named] for named in (True, False))
+    units = [_Unit(joint[0][0].path, [system for _, system in joint], named=True)] if joint else []
+    return units + [_Unit(file.path, [system], named=file.named) for file, system in alone]

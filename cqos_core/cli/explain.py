@@ -1,0 +1,262 @@
+"""``cqos explain``: one pair, policy by policy."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cqos_core.api import explain_pair
+from cqos_core.cli.parameters import color_option, debug_option, nearest
+from cqos_core.cli.progress import Progress
+from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.streams import colored, emit, say, say_problems, width
+from cqos_core.cli.tables import table
+from cqos_core.formatters import wording
+from cqos_core.formatters.full import render_full
+from cqos_core.formatters.json_report import render_json
+from cqos_core.formatters.style import Style
+from cqos_core.formatters.terminal import clean, paint
+from cqos_core.loading import STDIN
+from cqos_core.report import Group, Report, Severity
+from cqos_core.resolve import resolve
+from cqos_core.system import PUBLISHER, SUBSCRIBER
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from cqos_core.report import Fact, PairReport, PolicyComparison
+    from cqos_core.resolve import Resolved
+    from cqos_core.system import Place
+
+_OK, _FINDINGS, _UNUSABLE = 0, 1, 2
+_HEADER = ("policy", "offered", "requested", "verdict", "rules")
+_VERDICT = _HEADER.index("verdict")
+
+
+@click.command(
+    epilog="Exit codes are those of `cqos check`, for this pair: 0 clean, 1 an error found, 2 wrong usage or input that "
+    "cannot be read, 3 internal error."
+)
+@click.argument("arguments", nargs=-1, required=True, metavar="PATH... [PUBLISHER SUBSCRIBER]")
+@reading_options
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["text", "json"]),
+    default="text",
+    show_default=True,
+    help="For people or for programs.",
+)
+@color_option
+@debug_option
+@click.pass_context
+def explain(ctx: click.Context, *, arguments: tuple[str, ...], reading: ReadingOptions, form: str, color: str) -> None:
+    """Explain one publisher and one subscriber, policy by policy.
+
+    The last two arguments are the ids of the endpoints, all before them are paths, which are taken together as one
+    system. Without ids, the endpoints are listed topic by topic.
+
+    \b
+    Examples:
+      cqos explain system.yaml                               which endpoints are there?
+      cqos explain system.yaml lidar/publisher/scan nav/subscriber/scan
+      cqos explain model.bpmn Drone_ThrowReq Station_CatchReq --option ros2.rmw=zenoh
+    """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    paths, ids = _split(arguments)
+    reader = prepare(reading, paths)
+    with Progress() as progress:
+        progress.start("reading")
+        loaded = reader.load(paths, progress.step)
+    say_problems(loaded.problems, color)
+    if not loaded.systems:
+        if not loaded.problems:
+            say("no file there is a design that C-QoS reads", severity="error", choice=color)
+        ctx.exit(_UNUSABLE)
+    system = reader.whole([system for _, system in loaded.systems])
+    endpoints = resolve(system, reader.context.find_pack, reader.context.default_protocol).endpoints
+    if not ids:
+        emit(_endpoints_as_json(endpoints) if form == "json" else _endpoints_as_text(endpoints, color))
+        ctx.exit(_UNUSABLE if loaded.problems else _OK)
+    ends = _ends(ids, endpoints)
+    if ends is None:
+        say(_endpoints_as_text(endpoints, color).rstrip(), choice=color, lines=True)
+        ctx.exit(_UNUSABLE)
+    pair = explain_pair(system, ends[0].id, ends[1].id, reader.context)
+    report = _report(pair, *ends)
+    stdout_style = Style(
+        show=Severity.NOTE,
+        color=colored(color, sys.stdout),
+        width=width(),
+        sources=system.sources,
+        tool_version=version("cqos"),
+    )
+    write = _as_json if form == "json" else _as_text
+    emit(write(pair, report, ends, stdout_style))
+    ctx.exit(_UNUSABLE if loaded.problems else _FINDINGS if report.fails() else _OK)
+
+
+def _split(arguments: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Tell paths from ids: the last two are ids unless there are too few, or all of them are paths."""
+    if len(arguments) == 1 or all(each == STDIN or os.path.exists(each) for each in arguments):  # noqa: PTH110
+        return arguments, ()
+    if len(arguments) == 2:  # noqa: PLR2004 - a path and half of the ids
+        message = (
+            f"`{arguments[1]}` is no path, and two ids are needed: a publisher's and a subscriber's. "
+            f"`cqos explain {arguments[0]}` lists them."
+        )
+        raise click.UsageError(message)
+    return arguments[:-2], arguments[-2:]
+
+
+def _ends(ids: Sequence[str], endpoints: Sequence[Resolved]) -> tuple[Resolved, Resolved] | None:
+    """Find both endpoints, in whichever order they are named; say so where that cannot be done."""
+    by_id = {endpoint.id: endpoint for endpoint in endpoints}
+    roles = [by_id[name].role if name in by_id else None for name in ids]
+    if roles == [SUBSCRIBER, PUBLISHER]:
+        return by_id[ids[1]], by_id[ids[0]]
+    if roles == [PUBLISHER, SUBSCRIBER]:
+        return by_id[ids[0]], by_id[ids[1]]
+    for name, role in zip(ids, roles, strict=True):
+        if role is None:
+            say(f"there is no endpoint `{name}`{nearest(name, by_id, listed=False)}", severity="error")
+    if None not in roles:
+        say(f"both are {roles[0]}s; a pair is a publisher and a subscriber", severity="error")
+    return None
+
+
+def _report(pair: PairReport, publisher: Resolved, subscriber: Resolved) -> Report:
+    """Put the pair into the form that formatters take."""
+    group = Group(publisher.shown, (publisher.id,), (subscriber.id,), pair.verdict, publisher.pack.id)
+    return Report(pair.verdict, (group,), pair.findings, endpoints=2, topics=1)
+
+
+# Text
+
+
+def _as_text(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], style: Style) -> str:
+    publisher, subscriber = ends
+    colors = paint(color=style.color)
+    rows = [_row(comparison) for comparison in pair.policies]
+
+    def color(piece: str, column: int) -> str:
+        return colors(piece, piece.strip()) if column == _VERDICT and piece.strip() in _VERDICTS else piece
+
+    lines = [
+        f"publisher {_named(publisher)}",
+        f"subscriber {_named(subscriber)}",
+        f"on {publisher.pack.title} topic `{clean(publisher.shown)}`",
+        "",
+        *table(_HEADER, rows, style.width, color),
+        "",
+    ]
+    return "\n".join(lines) + "\n" + render_full(report, style)
+
+
+_VERDICTS = {"compatible", "incompatible", "unknown"}
+
+
+def _named(endpoint: Resolved) -> str:
+    label = endpoint.endpoint.label
+    return f"`{clean(endpoint.id)}`" + (f" ({clean(label)})" if label and label != endpoint.id else "")
+
+
+def _row(comparison: PolicyComparison) -> tuple[str, ...]:
+    offered, requested = (
+        "" if fact is None else wording.value(fact) for fact in (comparison.offered, comparison.requested)
+    )
+    verdict = "-" if comparison.verdict is None else comparison.verdict.value
+    return comparison.policy, offered, requested, verdict, ", ".join(comparison.rules)
+
+
+def _endpoints_as_text(endpoints: Sequence[Resolved], color: str) -> str:
+    """List endpoints topic by topic, those that meet together."""
+    colors = paint(color=colored(color, sys.stdout))
+    if not endpoints:
+        return "there are no endpoints\n"
+    blocks = []
+    for (pack, topic), members in _by_topic(endpoints).items():
+        rows = [(f"  {each.role}", each.id, _about(each)) for each in members]
+        lines = table(("", "", ""), rows, width())[1:]
+        blocks.append("\n".join([colors(f"{clean(topic)} ({pack})", "title"), *lines]))
+    return "\n\n".join(blocks) + "\n"
+
+
+def _about(endpoint: Resolved) -> str:
+    """What a person calls the endpoint and its participant, where an id of a modeler says nothing."""
+    label, participant = endpoint.endpoint.label or "", endpoint.participant.participant
+    owner = participant.label or participant.id
+    return ", ".join(part for part in (label, "" if endpoint.id.startswith(owner) else f"of {owner}") if part)
+
+
+def _by_topic(endpoints: Sequence[Resolved]) -> dict[tuple[str, str], list[Resolved]]:
+    topics: dict[tuple[str, str], list[Resolved]] = {}
+    shown: dict[tuple[str, str], tuple[str, str]] = {}
+    for each in sorted(endpoints, key=lambda each: (each.pack.id, each.shown, each.role, each.id)):
+        meeting = shown.setdefault((each.pack.id, each.key or each.shown), (each.pack.id, each.shown))
+        topics.setdefault(meeting, []).append(each)
+    return topics
+
+
+# JSON
+
+_VERSION = 1
+
+
+def _as_json(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], style: Style) -> str:
+    publisher, subscriber = ends
+    return _dump(
+        {
+            "version": _VERSION,
+            "topic": publisher.shown,
+            "protocol": publisher.pack.id,
+            "publisher": publisher.id,
+            "subscriber": subscriber.id,
+            "verdict": pair.verdict.value,
+            "policies": [_comparison(each) for each in pair.policies],
+            # As they are in the JSON report.
+            "findings": json.loads(render_json(report, style))["findings"],
+        }
+    )
+
+
+def _comparison(comparison: PolicyComparison) -> dict[str, Any]:
+    return {
+        "policy": comparison.policy,
+        "offered": _fact(comparison.offered),
+        "requested": _fact(comparison.requested),
+        "verdict": None if comparison.verdict is None else comparison.verdict.value,
+        "rules": list(comparison.rules),
+    }
+
+
+def _fact(fact: Fact | None) -> dict[str, Any] | None:
+    return None if fact is None else {"value": fact.value, "origin": fact.origin, "place": _place(fact.place)}
+
+
+def _place(place: Place | None) -> Mapping[str, Any] | None:
+    if place is None:
+        return None
+    keys = ("source", "line", "column", "element", "path")
+    return {key: getattr(place, key) for key in keys}
+
+
+def _endpoints_as_json(endpoints: Sequence[Resolved]) -> str:
+    topics = [
+        {
+            "topic": topic,
+            "protocol": pack,
+            "publishers": [each.id for each in members if each.role == PUBLISHER],
+            "subscribers": [each.id for each in members if each.role == SUBSCRIBER],
+        }
+        for (pack, topic), members in _by_topic(endpoints).items()
+    ]
+    return _dump({"version": _VERSION, "topics": topics})
+
+
+def _dump(document: dict[str, Any]) -> str:
+    return json.dumps(document, indent=2) + "\n"

@@ -1,0 +1,143 @@
+"""Parameters that several commands share, and kinds of values that say what is allowed where they refuse."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import click
+
+from cqos_core.cli.streams import COLOR_CHOICES
+from cqos_core.plugins import load_plugins
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+
+_FEW = 40
+
+
+def nearest(name: str, known: Iterable[str], *, listed: bool = True) -> str:
+    """End a sentence about an unknown ``name``: with the one of ``known`` that is near, and all where they are few."""
+    from difflib import get_close_matches
+
+    names = sorted(known)
+    by_spelling = {known_name.lower(): known_name for known_name in names}
+    near = [by_spelling[spelling] for spelling in get_close_matches(name.lower(), by_spelling, 1, 0.6)]
+    all_of_them = f"nown: {', '.join(names) or 'none'}." if listed and len(names) <= _FEW else ""
+    if near:
+        return f"; did you mean `{near[0]}`?" + (f" K{all_of_them}" if all_of_them else "")
+    return f"; k{all_of_them}" if all_of_them else "."
+
+
+if TYPE_CHECKING:
+    _Text = click.ParamType[str]
+else:
+    _Text = click.ParamType  # generic since click 8.5 only
+
+
+class _Registered(_Text):
+    """The name of something that plugins register."""
+
+    kind = ""
+    noun = ""
+
+    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Refuse a name that nobody registered."""
+        known = getattr(load_plugins(), self.kind)
+        if value not in known:
+            self.fail(f"there is no {self.noun} `{value}`{nearest(value, known)}", param, ctx)
+        return value
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:  # noqa: ARG002
+        """List the names."""
+        return f"[{'|'.join(getattr(load_plugins(), self.kind))}]"
+
+
+class FormatName(_Registered):
+    """The name of a formatter."""
+
+    name, kind, noun = "format", "formatters", "format"
+
+
+class ImporterName(_Registered):
+    """The name of an importer."""
+
+    name, kind, noun = "importer", "importers", "importer"
+
+
+class Assignment(NamedTuple):
+    """``owner.name=value``, taken apart."""
+
+    owner: str
+    name: str
+    value: str
+
+    def __str__(self) -> str:
+        return f"{self.owner}.{self.name}={self.value}"
+
+
+_ASSIGNMENT = re.compile(r"(?P<owner>[^.=\s]+)\.(?P<name>[^=\s]+)=(?P<value>.+)", re.DOTALL)
+if TYPE_CHECKING:
+    _Assignments = click.ParamType[Assignment]
+else:
+    _Assignments = click.ParamType
+
+
+class AssignmentType(_Assignments):
+    """``ros2.rmw=cyclonedds``: what it is of, its name, and the value it takes."""
+
+    name = "assignment"
+
+    def __init__(self, form: str, example: str) -> None:
+        self.form = form
+        self.example = example
+
+    def convert(self, value: str | Assignment, param: click.Parameter | None, ctx: click.Context | None) -> Assignment:
+        """Take the text apart."""
+        if isinstance(value, Assignment):
+            return value
+        match = _ASSIGNMENT.fullmatch(value.strip())
+        if match is None:
+            self.fail(f"`{value}` is not of the form {self.form}, for instance {self.example}.", param, ctx)
+        return Assignment(**match.groupdict())
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:  # noqa: ARG002
+        """Show the form."""
+        return self.form
+
+
+@dataclass(slots=True)
+class Run:
+    """One run of the command; click hands it on as ``ctx.obj``.
+
+    Attributes:
+        debug: show tracebacks of internal errors.
+        silent: do not speak of broken plugins.
+    """
+
+    debug: bool = False
+    silent: bool = False
+
+
+def _debug(ctx: click.Context, _param: click.Parameter, value: bool) -> None:  # noqa: FBT001 - click's signature
+    if value and isinstance(run := ctx.find_root().obj, Run):
+        run.debug = True
+
+
+debug_option = click.option(
+    "--debug",
+    is_flag=True,
+    expose_value=False,
+    is_eager=True,
+    callback=_debug,
+    help="Show the traceback of an internal error (or set CQOS_DEBUG=1).",
+)
+color_option = click.option(
+    "--color",
+    type=click.Choice(COLOR_CHOICES),
+    default="auto",
+    show_default=True,
+    help="Colours in text; `auto` asks the terminal and the variable NO_COLOR.",
+)

@@ -1,0 +1,255 @@
+"""What the commands that read systems share: their options, and the way from paths to systems."""
+
+from __future__ import annotations
+
+import functools
+import os
+import sys
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+
+import click
+
+from cqos_core.api import context
+from cqos_core.cli.parameters import Assignment, AssignmentType, ImporterName, nearest
+from cqos_core.loading import STDIN, STDIN_NAME, load_paths, merge, read_path, read_stream
+from cqos_core.plugins import load_plugins
+from cqos_core.problems import InputError, InvalidValueError, Problem
+from cqos_core.system import Place, Setting
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from cqos_core.checker import Context
+    from cqos_core.config import Config
+    from cqos_core.importers.source import Source
+    from cqos_core.loading import Loaded
+    from cqos_core.pack import RulePack
+    from cqos_core.system import System
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+@dataclass(frozen=True, slots=True)
+class ReadingOptions:
+    """What the command line says about reading; the fields are the parameters of the options below."""
+
+    importer: str | None
+    protocol: str | None
+    pack_files: tuple[str, ...]
+    assumptions: tuple[Assignment, ...]
+    switches: tuple[Assignment, ...]
+    message_flows: bool
+    stdin_name: str
+    config_file: str | None
+    no_config: bool
+
+
+_OPTIONS = (
+    click.option(
+        "--from",
+        "importer",
+        type=ImporterName(),
+        help="Read every file with this importer; without it, each file's format is detected.",
+    ),
+    click.option(
+        "--protocol",
+        metavar="ID",
+        help="The protocol of participants that state none, for instance ros2. `cqos packs` lists them.",
+    ),
+    click.option(
+        "--pack",
+        "pack_files",
+        metavar="FILE",
+        multiple=True,
+        help="A rule pack written as a YAML file, beside the installed ones. Can be repeated.",
+    ),
+    click.option(
+        "--option",
+        "assumptions",
+        type=AssignmentType("PACK.NAME=VALUE", "ros2.rmw=cyclonedds"),
+        multiple=True,
+        help="What to assume about the deployment, for instance ros2.rmw=cyclonedds. Can be repeated; wins over "
+        "what files say. `cqos packs ID` lists a pack's options.",
+    ),
+    click.option(
+        "--switch",
+        "switches",
+        type=AssignmentType("IMPORTER.NAME=VALUE", "bpmn.message_flows=true"),
+        multiple=True,
+        help="A switch of an importer, for instance bpmn.message_flows=true. Can be repeated.",
+    ),
+    click.option(
+        "--message-flows",
+        is_flag=True,
+        help="Read BPMN message flows as topics; the same as --switch bpmn.message_flows=true.",
+    ),
+    click.option(
+        "--stdin-name",
+        metavar="NAME",
+        default=STDIN_NAME,
+        help="What to call standard input (the path `-`) in messages. A path lets it include files beside that.",
+    ),
+    click.option(
+        "--config",
+        "config_file",
+        metavar="FILE",
+        help="Use this configuration instead of the nearest cqos.toml, or [tool.cqos] of the nearest pyproject.toml, "
+        "in or above the folder of the first path.",
+    ),
+    click.option("--no-config", is_flag=True, help="Use no configuration file."),
+)
+
+
+def reading_options(command: Callable[..., R]) -> Callable[..., R]:
+    """Add the options about reading to a command, which gets them as one parameter ``reading``."""
+    names = [each.name for each in fields(ReadingOptions)]
+
+    @functools.wraps(command)
+    def folded(*args: Any, **kwargs: Any) -> R:
+        return command(*args, reading=ReadingOptions(**{name: kwargs.pop(name) for name in names}), **kwargs)
+
+    return functools.reduce(lambda inner, option: option(inner), reversed(_OPTIONS), folded)
+
+
+@dataclass(frozen=True, slots=True)
+class Reader:
+    """Reads paths as the command line and the configuration ask, and lays over the systems what these say.
+
+    Attributes:
+        config: of the project; empty where there is none.
+        context: the packs, those of --pack among them.
+    """
+
+    options: ReadingOptions
+    config: Config
+    context: Context
+    switches: Mapping[str, Mapping[str, str]]
+
+    @property
+    def protocol(self) -> str | None:
+        """The protocol of systems that state none."""
+        return self.options.protocol or self.config.protocol
+
+    def load(self, paths: Sequence[str], step: Callable[[int, int], None] = lambda _done, _all: None) -> Loaded:
+        """Read ``paths``; what is wrong with a file is in the result."""
+        stdin = self._stdin() if STDIN in paths else None
+        return load_paths(paths, self.options.importer, self.switches, stdin, protocol=self.protocol, step=step)
+
+    def _stdin(self) -> Source:
+        if sys.stdin is None:
+            raise click.UsageError("`-` reads standard input, which is closed.")
+        return read_stream(self.options.stdin_name, sys.stdin.buffer)
+
+    def whole(self, systems: Sequence[System]) -> System:
+        """Return ``systems`` as one, with the configuration under what they say and the command line over it."""
+        merged = merge(systems)
+        # The configuration is no source of the system: it is not what was checked.
+        system = replace(self.config.apply_to(merged), sources=merged.sources)
+        for pack_id, name, value in self.options.assumptions:
+            settings = system.options.setdefault(pack_id, {})
+            pack = self.context.find_pack(pack_id)
+            for spelling in [other for other in settings if pack and _same_option(pack, name, other)]:
+                del settings[spelling]
+            settings[name] = Setting(value, Place("the command line", path=f"--option {pack_id}.{name}"))
+        return system
+
+
+def _same_option(pack: RulePack, one: str, other: str) -> bool:
+    return pack.find("option", one) == pack.find("option", other)
+
+
+def prepare(options: ReadingOptions, paths: Sequence[str]) -> Reader:
+    """Check what the command line and the configuration say about reading, before anything is read.
+
+    Raises:
+        click.UsageError: the command line names something that is not there.
+        InputError: the configuration or a rule pack file cannot be used.
+    """
+    config = _config(options, paths)
+    packs = read_packs((*config.packs, *options.pack_files))
+    protocol = options.protocol or config.protocol
+    where = context(packs, protocol)
+    known = {*load_plugins().packs, *(pack.id for pack in packs)}
+    if protocol is not None and protocol not in known:
+        source = "--protocol" if options.protocol else f"protocol of {config.path}"
+        raise _refused(source, f"there is no rule pack `{protocol}`{nearest(protocol, known)}")
+    for assumption in options.assumptions:
+        _check_assumption(assumption, where, known)
+    return Reader(options, config, where, _switches(options))
+
+
+def _config(options: ReadingOptions, paths: Sequence[str]) -> Config:
+    """Find and read the configuration."""
+    # It comes with the forms of the YAML importer, which `--help` does not need.
+    from cqos_core.config import Config, config_for, load_config
+
+    if options.no_config and options.config_file is not None:
+        raise click.UsageError("--config and --no-config exclude each other.")
+    if options.no_config:
+        return Config()
+    if options.config_file is not None:
+        return load_config(options.config_file)
+    first = paths[0] if paths else "."
+    if first == STDIN:
+        first = "." if options.stdin_name == STDIN_NAME else options.stdin_name
+    return config_for(_folder_of(first))
+
+
+def _folder_of(path: str) -> str:
+    """Return the folder that a path is, or lies in, or would lie in if it existed."""
+    folder = os.path.abspath(path)  # noqa: PTH100 - `resolve` would leave the folder for that of a link's target
+    while not os.path.isdir(folder):  # noqa: PTH112 - Path.is_dir raises where a path is too long
+        folder = os.path.dirname(folder)  # noqa: PTH120
+    return folder
+
+
+def _switches(options: ReadingOptions) -> dict[str, dict[str, str]]:
+    switches: dict[str, dict[str, str]] = {"bpmn": {"message_flows": "true"}} if options.message_flows else {}
+    for switch in options.switches:
+        importers = load_plugins().importers
+        if switch.owner not in importers:
+            raise _refused("--switch", f"there is no importer `{switch.owner}`{nearest(switch.owner, importers)}")
+        switches.setdefault(switch.owner, {})[switch.name] = switch.value
+    return switches
+
+
+def _refused(option: str, message: str) -> click.BadParameter:
+    return click.BadParameter(message, param_hint=f"'{option}'")
+
+
+def read_packs(paths: Iterable[str]) -> list[RulePack]:
+    """Read all rule pack files, and tell everything that is wrong with any of them."""
+    packs: list[RulePack] = []
+    problems: list[Problem] = []
+    for path in paths:
+        # pydantic, which it needs, is slow to import.
+        from cqos_core.pack_file import read_pack
+
+        try:
+            packs.append(read_pack(read_path(path)))
+        except InputError as error:
+            problems += error.problems
+    if problems:
+        raise InputError(problems)
+    return packs
+
+
+def _check_assumption(assumption: Assignment, where: Context, known: Iterable[str]) -> None:
+    """Refuse an option that would have no effect; the packs judge the same of what files say as findings."""
+    pack = where.find_pack(assumption.owner)
+    if pack is None:
+        raise _refused("--option", f"there is no rule pack `{assumption.owner}`{nearest(assumption.owner, known)}")
+    index = pack.find("option", assumption.name)
+    if index is None:
+        names = [policy.name for policy in pack.policies if policy.level == "option"]
+        message = f"{pack.title} has no option `{assumption.name}`{nearest(assumption.name, names)}"
+        raise _refused("--option", message)
+    policy = pack.policies[index]
+    try:
+        policy.domain.parse(assumption.value)
+    except InvalidValueError as error:
+        # A value newer than the pack has a stand-in, and the report says so.
+        if policy.fallback is None:
+            raise _refused("--option", f"{assumption.owner}.{policy.name}: {error}.") from None

@@ -1,0 +1,72 @@
+"""``cqos rule``: what a code means."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cqos_core.cli.parameters import debug_option, nearest
+from cqos_core.cli.reading import read_packs
+from cqos_core.cli.streams import emit, width
+from cqos_core.pack import describe_rule
+from cqos_core.plugins import load_plugins
+from cqos_core.rule_docs import Code, as_markdown, as_text, code_page, find, names, rule_page
+
+if TYPE_CHECKING:
+    from cqos_core.pack import BoundRule, RulePack
+
+
+@click.command()
+@click.argument("code")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["text", "json", "markdown"]),
+    default="text",
+    show_default=True,
+    help="For people, for programs, or for documents.",
+)
+@click.option(
+    "--pack",
+    "pack_files",
+    metavar="FILE",
+    multiple=True,
+    help="A rule pack written as a YAML file, beside the installed ones. Can be repeated.",
+)
+@debug_option
+def rule(*, code: str, form: str, pack_files: tuple[str, ...]) -> None:
+    """Say what a rule or code means, why, and what to do.
+
+    CODE is a code such as ROS101 or CQ203, or the name that stands beside it; case does not matter.
+
+    \b
+    Examples:
+      cqos rule ROS101
+      cqos rule reliability-weaker-than-requested --format json
+    """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    plugins = load_plugins()
+    installed = (plugins.pack(pack_id) for pack_id in plugins.packs)
+    packs = [*read_packs(pack_files), *(pack for pack in installed if pack is not None)]
+    found = find(code, packs)
+    if found is None:
+        message = f"there is no rule or code `{code[:60]}`{nearest(code, names(packs))} `cqos packs ID` lists rules."
+        raise click.BadParameter(message, param_hint="'CODE'")
+    emit(_as_json(found) if form == "json" else _page(found, form))
+
+
+def _page(found: tuple[BoundRule, RulePack] | Code, form: str) -> str:
+    page = rule_page(*found) if isinstance(found, tuple) else code_page(found)
+    return as_markdown(page) if form == "markdown" else as_text(page, width())
+
+
+def _as_json(found: tuple[BoundRule, RulePack] | Code) -> str:
+    description: dict[str, Any]
+    if isinstance(found, tuple):
+        bound, pack = found
+        description = {"pack": pack.id, **describe_rule(bound)}
+    else:
+        keys = ("code", "name", "severity", "summary", "reason")
+        description = {"pack": None, **{key: getattr(found, key) for key in keys}}
+    return json.dumps({"version": 1, **description}, indent=2) + "\n"

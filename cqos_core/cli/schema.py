@@ -1,0 +1,28 @@
+"""``cqos schema``: for editors."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+from cqos_core.cli.parameters import debug_option
+from cqos_core.cli.streams import emit
+
+
+@click.command()
+@debug_option
+def schema() -> None:
+    """Print the JSON schema of the YAML system file.
+
+    Editors use it to complete keys and to mark mistakes while you type.
+
+    \b
+    Example:
+      cqos schema > cqos.schema.json
+      # then, as the first line of system.yaml:
+      # yaml-language-server: $schema=cqos.schema.json
+    """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    from cqos_core.schema import system_schema
+
+    emit(json.dumps(system_schema(), indent=2, ensure_ascii=False) + "\n")

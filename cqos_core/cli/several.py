@@ -1,0 +1,88 @@
+"""Several reports of one run: put together as one, and what the configuration is to blame for said once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.report import Finding, Report, Severity, Side, Verdict
+from cqos_core.rule_docs import CODES
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Iterator, Sequence
+
+    from cqos_core.problems import Problem
+
+_UNUSED: Final = "CQ601"
+_ABOUT_CONFIGURATION: Final = frozenset({_UNUSED, "CQ602", "CQ603", "CQ604"})
+
+
+def said_once(reports: Sequence[Report], configuration: Collection[str]) -> list[Report]:
+    """Leave a finding about the files of the ``configuration`` in the first report only that has it.
+
+    An exception that one of the systems needs is not unused, although the others do not need it.
+    """
+    mine = [{_key(finding) for finding in report.findings if _concerns(finding, configuration)} for report in reports]
+    said: set[tuple[str, str]] = set()
+    kept = []
+    for report in reports:
+        findings = []
+        for finding in report.findings:
+            if _concerns(finding, configuration):
+                key = _key(finding)
+                if key in said or (finding.code == _UNUSED and not all(key in keys for keys in mine)):
+                    continue
+                said.add(key)
+            findings.append(finding)
+        kept.append(replace(report, findings=tuple(findings)))
+    return kept
+
+
+def _concerns(finding: Finding, configuration: Collection[str]) -> bool:
+    place = finding.place
+    return finding.code in _ABOUT_CONFIGURATION and (place is None or place.source in configuration)
+
+
+def _key(finding: Finding) -> tuple[str, str]:
+    return finding.code, f"{finding.place} {finding.message}"
+
+
+def together(reports: Sequence[Report], problems: Sequence[Problem] = ()) -> Report:
+    """Put reports of separate systems together as one; inputs that could not be read are findings of it.
+
+    Its verdict is the worst, and never ``compatible`` where something was not read.
+    """
+    if len(reports) == 1 and not problems:
+        return reports[0]
+    verdicts = [report.verdict for report in reports]
+    if problems or not verdicts:
+        verdicts.append(Verdict.UNKNOWN)
+    return Report(
+        verdict=max(verdicts, key=lambda verdict: verdict.rank),
+        groups=tuple(group for report in reports for group in report.groups),
+        findings=(*map(_finding, problems), *(finding for report in reports for finding in report.findings)),
+        not_checked=tuple(dict.fromkeys(text for report in reports for text in report.not_checked)),
+        system=reports[0].system if len(reports) == 1 else "",
+        sources=tuple(dict.fromkeys(_sources(reports, problems))),
+        endpoints=sum(report.endpoints for report in reports),
+        topics=sum(report.topics for report in reports),
+    )
+
+
+def _sources(reports: Iterable[Report], problems: Iterable[Problem]) -> Iterator[str]:
+    for report in reports:
+        yield from report.sources
+    for problem in problems:
+        if problem.place is not None:
+            yield problem.place.source
+
+
+def _finding(problem: Problem) -> Finding:
+    return Finding(
+        code=problem.code,
+        name=CODES[problem.code].name if problem.code in CODES else "unreadable-input",
+        severity=Severity.ERROR,
+        message=problem.message,
+        sides=(Side("system", (), place=problem.place),),
+        help=problem.help,
+    )

@@ -1,0 +1,124 @@
+"""Where reports go: formats, and the files they are written to."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import click
+
+from cqos_core.cli.several import together
+from cqos_core.cli.streams import emit, write_file
+from cqos_core.plugins import load_plugins
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from cqos_core.formatters.style import Style
+    from cqos_core.problems import Problem
+    from cqos_core.report import Report
+
+STDOUT = "-"
+DEFAULT_FORMAT = "full"
+
+
+@dataclass(frozen=True, slots=True)
+class Sink:
+    """One format, and the file it is written to; ``-`` is standard output."""
+
+    format: str
+    path: str = STDOUT
+
+    @property
+    def for_people(self) -> bool:
+        """Whether a person reads it, beside standard error."""
+        return load_plugins().formatters[self.format].for_people
+
+    def write(self, text: str) -> None:
+        """Write a rendered report."""
+        if self.path == STDOUT:
+            emit(text)
+        else:
+            write_file(self.path, text)
+
+
+class PairingCommand(click.Command):
+    """A command that remembers in which order ``--format`` and ``--output`` stood, so that they can be paired."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse as usual, after a look at the order."""
+        if not ctx.resilient_parsing:
+            _, _, order = self.make_parser(ctx).parse_args(list(args))
+            ctx.meta[__name__] = [param.name for param in order if param.name in {"formats", "outputs"}]
+        return super().parse_args(ctx, args)
+
+
+def pair_sinks(
+    ctx: click.Context, formats: Sequence[str], outputs: Sequence[str], default: str = DEFAULT_FORMAT
+) -> list[Sink]:
+    """Pair formats with outputs as they stood on the command line, and refuse what nobody can have meant.
+
+    Each output belongs to the format before it; one that stands first, to the format after it. ``default`` is the format
+    where none is named.
+    """
+    left = {"formats": iter(formats), "outputs": iter(outputs)}
+    order: list[str] = ctx.meta.get(__name__, [])
+    pairs: list[list[str | None]] = []
+    for kind in order:
+        place = 0 if kind == "formats" else 1
+        if not pairs or pairs[-1][place] is not None:
+            pairs.append([None, None])
+        pairs[-1][place] = next(left[kind])
+    unpaired = [output for name, output in pairs if name is None]
+    if unpaired and len(pairs) > 1:
+        message = f"`{unpaired[0]}` has no format of its own: write --format before each --output."
+        raise click.BadParameter(message, param_hint="'--output'")
+    sinks = [Sink(name or default, output or STDOUT) for name, output in pairs] or [Sink(default)]
+    _refuse_clashes(sinks)
+    return sinks
+
+
+def _refuse_clashes(sinks: Sequence[Sink]) -> None:
+    seen: dict[str, Sink] = {}
+    for sink in sinks:
+        other = seen.setdefault(STDOUT if sink.path == STDOUT else os.path.realpath(sink.path), sink)
+        if other is sink:
+            continue
+        where = "standard output" if sink.path == STDOUT else f"`{sink.path}`"
+        message = f"{other.format} and {sink.format} would both go to {where}; give each a file with --output."
+        raise click.BadParameter(message, param_hint="'--output'")
+
+
+def check_targets(option: str, targets: Iterable[str], inputs: Iterable[str]) -> None:
+    """Refuse files that cannot be written, or would overwrite an input, before the work is done.
+
+    Raises:
+        click.BadParameter: naming the file and what is wrong with it.
+    """
+    read = {os.path.realpath(path) for path in inputs}
+    for target in targets:
+        folder = os.path.dirname(target) or "."  # noqa: PTH120 - any text may be given
+        if os.path.realpath(target) in read:
+            message = f"`{target}` is an input and would be overwritten."
+        elif os.path.isdir(target):  # noqa: PTH112
+            message = f"`{target}` is a folder; name a file in it."
+        elif not os.path.isdir(folder):  # noqa: PTH112
+            message = f"there is no folder `{folder}` to write `{target}` into."
+        else:
+            continue
+        raise click.BadParameter(message, param_hint=f"'{option}'")
+
+
+def render(sink: Sink, reports: Sequence[Report], problems: Sequence[Problem], style: Style) -> str:
+    """Return what one sink gets: for people report after report, for programs one report of everything."""
+    info = load_plugins().formatters[sink.format]
+    try:
+        renderer = info.load()
+        if info.for_people:
+            texts = [renderer(report, style) for report in reports]
+            return ("\n" if any("\n\n" in text for text in texts) else "").join(texts)
+        return renderer(together(reports, problems), style)
+    except Exception as error:
+        error.add_note(f"formatter `{sink.format}` ({load_plugins().owner('formatters', sink.format)}) was writing")
+        raise

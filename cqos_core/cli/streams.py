@@ -1,0 +1,137 @@
+"""Where the command writes: results to standard output, all else to standard error, and files whole or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+import shutil
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
+
+import click
+
+from cqos_core.formatters.terminal import clean, paint
+from cqos_core.problems import CqosError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from cqos_core.problems import Problem
+
+COLOR_CHOICES = ("auto", "always", "never")
+_ROLES = {"warning": "warning", "note": "note"}
+
+
+def colored(choice: str, stream: TextIO | None) -> bool:
+    """Whether to write colours to ``stream``: ``auto`` asks the terminal and the variables ``NO_COLOR`` and ``TERM``."""
+    if choice != "auto":
+        return choice == "always"
+    return is_terminal(stream) and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+
+
+def is_terminal(stream: TextIO | None) -> bool:
+    """Whether a person reads ``stream`` as it is written."""
+    try:
+        return stream is not None and stream.isatty()
+    except ValueError:  # it is closed
+        return False
+
+
+def width() -> int:
+    """Columns of the terminal, or of what takes its place."""
+    return shutil.get_terminal_size((100, 24)).columns
+
+
+def say(text: str, *, severity: str = "", head: str = "", choice: str = "auto", lines: bool = False) -> None:
+    """Write one message to standard error: ``warning: text``, or ``head text``.
+
+    Nobody may be listening, which is no reason to fail. Text of several ``lines`` must be clean.
+    """
+    colors = paint(color=colored(choice, sys.stderr))
+    lead = f"{severity}:" if severity else head
+    start = f"{colors(clean(lead), _ROLES.get(severity, 'error'))} " if lead else ""
+    with contextlib.suppress(OSError):
+        click.echo(f"{start}{text if lines else clean(text)}", err=True, color=True)
+
+
+def say_problems(problems: Iterable[Problem], choice: str = "auto") -> None:
+    """Write what is wrong with inputs to standard error, each with its place and what to do."""
+    for problem in problems:
+        where = "" if problem.place is None else f"{problem.place}: "
+        say(f"{where}{problem.message}", head=f"error[{problem.code}]", choice=choice)
+        if problem.help is not None:
+            say(f"  help: {problem.help}", choice=choice)
+
+
+def emit(text: str) -> None:
+    """Write a result to standard output.
+
+    Where the reader has gone away (``cqos … | head``) the rest is dropped: what was found is still the exit code.
+
+    Raises:
+        CqosError: it cannot be written, because a disk is full, say.
+    """
+    try:
+        _write(text)
+    except BrokenPipeError:
+        _discard_output()
+    except OSError as error:
+        _discard_output()
+        raise CqosError(f"cannot write to standard output: {error.strerror}") from None
+
+
+def _write(text: str) -> None:
+    if sys.stdout is None:
+        return
+    binary = getattr(sys.stdout, "buffer", None)
+    if binary is None:
+        sys.stdout.write(text)
+    else:
+        # Files and pipes are UTF-8 whatever the locale says: JSON and XML have to be.
+        encoding = sys.stdout.encoding if is_terminal(sys.stdout) else "utf-8"
+        sys.stdout.flush()
+        binary.write(text.encode(encoding, "backslashreplace"))
+    sys.stdout.flush()
+
+
+def _discard_output() -> None:
+    """Send what is still buffered nowhere, or Python would complain about it at its end."""
+    with contextlib.suppress(OSError, ValueError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
+
+
+def write_file(path: str, text: str) -> None:
+    """Write a file so that it holds all of ``text``, or what it held before.
+
+    Raises:
+        CqosError: it cannot be written; nothing is left behind.
+    """
+    try:
+        _replace(path, text.encode("utf-8", "backslashreplace"))
+    except OSError as error:
+        raise CqosError(f"cannot write {path}: {error.strerror}") from None
+
+
+def _replace(path: str, data: bytes) -> None:
+    # A link stays a link, and the file it leads to is the one replaced.
+    target = Path(os.path.realpath(path))
+    if target.exists() and not target.is_file():
+        # A pipe or a device cannot be replaced by a file.
+        target.write_bytes(data)
+        return
+    draft = target.with_name(f".{target.name[:100]}.{secrets.token_hex(8)}.tmp")
+    try:
+        with draft.open("xb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        if target.exists():
+            shutil.copymode(target, draft)
+        draft.replace(target)
+    except BaseException:
+        draft.unlink(missing_ok=True)
+        raise

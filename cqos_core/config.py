@@ -1,0 +1,303 @@
+"""Configuration of a project: ``cqos.toml``, or ``[tool.cqos]`` in ``pyproject.toml``, of the nearest folder above.
+
+It says what a system file may say too (options, severities, checks, accept), in the same words, and gives the command
+its defaults. What a system file says itself wins over it.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import tomllib
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+from cqos_core.encoding import decode
+from cqos_core.importers.forms import TEXT, TEXTS, Form, Key, OneOrMore, Word
+from cqos_core.importers.reading import Reading, shown
+from cqos_core.importers.source import Source
+from cqos_core.importers.team_rules import acceptance, team_rule
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
+from cqos_core.importers.yaml_form import ACCEPT, CHECKS, OPTIONS, SEVERITIES
+from cqos_core.problems import InputError, Problem
+from cqos_core.system import Place
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from cqos_core.importers.forms import Entry
+    from cqos_core.importers.tree import Node
+    from cqos_core.system import Acceptance, Settings, System, TeamRule
+
+NAME: Final = "cqos.toml"
+SHARED_NAME: Final = "pyproject.toml"
+_TABLE: Final = ("tool", "cqos")
+_OURS: Final = re.compile(r"^\s*\[+\s*tool\s*\.\s*[\"']?cqos", re.MULTILINE)
+
+PROTOCOL: Final = Key("protocol", TEXT, "Protocol of systems that state none, like --protocol.")
+SHOW: Final = Key("show", OneOrMore(Word("notes")), "What to show beside errors and warnings, like --show.")
+FAIL_ON: Final = Key("fail_on", Word("error", "warning"), "From which severity on the check fails, like --fail-on.")
+FORMAT: Final = Key("format", TEXT, "Format of the output, like --format.")
+BASELINE: Final = Key("baseline", TEXT, "File of known findings, relative to this file, like --baseline.")
+PACKS: Final = Key("packs", TEXTS, "Rule packs in YAML files, relative to this file, like --pack.")
+EXTENDS: Final = Key("extends", TEXTS, "Configuration files to start from, relative to this one; this one wins.")
+CONFIG: Final = Form(
+    "configuration",
+    "the configuration",
+    (EXTENDS, PROTOCOL, OPTIONS, SEVERITIES, CHECKS, ACCEPT, PACKS, SHOW, FAIL_ON, FORMAT, BASELINE),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Config:
+    """What a project has configured; everything may be absent.
+
+    Attributes:
+        path: the file, None where there is none.
+        options, severities, checks, accept: as in a system file.
+        packs, baseline: paths that can be opened from where the process runs.
+        sources: the files that were read, with their bytes, for excerpts.
+    """
+
+    path: str | None = None
+    protocol: str | None = None
+    options: Mapping[str, Settings] = field(default_factory=dict)
+    severities: Mapping[str, str] = field(default_factory=dict)
+    checks: tuple[TeamRule, ...] = ()
+    accept: tuple[Acceptance, ...] = ()
+    packs: tuple[str, ...] = ()
+    show: tuple[str, ...] = ()
+    fail_on: str | None = None
+    format: str | None = None
+    baseline: str | None = None
+    sources: Mapping[str, bytes] = field(default_factory=dict)
+
+    def apply_to(self, system: System) -> System:
+        """Return ``system`` with this configuration laid under what the system says itself."""
+        options = {pack: dict(settings) for pack, settings in self.options.items()}
+        for pack, settings in system.options.items():
+            options.setdefault(pack, {}).update(settings)
+        names = {check.name for check in system.checks}
+        return replace(
+            system,
+            protocol=system.protocol or self.protocol,
+            options=options,
+            severities={**self.severities, **system.severities},
+            checks=[*(check for check in self.checks if check.name not in names), *system.checks],
+            accept=[*self.accept, *system.accept],
+            sources={**system.sources, **self.sources},
+        )
+
+    def over(self, base: Config) -> Config:
+        """Return this configuration over one that it extends."""
+        names = {check.name for check in self.checks}
+        packs = {*base.options, *self.options}
+        return Config(
+            path=self.path,
+            protocol=self.protocol or base.protocol,
+            options={pack: {**base.options.get(pack, {}), **self.options.get(pack, {})} for pack in sorted(packs)},
+            severities={**base.severities, **self.severities},
+            checks=(*(check for check in base.checks if check.name not in names), *self.checks),
+            accept=(*base.accept, *self.accept),
+            packs=tuple(dict.fromkeys((*base.packs, *self.packs))),
+            show=self.show or base.show,
+            fail_on=self.fail_on or base.fail_on,
+            format=self.format or base.format,
+            baseline=self.baseline or base.baseline,
+            sources={**base.sources, **self.sources},
+        )
+
+
+def config_for(path: str | Path) -> Config:
+    """Return the configuration that holds for a file or folder; an empty one where there is none.
+
+    Raises:
+        InputError: with everything that is wrong with it.
+    """
+    found = find_config(path)
+    return Config() if found is None else load_config(found)
+
+
+def find_config(path: str | Path) -> Path | None:
+    """Return the nearest ``cqos.toml``, or ``pyproject.toml`` with ``[tool.cqos]``, in or above ``path``."""
+    start = Path(os.path.abspath(path))  # noqa: PTH100 - `resolve` would leave the folder for that of a link's target
+    folders = start.parents if start.is_file() else (start, *start.parents)
+    for folder in folders:
+        if (folder / NAME).is_file():
+            return _shown_path(folder / NAME)
+        shared = folder / SHARED_NAME
+        if shared.is_file() and _has_our_table(shared):
+            return _shown_path(shared)
+    return None
+
+
+def _has_our_table(file: Path) -> bool:
+    try:
+        text = decode(file.read_bytes())
+    except OSError:
+        return False
+    try:
+        return _OURS.search(text) is not None or _our_table(tomllib.loads(text)) is not None
+    except (ValueError, RecursionError):
+        return False
+
+
+def _our_table(document: Any) -> Any:
+    for name in _TABLE:
+        document = document.get(name) if isinstance(document, dict) else None
+    return document
+
+
+def _shown_path(file: Path) -> Path:
+    """Return the path as a person would write it here."""
+    here = Path.cwd()
+    return file.relative_to(here) if file.is_relative_to(here) else file
+
+
+def load_config(path: str | Path) -> Config:
+    """Read one configuration file with everything it extends.
+
+    Raises:
+        InputError: with everything that is wrong with any of the files.
+    """
+    problems: list[Problem] = []
+    config = _load(str(path), (), None, problems)
+    if problems:
+        raise InputError(problems)
+    return config
+
+
+def _load(path: str, trail: tuple[str, ...], named_at: Place | None, problems: list[Problem]) -> Config:
+    """Read ``path``, which ``trail`` led to."""
+    above = [os.path.realpath(other) for other in trail]
+    if os.path.realpath(path) in above:
+        circle = " → ".join((*trail[above.index(os.path.realpath(path)) :], path))
+        problems.append(Problem("CQ008", f"{shown(path)} extends itself: {circle}", named_at))
+        return Config()
+    try:
+        data = Path(path).read_bytes()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        problems.append(Problem("CQ007", f"cannot open {shown(path)}: {reason}", named_at or Place(path)))
+        return Config()
+    reading = Reading(Source(path, data), problems, [])
+    entry = _read(reading)
+    if entry is None:
+        return Config(path, sources={path: data})
+    base = Config()
+    for extended in entry.get(EXTENDS) or ():
+        beside = str(Path(path).parent / extended.text)
+        base = _load(beside, (*trail, path), extended.place, problems).over(base)
+    return _config(path, data, entry).over(base)
+
+
+def _config(path: str, data: bytes, entry: Entry) -> Config:
+    folder = Path(path).parent
+    baseline, show = entry.get(BASELINE), entry.get(SHOW)
+    return Config(
+        path=path,
+        protocol=entry.get(PROTOCOL),
+        options={pack: options.value for pack, options in (entry.get(OPTIONS) or {}).items()},
+        severities={rule: severity.value for rule, severity in (entry.get(SEVERITIES) or {}).items()},
+        checks=tuple(map(team_rule, entry.get(CHECKS) or ())),
+        accept=tuple(map(acceptance, entry.get(ACCEPT) or ())),
+        packs=tuple(str(folder / pack.text) for pack in entry.get(PACKS) or ()),
+        show=() if show is None else tuple(show),
+        fail_on=entry.get(FAIL_ON),
+        format=entry.get(FORMAT),
+        baseline=str(folder / baseline) if baseline is not None else None,
+        sources={path: data},
+    )
+
+
+# From TOML to a tree
+
+_AT = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
+
+
+def _read(reading: Reading) -> Entry | None:
+    """Read the file by its form; None where it is no TOML."""
+    name = reading.source.name
+    try:
+        text = reading.source.data.decode("utf-8-sig")
+        document = tomllib.loads(text)
+    except UnicodeDecodeError:
+        reading.problem("CQ001", "this is not TOML: its bytes are not UTF-8", Place(name), "save the file as UTF-8")
+        return None
+    except RecursionError:
+        reading.problem("CQ002", "lists and tables are nested too deep, which is refused", Place(name))
+        return None
+    except ValueError as error:
+        at = _AT.search(str(error))
+        line, column = (int(at[1]), int(at[2])) if at and at[1] else (None, None)
+        message = _AT.sub("", str(error)).strip()
+        reading.problem("CQ001", f"this is not TOML: {message[:1].lower()}{message[1:]}", Place(name, line, column))
+        return None
+    prefix: _Path = _TABLE if Path(name).name == SHARED_NAME else ()
+    table = _our_table(document) if prefix else document
+    lines = dict(_stated_lines(text))
+    return CONFIG.read(_node({} if table is None else table, prefix, lines, None), reading, ".".join(_TABLE))
+
+
+_Path: TypeAlias = tuple[str | int, ...]
+
+
+def _node(value: Any, path: _Path, lines: Mapping[_Path, int], above: int | None) -> Node:
+    """Return a parsed value as a tree; what has no line of its own has that of what it is part of."""
+    line = lines.get(path, above)
+    if isinstance(value, dict):
+        node = MappingNode(line, None)
+        for name, item in value.items():
+            below = _node(item, (*path, name), lines, line)
+            node.entries[name] = (ScalarNode(name, below.line, None, plain=False), below)
+        return node
+    if isinstance(value, list):
+        items = [_node(item, (*path, index), lines, line) for index, item in enumerate(value)]
+        return SequenceNode(line, None, items)
+    if isinstance(value, bool):
+        return ScalarNode("true" if value else "false", line, None, plain=True)
+    if isinstance(value, (int, float)):
+        return ScalarNode(str(value), line, None, plain=True)
+    return ScalarNode(value if isinstance(value, str) else value.isoformat(), line, None, plain=False)
+
+
+_PART = r"""(?:[A-Za-z0-9_-]+|"[^"\\]*"|'[^']*')"""
+_DOTTED = rf"{_PART}(?:\s*\.\s*{_PART})*"
+_HEADER = re.compile(rf"\s*(\[\[?)\s*({_DOTTED})\s*\]\]?\s*(?:#.*)?")
+_STATED = re.compile(rf"\s*({_DOTTED})\s*=")
+_LONG_STRING = re.compile("\"\"\"|'''")
+
+
+def _stated_lines(text: str) -> Iterator[tuple[_Path, int]]:
+    """Yield where tables and keys are stated, as far as the beginnings of lines tell; tomllib keeps no places."""
+    table: _Path = ()
+    counts: dict[_Path, int] = {}
+    within: str | None = None
+    for number, line in enumerate(text.split("\n"), 1):
+        begins_within = within
+        for quotes in _LONG_STRING.findall(line):
+            within = quotes if within is None else None if within == quotes else within
+        if begins_within is not None:
+            continue
+        if header := _HEADER.fullmatch(line):
+            table = _indexed(_parts(header[2]), counts, new=header[1] == "[[")
+            yield table, number
+        elif stated := _STATED.match(line):
+            yield (*table, *_parts(stated[1])), number
+
+
+def _parts(dotted: str) -> tuple[str, ...]:
+    return tuple(part.strip("\"'") for part in re.findall(_PART, dotted))
+
+
+def _indexed(names: tuple[str, ...], counts: dict[_Path, int], *, new: bool) -> _Path:
+    """Return the path of a table, with the index where it is one of an array of tables."""
+    path: _Path = ()
+    for position, name in enumerate(names, 1):
+        path = (*path, name)
+        if new and position == len(names):
+            counts[path] = counts.get(path, -1) + 1
+        if path in counts:
+            path = (*path, counts[path])
+    return path

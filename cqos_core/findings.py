@@ -1,0 +1,477 @@
+"""From a rule that spoke to a finding: words, both sides' values with their origins, remedies and causes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.judge import Spoken, judge_pair
+from cqos_core.pairing import apart
+from cqos_core.policy import Anything, Choice, Depends, Duration, Value
+from cqos_core.report import Fact, Finding, Remedy, Severity, Side, Verdict
+from cqos_core.resolve import intern
+from cqos_core.settle import START_ORDER
+from cqos_core.solve import changed, solutions
+from cqos_core.system import PUBLISHER, SUBSCRIBER
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from cqos_core.evaluate import Use
+    from cqos_core.pairing import Members, Topic
+    from cqos_core.policy import Plain, Policy
+    from cqos_core.resolve import QosProfile, Resolved
+    from cqos_core.system import Role
+
+VERBS: Final[dict[str, tuple[str, str]]] = {
+    PUBLISHER: ("offers", "offer"),
+    SUBSCRIBER: ("requests", "request"),
+}
+SCOPES: Final[dict[str, str]] = {PUBLISHER: "offered", SUBSCRIBER: "requested"}
+_EFFECT_LIMIT: Final = 500
+"""Judgements that counting the effect of one remedy may take."""
+LABELS: Final[dict[str, str]] = {PUBLISHER: "offered here", SUBSCRIBER: "requested here"}
+
+
+@dataclass(slots=True)
+class Draft:
+    """A finding in the making: one rule, one topic, equal values on each side.
+
+    Attributes:
+        publishers, subscribers: the groups concerned, in order, as keys.
+        pairs: how many pairs it speaks of.
+        tags: acceptances that name all its endpoints.
+        more: how many combinations of values are put together here, where there are too many to list; else 0.
+    """
+
+    topic: Topic
+    spoken: Spoken
+    publishers: dict[Members, None] = field(default_factory=dict)
+    subscribers: dict[Members, None] = field(default_factory=dict)
+    pairs: int = 0
+    tags: frozenset[int] = frozenset()
+    more: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """A finding with what is needed to put it together with others and to excuse it."""
+
+    finding: Finding
+    merge_key: tuple[Any, ...]
+    tags: frozenset[int]
+
+
+def value_text(policy: Policy, value: Value, written: str | None) -> str:
+    """Print a value; what is undetermined is printed as it was written, with what it depends on."""
+    if isinstance(value, (Anything, Depends)):
+        text = "" if written is None else written
+        if isinstance(value, Anything):
+            return text or "unknown"
+        cases: dict[str, list[str]] = {}
+        for name, case in value.cases:
+            cases.setdefault(value_text(policy, case, None), []).append(name)
+        listed = "; ".join(f"{shown} with {', '.join(names)}" for shown, names in cases.items())
+        return f"{text} ({listed})" if text else f"undetermined ({listed})"
+    return policy.format(value)
+
+
+def fact(resolved: Resolved, profile: QosProfile, index: int) -> Fact:
+    """The value of one policy of one endpoint, with its origin and place."""
+    policy = profile.pack.policies[index]
+    origin, place = resolved.origin(index)
+    value = profile.values[index]
+    settled = resolved.profile is not profile and value != resolved.profile.values[index]
+    written = resolved.written(index)
+    return Fact(
+        policy.name,
+        value_text(policy, value, written),
+        f"settled from {written}" if settled else origin,
+        place,
+    )
+
+
+def _member_ids(groups: Iterable[Members]) -> tuple[str, ...]:
+    return tuple(sorted(endpoint.id for members in groups for endpoint in members.endpoints))
+
+
+def _side(role: str, groups: Sequence[Members], uses: Iterable[Use]) -> Side:
+    """The side's members sorted, with the facts and the place of the first one."""
+    members = _member_ids(groups)
+    leader, profile = next(
+        (endpoint, group.profile) for group in groups for endpoint in group.endpoints if endpoint.id == members[0]
+    )
+    indices = dict.fromkeys(use.index for use in uses)
+    facts = tuple(fact(leader, profile, index) for index in indices)
+    return Side(role, members, LABELS.get(role, "set here"), facts, leader.endpoint.place)
+
+
+def subject(side: Side) -> str:
+    """``publisher `a``` or ``publishers `a` and 3 more``."""
+    more = len(side.members) - 1
+    return f"{side.role} `{side.members[0]}`" if not more else f"{side.role}s `{side.members[0]}` and {more} more"
+
+
+def _does(side: Side) -> str:
+    singular, plural = VERBS.get(side.role, ("has", "have"))
+    return singular if len(side.members) == 1 else plural
+
+
+def _values(facts: Iterable[Fact]) -> str:
+    listed = [f"{each.policy} {each.value}" for each in facts]
+    return listed[0] if len(listed) == 1 else f"{', '.join(listed[:-1])} and {listed[-1]}" if listed else ""
+
+
+class _Words(dict[str, str]):
+    """Replacements of a headline template; an unknown one stays visible."""
+
+    def __missing__(self, key: str) -> str:
+        return "{" + key + "}"
+
+
+def _template_words(sides: Sequence[Side], topic: str) -> _Words:
+    words = _Words(topic=topic)
+    for side in sides:
+        words[side.role] = subject(side)
+        words.setdefault("endpoint", subject(side))
+        scope = SCOPES.get(side.role, side.role)
+        for each in side.facts:
+            words[f"{scope} {each.policy}"] = each.value
+            words.setdefault(each.policy, each.value)
+    return words
+
+
+def headline(spoken: Spoken, sides: Sequence[Side], topic: str, because: Sequence[str] = ()) -> str:
+    """One sentence that makes sense alone: the rule's own, or derived from both sides' values."""
+    rule = spoken.bound.rule
+    stated = [side for side in sides if side.role in VERBS]
+    if spoken.unknown:
+        policies = " and ".join(dict.fromkeys(each.policy for side in stated for each in side.facts))
+        subjects = " and ".join(subject(side) for side in reversed(stated))
+        return f"whether {subjects} fit in {policies} is not known: {_why_unknown(spoken, because)}"
+    if rule.says:
+        return _fill(rule.says, _template_words(sides, topic))
+    if spoken.bound.scope == "pair":
+        # The offer is told first, whichever side is primary.
+        told = [f"{subject(side)} {_does(side)} {_values(side.facts)}" for side in reversed(stated) if side.facts]
+        text = ", ".join(told)
+        return text if rule.kind == "requires" else f"{text}: {rule.because}"
+    if spoken.bound.scope == "signal" and not any(side.facts for side in stated):
+        return f"on topic `{topic}`, {rule.because}"
+    told = [
+        f"{subject(side)} {'has' if len(side.members) == 1 else 'have'} {_values(side.facts)}"
+        for side in sides
+        if side.facts
+    ]
+    return f"{', '.join(told) or f'topic `{topic}`'}: {rule.because}"
+
+
+def _fill(template: str, words: Mapping[str, str]) -> str:
+    import re
+
+    return re.sub(r"\{([^{}]+)\}", lambda match: words.get(match[1], match[0]), template)
+
+
+def causes(spoken: Spoken, publisher: QosProfile | None, subscriber: QosProfile | None) -> tuple[str, ...]:
+    """What an undecided rule rests on: assumptions by name, and the reasons why values are not known."""
+    if spoken.failed is not None:
+        return (spoken.failed,)
+    found: dict[str, None] = {}
+    for use in spoken.bound.bound.uses:
+        profile = subscriber if use.second else publisher
+        if profile is not None:
+            _cause(profile.values[use.index], found)
+    return tuple(sorted(found))
+
+
+def already_told(spoken: Spoken, publisher: QosProfile, subscriber: QosProfile) -> bool:
+    """Whether all that keeps a rule from being decided is reported as a finding of its own."""
+    values = [(subscriber if use.second else publisher).values[use.index] for use in spoken.bound.bound.uses]
+    opened = [value for value in values if isinstance(value, (Anything, Depends))]
+    return spoken.unknown and bool(opened) and all(isinstance(value, Anything) and value.told for value in opened)
+
+
+def _cause(value: Value, found: dict[str, None]) -> None:
+    if isinstance(value, Anything):
+        found[value.cause] = None
+    elif isinstance(value, Depends):
+        found[value.on] = None
+        for _, case in value.cases:
+            _cause(case, found)
+
+
+def _why_unknown(spoken: Spoken, because: Sequence[str]) -> str:
+    names = _assumptions(label for label, _ in spoken.outcome.worlds)
+    return f"it depends on {' and '.join(names)}" if names else "; ".join(because)
+
+
+def _worlds(spoken: Spoken) -> dict[str, Verdict]:
+    """The verdict under each assumption."""
+    verdicts = {True: Verdict.COMPATIBLE, False: Verdict.INCOMPATIBLE, None: Verdict.UNKNOWN}
+    return {label: verdicts[result] for label, result in spoken.outcome.worlds}
+
+
+def _assumptions(labels: Iterable[str]) -> list[str]:
+    """Names of the assumptions in labels such as ``ros2.rmw=fastdds, start order=publishers first``."""
+    return list(dict.fromkeys(part.partition("=")[0] for label in labels for part in label.split(", ")))
+
+
+def _next_step(worlds: Mapping[str, Verdict]) -> str | None:
+    """What to state so that the answer is known."""
+    steps = [
+        "state `starts_after:` where the order of start is certain"
+        if name == START_ORDER
+        else f"set `--option {name}=…`, or `options:` in the system file"
+        for name in _assumptions(worlds)
+    ]
+    return "; ".join(steps) or None
+
+
+def _order_notes(spoken: Spoken) -> tuple[str, ...]:
+    """The order of the values compared, for ordered choices."""
+    if spoken.bound.scope != "pair":
+        return ()
+    vocabulary = spoken.bound.bound.vocabulary
+    notes: dict[str, None] = {}
+    for use in spoken.bound.bound.uses:
+        policy = vocabulary.policies[use.index]
+        if isinstance(policy.domain, Choice) and policy.domain.ordered and len(policy.domain.names) > 1:
+            notes[f"order of {policy.name}: {policy.domain.expected()}"] = None
+    return tuple(notes)
+
+
+def sides_of(spoken: Spoken, publishers: Iterable[Members], subscribers: Iterable[Members]) -> list[Side]:
+    """Both sides of a finding, the requesting one first, each with the values that the rule reads of it."""
+    groups = {SUBSCRIBER: list(subscribers), PUBLISHER: list(publishers)}
+    pair = spoken.bound.scope == "pair"
+    return [
+        _side(
+            role,
+            members,
+            [use for use in spoken.bound.bound.uses if not pair or use.second is (role == SUBSCRIBER)],
+        )
+        for role, members in groups.items()
+        if members
+    ]
+
+
+def make(draft: Draft) -> Made:
+    """Turn a draft into a finding."""
+    spoken, topic = draft.spoken, draft.topic
+    bound = spoken.bound
+    publishers, subscribers = list(draft.publishers), list(draft.subscribers)
+    sides = sides_of(spoken, publishers, subscribers)
+    first_publisher = publishers[0].profile if publishers else None
+    first_subscriber = subscribers[0].profile if subscribers else None
+    rule = bound.rule
+    because = (
+        causes(spoken, first_publisher or first_subscriber, first_subscriber or first_publisher)
+        if spoken.unknown
+        else ()
+    )
+    worlds = _worlds(spoken)
+    notes = because if not worlds else ()
+    message = headline(spoken, sides, topic.shown, because)
+    if draft.more:
+        message = f"{draft.more} further combinations of values break the rule, for instance: {message}"
+    if START_ORDER in because:
+        message = f"depends on start order: {message}"
+    finding = Finding(
+        code="CQ701" if spoken.failed else rule.code,
+        name="rule-failed" if spoken.failed else rule.name,
+        severity=Severity.ERROR if spoken.failed else _severity(spoken),
+        message=f"rule {rule.code} could not be judged: {spoken.failed}" if spoken.failed else message,
+        source=topic.pack.id,
+        topic=topic.shown,
+        verdict=_verdict(spoken),
+        sides=tuple(sides),
+        remedies=() if spoken.failed else _remedies(draft, spoken),
+        notes=(*notes, *_order_notes(spoken)),
+        because=rule.because,
+        clause=rule.clause,
+        help=_next_step(worlds) or rule.help or None,
+        pairs=draft.pairs,
+        worlds=worlds,
+    )
+    return Made(finding, _merge_key(draft, finding, because), draft.tags)
+
+
+def _severity(spoken: Spoken) -> Severity:
+    rule = spoken.bound.rule
+    if rule.kind == "requires" and (spoken.unknown or rule.doubt):
+        return max(Severity.WARNING, Severity(rule.severity), key=lambda severity: severity.rank)
+    return Severity(rule.severity)
+
+
+def _verdict(spoken: Spoken) -> Verdict | None:
+    rule = spoken.bound.rule
+    if rule.kind != "requires" or spoken.bound.scope != "pair":
+        return None
+    return Verdict.UNKNOWN if spoken.unknown or rule.doubt else Verdict.INCOMPATIBLE
+
+
+def _merge_key(draft: Draft, finding: Finding, because: tuple[str, ...]) -> tuple[Any, ...]:
+    """Findings with equal keys are one finding: one unknown cause over many topics, or instances of one template."""
+    rule = draft.spoken.bound.rule
+    if because:
+        return ("cause", rule.code, because, draft.tags)
+    endpoints = [e for members in (*draft.publishers, *draft.subscribers) for e in members.endpoints]
+    if any(endpoint.endpoint.template is not None for endpoint in endpoints):
+        templates = frozenset(e.endpoint.template or e.id for e in endpoints)
+        values = tuple((s.role, f.policy, f.value) for s in finding.sides for f in s.facts)
+        return ("template", rule.code, templates, values, draft.tags)
+    # A new object equals nothing else; an id would be used again once the draft is gone.
+    return ("own", object())
+
+
+# Remedies
+
+
+def _remedies(draft: Draft, spoken: Spoken) -> tuple[Remedy, ...]:
+    bound = spoken.bound
+    want = bound.rule.kind != "forbids"
+    if bound.scope == "signal":
+        return ()
+    found: list[Remedy] = []
+    if bound.scope == "pair":
+        a, b = next(iter(draft.publishers)).profile, next(iter(draft.subscribers)).profile
+        for role, groups, second in (
+            (PUBLISHER, draft.publishers, False),
+            (SUBSCRIBER, draft.subscribers, True),
+        ):
+            for change in solutions(bound.bound, a.values, b.values, second=second, want=want, fixes=bound.rule.fixes):
+                found += _remedy(draft, role, list(groups), change.index, change.value)
+    else:
+        groups = draft.publishers or draft.subscribers
+        role = PUBLISHER if draft.publishers else SUBSCRIBER
+        values = next(iter(groups)).profile.values
+        for change in solutions(bound.bound, values, values, second=False, want=want, fixes=bound.rule.fixes):
+            found += _remedy(draft, role, list(groups), change.index, change.value)
+    return tuple(sorted(found, key=_rank))
+
+
+def _rank(remedy: Remedy) -> tuple[Any, ...]:
+    return (
+        remedy.kind == "needs_code",
+        bool(remedy.breaks),
+        len(remedy.members),
+        -(remedy.mends or 0),
+        remedy.role != PUBLISHER,
+        remedy.policy,
+    )
+
+
+def _remedy(draft: Draft, role: Role, groups: list[Members], index: int, value: Plain) -> list[Remedy]:
+    pack = draft.topic.pack
+    policy = pack.policies[index]
+    first = groups[0].first
+    if first.origin(index)[0] == "ignored by the middleware" or (
+        policy.level == "endpoint" and role not in policy.roles
+    ):
+        return []
+    mends, breaks = effect(draft.topic, role, groups, index, value)
+    members = _member_ids(groups)
+    text_value = policy.domain.format(value)
+    return [
+        Remedy(
+            role=role,
+            members=members,
+            policy=policy.name,
+            value=text_value,
+            kind="needs_code" if _is_promise(policy, groups[0].profile.values[index], value, role) else "configuration",
+            text=remedy_text(role, policy.name, text_value, members, policy.level),
+            mends=mends,
+            breaks=breaks,
+        )
+    ]
+
+
+def _is_promise(policy: Policy, current: Value, value: Plain, role: str) -> bool:
+    """Whether the change makes the program promise more than it did: a shorter period, or a stronger kind."""
+    if not policy.promise or role != PUBLISHER:
+        return False
+    if not isinstance(current, int) or not isinstance(value, int):
+        return True
+    return value < current if isinstance(policy.domain, Duration) else value > current
+
+
+def remedy_text(role: str, policy: str, value: str, members: Sequence[str], level: str = "endpoint") -> str:
+    """The change in words: ``offer reliability `reliable` on robot/scan``."""
+    more = len(members) - 1
+    where = members[0] if not more else f"{members[0]} and {more} more"
+    verb = VERBS[role][1] if level == "endpoint" else "set"
+    of = "" if level == "endpoint" else " of the participant"
+    return f"{verb} {policy} `{value}`{of} on {where}"
+
+
+def effect(
+    topic: Topic, role: str, groups: Sequence[Members], index: int, value: Plain
+) -> tuple[int | None, int | None]:
+    """How many pairs of the topic a change makes better, and how many worse; None where that would take too long."""
+    pack = topic.pack
+    if len(groups) * max(len(topic.publishers), len(topic.subscribers)) > _EFFECT_LIMIT:
+        return None, None
+    mends = breaks = 0
+    partners = topic.subscribers if role == PUBLISHER else topic.publishers
+    for members in groups:
+        profile = members.profile
+        after = intern(pack, changed(profile.values, pack.policies[index], index, pack.vocabulary.size, value))
+        for partner in partners:
+            before = _rank_of(profile, partner.profile, role)
+            then = _rank_of(after, partner.profile, role)
+            count = len(members.endpoints) * len(partner.endpoints)
+            mends += count if then < before else 0
+            breaks += count if then > before else 0
+    return mends, breaks
+
+
+def _rank_of(changing: QosProfile, partner: QosProfile, role: str) -> int:
+    """Verdict of a pair by rank; a pair that does not meet is worse than any verdict."""
+    publisher, subscriber = (changing, partner) if role == PUBLISHER else (partner, changing)
+    return 3 if apart(publisher, subscriber) else judge_pair(publisher, subscriber).verdict.rank
+
+
+def merged(findings: Sequence[Finding]) -> Finding:
+    """Put findings with one merge key together: members, pairs and topics add up."""
+    if len(findings) == 1:
+        return findings[0]
+    first = min(findings, key=lambda finding: (finding.topic or "", finding.endpoints))
+    roles = dict.fromkeys(side.role for finding in findings for side in finding.sides)
+    sides = []
+    for role in roles:
+        same = [side for finding in (first, *findings) for side in finding.sides if side.role == role]
+        members = tuple(sorted({member for side in same for member in side.members}))
+        sides.append(replace(same[0], members=members))
+    topics = sorted(
+        {finding.topic for finding in findings if finding.topic is not None and finding.topic != first.topic}
+    )
+    return replace(
+        first,
+        sides=tuple(sides),
+        remedies=_merged_remedies(findings),
+        pairs=sum(finding.pairs for finding in findings),
+        more_topics=tuple(topics),
+        notes=tuple(dict.fromkeys(note for finding in (first, *findings) for note in finding.notes)),
+    )
+
+
+def _merged_remedies(findings: Sequence[Finding]) -> tuple[Remedy, ...]:
+    """Remedies that every one of the findings has, over all their members."""
+    by_change: dict[tuple[str, str, str], list[Remedy]] = {}
+    for finding in findings:
+        for remedy in finding.remedies:
+            by_change.setdefault((remedy.role, remedy.policy, remedy.value), []).append(remedy)
+    found = []
+    for (role, policy, value), same in by_change.items():
+        if len(same) == len(findings):
+            members = tuple(sorted({member for remedy in same for member in remedy.members}))
+            mends, breaks = _sum(r.mends for r in same), _sum(r.breaks for r in same)
+            text = remedy_text(role, policy, value, members)
+            found.append(replace(same[0], members=members, text=text, mends=mends, breaks=breaks))
+    return tuple(sorted(found, key=_rank))
+
+
+def _sum(counts: Iterable[int | None]) -> int | None:
+    """The sum, unless one of the numbers was not counted."""
+    known = list(counts)
+    return None if None in known else sum(count for count in known if count is not None)

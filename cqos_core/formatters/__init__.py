@@ -1,0 +1,1 @@
+"""Formatters: a `Report` becomes text."""

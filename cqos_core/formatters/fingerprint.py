@@ -1,0 +1,32 @@
+"""What makes a finding the same finding tomorrow, when lines have moved and words have changed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cqos_core.report import Finding, Side
+
+
+def fingerprint(finding: Finding) -> str:
+    """Return a stable identity of ``finding``: of its rule, topic, endpoints and policies, never of lines or values.
+
+    A finding without endpoints is told apart by the elements it points at, and only without these by its message.
+    """
+    sides = [_identity(side) for side in finding.sides]
+    named = any(members or elements for _, members, elements, _ in sides)
+    identity = [finding.code, finding.topic, sides, None if named else finding.message]
+    return hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:32]
+
+
+def _identity(side: Side) -> tuple[str, list[str], list[str], list[str]]:
+    place = side.place
+    elements = [] if place is None or side.members else [place.element or place.path or ""]
+    return (
+        side.role,
+        sorted(side.members),
+        [name for name in elements if name],
+        [fact.policy for fact in side.facts],
+    )

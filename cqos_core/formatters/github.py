@@ -1,0 +1,49 @@
+"""Workflow commands: GitHub shows each finding beside the line of the changed file it is about."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cqos_core.formatters import terminal, wording
+from cqos_core.formatters.places import Places
+from cqos_core.report import Severity
+
+if TYPE_CHECKING:
+    from cqos_core.formatters.style import Style
+    from cqos_core.report import Finding, Report
+    from cqos_core.system import Place
+
+_COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "notice"}
+
+
+def render_github(report: Report, style: Style) -> str:
+    """Return one workflow command per finding that nobody accepted, and one line with the verdict and all counts."""
+    findings = [finding for finding in wording.shown(report, style) if finding.accepted is None]
+    places = Places(findings, style.sources)
+    commands = [_command(finding, places) for finding in findings]
+    # No name from an input stands in the last line, which is no command: it could make it one.
+    return "\n".join([*commands, f"{report.verdict}: {wording.counts(report, style)}"]) + "\n"
+
+
+def _command(finding: Finding, places: Places) -> str:
+    place = finding.place
+    properties = {} if place is None else _properties(places.exact(place))
+    properties["title"] = f"{finding.code} {finding.name}"
+    text = "\n".join([finding.message, *(f"help: {sentence}" for sentence in wording.helps(finding))])
+    listed = ",".join(f"{name}={_property(value)}" for name, value in properties.items())
+    return f"::{_COMMANDS[finding.severity]} {listed}::{_data(text)}"
+
+
+def _properties(place: Place) -> dict[str, str]:
+    known = {"file": place.source, "line": place.line, "col": None if place.line is None else place.column}
+    return {name: str(value) for name, value in known.items() if value is not None}
+
+
+def _data(text: str) -> str:
+    """Escape a message, in which ``%`` begins an escape and a new line would end the command."""
+    return terminal.clean(text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A"))
+
+
+def _property(text: str) -> str:
+    """Escape a property's value, in which ``:`` and ``,`` end something, too."""
+    return _data(text).replace(":", "%3A").replace(",", "%2C")

@@ -1,0 +1,347 @@
+"""The JSON report, version 1: everything a `Report` holds, documented in ``docs/json-report.md``, and back again.
+
+Within version 1 keys may be added, none is removed or changes its meaning. Readers ignore keys they do not know.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from cqos_core.formatters.places import Places
+from cqos_core.problems import CqosError
+from cqos_core.report import Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
+from cqos_core.system import PUBLISHER, SUBSCRIBER, Place
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from cqos_core.formatters.style import Style
+    from cqos_core.system import Role
+
+VERSION = 1
+"""Of the format; a number that a reader does not know means that it must not go on."""
+
+_SURROGATE = re.compile("[\ud800-\udfff]")
+_ROLES: tuple[Role, ...] = (PUBLISHER, SUBSCRIBER)
+_Kind = TypeVar("_Kind")
+_Text = TypeVar("_Text", bound=str)
+
+Json = dict[str, Any]
+
+
+def render_json(report: Report, style: Style) -> str:
+    """Return the report as one JSON document, indented."""
+    places = Places(report.findings, style.sources)
+    document = {
+        **_summary(report, style),
+        "groups": [_group(group) for group in report.groups],
+        "findings": [_finding(finding, places) for finding in report.findings],
+        "not_checked": list(report.not_checked),
+    }
+    return dump(document, indent=2) + "\n"
+
+
+def render_jsonl(report: Report, style: Style) -> str:
+    """Return the report as lines, each a JSON object with its ``kind``: one summary, then groups, then findings."""
+    return "".join(f"{dump(line)}\n" for line in _lines(report, style))
+
+
+def _lines(report: Report, style: Style) -> Iterator[Json]:
+    yield {"kind": "summary", **_summary(report, style), "not_checked": list(report.not_checked)}
+    for group in report.groups:
+        yield {"kind": "group", **_group(group)}
+    places = Places(report.findings, style.sources)
+    for finding in report.findings:
+        yield {"kind": "finding", **_finding(finding, places)}
+
+
+def dump(document: Json, indent: int | None = None) -> str:
+    """Return strict JSON that UTF-8 can carry; keys stay in the order they have."""
+    text = json.dumps(document, ensure_ascii=False, allow_nan=False, indent=indent)
+    # A name from a damaged input may hold half of a character, which UTF-8 cannot write but JSON can escape.
+    return _SURROGATE.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
+
+
+# --- from a report to JSON ---
+
+
+def _summary(report: Report, style: Style) -> Json:
+    return {
+        "version": VERSION,
+        "tool": {"name": "cqos", "version": style.tool_version},
+        "system": report.system,
+        "verdict": report.verdict.value,
+        "counts": _counts(report),
+        "sources": list(report.sources),
+    }
+
+
+def _counts(report: Report) -> Json:
+    pairs: Counter[Verdict] = Counter()
+    for group in report.groups:
+        pairs[group.verdict] += group.pairs
+    return {
+        "topics": report.topics,
+        "endpoints": report.endpoints,
+        "pairs": report.pair_count,
+        **{verdict.value: pairs[verdict] for verdict in Verdict},
+        **{f"{severity.value}s": report.count(severity) for severity in Severity},
+        "accepted": sum(finding.accepted is not None for finding in report.findings),
+    }
+
+
+def _group(group: Group) -> Json:
+    return {
+        "topic": group.topic,
+        "protocol": group.protocol,
+        "verdict": group.verdict.value,
+        "pairs": group.pairs,
+        "internal": group.internal,
+        "codes": list(group.codes),
+        "publishers": list(group.publishers),
+        "subscribers": list(group.subscribers),
+    }
+
+
+def _finding(finding: Finding, places: Places) -> Json:
+    return {
+        "code": finding.code,
+        "name": finding.name,
+        "source": finding.source,
+        "severity": finding.severity.value,
+        "verdict": None if finding.verdict is None else finding.verdict.value,
+        "message": finding.message,
+        "topic": finding.topic,
+        "more_topics": list(finding.more_topics),
+        "pairs": finding.pairs,
+        "place": _place(finding.place, places),
+        "sides": [_side(side, places) for side in finding.sides],
+        "remedies": [_remedy(remedy) for remedy in finding.remedies],
+        "help": finding.help,
+        "notes": list(finding.notes),
+        "worlds": {world: verdict.value for world, verdict in sorted(finding.worlds.items())},
+        "because": finding.because,
+        "clause": finding.clause,
+        "accepted": finding.accepted,
+    }
+
+
+def _side(side: Side, places: Places) -> Json:
+    return {
+        "role": side.role,
+        "label": side.label,
+        "members": list(side.members),
+        "facts": [_fact(fact, places) for fact in side.facts],
+        "place": _place(side.place, places),
+    }
+
+
+def _fact(fact: Fact, places: Places) -> Json:
+    return {
+        "policy": fact.policy,
+        "value": fact.value,
+        "origin": fact.origin,
+        "place": _place(fact.place, places),
+    }
+
+
+def _remedy(remedy: Remedy) -> Json:
+    return {
+        "text": remedy.text,
+        "role": remedy.role,
+        "members": list(remedy.members),
+        "policy": remedy.policy,
+        "value": remedy.value,
+        "kind": remedy.kind,
+        "mends": remedy.mends,
+        "breaks": remedy.breaks,
+    }
+
+
+def _place(place: Place | None, places: Places) -> Json | None:
+    if place is None:
+        return None
+    exact = places.exact(place)
+    return {
+        "source": exact.source,
+        "line": exact.line,
+        "column": exact.column,
+        "element": exact.element,
+        "path": exact.path,
+    }
+
+
+# --- and back ---
+
+
+def report_from_json(text: str | bytes) -> Report:
+    """Return the report that `render_json` wrote; places have the columns that were found when it was written.
+
+    Raises:
+        CqosError: if ``text`` is no JSON report, is one of a version this C-QoS does not know, or is damaged; the
+            message says where.
+    """
+    try:
+        document = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise CqosError(f"this is no JSON report: {error}") from None
+    if not isinstance(document, dict) or "version" not in document:
+        raise CqosError("this is no JSON report: it is no object with a `version`")
+    report = _Object(document, "report")
+    if (version := report.number("version")) != VERSION:
+        raise CqosError(f"the JSON report has version {version}, this C-QoS reads version {VERSION}")
+    return _read_report(report)
+
+
+class _Object:
+    """A JSON object that is read key by key, each with the type it must have."""
+
+    def __init__(self, values: object, path: str) -> None:
+        """Take ``values``, which stand at ``path`` of the document."""
+        self._path = path
+        if not isinstance(values, dict):
+            raise self._unfit(None, "an object", values)
+        self._values: Json = values
+
+    def _unfit(self, key: str | None, expected: str, found: object) -> CqosError:
+        where = self._path if key is None else f"{self._path}.{key}"
+        shown = "nothing" if found is None else json.dumps(found)[:60]
+        return CqosError(f"the JSON report is damaged: `{where}` should be {expected}, found {shown}")
+
+    def _get(self, key: str, kind: type[_Kind], expected: str) -> _Kind:
+        found = self._values.get(key)
+        # A boolean is an int to Python, but no number to JSON.
+        if not isinstance(found, kind) or isinstance(found, bool):
+            raise self._unfit(key, expected, found)
+        return found
+
+    def text(self, key: str) -> str:
+        return self._get(key, str, "text")
+
+    def text_or_none(self, key: str) -> str | None:
+        return None if self._values.get(key) is None else self.text(key)
+
+    def number(self, key: str) -> int:
+        return self._get(key, int, "a whole number")
+
+    def number_or_none(self, key: str) -> int | None:
+        return None if self._values.get(key) is None else self.number(key)
+
+    def texts(self, key: str) -> tuple[str, ...]:
+        found = self._get(key, list, "a list of texts")
+        if not all(isinstance(item, str) for item in found):
+            raise self._unfit(key, "a list of texts", found)
+        return tuple(found)
+
+    def one_of(self, key: str, allowed: Iterable[_Text]) -> _Text:
+        found = self.text(key)
+        choices = {str(choice): choice for choice in allowed}
+        if found not in choices:
+            raise self._unfit(key, f"one of {', '.join(choices)}", found)
+        return choices[found]
+
+    def object(self, key: str) -> _Object:
+        return _Object(self._values.get(key), f"{self._path}.{key}")
+
+    def objects(self, key: str) -> list[_Object]:
+        found = self._get(key, list, "a list of objects")
+        return [_Object(item, f"{self._path}.{key}[{index}]") for index, item in enumerate(found)]
+
+    def verdict_or_none(self, key: str) -> Verdict | None:
+        return None if self._values.get(key) is None else self.one_of(key, Verdict)
+
+    def verdicts(self, key: str) -> dict[str, Verdict]:
+        found = self._get(key, dict, "an object")
+        verdicts = _Object(found, f"{self._path}.{key}")
+        return {name: verdicts.one_of(name, Verdict) for name in found}
+
+    def place(self) -> Place | None:
+        return None if self._values.get("place") is None else _read_place(self.object("place"))
+
+
+def _read_report(report: _Object) -> Report:
+    counts = report.object("counts")
+    return Report(
+        verdict=report.one_of("verdict", Verdict),
+        groups=tuple(_read_group(group) for group in report.objects("groups")),
+        findings=tuple(_read_finding(finding) for finding in report.objects("findings")),
+        not_checked=report.texts("not_checked"),
+        system=report.text("system"),
+        sources=report.texts("sources"),
+        endpoints=counts.number("endpoints"),
+        topics=counts.number("topics"),
+    )
+
+
+def _read_group(group: _Object) -> Group:
+    return Group(
+        topic=group.text("topic"),
+        publishers=group.texts("publishers"),
+        subscribers=group.texts("subscribers"),
+        verdict=group.one_of("verdict", Verdict),
+        protocol=group.text("protocol"),
+        internal=group.number("internal"),
+        codes=group.texts("codes"),
+    )
+
+
+def _read_finding(finding: _Object) -> Finding:
+    return Finding(
+        code=finding.text("code"),
+        name=finding.text("name"),
+        severity=finding.one_of("severity", Severity),
+        message=finding.text("message"),
+        source=finding.text("source"),
+        topic=finding.text_or_none("topic"),
+        verdict=finding.verdict_or_none("verdict"),
+        sides=tuple(_read_side(side) for side in finding.objects("sides")),
+        remedies=tuple(_read_remedy(remedy) for remedy in finding.objects("remedies")),
+        notes=finding.texts("notes"),
+        because=finding.text("because"),
+        clause=finding.text("clause"),
+        help=finding.text_or_none("help"),
+        pairs=finding.number("pairs"),
+        worlds=finding.verdicts("worlds"),
+        more_topics=finding.texts("more_topics"),
+        accepted=finding.text_or_none("accepted"),
+    )
+
+
+def _read_side(side: _Object) -> Side:
+    return Side(
+        role=side.text("role"),
+        members=side.texts("members"),
+        label=side.text("label"),
+        facts=tuple(_read_fact(fact) for fact in side.objects("facts")),
+        place=side.place(),
+    )
+
+
+def _read_fact(fact: _Object) -> Fact:
+    return Fact(fact.text("policy"), fact.text("value"), fact.text("origin"), fact.place())
+
+
+def _read_remedy(remedy: _Object) -> Remedy:
+    return Remedy(
+        role=remedy.one_of("role", _ROLES),
+        members=remedy.texts("members"),
+        policy=remedy.text("policy"),
+        value=remedy.text("value"),
+        kind=remedy.text("kind"),
+        text=remedy.text("text"),
+        mends=remedy.number("mends"),
+        breaks=remedy.number("breaks"),
+    )
+
+
+def _read_place(place: _Object) -> Place:
+    return Place(
+        source=place.text("source"),
+        line=place.number_or_none("line"),
+        column=place.number_or_none("column"),
+        element=place.text_or_none("element"),
+        path=place.text_or_none("path"),
+    )

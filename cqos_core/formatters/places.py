@@ -1,0 +1,37 @@
+"""Exact places of the findings that are printed, and the excerpts around them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cqos_core.excerpt import exact, span
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from cqos_core.excerpt import Excerpt
+    from cqos_core.report import Finding
+    from cqos_core.system import Place
+
+
+class Places:
+    """Fills in the columns that importers left open, scanning each source once for all findings."""
+
+    def __init__(self, findings: Iterable[Finding], sources: Mapping[str, bytes]) -> None:
+        """Find the exact places of everything ``findings`` point at."""
+        self._sources = sources
+        self._exact = exact((place for finding in findings for place in _places(finding)), sources)
+
+    def exact(self, place: Place) -> Place:
+        """``place`` with its column where the source tells it, else as it is."""
+        return self._exact.get(place, place)
+
+    def excerpt(self, place: Place) -> Excerpt | None:
+        """The line of ``place`` and what to mark in it; None without the source or a line."""
+        return span(self.exact(place), self._sources)
+
+
+def _places(finding: Finding) -> Iterator[Place]:
+    for side in finding.sides:
+        candidates = (side.place, *(fact.place for fact in side.facts))
+        yield from (place for place in candidates if place is not None)

@@ -1,0 +1,175 @@
+"""SARIF 2.1.0, which code scanning services read; only the part of it that says what a report knows."""
+
+from __future__ import annotations
+
+import os
+from itertools import islice
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
+
+from cqos_core.formatters import wording
+from cqos_core.formatters.fingerprint import fingerprint
+from cqos_core.formatters.json_report import dump
+from cqos_core.formatters.places import Places
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from cqos_core.formatters.style import Style
+    from cqos_core.report import Finding, Report, Side
+    from cqos_core.system import Place
+
+_SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
+_MEMBERS = 100  # of one finding: viewers show a few, and the JSON report has them all
+
+Json = dict[str, Any]
+
+
+def render_sarif(report: Report, style: Style) -> str:
+    """Return the report as a SARIF log with one run; accepted findings are suppressed results."""
+    rules = _rules(report)
+    numbers = {rule["id"]: number for number, rule in enumerate(rules)}
+    places = Places(report.findings, style.sources)
+    run: Json = {
+        "tool": {"driver": {"name": "C-QoS", **_version(style), "rules": rules}},
+        "columnKind": "unicodeCodePoints",
+        "artifacts": [{"location": {"uri": uri}} for uri in dict.fromkeys(map(_uri, report.sources))],
+        "results": [_Result(report, finding, places).build(numbers[finding.code]) for finding in report.findings],
+        "properties": {
+            "verdict": report.verdict.value,
+            "topics": report.topics,
+            "pairs": report.pair_count,
+            "notChecked": list(report.not_checked),
+        },
+    }
+    log = {"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]}
+    return dump(log, indent=2) + "\n"
+
+
+def _version(style: Style) -> Json:
+    return {"version": style.tool_version} if style.tool_version else {}
+
+
+def _rules(report: Report) -> list[Json]:
+    """Describe each rule once, as far as its findings tell."""
+    by_code: dict[str, list[Finding]] = {}
+    for finding in report.findings:
+        by_code.setdefault(finding.code, []).append(finding)
+    return [_rule(code, findings) for code, findings in sorted(by_code.items())]
+
+
+def _rule(code: str, findings: list[Finding]) -> Json:
+    """Say what all findings of a code agree on; the rules that a team writes itself share one code."""
+    names = {finding.name for finding in findings}
+    reasons = {finding.because for finding in findings if finding.because}
+    name = names.pop() if len(names) == 1 else ""
+    rule: Json = {"id": code}
+    if name:
+        rule |= {"name": name, "shortDescription": {"text": name.replace("-", " ")}}
+    if len(reasons) == 1:
+        rule["fullDescription"] = {"text": reasons.pop()}
+    clauses = sorted({finding.clause for finding in findings if finding.clause})
+    help_lines = [f"See `cqos rule {code}`.", *(f"Clause: {clause}" for clause in clauses)]
+    return {**rule, "help": {"text": "\n".join(help_lines)}}
+
+
+def _uri(source: str) -> str:
+    """Return a reference to a file as the caller wrote it: relative stays relative, so that it fits the repository."""
+    path = source.replace(os.sep, "/").removeprefix("./")
+    escaped = quote(path.encode("utf-8", "surrogatepass"))
+    if path.startswith("/"):
+        return f"file://{escaped}"
+    # Only a drive has a colon there that means a place.
+    return f"file:///{escaped.replace('%3A', ':', 1)}" if os.path.splitdrive(source)[0] else escaped
+
+
+class _Result:
+    """Builds one result; places are those of the finding's report."""
+
+    def __init__(self, report: Report, finding: Finding, places: Places) -> None:
+        self._report = report
+        self._finding = finding
+        self._places = places
+
+    def build(self, rule_index: int) -> Json:
+        """Return the result, which belongs to the rule of that index."""
+        finding = self._finding
+        related = list(self._related())
+        return {
+            "ruleId": finding.code,
+            "ruleIndex": rule_index,
+            "level": finding.severity.value,
+            "message": {"text": self._text()},
+            "locations": self._locations(),
+            **({"relatedLocations": related} if related else {}),
+            "partialFingerprints": {"cqos/v1": fingerprint(finding)},
+            # Once one result has this property, all of them must, and an empty list means not suppressed.
+            "suppressions": self._suppressions(),
+            "properties": {
+                "topics": [topic for topic in (finding.topic, *finding.more_topics) if topic is not None],
+                "verdict": None if finding.verdict is None else finding.verdict.value,
+                "pairs": finding.pairs,
+            },
+        }
+
+    def _text(self) -> str:
+        helps = (f"help: {sentence}" for sentence in wording.helps(self._finding))
+        return "\n".join([self._finding.message, *helps])
+
+    def _suppressions(self) -> list[Json]:
+        if self._finding.accepted is None:
+            return []
+        return [{"kind": "external", "status": "accepted", "justification": self._finding.accepted}]
+
+    def _locations(self) -> list[Json]:
+        """Return the one place to show the result at; services refuse a result that has none."""
+        place = self._finding.place
+        location: Json = {}
+        if place is not None:
+            location["physicalLocation"] = self._physical(place)
+        elif len(self._report.sources) == 1:
+            location["physicalLocation"] = {"artifactLocation": {"uri": _uri(self._report.sources[0])}}
+        # Ids are unique in one source only, and names in a location must be unique.
+        logical = list(islice(dict.fromkeys(self._logical(place)), _MEMBERS))
+        if logical:
+            location["logicalLocations"] = [{"fullyQualifiedName": name, "kind": kind} for name, kind in logical]
+        return [location] if location else []
+
+    def _logical(self, place: Place | None) -> Iterator[tuple[str, str]]:
+        """Yield names and kinds: the members of the primary side, then the element to mark."""
+        for side in self._finding.sides[:1]:
+            for member in side.members:
+                yield member, side.role
+        if place is not None and place.element is not None:
+            yield place.element, "element"
+
+    def _physical(self, place: Place) -> Json:
+        physical: Json = {"artifactLocation": {"uri": _uri(place.source)}}
+        exact = self._places.exact(place)
+        if exact.line is not None:
+            physical["region"] = {"startLine": exact.line, **self._columns(place, exact.column)}
+        return physical
+
+    def _columns(self, place: Place, column: int | None) -> Json:
+        if column is None:
+            return {}
+        excerpt = self._places.excerpt(place)
+        return {"startColumn": column, **({"endColumn": column + excerpt.width} if excerpt else {})}
+
+    def _related(self) -> Iterator[Json]:
+        """Yield the other values and the other sides, each with what it says."""
+        main = self._finding.place
+        stated = dict.fromkeys(stated for side in self._finding.sides for stated in _stated(side))
+        others = [(place, text) for place, text in stated if place != main]
+        for number, (place, text) in enumerate(others, 1):
+            yield {"id": number, "physicalLocation": self._physical(place), "message": {"text": text}}
+
+
+def _stated(side: Side) -> Iterator[tuple[Place, str]]:
+    who = wording.listed(side.members) or side.role
+    label = f", {side.label}" if side.label else ""
+    for fact in side.facts:
+        if (place := fact.place or side.place) is not None:
+            yield place, f"{who}: {fact.policy} {wording.value(fact)}{label}"
+    if not side.facts and side.place is not None:
+        yield side.place, f"{who}{label}"

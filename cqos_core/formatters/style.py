@@ -1,0 +1,30 @@
+"""How a report is to be shown: the few choices all formatters share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from cqos_core.report import Severity
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+@dataclass(frozen=True, slots=True)
+class Style:
+    """Choices of the caller; every formatter ignores what does not concern it.
+
+    Attributes:
+        show: findings up to this severity are printed in full by the text formats (``warning``: notes are counted only).
+        color: ANSI colours; the caller honours ``NO_COLOR`` and whether the stream is a terminal.
+        width: columns of the terminal, for the text formats.
+        sources: source name to its bytes, for excerpts and exact columns.
+        tool_version: of C-QoS, for formats that name their tool.
+    """
+
+    show: Severity = Severity.WARNING
+    color: bool = False
+    width: int = 100
+    sources: Mapping[str, bytes] = field(default_factory=dict)
+    tool_version: str = ""

@@ -1,0 +1,129 @@
+"""Words that several formatters say: counts, lists of members, remedies, worlds, the summary."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from cqos_core.formatters.terminal import clean
+from cqos_core.report import Severity, Verdict
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from cqos_core.formatters.style import Style
+    from cqos_core.formatters.terminal import Paint
+    from cqos_core.report import Fact, Finding, Remedy, Report
+    from cqos_core.system import Place
+
+_LISTED = 3  # more names than this are counted
+_ORIGINS = {"profile": "from profile", "option": "from option", "overlay": "from an overlay"}
+_OPTION = re.compile(r"([\w-]+\.[\w.-]+)=([^,]+)")
+_PHRASES = (
+    (Verdict.COMPATIBLE, "fits with"),
+    (Verdict.INCOMPATIBLE, "not with"),
+    (Verdict.UNKNOWN, "cannot be known with"),
+)
+
+
+def plural(count: int, noun: str) -> str:
+    """Return ``1 pair``, ``2 pairs``."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return ``a, b, c``, or ``a, b and 12 more``."""
+    if len(names) <= _LISTED:
+        return ", ".join(names)
+    return f"{', '.join(names[: _LISTED - 1])} and {len(names) - _LISTED + 1} more"
+
+
+def position(place: Place) -> str:
+    """Return ``file:line:column``, as far as it is known."""
+    known = (place.source, place.line, None if place.line is None else place.column)
+    return ":".join(str(part) for part in known if part is not None)
+
+
+def origin(fact: Fact) -> str:
+    """Where a value came from, in words; empty if it was stated outright."""
+    if fact.origin == "explicit":
+        return ""
+    kind, _, name = fact.origin.partition(" ")
+    return f"{_ORIGINS.get(kind, kind)} {name}".rstrip()
+
+
+def value(fact: Fact) -> str:
+    """The value, with its origin unless it was stated outright: ``reliable (from profile response)``."""
+    return f"{fact.value} ({origin(fact)})" if origin(fact) else fact.value
+
+
+def shown(report: Report, style: Style) -> list[Finding]:
+    """The findings a text format prints: up to the severity asked for; accepted ones only together with the notes."""
+    return [
+        finding
+        for finding in report.findings
+        if finding.severity.rank <= style.show.rank and (finding.accepted is None or style.show is Severity.NOTE)
+    ]
+
+
+def helps(finding: Finding) -> list[str]:
+    """What to do, best first, one sentence each; plain remedies that are alternatives share a sentence."""
+    sentences = [] if finding.help is None else [finding.help]
+    plain = [remedy.text for remedy in finding.remedies if not _remarks(remedy)]
+    costly = [f"{remedy.text} ({_remarks(remedy)})" for remedy in finding.remedies if _remarks(remedy)]
+    if plain:
+        sentences.append(", or ".join(plain))
+    # All of them are alternatives: without the word, the second line would read as a second thing to do.
+    return sentences + [text if number == 0 and not plain else f"or {text}" for number, text in enumerate(costly)]
+
+
+def _remarks(remedy: Remedy) -> str:
+    remarks = []
+    if remedy.kind == "needs_code":
+        remarks.append("the program must keep this promise")
+    if remedy.breaks:
+        remarks.append(f"makes {plural(remedy.breaks, 'other pair')} worse")
+    return "; ".join(remarks)
+
+
+def worlds(verdicts: Mapping[str, Verdict]) -> str:
+    """What the verdict depends on: ``fits with cyclonedds, connext; not with fastdds``."""
+    names = _assumptions(verdicts)
+    ordered = sorted(verdicts.items())
+    phrases = [
+        f"{phrase} {', '.join(names[world] for world, verdict in ordered if verdict is wanted)}"
+        for wanted, phrase in _PHRASES
+        if wanted in verdicts.values()
+    ]
+    return "; ".join(phrases)
+
+
+def _assumptions(worlds: Iterable[str]) -> dict[str, str]:
+    """Shorten ``ros2.rmw=fastdds`` to ``fastdds`` if all assumptions are about one option."""
+    found = {world: _OPTION.fullmatch(world) for world in worlds}
+    if len({match and match[1] for match in found.values()}) > 1:
+        return {world: world for world in found}
+    return {world: match[2] if match else world for world, match in found.items()}
+
+
+def heading(report: Report) -> str:
+    """What was checked: the system's name, else the only source; empty if there is no one name for it."""
+    return report.system or (report.sources[0] if len(report.sources) == 1 else "")
+
+
+def counts(report: Report, style: Style) -> str:
+    """Return ``2 topics, 4 pairs judged, 1 error, 2 notes (shown with --show notes)``."""
+    parts = [plural(report.topics, "topic"), f"{plural(report.pair_count, 'pair')} judged"]
+    for severity in Severity:
+        if number := report.count(severity):
+            hidden = f" (shown with --show {severity}s)" if severity.rank > style.show.rank else ""
+            parts.append(plural(number, severity) + hidden)
+    if accepted := sum(finding.accepted is not None for finding in report.findings):
+        parts.append(f"{accepted} accepted")
+    return ", ".join(parts if report.findings else [*parts, "no findings"])
+
+
+def summary(report: Report, style: Style, paint: Paint) -> str:
+    """Return ``name: verdict: counts``, one line."""
+    name = clean(heading(report))
+    return f"{name + ': ' if name else ''}{paint(report.verdict, report.verdict)}: {counts(report, style)}"

@@ -1,0 +1,1 @@
+"""Importers: bytes in one of many formats become a `System`."""

@@ -1,0 +1,43 @@
+"""Recognises formats from a name and the first bytes, without importing a parser."""
+
+from __future__ import annotations
+
+import re
+
+_BPMN_SUFFIXES = (".bpmn", ".bpmn2", ".bpmn20.xml")
+_ROOT = re.compile(rb"<(?:[^\s<>/!?:]+:)?definitions(?=[\s>/])([^>]*)")
+
+
+def claims_bpmn(name: str, head: bytes) -> bool:
+    """Say whether this is, or is meant to be, a BPMN file: by its ending, or by its first element.
+
+    Drafts of BPMN and `definitions` without a namespace are claimed as well, so that the importer can say what is
+    wrong with them.
+    """
+    if name.lower().endswith(_BPMN_SUFFIXES):
+        return True
+    text = head.replace(b"\0", b"")  # UTF-16 becomes readable enough
+    root = _ROOT.search(text) if text.lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n").startswith(b"<") else None
+    return root is not None and (b"/BPMN/" in text or b"xmlns" not in root[1])
+
+
+_YAML_SUFFIXES = (".yaml", ".yml", ".json")
+_VERSION_KEY = re.compile(r"""^(?:cqos|"cqos"|'cqos')[ \t]*:""", re.MULTILINE)
+_FLOW_VERSION_KEY = re.compile(r"""[{,]\s*(?:cqos|"cqos"|'cqos')\s*:""")
+_FLOW = re.compile(r"(?:\s++|#[^\n]*+|%[^\n]*+|---)*+\{")
+_FORGOTTEN = re.compile(r"^participants[ \t]*:.*?^[ \t]+(?:publishes|subscribes)[ \t]*:", re.MULTILINE | re.DOTALL)
+
+
+def claims_yaml(name: str, head: bytes) -> bool:
+    """Say whether this is a C-QoS system file: it has the key `cqos` at top level, whatever the file is called.
+
+    A YAML file with participants that publish or subscribe is claimed without the key, so that the importer can say
+    what is missing.
+    """
+    wide = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}.get(head[:2], "utf-8")
+    text = head.decode(wide, "ignore").lstrip("\ufeff")
+    if _VERSION_KEY.search(text):
+        return True
+    if _FLOW.match(text):
+        return _FLOW_VERSION_KEY.search(text) is not None
+    return name.lower().endswith(_YAML_SUFFIXES) and _FORGOTTEN.search(text) is not None

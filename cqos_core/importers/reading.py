@@ -1,0 +1,114 @@
+"""One source being read: places of its parts, and the one list in which all problems are collected."""
+
+from __future__ import annotations
+
+import difflib
+import gc
+from contextlib import contextmanager
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.encoding import Lines, decode
+from cqos_core.problems import InputError, Problem
+from cqos_core.system import ImportNote, Place
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from cqos_core.importers.source import Source
+    from cqos_core.importers.tree import Node
+
+_MOST_PROBLEMS: Final = 1000
+_LONGEST_EXCERPT: Final = 60
+_LONGEST_WORD: Final = 60
+
+
+class Reading:
+    """Reads one source on behalf of a caller who wants every problem at once.
+
+    Attributes:
+        source: what is read.
+        problems, notes: of the whole read; sources that include each other share them.
+    """
+
+    def __init__(self, source: Source, problems: list[Problem], notes: list[ImportNote]) -> None:
+        self.source = source
+        self.problems = problems
+        self.notes = notes
+
+    def place(self, node: Node) -> Place:
+        """Return where ``node`` begins."""
+        return Place(self.source.name, node.line, node.column)
+
+    def problem(self, code: str, message: str, where: Node | Place, advice: str | None = None) -> None:
+        """Collect a problem.
+
+        Raises:
+            InputError: with all of them, when there are so many that nobody would read on.
+        """
+        place = where if isinstance(where, Place) else self.place(where)
+        self.problems.append(Problem(code, message, place, advice))
+        if len(self.problems) >= _MOST_PROBLEMS:
+            last = f"reading stops here: {_MOST_PROBLEMS} problems were found"
+            raise InputError([*self.problems, Problem(code, last, place)])
+
+    def warn(self, code: str, message: str, where: Node | Place, advice: str) -> None:
+        """Say something that is no reason to stop."""
+        place = where if isinstance(where, Place) else self.place(where)
+        self.notes.append(ImportNote(code, "warning", message, place, advice))
+
+    @cached_property
+    def lines(self) -> Lines:
+        """The lines of the source, for looking at how something was written."""
+        return Lines(decode(self.source.data))
+
+    def rest_of_line(self, line: int | None, column: int) -> str:
+        """Return the text from a one-based place to the end of its line."""
+        return "" if line is None else self.lines.line(line)[column - 1 :]
+
+
+@contextmanager
+def collector_paused() -> Iterator[None]:
+    """Keep the cyclic garbage collector from running within: reading makes many objects and no cycles.
+
+    It would look at all of them again and again, which takes longer than the reading. Threads may do this at the
+    same time: whoever found it running switches it on again.
+    """
+    running = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if running:
+            gc.enable()
+
+
+def shown(text: str) -> str:
+    """Return ``text`` in back quotes for a message: on one line, and cut where it is long."""
+    start = text[: _LONGEST_EXCERPT + 1]
+    line = start if start.isprintable() else start.encode("unicode_escape").decode()
+    return f"`{line}`" if len(line) <= _LONGEST_EXCERPT else f"`{line[:_LONGEST_EXCERPT]}…`"
+
+
+def listed(words: Iterable[str], last: str = "or") -> str:
+    """``a, b or c``."""
+    *most, final = words
+    return f"{', '.join(most)} {last} {final}" if most else final
+
+
+def nearest(word: str, known: Iterable[str]) -> str | None:
+    """Return the one of ``known`` that ``word`` was probably meant to be."""
+    return _nearest(word, tuple(known)) if len(word) <= _LONGEST_WORD else None
+
+
+@lru_cache(maxsize=256)
+def _nearest(word: str, known: tuple[str, ...]) -> str | None:
+    spelt = {name.lower(): name for name in known}
+    found = difflib.get_close_matches(word.lower().replace("-", "_").replace(" ", "_"), spelt, 1, 0.7)
+    return spelt[found[0]] if found else None
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """``; did you mean `x`?`` to end a sentence with, empty where nothing is near."""
+    found = nearest(word, known)
+    return f"; did you mean `{found}`?" if found else ""

@@ -1,0 +1,63 @@
+"""What an importer is given: the bytes of one file and what it may ask its caller for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from cqos_core.system import System
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """One input: its name as the caller wrote it (a path, or ``<bytes>``) and its bytes, never decoded."""
+
+    name: str
+    data: bytes
+
+
+class Opener(Protocol):
+    """Opens a file that another one names, relative to the one that names it; raises `InputError` where it cannot."""
+
+    def __call__(self, name: str, relative_to: str) -> Source:
+        """Return the source ``name`` stands for."""
+
+
+def no_files(name: str, relative_to: str) -> Source:
+    """Refuse to open anything: for bytes from memory or the network, where a path means nothing."""
+    from cqos_core.problems import InputError, Problem
+    from cqos_core.system import Place
+
+    message = f"cannot include `{name}`: this input was given as bytes, so there is no folder to look in"
+    raise InputError([Problem("CQ007", message, Place(relative_to))])
+
+
+@dataclass(frozen=True, slots=True)
+class ReadContext:
+    """What a reader may use beside its source.
+
+    Attributes:
+        open: opens included files.
+        options: importer switches from the command line or configuration, by importer name and switch, for instance
+            ``{"bpmn": {"message_flows": "true"}}``.
+    """
+
+    open: Opener = no_files
+    options: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+
+
+class Reader(Protocol):
+    """Reads one source into a system; raises `InputError` with every problem where it cannot."""
+
+    def __call__(self, source: Source, context: ReadContext) -> System:
+        """Return what ``source`` states."""
+
+
+class Claim(Protocol):
+    """Says whether a source looks like this importer's format, from its name and first bytes, without importing a parser."""
+
+    def __call__(self, name: str, head: bytes) -> bool:
+        """``head`` holds at most the first 64 KiB."""

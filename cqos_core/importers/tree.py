@@ -1,0 +1,142 @@
+"""A tree of text with places: what YAML, JSON and TOML documents become before anybody asks what they mean.
+
+Scalars stay the text they were written as. What a plain scalar would be in YAML 1.2's core schema (a number, a flag,
+nothing) is only asked where it matters, so `no`, `1:30` and `2027-01-01` are what they look like: text.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+Kind: TypeAlias = Literal["null", "flag", "number", "text"]
+
+_NULL = frozenset(("", "~", "null", "Null", "NULL"))
+_TRUE = frozenset(("true", "True", "TRUE"))
+_FALSE = frozenset(("false", "False", "FALSE"))
+_INTEGER = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
+_REAL = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+
+
+@dataclass(slots=True, eq=False)
+class ScalarNode:
+    """One word or text.
+
+    Attributes:
+        text: without quotes, escapes resolved.
+        line, column: one-based, of its first character; None where the format's parser does not tell.
+        plain: neither quoted nor said to be text, so that it may stand for a number, a flag or nothing.
+    """
+
+    text: str
+    line: int | None
+    column: int | None
+    plain: bool
+
+
+@dataclass(slots=True, eq=False)
+class SequenceNode:
+    """A list."""
+
+    line: int | None
+    column: int | None
+    items: list[Node] = field(default_factory=list)
+
+
+@dataclass(slots=True, eq=False)
+class MappingNode:
+    """A map, in the order of the document; what `<<` brought in comes last.
+
+    Attributes:
+        entries: the text of a key to the key and its value.
+        end: one-based line on which something else begins, None where the format's parser does not tell.
+    """
+
+    line: int | None
+    column: int | None
+    entries: dict[str, tuple[ScalarNode, Node]] = field(default_factory=dict)
+    end: int | None = None
+
+
+Node: TypeAlias = ScalarNode | SequenceNode | MappingNode
+
+
+def is_null(node: Node) -> bool:
+    """Whether nothing is stated here: an empty value, ``~`` or ``null``."""
+    return isinstance(node, ScalarNode) and node.plain and node.text in _NULL
+
+
+def flag(node: ScalarNode) -> bool | None:
+    """Return the flag a plain scalar stands for, None where it stands for something else."""
+    if not node.plain:
+        return None
+    return True if node.text in _TRUE else False if node.text in _FALSE else None
+
+
+_LONGEST_NUMBER = 40
+
+
+def whole_number(node: ScalarNode) -> int | None:
+    """Return the integer a plain scalar stands for, None where it stands for something else or is absurdly long."""
+    text = node.text
+    if not node.plain or len(text) > _LONGEST_NUMBER or not _INTEGER.fullmatch(text):
+        return None
+    base = {"0o": 8, "0x": 16}.get(text[:2], 10)
+    return int(text, base)
+
+
+def kind_of(node: ScalarNode) -> Kind:
+    """Say what the scalar is in the core schema of YAML 1.2."""
+    if not node.plain:
+        return "text"
+    text = node.text
+    if text in _NULL:
+        return "null"
+    if text in _TRUE or text in _FALSE:
+        return "flag"
+    return "number" if _INTEGER.fullmatch(text) or _REAL.fullmatch(text) else "text"
+
+
+# What may stand in a flow collection without quotes and is read back as the same text: no indicator at the start,
+# none that ends a plain scalar within, single blanks only.
+_SAFE = re.compile(r"[A-Za-z0-9_./$+][A-Za-z0-9_./$+@%^()=;<>~*-]*(?: [A-Za-z0-9_./$+@%^()=;<>~*-]+)*")
+_ESCAPED = re.compile("[\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff]")
+_LONGEST_SIMPLE_KEY = 1000  # YAML wants `?` before a key of more than 1024 characters
+
+
+def flow_text(node: Node) -> str:
+    """Return the value as YAML in flow form on one line, from which the same value is read back.
+
+    A scalar alone is its bare text, as people write it; within a list or map it is quoted where it has to be.
+    """
+    return node.text if isinstance(node, ScalarNode) else _flow(node)
+
+
+def _flow(node: Node) -> str:
+    if isinstance(node, ScalarNode):
+        return _flow_scalar(node)
+    if isinstance(node, SequenceNode):
+        return f"[{', '.join(map(_flow, node.items))}]"
+    return f"{{{', '.join(f'{_flow_key(key)}: {_flow(value)}' for key, value in node.entries.values())}}}"
+
+
+def _flow_key(key: ScalarNode) -> str:
+    text = _flow_scalar(key)
+    return text if len(text) < _LONGEST_SIMPLE_KEY else f"? {text} "
+
+
+def _flow_scalar(node: ScalarNode) -> str:
+    text = node.text
+    seen_as = kind_of(ScalarNode(text, None, None, plain=True))
+    if seen_as == "text":
+        return text if _SAFE.fullmatch(text) else _quoted(text)
+    if node.plain:
+        return text or "null"
+    return _quoted(text)
+
+
+def _quoted(text: str) -> str:
+    quoted = json.dumps(text, ensure_ascii=False)
+    return _ESCAPED.sub(lambda found: f"\\u{ord(found[0]):04x}", quoted)

@@ -1,0 +1,165 @@
+"""Safe parsing of XML: bytes become a tree, or one clear error with its line and column.
+
+For every importer of XML. Documents come from strangers, so there are no entities, no document types, no files and no
+network, depth and lengths are bounded, and time and memory are those of one plain parse.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from lxml import etree
+
+from cqos_core.encoding import Lines, byte_order_mark, codec, decode, encoding_of
+from cqos_core.problems import InputError, Problem
+from cqos_core.system import Place
+
+if TYPE_CHECKING:
+    from typing import TypeAlias
+
+    from cqos_core.importers.source import Source
+
+    # lxml's stubs, and lxml, have no public name for the type of elements.
+    Element: TypeAlias = etree._Element  # noqa: SLF001
+
+_SPACE = b" \t\r\n"
+_LONGEST = 100
+# Blanks, comments and processing instructions; possessive, so that the time is linear whatever stands there.
+_PROLOG = re.compile(rb"(?:[ \t\r\n]++|<\?(?:[^?]++|\?(?!>))*+\?>|<!--(?:[^-]++|-(?!->))*+-->)*+")
+_HTML = re.compile(rb"<!doctype\s+html|<html[\s>]", re.IGNORECASE)
+_DOCTYPE_WORDS = re.compile(rb"""[^"'\[>]++|"[^"]*+"|'[^']*+'""")
+_DEPTH = re.compile(r"Excessive depth in document: (\d+)")
+_NAMESPACE = re.compile(r"Namespace prefix (\S+) (?:for (\S+) )?on (\S+) is not defined")
+_UNCLOSED = re.compile(r"Premature end of data in tag (.+) line (\d+)")
+
+
+def parse_xml(source: Source) -> Element:
+    """Return the root element of ``source``; lines are in ``sourceline``, where the start tag ends.
+
+    Raises:
+        InputError: with the one problem that stopped the parser: CQ001 if this is no well-formed XML in the
+            encoding it says, CQ002 if it declares entities or has parts that no real document has.
+    """
+    data = _without_document_type(source, _utf8(source))
+    parser = etree.XMLParser(
+        encoding="utf-8",  # instead of the declared one, which `_utf8` has seen to
+        resolve_entities=False,
+        load_dtd=False,
+        dtd_validation=False,
+        attribute_defaults=False,
+        no_network=True,
+        huge_tree=False,
+        collect_ids=False,
+        remove_comments=True,
+        remove_pis=True,
+    )
+    try:
+        return etree.fromstring(data, parser)
+    except etree.XMLSyntaxError as error:
+        raise InputError([_explain(source, parser, error)]) from None
+
+
+def _utf8(source: Source) -> bytes:
+    """Return the document as UTF-8 without a byte order mark; its XML declaration then means nothing."""
+    data = source.data
+    if not data.strip(_SPACE + b"\0\xef\xbb\xbf\xff\xfe"):
+        raise _error(source, "CQ001", "the file is empty")
+    name = encoding_of(data)
+    encoding = codec(name)
+    if encoding is None:
+        message = f"the encoding `{name}` that the XML declaration names is not known"
+        raise _error(source, "CQ001", message, advice="save the file as UTF-8")
+    _, skip = byte_order_mark(data)
+    try:
+        text = data[skip:].decode(encoding)
+    except UnicodeDecodeError as error:
+        raise _undecodable(source, name, error) from None
+    return data[skip:] if encoding == "utf-8" else text.encode("utf-8")
+
+
+def _undecodable(source: Source, name: str, error: UnicodeDecodeError) -> InputError:
+    """Say which bytes are not of the encoding; their line and column are those of the text before them."""
+    before = bytes(error.object[: error.start]).decode(error.encoding, "replace")
+    at = Lines(before).position(len(before))
+    found = bytes(error.object[error.start : max(error.end, error.start + 1)][:4]).hex(" ")
+    message = f"the bytes `{found}` are not {name}, in which the file says or seems to be written"
+    guess = "UTF-8" if _is_utf8(bytes(error.object)) else "windows-1252"
+    advice = f'save the file as UTF-8, or declare what it is, perhaps `encoding="{guess}"`'
+    return _error(source, "CQ001", message, at, advice=advice)
+
+
+def _is_utf8(data: bytes) -> bool:
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:
+        return False
+    return True
+
+
+def _without_document_type(source: Source, data: bytes) -> bytes:
+    """Blank a plain DOCTYPE out, so that it can name nothing to be fetched; refuse one that declares something."""
+    at = _prolog_end(data, 0)
+    if _HTML.match(data, at):
+        message = "this is an HTML page, not the XML document it was meant to be"
+        raise _error(source, "CQ001", message, advice="download the file itself, not the page that shows it")
+    while data.startswith(b"<!DOCTYPE", at):
+        end = at
+        while word := _DOCTYPE_WORDS.match(data, end):
+            end = word.end()
+        if data[end : end + 1] == b"[":
+            before = data[:at].decode("utf-8")
+            message = "the DOCTYPE declares entities or a grammar of its own, which is refused"
+            where = Lines(before).position(len(before))
+            raise _error(source, "CQ002", message, where, advice="remove the DOCTYPE: BPMN and DDS need none")
+        if end == len(data):
+            break  # never closed: the parser will say so
+        blank = re.sub(rb"[^\n]", b" ", data[at : end + 1])
+        data = data[:at] + blank + data[end + 1 :]
+        at = _prolog_end(data, end + 1)
+    return data
+
+
+def _prolog_end(data: bytes, at: int) -> int:
+    found = _PROLOG.match(data, at)
+    return found.end() if found else at
+
+
+def _explain(source: Source, parser: etree.XMLParser, error: etree.XMLSyntaxError) -> Problem:
+    """Turn what stopped the parser into a problem a person can act on: the first fault, the others follow from it."""
+    entries = [entry for entry in parser.error_log if entry.level_name != "WARNING"]
+    line, column = (entries[0].line, entries[0].column) if entries else error.position
+    said = (entries[0].message if entries else error.msg or "").strip()
+    kind = entries[0].type_name if entries else ""
+    place = Place(source.name, max(line, 1), max(column, 1))
+    if kind == "ERR_RESOURCE_LIMIT" or "XML_PARSE_HUGE" in said:
+        depth = _DEPTH.search(said)
+        found = f"elements are nested deeper than {depth[1]}" if depth else "a name, value or text is longer than 10 MB"
+        return Problem("CQ002", f"{found}, which is refused", place)
+    if unbound := _NAMESPACE.search(said):
+        prefix, name = _short(unbound[1]), _short(f"{unbound[1]}:{unbound[2] or unbound[3]}")
+        message = f"`{name}` uses the prefix `{prefix}`, which is not declared"
+        return Problem("CQ001", message, place, f'add `xmlns:{prefix}="…"` to the first element')
+    if kind == "ERR_UNDECLARED_ENTITY":
+        advice = "XML knows &lt; &gt; &amp; &quot; &apos;; write any other character itself"
+        return Problem("CQ001", f"this is not well-formed XML: {_short(said)}", place, advice)
+    if unclosed := _UNCLOSED.search(said):
+        message = f"the file ends too early: <{_short(unclosed[1])}> from line {unclosed[2]} is never closed"
+        return Problem("CQ001", message, place, "fetch or save the file again, it was cut off")
+    if said.startswith("Start tag expected"):
+        start = _short(decode(source.data[:200]).strip().partition("\n")[0])
+        return Problem("CQ001", f"this is not XML: it starts with `{start}`", place)
+    is_cut_off = kind != "ERR_DOCUMENT_END" and not source.data.rstrip(_SPACE + b"\0").endswith(b">")
+    hint = "the file does not end with `>`, so it seems to be cut off" if is_cut_off else None
+    return Problem("CQ001", f"this is not well-formed XML: {_short(said)}", place, hint)
+
+
+def _short(text: str) -> str:
+    """Return the beginning of what a file or the parser says, without what would move a terminal's cursor."""
+    return "".join(character if character.isprintable() else "\ufffd" for character in text[:_LONGEST])
+
+
+def _error(
+    source: Source, code: str, message: str, at: tuple[int, int] = (1, 1), *, advice: str | None = None
+) -> InputError:
+    return InputError([Problem(code, message, Place(source.name, *at), advice)])

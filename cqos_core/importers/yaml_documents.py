@@ -1,0 +1,187 @@
+"""Loads system files: reads their documents one by one and follows `include`, collecting every problem."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from cqos_core.importers.detect import claims_yaml
+from cqos_core.importers.reading import Reading, shown
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null, whole_number
+from cqos_core.importers.yaml_form import (
+    CQOS,
+    DEFAULT_PROTOCOL,
+    DOCUMENT,
+    INCLUDE,
+    INSTANCES,
+    OPTIONS,
+    PUBLISHES,
+    SEVERITIES,
+    SUBSCRIBES,
+    SYSTEM,
+    VERSION,
+)
+from cqos_core.importers.yaml_traps import warn_of_traps
+from cqos_core.importers.yaml_tree import read_tree
+from cqos_core.problems import InputError
+from cqos_core.system import Place
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from cqos_core.importers.forms import Entry
+    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.importers.tree import Node
+    from cqos_core.importers.yaml_tree import Tree
+    from cqos_core.problems import Problem
+    from cqos_core.system import ImportNote, Setting
+
+_MOST_FILES: Final = 1000
+_HEAD: Final = 64 * 1024
+# Of these there is one in a system, so nothing multiplies them.
+_SINGLE: Final = (SYSTEM, DEFAULT_PROTOCOL, OPTIONS, INSTANCES, INCLUDE, SEVERITIES)
+
+
+class _Included(NamedTuple):
+    """A file to be included: its name as written, who names it, and the paths of the files that led here."""
+
+    name: Setting
+    reading: Reading
+    trail: tuple[str, ...]
+
+
+class Loader:
+    """Reads documents and follows `include`; what they mean together is for the caller.
+
+    Attributes:
+        problems, notes: of all files.
+        documents: in order: a file, then what it includes.
+        sources: every file that was opened.
+        templates: texts that mention variables and may do so.
+        variables: names of variables, also of those whose instances were refused.
+    """
+
+    def __init__(self, context: ReadContext) -> None:
+        self.context = context
+        self.problems: list[Problem] = []
+        self.notes: list[ImportNote] = []
+        self.documents: list[Entry] = []
+        self.sources: dict[str, bytes] = {}
+        self.opened: set[str] = set()
+        self.templates: list[tuple[ScalarNode, Reading]] = []
+        self.variables: set[str] = set()
+
+    def load(self, source: Source) -> None:
+        """Read ``source`` and everything it includes."""
+        waiting = self.read(source, ())
+        while waiting:
+            included = waiting.pop()
+            opened = self.open(included)
+            if opened is not None:
+                waiting += self.read(opened, included.trail)
+
+    def read(self, source: Source, trail: tuple[str, ...]) -> list[_Included]:
+        """Read the documents of one file; return what it includes, the first last."""
+        self.sources[source.name] = source.data
+        self.opened.add(_same(source.name))
+        before = len(self.problems)
+        reading = Reading(source, self.problems, self.notes)
+        tree = read_tree(reading)
+        warn_of_traps(tree, reading, (PUBLISHES.name, SUBSCRIBES.name))
+        self.keep_templates(tree, reading)
+        if not tree.documents and len(self.problems) == before:
+            self.missing_version(reading, Place(source.name, 1, 1), "nothing stands in this file")
+        entries = [entry for root in tree.documents if (entry := self.document(root, reading)) is not None]
+        self.documents += entries
+        names = [name for entry in entries for name in entry.get(INCLUDE) or ()]
+        return [_Included(name, reading, (*trail, _same(source.name))) for name in reversed(names)]
+
+    def keep_templates(self, tree: Tree, reading: Reading) -> None:
+        """Keep the texts that mention variables, and refuse those of which there is one in the whole system."""
+        if not tree.templates:
+            return
+        maps = [root for root in tree.documents if isinstance(root, MappingNode)]
+        single = {id(node) for root in maps for key in _SINGLE for node in _scalars(root.entries.get(key.name))}
+        for node in tree.templates:
+            if id(node) in single:
+                message = f"{shown(node.text)} cannot mention a variable: there is one of it in the whole system"
+                reading.problem("CQ014", message, node, "write it without a variable")
+            else:
+                self.templates.append((node, reading))
+
+    def document(self, root: Node, reading: Reading) -> Entry | None:
+        """Read one document, unless it is of another kind or version."""
+        if not isinstance(root, MappingNode):
+            reading.problem("CQ009", "a system file is a map with keys such as `cqos` and `participants`", root)
+            return None
+        version = root.entries.get(CQOS.name)
+        if version is None or is_null(version[1]):
+            self.missing_version(reading, reading.place(root), f"`cqos: {VERSION}` is missing")
+            return None
+        if not isinstance(version[1], ScalarNode) or whole_number(version[1]) != VERSION:
+            # What another version means is not known, so nothing else is said of it.
+            CQOS.shape.read(version[1], reading, CQOS.name)
+            return None
+        _, instances = root.entries.get(INSTANCES.name, (None, None))
+        if isinstance(instances, MappingNode):
+            self.variables.update(instances.entries)
+        return DOCUMENT.read(root, reading, "document")
+
+    def missing_version(self, reading: Reading, place: Place, message: str) -> None:
+        """Say that this is not, or not yet, a system file."""
+        advice = f"begin every document with `cqos: {VERSION}`; other documents do not belong into a system file"
+        reading.problem("CQ004", message, place, advice)
+
+    def open(self, included: _Included) -> Source | None:
+        """Open an included file, once however often it is named."""
+        name, reading, trail = included
+        place = name.place or Place(reading.source.name)
+        try:
+            source = self.context.open(name.text, reading.source.name)
+        except InputError as error:
+            self.problems += [replace(problem, place=place) for problem in error.problems]
+            return None
+        path = _same(source.name)
+        if path in trail:
+            circle = " → ".join((*trail[trail.index(path) :], path))
+            reading.problem("CQ008", f"{shown(path)} includes itself: {circle}", place)
+        elif path in self.opened:
+            return None
+        elif len(self.opened) >= _MOST_FILES:
+            reading.problem("CQ002", f"more than {_MOST_FILES} files are included, which is refused", place)
+        elif _is_system_file(source):
+            return source
+        else:
+            self.sources[source.name] = source.data
+            self.opened.add(path)
+            self.foreign(source, reading, place)
+        return None
+
+    def foreign(self, source: Source, reading: Reading, place: Place) -> None:
+        """Say that a file of another format cannot be included."""
+        message = f"{shown(source.name)} is no system file, and no installed importer reads it for `include`"
+        reading.problem("CQ003", message, place, "give both files to `cqos check --together` if it can be read alone")
+
+
+def _same(name: str) -> str:
+    """Return what is equal for different ways to write one path."""
+    return os.path.normpath(name)
+
+
+def _is_system_file(source: Source) -> bool:
+    named = source.name.lower().endswith((".yaml", ".yml", ".json"))
+    return named or claims_yaml(source.name, source.data[:_HEAD])
+
+
+def _scalars(entry: tuple[ScalarNode, Node] | None) -> Iterator[ScalarNode]:
+    """Yield the scalars of one entry, its key too."""
+    waiting: list[Node] = [*entry] if entry is not None else []
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ScalarNode):
+            yield node
+        elif isinstance(node, SequenceNode):
+            waiting += node.items
+        else:
+            waiting += [part for pair in node.entries.values() for part in pair]

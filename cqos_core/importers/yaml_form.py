@@ -1,0 +1,202 @@
+"""The system form: every key of a C-QoS system file, with its shape and what it is for.
+
+Only structure stands here. Which settings there are is known to the rule packs, so settings are taken by any name.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.importers.forms import (
+    FLAG,
+    FLAT_SETTING,
+    SETTING,
+    TEXT,
+    TEXTS,
+    Form,
+    Key,
+    ListOf,
+    MapOf,
+    Member,
+    OneOrMore,
+    SettingsMap,
+    Version,
+    Word,
+)
+from cqos_core.importers.instances import InstancesShape
+from cqos_core.importers.team_rules import ACCEPTANCE, CHECK
+
+if TYPE_CHECKING:
+    from cqos_core.importers.forms import Entry
+
+VERSION: Final = 1
+
+# Keys that stand in several forms
+
+PROTOCOL: Final = Key("protocol", TEXT, "Id of the rule pack that judges here, for instance `ros2`, `dds` or `mqtt`.")
+PROFILE: Final = Key(
+    "profile",
+    TEXTS,
+    "Profiles or presets to take values from; of several, a later one wins over an earlier one.",
+)
+EXTERNAL: Final = Key("external", FLAG, "Has partners outside of this system, so a missing partner is no finding.")
+STARTS_AFTER: Final = Key("starts_after", TEXTS, "Ids of endpoints or participants that are up before this one.")
+LABEL: Final = Key("label", TEXT, "Name for people, used in messages.")
+OBSERVED: Final = Key(
+    "observed",
+    FLAG,
+    "Reported by a running system or a recording: what is not stated is unknown, not a default.",
+)
+
+# Endpoints
+
+ID: Final = Key("id", TEXT, "Id of the endpoint, unique in the system; without it `participant/role/topic`.")
+TYPE: Final = Key("type", TEXT, "Name of the data type.")
+NEEDS: Final = Key(
+    "needs",
+    SettingsMap("a map of needs"),
+    "What the application requires, in words that no protocol owns: `latest`, `loss_free`, `late_join`, `max_age` …",
+)
+ENDPOINT: Final = Form(
+    "endpoint",
+    "an endpoint",
+    (PROFILE, ID, TYPE, NEEDS, PROTOCOL, EXTERNAL, STARTS_AFTER, LABEL, OBSERVED),
+    short=PROFILE.name,
+    others=SETTING,
+)
+_ENDPOINTS: Final = MapOf(OneOrMore(ENDPOINT), "a map from topics to endpoints", empty=True)
+
+PUBLISHES: Final = Key(
+    "publishes", _ENDPOINTS, "Topics it publishes: topic to profile, to settings, or to a list of those."
+)
+SUBSCRIBES: Final = Key(
+    "subscribes", _ENDPOINTS, "Topics it subscribes to: topic to profile, to settings, or to a list of those."
+)
+SERVES: Final = Key("serves", _ENDPOINTS, "Services it offers.")
+CALLS: Final = Key("calls", _ENDPOINTS, "Services it calls.")
+ACTION_SERVERS: Final = Key("action_servers", _ENDPOINTS, "Actions it offers.")
+ACTION_CLIENTS: Final = Key("action_clients", _ENDPOINTS, "Actions it calls.")
+
+
+_DIRECTIONS: Final = tuple(key.name for key in (PUBLISHES, SUBSCRIBES, SERVES, CALLS, ACTION_SERVERS, ACTION_CLIENTS))
+
+
+def _group(name: str, key: Key[dict[str, Member[list[Entry]]]]) -> Form:
+    never = tuple(other for other in _DIRECTIONS if other != key.name)
+    return Form(name, f"a group that {key.name}", (key, PROFILE), others=SETTING, never=never)
+
+
+PUBLISHERS: Final = Key(
+    "publishers",
+    MapOf(_group("publisher_group", PUBLISHES), "a map of named publishers", empty=True),
+    "Named groups (DDS publishers): settings that hold for all endpoints in `publishes` below them.",
+)
+SUBSCRIBERS: Final = Key(
+    "subscribers",
+    MapOf(_group("subscriber_group", SUBSCRIBES), "a map of named subscribers", empty=True),
+    "Named groups (DDS subscribers): settings that hold for all endpoints in `subscribes` below them.",
+)
+
+# Participants
+
+REMAP: Final = Key("remap", MapOf(TEXT, "a map from topic names to topic names"), "Topic renames, from: to.")
+CLIENT: Final = Key("client", SettingsMap("a map of connection settings"), "Settings of its connection.")
+PARTICIPANT_OPTIONS: Final = Key(
+    "options",
+    SettingsMap("a map of options", FLAT_SETTING),
+    "Options for this participant only, without the name of the pack.",
+)
+PARTICIPANT: Final = Form(
+    "participant",
+    "a participant",
+    (
+        PROTOCOL,
+        PUBLISHES,
+        SUBSCRIBES,
+        PUBLISHERS,
+        SUBSCRIBERS,
+        SERVES,
+        CALLS,
+        ACTION_SERVERS,
+        ACTION_CLIENTS,
+        REMAP,
+        EXTERNAL,
+        STARTS_AFTER,
+        CLIENT,
+        LABEL,
+        PARTICIPANT_OPTIONS,
+    ),
+    others=FLAT_SETTING,
+)
+
+# Topics, profiles, brokers, bridges
+
+TOPIC: Final = Form("topic", "a topic", (EXTERNAL, PROTOCOL), short=TYPE.name, others=SETTING)
+PROFILE_FORM: Final = Form("profile", "a profile", (PROFILE,), others=SETTING)
+BROKER: Final = Form("broker", "a broker", (PROTOCOL, PROFILE), others=SETTING)
+BRIDGE: Final = Form("bridge", "a bridge", (), others=SETTING)
+
+# The document
+
+CQOS: Final = Key("cqos", Version(VERSION), f"Version of this form, always {VERSION}.", required=True)
+SYSTEM: Final = Key("system", TEXT, "Name of the system, for the report.")
+DEFAULT_PROTOCOL: Final = Key("protocol", TEXT, "Protocol of the participants in this file that state none.")
+ALL_OBSERVED: Final = Key("observed", FLAG, "The whole file is a snapshot of a running system or a recording.")
+OPTIONS: Final = Key(
+    "options",
+    MapOf(SettingsMap("a map of options"), "a map from packs to options"),
+    "What is assumed about the deployment, by rule pack: `{ros2: {rmw: cyclonedds}}`.",
+)
+PROFILES: Final = Key("profiles", MapOf(PROFILE_FORM, "a map of profiles", empty=True), "Named bundles of settings.")
+TOPICS: Final = Key(
+    "topics",
+    MapOf(TOPIC, "a map of topics", empty=True),
+    "What is known of topics as such: type, period, size …; a bare text is the type.",
+)
+INSTANCES: Final = Key(
+    "instances",
+    MapOf(InstancesShape(), "a map from variables to instances"),
+    "Variables: `${name}` in a text multiplies what mentions it, once for each of the listed names.",
+)
+PARTICIPANTS: Final = Key(
+    "participants", MapOf(PARTICIPANT, "a map of participants", empty=True), "Who takes part, by id."
+)
+BROKERS: Final = Key(
+    "brokers",
+    MapOf(BROKER, "a map of brokers", empty=True),
+    "Intermediaries that participants connect to, by id.",
+)
+BRIDGES: Final = Key(
+    "bridges",
+    MapOf(BRIDGE, "a map of bridges", empty=True),
+    "What subscribes on one side and publishes on the other.",
+)
+INCLUDE: Final = Key("include", TEXTS, "Further files, relative to this one.")
+CHECKS: Final = Key("checks", ListOf(CHECK, "a list of checks"), "The team's own rules.")
+ACCEPT: Final = Key("accept", ListOf(ACCEPTANCE, "a list of accepted findings"), "Known exceptions, with a reason.")
+SEVERITIES: Final = Key(
+    "severities",
+    MapOf(Word("error", "warning", "note", "off"), "a map from rules to severities"),
+    "Severity by code or name of a rule; `off` silences it.",
+)
+DOCUMENT: Final = Form(
+    "document",
+    "a system file",
+    (
+        CQOS,
+        SYSTEM,
+        DEFAULT_PROTOCOL,
+        ALL_OBSERVED,
+        OPTIONS,
+        INCLUDE,
+        PROFILES,
+        TOPICS,
+        INSTANCES,
+        PARTICIPANTS,
+        BROKERS,
+        BRIDGES,
+        CHECKS,
+        ACCEPT,
+        SEVERITIES,
+    ),
+)

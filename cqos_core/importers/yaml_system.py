@@ -1,0 +1,426 @@
+"""Reads C-QoS system files: YAML or JSON documents in the system form, with what they include, become one `System`."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from cqos_core.importers.instances import Multiplier, TooManyError
+from cqos_core.importers.reading import collector_paused, shown
+from cqos_core.importers.team_rules import acceptance, team_rule
+from cqos_core.importers.yaml_documents import Loader
+from cqos_core.importers.yaml_form import (
+    ACCEPT,
+    ACTION_CLIENTS,
+    ACTION_SERVERS,
+    ALL_OBSERVED,
+    BRIDGES,
+    BROKERS,
+    CALLS,
+    CHECKS,
+    CLIENT,
+    DEFAULT_PROTOCOL,
+    EXTERNAL,
+    ID,
+    INSTANCES,
+    LABEL,
+    NEEDS,
+    OBSERVED,
+    OPTIONS,
+    PARTICIPANT_OPTIONS,
+    PARTICIPANTS,
+    PROFILE,
+    PROFILES,
+    PROTOCOL,
+    PUBLISHERS,
+    PUBLISHES,
+    REMAP,
+    SERVES,
+    SEVERITIES,
+    STARTS_AFTER,
+    SUBSCRIBERS,
+    SUBSCRIBES,
+    SYSTEM,
+    TOPICS,
+    TYPE,
+)
+from cqos_core.problems import InputError, Problem
+from cqos_core.system import (
+    PUBLISHER,
+    SUBSCRIBER,
+    Bridge,
+    Broker,
+    Endpoint,
+    Participant,
+    Place,
+    Profile,
+    ProfileRef,
+    System,
+    Topic,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+    from typing import TypeVar
+
+    from cqos_core.importers.forms import Entry, Key, Member
+    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.system import Role, Setting
+
+    T = TypeVar("T")
+
+
+class _Direction(NamedTuple):
+    """A key whose value maps topics to endpoints, and what those endpoints are."""
+
+    key: Key[dict[str, Member[list[Entry]]]]
+    role: Role
+    kind: str = "message"
+
+    @property
+    def word(self) -> str:
+        """What stands in ids made up for these endpoints."""
+        return self.role if self.kind == "message" else self.kind
+
+
+_PUBLISHES: Final = _Direction(PUBLISHES, PUBLISHER)
+_SUBSCRIBES: Final = _Direction(SUBSCRIBES, SUBSCRIBER)
+# What serves receives requests, what calls sends them; packs derive the topics from that.
+_DIRECTIONS: Final = (
+    _PUBLISHES,
+    _SUBSCRIBES,
+    _Direction(SERVES, SUBSCRIBER, "service_server"),
+    _Direction(CALLS, PUBLISHER, "service_client"),
+    _Direction(ACTION_SERVERS, SUBSCRIBER, "action_server"),
+    _Direction(ACTION_CLIENTS, PUBLISHER, "action_client"),
+)
+_ONE_COPY: Final[tuple[dict[str, str], ...]] = ({},)
+_GROUPS: Final = ((PUBLISHERS, _PUBLISHES), (SUBSCRIBERS, _SUBSCRIBES))
+
+
+class _Stated(NamedTuple):
+    """An endpoint as it stands in the file, before it is multiplied.
+
+    Attributes:
+        endpoint: with the id it would have if no other had it.
+        template: its id in the file, unique within its participant.
+        given: whether a person chose the id.
+    """
+
+    endpoint: Endpoint
+    template: str
+    given: bool
+
+
+def read(source: Source, context: ReadContext) -> System:
+    """Read ``source`` and everything it includes into one system.
+
+    Raises:
+        InputError: with every problem found in all of the files.
+    """
+    loader = Loader(context)
+    with collector_paused():
+        loader.load(source)
+        builder = _Builder(loader)
+        builder.build()
+    order = {name: index for index, name in enumerate(loader.sources)}
+    if loader.problems:
+        raise InputError(sorted(loader.problems, key=lambda problem: _position(problem.place, order)))
+    builder.system.notes.sort(key=lambda note: _position(note.place, order))
+    return builder.system
+
+
+def _position(place: Place | None, order: Mapping[str, int]) -> tuple[int, int, int]:
+    if place is None:
+        return len(order), 0, 0
+    return order.get(place.source, len(order)), place.line or 0, place.column or 0
+
+
+class _Builder:
+    """Puts documents together into one system and multiplies instances."""
+
+    def __init__(self, loader: Loader) -> None:
+        self.documents = loader.documents
+        self.problems = loader.problems
+        self.system = System(notes=loader.notes, sources=loader.sources)
+        self.places: dict[tuple[str, str], Place] = {}
+        self.ids: dict[str, tuple[Place, bool]] = {}
+        self.numbers: dict[str, int] = {}
+        self.multiplied: Place | None = None
+        self.made = Multiplier(self.instances(), active=bool(loader.templates))
+        for node, reading in loader.templates:
+            self.made.check(node, reading, loader.variables)
+
+    def instances(self) -> dict[str, tuple[str, ...]]:
+        """Return the variables of all documents."""
+        found = {}
+        for document in self.documents:
+            for name, member in (document.get(INSTANCES) or {}).items():
+                if self.claim("variable", name, member.place):
+                    found[name] = member.value
+        return found
+
+    def build(self) -> None:
+        """Fill the system."""
+        if self.documents:
+            self.system.protocol = self.documents[0].get(DEFAULT_PROTOCOL)
+        for document in self.documents:
+            try:
+                self.heading(document)
+                self.named(document)
+                self.participants(document)
+                self.team(document)
+            except TooManyError as error:
+                advice = "list fewer instances, or mention fewer variables together"
+                self.problem("CQ016", f"`instances` would make {error}", self.multiplied, advice)
+
+    def problem(self, code: str, message: str, place: Place | None, advice: str | None = None) -> None:
+        """Collect a problem."""
+        self.problems.append(Problem(code, message, place, advice))
+
+    def once(self, code: str, message: str, place: Place | None, advice: str) -> None:
+        """Collect a problem that every copy of something has, once."""
+        if not self.problems or self.problems[-1].place is not place:
+            self.problem(code, message, place, advice)
+
+    def claim(self, kind: str, name: str, place: Place) -> bool:
+        """Take a name; where it is taken, tell both places and return False."""
+        first = self.places.get((kind, name))
+        if first is None:
+            self.places[kind, name] = place
+            return True
+        self.problem("CQ012", f"{kind} {shown(name)} is stated twice, first at {first}", place, "keep one of them")
+        return False
+
+    def copies(
+        self, kind: str, name: str, place: Place, part: object, bound: frozenset[str] = frozenset()
+    ) -> Iterable[dict[str, str]]:
+        """Return a binding for each copy of a named thing; every variable in ``part`` must be bound or in its name."""
+        if not self.made.active:
+            return _ONE_COPY
+        own = self.made.mentioned(name) - bound
+        missing = self.made.mentioned(part) - own - bound
+        if missing:
+            message = f"{_variables(missing)} would make several copies of {kind} {shown(name)} under one name"
+            self.once("CQ015", message, place, "write the variable in the name too")
+            return ()
+        self.multiplied = place
+        return self.made.bindings(own)
+
+    # What a system has one of
+
+    def heading(self, entry: Entry) -> None:
+        """Take name, options and severities; an including file comes before what it includes."""
+        self.system.name = self.system.name or entry.get(SYSTEM) or ""
+        for pack, options in (entry.get(OPTIONS) or {}).items():
+            kept = self.system.options.setdefault(pack, {})
+            for name, setting in options.value.items():
+                if self.agrees(f"option `{pack}.{name}`", kept.get(name), setting):
+                    kept.setdefault(name, setting)
+        for rule, severity in (entry.get(SEVERITIES) or {}).items():
+            if self.claim("severity of", rule, severity.place):
+                self.system.severities[rule] = severity.value
+
+    def agrees(self, what: str, first: Setting | None, second: Setting) -> bool:
+        """Whether a setting is stated once, or twice with the same value; otherwise tell both places."""
+        if first is None or first.text == second.text:
+            return True
+        message = f"{what} is {shown(second.text)} here and {shown(first.text)} at {first.place}"
+        self.problem("CQ012", message, second.place, "keep one of them")
+        return False
+
+    def team(self, entry: Entry) -> None:
+        """Take checks and accepted findings."""
+        for stated in entry.get(CHECKS) or ():
+            rule = team_rule(stated)
+            for binding in self.copies("check", rule.name, stated.place, rule):
+                copy = self.made.fill(rule, binding)
+                if self.claim("check", copy.name, stated.place):
+                    self.system.checks.append(copy)
+        for stated in entry.get(ACCEPT) or ():
+            accepted = acceptance(stated)
+            self.multiplied = stated.place
+            for binding in self.made.bindings(self.made.mentioned(accepted)):
+                self.system.accept.append(self.made.fill(accepted, binding))
+
+    # What has a name
+
+    def named(self, entry: Entry) -> None:
+        """Take profiles, topics, brokers and bridges."""
+        for name, profile in (entry.get(PROFILES) or {}).items():
+            stated = Profile(name, profile.value.settings, _profiles(profile.value), profile.place)
+            self.add("profile", name, stated, self.system.profiles)
+        for name, topic in (entry.get(TOPICS) or {}).items():
+            external = topic.value.get(EXTERNAL) or False
+            about = Topic(name, topic.value.settings, external, topic.value.get(PROTOCOL), topic.place)
+            self.add("topic", name, about, self.system.topics)
+        for name, broker in (entry.get(BROKERS) or {}).items():
+            protocol = self.protocol(broker.value, entry)
+            found = Broker(name, protocol, broker.value.settings, _profiles(broker.value), broker.place)
+            self.add("broker", name, found, self.system.brokers)
+        for name, bridge in (entry.get(BRIDGES) or {}).items():
+            self.add("bridge", name, Bridge(name, bridge.value.settings, bridge.place), self.system.bridges)
+
+    def add(
+        self,
+        kind: str,
+        name: str,
+        stated: T,
+        among: dict[str, T],
+        binding: Mapping[str, str] = MappingProxyType({}),
+    ) -> None:
+        """Put every copy of ``stated`` among its like; ``binding`` is that of what it belongs to."""
+        place: Place = stated.place  # type: ignore[attr-defined]
+        for more in self.copies(kind, name, place, stated, frozenset(binding)):
+            combined = {**binding, **more}
+            copied = self.made.text(name, combined)
+            if self.claim(kind, copied, place):
+                among[copied] = self.made.fill(stated, combined)
+
+    def protocol(self, entry: Entry, document: Entry) -> str | None:
+        """Return the protocol of a participant or broker, None where it is the system's."""
+        protocol = entry.get(PROTOCOL) or document.get(DEFAULT_PROTOCOL)
+        return None if protocol == self.system.protocol else protocol
+
+    # Participants and endpoints
+
+    def participants(self, document: Entry) -> None:
+        """Take participants with their endpoints."""
+        for name, member in (document.get(PARTICIPANTS) or {}).items():
+            participant = self.participant(name, member, document)
+            profiles, endpoints = self.endpoints(name, member.value, observed=document.get(ALL_OBSERVED) or False)
+            for binding in self.copies("participant", name, member.place, participant):
+                copy = self.made.fill(participant, binding)
+                if not self.claim("participant", copy.id, member.place):
+                    continue
+                copy.template = name if binding else None
+                self.system.participants[copy.id] = copy
+                for profile in profiles:
+                    self.add("group", profile.name, profile, self.system.profiles, binding)
+                for stated in endpoints:
+                    self.copy_endpoint(stated, binding)
+
+    def participant(self, name: str, member: Member[Entry], document: Entry) -> Participant:
+        """Read what is stated of the participant itself; connection and options count as settings."""
+        entry = member.value
+        settings = dict(entry.settings)
+        for key in (CLIENT, PARTICIPANT_OPTIONS):
+            for setting_name, setting in (entry.get(key) or {}).items():
+                if self.agrees(f"`{setting_name}` of participant {shown(name)}", settings.get(setting_name), setting):
+                    settings[setting_name] = setting
+        return Participant(
+            id=name,
+            protocol=self.protocol(entry, document),
+            settings=settings,
+            remap={old: new.value for old, new in (entry.get(REMAP) or {}).items()},
+            external=entry.get(EXTERNAL) or False,
+            starts_after=_texts(entry, STARTS_AFTER),
+            label=entry.get(LABEL),
+            place=member.place,
+        )
+
+    def endpoints(self, name: str, entry: Entry, *, observed: bool) -> tuple[list[Profile], list[_Stated]]:
+        """Read the endpoints of a participant, and the profiles that its groups are."""
+        profiles: list[Profile] = []
+        found: list[_Stated] = []
+        numbers: dict[str, int] = {}
+        for direction in _DIRECTIONS:
+            found += _endpoints(name, entry, direction, (), numbers, observed=observed)
+        for key, direction in _GROUPS:
+            for group, member in (entry.get(key) or {}).items():
+                shared = _profiles(member.value)
+                if member.value.settings:
+                    profile = Profile(f"{name}/{key.name}/{group}", member.value.settings, shared, member.place)
+                    profiles.append(profile)
+                    shared = (ProfileRef(profile.name, member.place),)
+                found += _endpoints(name, member.value, direction, shared, numbers, observed=observed)
+        return profiles, found
+
+    def copy_endpoint(self, stated: _Stated, binding: Mapping[str, str]) -> None:
+        """Add the copies of one endpoint within one copy of its participant."""
+        for copy in self.endpoint_copies(stated, binding) if self.made.active else (stated.endpoint,):
+            copy.id = self.unique(copy, given=stated.given)
+            self.system.endpoints.append(copy)
+
+    def endpoint_copies(self, stated: _Stated, binding: Mapping[str, str]) -> Iterator[Endpoint]:
+        """Yield the copies of one endpoint; their ids may be those of others still."""
+        template = stated.endpoint
+        mentioned = self.made.mentioned(template) | set(binding)
+        if stated.given and mentioned - self.made.mentioned(template.id):
+            message = f"{_variables(mentioned)} would make several endpoints with the id {shown(template.id)}"
+            self.once("CQ015", message, template.place, "write the variable in the id too")
+            return
+        self.multiplied = template.place
+        for more in self.made.bindings(mentioned - set(binding)):
+            copy = self.made.fill(template, {**binding, **more})
+            copy.template = stated.template if mentioned else None
+            yield copy
+
+    def unique(self, endpoint: Endpoint, *, given: bool) -> str:
+        """Take the endpoint's id; one that was made up gives way to others like it by ``#2``, ``#3``."""
+        place = endpoint.place or Place("")
+        name = endpoint.id
+        while name in self.ids:
+            first, first_given = self.ids[name]
+            if given or first_given:
+                message = f"endpoint id {shown(name)} is taken, first at {first}"
+                advice = "give every endpoint an id of its own" if given else "give this endpoint an `id:` of its own"
+                self.problem("CQ013", message, place, advice)
+                break
+            name = _numbered(endpoint.id, self.numbers)  # the first of them is taken, or we were not here
+        self.ids.setdefault(name, (place, given))
+        return name
+
+
+def _endpoints(
+    participant: str,
+    entry: Entry,
+    direction: _Direction,
+    shared: tuple[ProfileRef, ...],
+    numbers: dict[str, int],
+    *,
+    observed: bool,
+) -> Iterator[_Stated]:
+    """Yield the endpoints below one key; ``shared`` are the profiles of the group they are in."""
+    for topic, member in (entry.get(direction.key) or {}).items():
+        several = len(member.value) > 1
+        for stated in member.value:
+            given = stated.get(ID)
+            own = stated.get(OBSERVED)
+            made_up = f"{participant}/{direction.word}/{topic}"
+            endpoint = Endpoint(
+                id=given or made_up,
+                role=direction.role,
+                topic=topic,
+                participant=participant,
+                settings=stated.settings,
+                profiles=shared + _profiles(stated),
+                needs=stated.get(NEEDS) or {},
+                type=stated.get(TYPE),
+                kind=direction.kind,
+                observed=observed if own is None else own,
+                external=stated.get(EXTERNAL) or False,
+                starts_after=_texts(stated, STARTS_AFTER),
+                protocol=stated.get(PROTOCOL),
+                label=stated.get(LABEL),
+                place=stated.place if several else member.place,
+            )
+            yield _Stated(endpoint, given or _numbered(made_up, numbers), given is not None)
+
+
+def _numbered(name: str, numbers: dict[str, int]) -> str:
+    """Return ``name`` the first time, then ``name#2``, ``name#3``."""
+    number = numbers[name] = numbers.get(name, 0) + 1
+    return name if number == 1 else f"{name}#{number}"
+
+
+def _variables(names: Iterable[str]) -> str:
+    return ", ".join(f"`${{{name}}}`" for name in sorted(names))
+
+
+def _profiles(entry: Entry) -> tuple[ProfileRef, ...]:
+    return tuple(ProfileRef(name.text, name.place) for name in entry.get(PROFILE) or ())
+
+
+def _texts(entry: Entry, key: Key[tuple[Setting, ...]]) -> tuple[str, ...]:
+    return tuple(text.text for text in entry.get(key) or ())

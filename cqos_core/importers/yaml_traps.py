@@ -1,0 +1,128 @@
+"""Finds what YAML read otherwise than a person meant: names lost in comments, keys glued to their values.
+
+Only what is hardly ever meant so is told; an ordinary comment, wherever it stands, never is.
+"""
+
+from __future__ import annotations
+
+import re
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from cqos_core.importers.reading import shown
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null
+from cqos_core.system import Place
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from cqos_core.importers.reading import Reading
+    from cqos_core.importers.tree import Node
+    from cqos_core.importers.yaml_tree import Tree
+
+_LONE_HASH = re.compile(r"(?<=[:/])[ \t]+#[ \t]*\r?$", re.MULTILINE)
+_HASH_KEY = re.compile(r"^([ \t]+)#:(?:[ \t].*)?\r?$", re.MULTILINE)
+_ENOUGH = 20
+_WIDEST = 1000
+_LOST = "a `#` after a blank begins a comment"
+_QUOTE = 'write a filter with `#` in quotes: "#"'
+_GLUED = re.compile(r"[^:/]+:[^:/\s]\S*")
+
+
+def warn_of_traps(tree: Tree, reading: Reading, topic_maps: tuple[str, ...]) -> None:
+    """Collect a note for each trap in ``tree``; ``topic_maps`` are the keys whose values have topics as keys."""
+    for key in tree.glued:
+        _warn_of_glued(key, reading)
+    if b"#" not in reading.source.data:
+        return
+    text = reading.lines.text
+    if _LONE_HASH.search(text):
+        for root in tree.documents:
+            _warn_of_lone_hashes(root, reading)
+    hashes = dict(reading.lines.position(found.end(1)) for found in islice(_HASH_KEY.finditer(text), _ENOUGH))
+    if hashes:
+        for root in tree.documents:
+            _warn_of_hash_keys(root, hashes, reading, topic_maps)
+
+
+def _warn_of_glued(key: ScalarNode, reading: Reading) -> None:
+    """Tell a key such as ``depth:5`` in a flow map: the colon needs a blank after it."""
+    after = reading.rest_of_line(key.line, (key.column or 1) + len(key.text)).lstrip()
+    if _GLUED.fullmatch(key.text) and not after.startswith(":"):
+        name, _, value = key.text.partition(":")
+        message = f"{shown(key.text)} is a key without a value"
+        reading.warn("CQ020", message, key, f"if a value was meant, write a blank after the colon: `{name}: {value}`")
+
+
+def _warn_of_lone_hashes(root: Node, reading: Reading) -> None:
+    """Tell a value that is missing, or a name that ends in a slash, before a lone ``#`` at the end of the line."""
+    for key, node in _scalars(root):
+        if is_null(node):
+            before, pattern = key, r":\s+#\s*"
+        elif node.text.endswith("/"):
+            before, pattern = node, r"\s+#\s*"
+        else:
+            continue
+        if before is None or not before.plain or before.column is None:
+            continue
+        end = before.column + len(before.text)
+        rest = reading.rest_of_line(before.line, end)
+        if re.fullmatch(pattern, rest):
+            place = Place(reading.source.name, before.line, end + rest.index("#"))
+            reading.warn("CQ019", f"a name may be lost here: {_LOST}", place, _QUOTE)
+
+
+def _scalars(root: Node) -> Iterator[tuple[ScalarNode | None, ScalarNode]]:
+    """Yield every scalar value once, with its key where it has one."""
+    seen: set[int] = set()
+    waiting: list[tuple[ScalarNode | None, Node]] = [(None, root)]
+    while waiting:
+        key, node = waiting.pop()
+        if isinstance(node, ScalarNode):
+            yield key, node
+        elif id(node) not in seen:
+            seen.add(id(node))
+            if isinstance(node, SequenceNode):
+                waiting += [(None, item) for item in reversed(node.items)]
+            else:
+                waiting += reversed(node.entries.values())
+
+
+def _warn_of_hash_keys(root: Node, hashes: dict[int, int], reading: Reading, topic_maps: tuple[str, ...]) -> None:
+    """Tell a comment that looks like an entry, ``#: profile``, among the entries of a map of topics."""
+    for key, value in _maps(root, topic_maps):
+        first = key.line or 0
+        if isinstance(value, MappingNode):
+            last, least, most = value.end or 0, value.column or 0, value.column or 0
+        elif is_null(value):
+            last, least, most = _end_of_comments(first, reading), (key.column or 0) + 1, _WIDEST
+        else:
+            continue
+        for line, column in hashes.items():
+            if first < line < last and least <= column <= most:
+                place = Place(reading.source.name, line, column)
+                reading.warn("CQ019", f"a topic `#` may be lost here: {_LOST}", place, _QUOTE)
+
+
+def _maps(root: Node, names: tuple[str, ...]) -> Iterator[tuple[ScalarNode, Node]]:
+    """Yield every entry with one of ``names``, once."""
+    seen: set[int] = set()
+    waiting = [root]
+    while waiting:
+        node = waiting.pop()
+        if id(node) in seen:
+            continue
+        seen.add(id(node))
+        if isinstance(node, SequenceNode):
+            waiting += node.items
+        elif isinstance(node, MappingNode):
+            yield from (node.entries[name] for name in names if name in node.entries)
+            waiting += [value for _, value in node.entries.values()]
+
+
+def _end_of_comments(line: int, reading: Reading) -> int:
+    """Return the first line below ``line`` that holds something else than a comment."""
+    line += 1
+    while reading.lines.line(line).lstrip().startswith("#"):
+        line += 1
+    return line

@@ -1,0 +1,136 @@
+"""Judging distinct profiles: which rules speak of a pair, an endpoint, a signal. Pure, and remembered per process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.evaluate import NO_SIGNAL, Outcome, Signal
+from cqos_core.report import Verdict
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from cqos_core.evaluate import Values
+    from cqos_core.pack import BoundRule
+    from cqos_core.pairing import Members
+    from cqos_core.resolve import QosProfile
+
+_CACHE: Final = 200_000
+_ENDS: Final = frozenset({"offered", "requested", "publisher", "subscriber"})
+
+
+@dataclass(frozen=True, slots=True)
+class Spoken:
+    """A rule that speaks: `outcome.result` is False or None for ``requires``, True for ``forbids``.
+
+    ``failed`` is the error of a rule whose own function raised one; such a rule is unknown.
+    """
+
+    bound: BoundRule
+    outcome: Outcome
+    failed: str | None = None
+
+    @property
+    def unknown(self) -> bool:
+        """Whether the rule speaks because it cannot be decided."""
+        return self.outcome.result is None
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """The verdict of one pair of profiles, and the rules that spoke, by code."""
+
+    verdict: Verdict
+    spoken: tuple[Spoken, ...] = ()
+
+
+FITS: Final = Judgement(Verdict.COMPATIBLE)
+
+
+def ask(bound: BoundRule, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> Spoken | None:
+    """Ask one rule; None where it has nothing to say."""
+    try:
+        outcome = bound.bound.judge(a, b, signal)
+    except Exception as error:  # noqa: BLE001 - a pack's own function may raise anything; the rest must be judged
+        return Spoken(bound, Outcome(None), f"{type(error).__name__}: {error}")
+    speaks = outcome.result is True if bound.rule.kind == "forbids" else outcome.result is not True
+    return Spoken(bound, outcome) if speaks else None
+
+
+def verdict_of(spoken: Iterable[Spoken]) -> Verdict:
+    """The verdict that pair-scope ``requires`` rules amount to; other rules never change it."""
+    worst = Verdict.COMPATIBLE
+    for each in spoken:
+        if each.bound.rule.kind != "requires":
+            continue
+        if not each.unknown and not each.bound.rule.doubt:
+            return Verdict.INCOMPATIBLE
+        worst = Verdict.UNKNOWN
+    return worst
+
+
+@lru_cache(maxsize=_CACHE)
+def judge_pair(publisher: QosProfile, subscriber: QosProfile) -> Judgement:
+    """Judge two profiles that meet."""
+    unmatched = publisher.unmatched | subscriber.unmatched
+    spoken = []
+    for bound in publisher.pack.by_scope.get("pair", ()):
+        if unmatched and bound.rule.kind == "requires" and any(use.index in unmatched for use in bound.bound.uses):
+            continue
+        each = ask(bound, publisher.values, subscriber.values)
+        if each is not None:
+            spoken.append(each)
+    return Judgement(verdict_of(spoken), tuple(spoken)) if spoken else FITS
+
+
+@lru_cache(maxsize=_CACHE)
+def judge_endpoint(profile: QosProfile, role: str, observed: bool) -> tuple[Spoken, ...]:  # noqa: FBT001 - a cache key
+    """Judge one endpoint by itself; rules about creating one are not asked of observed endpoints."""
+    spoken = (
+        ask(bound, profile.values, profile.values)
+        for bound in profile.pack.by_scope.get("endpoint", ())
+        if bound.role in {None, role} and not (observed and bound.rule.creation)
+    )
+    return tuple(each for each in spoken if each is not None)
+
+
+def judge_signal(
+    rules: Sequence[BoundRule], publishers: Sequence[Members], subscribers: Sequence[Members]
+) -> list[tuple[Spoken, list[Members]]]:
+    """Judge rules over a whole signal; those about single endpoints of it come with the groups they speak of."""
+    found: list[tuple[Spoken, list[Members]]] = []
+    for bound in rules:
+        read = bound.bound.aggregate_uses
+        signal = Signal(
+            _distinct(publishers, [use.index for use in read]),
+            _distinct(subscribers, [use.index for use in read]),
+        )
+        single = any(use.term.scope in _ENDS for use in bound.bound.uses)
+        speaking = publishers if bound.role == "publisher" else subscribers
+        indices = [use.index for use in bound.bound.uses]
+        for members in classes(speaking, indices) if single else [[(*publishers, *subscribers)[0]]]:
+            values = members[0].profile.values
+            each = ask(bound, values, values, signal)
+            if each is not None and not (each.unknown and each.failed is None):
+                found.append((each, members if single else []))
+    return found
+
+
+def classes(groups: Sequence[Members], indices: Sequence[int]) -> list[list[Members]]:
+    """Sort groups by the values at ``indices`` and how they were written, and by who excuses them."""
+    found: dict[Any, list[Members]] = {}
+    for members in groups:
+        values = members.profile.values
+        size = len(values) // 2
+        key = (tuple((values[index], values[index + size]) for index in indices), members.tags)
+        found.setdefault(key, []).append(members)
+    return list(found.values())
+
+
+def _distinct(groups: Sequence[Members], indices: Sequence[int]) -> tuple[tuple[Values, int], ...]:
+    """One value tuple per combination of values at ``indices``, with how many endpoints have it."""
+    return tuple(
+        (each[0].profile.values, sum(len(members.endpoints) for members in each)) for each in classes(groups, indices)
+    )

@@ -1,0 +1,359 @@
+"""From paths and bytes to systems: which importer reads what, and several sources as one system."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO, Final
+
+from cqos_core.importers.source import ReadContext, Source, no_files
+from cqos_core.plugins import ImporterInfo, Plugins, load_plugins
+from cqos_core.problems import CqosError, InputError, Problem
+from cqos_core.system import ImportNote, Place, System
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+    from cqos_core.system import Endpoint, Participant
+
+HEAD: Final = 65_536
+STDIN: Final = "-"
+"""The path that stands for standard input."""
+STDIN_NAME: Final = "<stdin>"
+"""The name of standard input where the caller gives none; a source of another name may include files beside it."""
+_MAXIMUM_BYTES: Final = 512 * 1024 * 1024
+
+
+def open_file(name: str, relative_to: str) -> Source:
+    """Open the file ``name`` that ``relative_to`` includes."""
+    return read_path(str(Path(relative_to).parent / name))
+
+
+def read_path(path: str, limit: int | None = None) -> Source:
+    """Read a file, whole or its first ``limit`` bytes.
+
+    Raises:
+        InputError: it is missing, a directory, not readable, or larger than 512 MiB.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            return read_stream(path, file, limit)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise InputError([Problem("CQ001", f"cannot be read: {reason}", Place(path))]) from None
+
+
+def read_stream(name: str, stream: BinaryIO, limit: int | None = None) -> Source:
+    """Read an open file, whole or its first ``limit`` bytes, as the source ``name``.
+
+    Raises:
+        InputError: it holds more than 512 MiB.
+    """
+    # Not the size it says it has: a pipe and a device say nothing.
+    data = stream.read(_MAXIMUM_BYTES + 1 if limit is None else limit)
+    if len(data) > _MAXIMUM_BYTES:
+        message = f"there is more to read than {_MAXIMUM_BYTES // 1024**2} MiB"
+        raise InputError([Problem("CQ002", message, Place(name))])
+    return Source(name, data)
+
+
+def recognise(source: Source, plugins: Plugins, wanted: str | None = None) -> ImporterInfo | None:
+    """Return the importer for ``source``: the one ``wanted`` by name, else the one that claims it, else None.
+
+    Raises:
+        InputError: no importer has the wanted name, or two claim the source.
+    """
+    if wanted is not None:
+        if wanted not in plugins.importers:
+            known = ", ".join(sorted(plugins.importers))
+            raise InputError(
+                [Problem("CQ003", f"there is no importer `{wanted}`; installed: {known}", Place(source.name))]
+            )
+        return plugins.importers[wanted]
+    claiming = [info for info in plugins.importers.values() if _claims(info, source, plugins)]
+    if len(claiming) > 1:
+        named = " and ".join(f"`{info.name}` ({plugins.owner('importers', info.name)})" for info in claiming)
+        message = f"two importers claim this file: {named}"
+        raise InputError([Problem("CQ003", message, Place(source.name), "choose one with --from")])
+    return claiming[0] if claiming else None
+
+
+def _claims(info: ImporterInfo, source: Source, plugins: Plugins) -> bool:
+    """Ask one importer; one that fails claims nothing, so that a broken plugin cannot stop the others."""
+    try:
+        return info.load_claim()(source.name, source.data[:HEAD])
+    except Exception as error:  # noqa: BLE001 - whatever a foreign importer does
+        plugins.leave_out("importers", info.name, error)
+        return False
+
+
+def read_source(
+    source: Source,
+    importer: str | None = None,
+    switches: Mapping[str, Mapping[str, str]] | None = None,
+    *,
+    from_disk: bool = False,
+    protocol: str | None = None,
+) -> System:
+    """Read one source with the importer that claims it, or the named one.
+
+    Args:
+        source: what to read.
+        importer: name of the importer.
+        switches: importer switches by importer and name.
+        from_disk: whether files that it includes may be opened.
+        protocol: what it means if it states none; else the protocol that its format stands for.
+
+    Raises:
+        InputError: nobody reads the format, or the content cannot be read; with every problem found.
+    """
+    plugins = load_plugins()
+    info = recognise(source, plugins, importer)
+    if info is None:
+        known = ", ".join(sorted(plugins.importers))
+        message = "no installed importer recognises this format"
+        raise InputError([Problem("CQ003", message, Place(source.name), f"installed: {known}; choose one with --from")])
+    context = ReadContext(open_file if from_disk else no_files, switches or {})
+    try:
+        system = info.load_reader()(source, context)
+    except CqosError:
+        raise
+    except Exception as error:
+        error.add_note(f"importer `{info.name}` ({plugins.owner('importers', info.name)}) was reading {source.name}")
+        raise
+    if system.protocol is None:
+        system.protocol = protocol or default_protocol(info.name, plugins)
+    return system
+
+
+def default_protocol(importer: str, plugins: Plugins) -> str | None:
+    """The protocol that files of this importer mean when they name none: the one pack that says so, else None."""
+    claiming = [info.id for info in plugins.packs.values() if importer in info.default_for]
+    return claiming[0] if len(claiming) == 1 else None
+
+
+@dataclass(frozen=True, slots=True)
+class File:
+    """One file to read; ``named`` if its path was given, rather than found in a directory."""
+
+    path: str
+    named: bool = True
+
+
+@dataclass(slots=True)
+class Found:
+    """What some paths stand for.
+
+    Attributes:
+        files: in order, each once.
+        skipped: how many foreign files were passed over in directories.
+        problems: directories that cannot be searched.
+    """
+
+    files: list[File] = field(default_factory=list)
+    skipped: int = 0
+    problems: list[Problem] = field(default_factory=list)
+
+
+def find_files(paths: Iterable[str], plugins: Plugins, importer: str | None = None) -> Found:
+    """List the files that ``paths`` name, and those below directories whose endings importers name.
+
+    Hidden files and directories are passed over. ``importer`` limits the search to its own endings.
+    """
+    searched = [plugins.importers[importer]] if importer in plugins.importers else plugins.importers.values()
+    suffixes = tuple(suffix for info in searched for suffix in info.suffixes)
+    found = Found()
+    files: dict[str, File] = {}
+    for path in paths:
+        if os.path.isdir(path):  # noqa: PTH112 - Path.is_dir raises where a path is too long
+            for each in _files_below(path, suffixes, found):
+                files.setdefault(os.path.realpath(each), File(each, named=False))
+        else:
+            # The same file named twice is read once; named beats found.
+            identity = path if path == STDIN else os.path.realpath(path)
+            known = files.get(identity)
+            if known is None or not known.named:
+                files[identity] = File(path)
+    found.files = list(files.values())
+    return found
+
+
+def _files_below(folder: str, suffixes: tuple[str, ...], found: Found) -> Iterator[str]:
+    def unreadable(error: OSError) -> None:
+        message = f"the folder cannot be searched: {error.strerror}"
+        found.problems.append(Problem("CQ001", message, Place(str(error.filename))))
+
+    for inner, folders, names in os.walk(folder, onerror=unreadable):
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        for name in sorted(names):
+            path = os.path.join(inner, name)  # noqa: PTH118 - a path is shown as the caller began it
+            if name.startswith("."):
+                continue
+            # Only regular files: opening a pipe would wait for somebody to write into it.
+            if name.lower().endswith(suffixes) and os.path.isfile(path):  # noqa: PTH113
+                yield path
+            else:
+                found.skipped += 1
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What reading one file gave: a system, or what is wrong with it."""
+
+    file: File
+    system: System | None = None
+    problems: tuple[Problem, ...] = ()
+
+
+@dataclass(slots=True)
+class Loaded:
+    """What reading some paths gave.
+
+    Attributes:
+        outcomes: one per file that was read, or should have been.
+        skipped: foreign files passed over in directories.
+        unsearched: problems of directories that cannot be searched.
+    """
+
+    outcomes: list[Outcome] = field(default_factory=list)
+    skipped: int = 0
+    unsearched: tuple[Problem, ...] = ()
+
+    @property
+    def systems(self) -> list[tuple[str, System]]:
+        """The systems that were read, each with its path."""
+        return [(each.file.path, each.system) for each in self.outcomes if each.system is not None]
+
+    @property
+    def problems(self) -> list[Problem]:
+        """Everything that could not be read, and why."""
+        return [*self.unsearched, *(problem for each in self.outcomes for problem in each.problems)]
+
+
+def load_paths(
+    paths: Iterable[str],
+    importer: str | None = None,
+    switches: Mapping[str, Mapping[str, str]] | None = None,
+    stdin: Source | None = None,
+    *,
+    protocol: str | None = None,
+    step: Callable[[int, int], None] = lambda _done, _all: None,
+) -> Loaded:
+    """Read every path; directories are searched. Nothing is raised: problems are collected.
+
+    Args:
+        paths: files and directories; ``-`` is ``stdin``.
+        importer: read all of them with this importer.
+        switches: importer switches by importer and name.
+        stdin: what ``-`` stands for.
+        protocol: of files that state none.
+        step: told after each file how many of how many are read.
+    """
+    plugins = load_plugins()
+    found = find_files(paths, plugins, importer)
+    loaded = Loaded(skipped=found.skipped, unsearched=tuple(found.problems))
+    for number, file in enumerate(found.files, 1):
+        try:
+            source = stdin if file.path == STDIN and stdin is not None else _open(file, plugins, importer)
+            if source is None:
+                loaded.skipped += 1
+            else:
+                from_disk = source.name != STDIN_NAME
+                system = read_source(source, importer, switches, from_disk=from_disk, protocol=protocol)
+                loaded.outcomes.append(Outcome(file, system))
+        except InputError as error:
+            loaded.outcomes.append(Outcome(file, problems=error.problems))
+        step(number, len(found.files))
+    loaded.outcomes = _without_included(loaded.outcomes)
+    return loaded
+
+
+def _open(file: File, plugins: Plugins, importer: str | None) -> Source | None:
+    """Read a file; None if it was found in a directory and nobody claims it.
+
+    A YAML file in a directory may be anything; only a file that was named must be ours.
+    """
+    if not file.named:
+        head = read_path(file.path, HEAD)
+        claimed = _claims(plugins.importers[importer], head, plugins) if importer else recognise(head, plugins)
+        if not claimed:
+            return None
+    return read_path(file.path)
+
+
+def _without_included(outcomes: list[Outcome]) -> list[Outcome]:
+    """Leave out files found in a directory that another one includes: they are no systems of their own."""
+    included = {
+        os.path.realpath(name)
+        for each in outcomes
+        if each.system is not None
+        for name in each.system.sources
+        if name != each.file.path
+    }
+    return [each for each in outcomes if each.file.named or os.path.realpath(each.file.path) not in included]
+
+
+def merge(systems: Sequence[System]) -> System:
+    """Put several systems together as one.
+
+    A participant that several sources state is one participant; profiles, topics and brokers that several sources state
+    alike are one, and stated differently they stay those of the first source, with a warning. Endpoint ids that two sources
+    use are told apart when the system is resolved.
+    """
+    if len(systems) == 1:
+        return systems[0]
+    whole = System(name=" + ".join(dict.fromkeys(system.name for system in systems if system.name)))
+    for system in systems:
+        for participant in system.participants.values():
+            _join_participant(whole, participant, system.protocol)
+        for endpoint in system.endpoints:
+            _join_endpoint(whole, endpoint, system)
+        for kind in ("profiles", "topics", "brokers", "bridges"):
+            _join(whole, kind, getattr(system, kind))
+        for pack, settings in system.options.items():
+            whole.options.setdefault(pack, {}).update(settings)
+        whole.checks += system.checks
+        whole.accept += system.accept
+        whole.severities.update(system.severities)
+        whole.notes += system.notes
+        whole.sources.update(system.sources)
+    protocols = {system.protocol for system in systems}
+    whole.protocol = protocols.pop() if len(protocols) == 1 else None
+    return whole
+
+
+def _join_participant(whole: System, participant: Participant, protocol: str | None) -> None:
+    participant.protocol = participant.protocol or protocol
+    known = whole.participants.setdefault(participant.id, participant)
+    if known is participant:
+        return
+    for name, setting in participant.settings.items():
+        known.settings.setdefault(name, setting)
+    for old, new in participant.remap.items():
+        known.remap.setdefault(old, new)
+    known.external = known.external and participant.external
+
+
+def _join_endpoint(whole: System, endpoint: Endpoint, system: System) -> None:
+    endpoint.protocol = endpoint.protocol or system.participants[endpoint.participant].protocol
+    whole.endpoints.append(endpoint)
+
+
+def _join(whole: System, kind: str, stated: Mapping[str, object]) -> None:
+    known = getattr(whole, kind)
+    for name, value in stated.items():
+        other = known.setdefault(name, value)
+        if other is not value and _content(other) != _content(value):
+            first, second = getattr(other, "place", None), getattr(value, "place", None)
+            message = (
+                f"{kind.removesuffix('s')} `{name}` is stated differently at {first} and at {second}; the first holds"
+            )
+            whole.notes.append(ImportNote("CQ008", "warning", message, second))
+
+
+def _content(value: object) -> object:
+    """What is stated, without where."""
+    settings = {name: setting.text for name, setting in getattr(value, "settings", {}).items()}
+    base = tuple(ref.name for ref in getattr(value, "base", ()))
+    return settings, base, getattr(value, "external", None), getattr(value, "protocol", None)

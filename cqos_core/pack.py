@@ -1,0 +1,429 @@
+"""Rule packs: the policies, rules, presets, dialects and meeting of one protocol, as one value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from cqos_core.evaluate import Bound, Function, Vocabulary, bind, role_of, scope_of
+from cqos_core.policy import ENDPOINT, LEVELS, Choice, PerRole, Policy, normalise
+from cqos_core.problems import InvalidValueError, PackError, SentenceError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+    from cqos_core.policy import Meaning
+    from cqos_core.rule import Rule
+    from cqos_core.system import Endpoint
+
+
+@dataclass(frozen=True, slots=True)
+class Preset:
+    """A named bundle of values that comes with the pack.
+
+    Attributes:
+        settings: policy name to text; policies not named keep their defaults.
+        needs: option and the least value of it that has this preset, for instance ``("distro", "iron")``; None: always.
+        aliases: other spellings; compared normalised.
+    """
+
+    settings: Mapping[str, str]
+    doc: str = ""
+    needs: tuple[str, str] | None = None
+    aliases: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """How one kind of file writes the pack's settings.
+
+    Attributes:
+        names: attribute name (normalised) to policy name, beside the policies' own aliases.
+        codes: policy name to its integer codes: ``{"history": {"0": "keep_last"}}``.
+        bare_unit: unit of a duration without one (``s``, ``ns``); None refuses it.
+        zero_is_unset: a numeric zero of a count or duration means that nobody stated it.
+        ignore: attribute names (normalised) that are no settings of this pack.
+    """
+
+    names: Mapping[str, str] = field(default_factory=dict)
+    codes: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    bare_unit: str | None = None
+    zero_is_unset: bool = False
+    ignore: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
+class Convention:
+    """What users of a protocol agree on about some topics: facts that hold unless stated otherwise.
+
+    Attributes:
+        pattern: shell pattern over the resolved topic name.
+        settings: topic-level settings: ``{"latched": "true"}``.
+        external: the other side is usually part of no design (a log collector, say), so a missing partner is no finding.
+    """
+
+    pattern: str
+    settings: Mapping[str, str] = field(default_factory=dict)
+    external: bool = False
+    doc: str = ""
+
+
+class NameProblem(NamedTuple):
+    """What is wrong with a name: a core or pack code, severity, message, and what to do."""
+
+    code: str
+    severity: str
+    message: str
+    help: str = ""
+
+
+class Naming(NamedTuple):
+    """A topic name put into the form endpoints meet on.
+
+    ``key`` is that form (None: it names no topic), ``shown`` is what messages print.
+    """
+
+    key: str | None
+    shown: str
+    problems: tuple[NameProblem, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class NameContext:
+    """What a topic name is resolved with."""
+
+    participant: str
+    label: str | None
+    settings: Mapping[str, str]
+    remap: Mapping[str, str]
+    kind: str
+    dialect: str
+
+
+def plain_name(written: str, context: NameContext) -> Naming:  # noqa: ARG001 - the signature of all naming functions
+    """Take names as they are written."""
+    return Naming(written, written)
+
+
+def only_itself(endpoint: Endpoint) -> tuple[Endpoint, ...]:
+    """Every endpoint stands for itself."""
+    return (endpoint,)
+
+
+@dataclass(frozen=True, slots=True)
+class Meeting:
+    """Who meets whom.
+
+    Attributes:
+        resolve: puts a written name into the form endpoints meet on.
+        expand: what an endpoint stands for: a service server is one subscriber and one publisher.
+        folds: functions from a key to a coarser one; two lonely keys with an equal fold are a near miss.
+            Each comes with the words that say how they differ.
+        described: one sentence for docs and packs listings.
+    """
+
+    resolve: Callable[[str, NameContext], Naming] = plain_name
+    expand: Callable[[Endpoint], tuple[Endpoint, ...]] = only_itself
+    folds: tuple[tuple[str, Callable[[str], str]], ...] = (
+        ("differ only in upper and lower case", str.casefold),
+        ("differ only in slashes at the ends", lambda key: key.strip("/")),
+    )
+    described: str = "endpoints on the same topic name"
+
+
+@dataclass(frozen=True, slots=True)
+class BoundRule:
+    """A rule with its sentence bound to the pack's policies, and the scope that follows from its terms."""
+
+    rule: Rule
+    bound: Bound
+    scope: str
+    role: str | None
+
+
+@dataclass(frozen=True, eq=False)
+class RulePack:
+    """Everything C-QoS knows about one protocol.
+
+    Attributes:
+        id: what systems name it by: ``ros2``.
+        title: for people: ``ROS 2``.
+        policies: of all levels; their order is the order of display.
+        rules: judging rules and meeting conditions.
+        presets: by canonical name.
+        base_preset: what unset policies take their values from, before policy defaults; None for none.
+        dialects: by name; ``yaml`` is used where an importer's dialect is not listed.
+        conventions: facts about well-known topics.
+        functions: named functions its sentences use.
+        meeting: how names are resolved and endpoints expanded.
+        variants: ``(option, value)`` to the pack that judges when the system's option has that value.
+        not_checked: what no QoS check of this protocol can see, for the report.
+        source: where the facts come from.
+    """
+
+    id: str
+    title: str
+    policies: tuple[Policy, ...]
+    rules: tuple[Rule, ...]
+    summary: str = ""
+    presets: Mapping[str, Preset] = field(default_factory=dict)
+    base_preset: str | None = None
+    dialects: Mapping[str, Dialect] = field(default_factory=dict)
+    conventions: tuple[Convention, ...] = ()
+    functions: tuple[Function, ...] = ()
+    meeting: Meeting = field(default_factory=Meeting)
+    variants: Mapping[tuple[str, str], RulePack] = field(default_factory=dict)
+    not_checked: tuple[str, ...] = ()
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        """Bind every rule and read every default, so that a mistake shows when the pack is loaded.
+
+        Raises:
+            PackError: naming every mistake found.
+        """
+        mistakes = [*_duplicate_codes(self.rules), *_policy_mistakes(self.policies), *_preset_mistakes(self)]
+        bound = []
+        for rule in sorted(self.rules, key=lambda rule: rule.code):
+            try:
+                sentence = bind(rule.sentence, self.vocabulary)
+            except SentenceError as error:
+                mistakes.append(f"rule {rule.code} `{rule.sentence}`: {error}")
+                continue
+            bound.append(BoundRule(rule, sentence, scope_of(rule.sentence), rule.role or role_of(rule.sentence)))
+        if mistakes:
+            raise PackError(f"rule pack `{self.id}` is not well formed:\n  " + "\n  ".join(mistakes))
+        object.__setattr__(self, "bound_rules", tuple(bound))
+
+    bound_rules: tuple[BoundRule, ...] = field(init=False, repr=False, default=())
+
+    @cached_property
+    def vocabulary(self) -> Vocabulary:
+        """The policies by index."""
+        return Vocabulary(self.policies, self.functions)
+
+    @cached_property
+    def by_scope(self) -> Mapping[str, tuple[BoundRule, ...]]:
+        """Rules by scope; meeting conditions under ``meets``."""
+        found: dict[str, list[BoundRule]] = {"meets": []}
+        for bound in self.bound_rules:
+            found.setdefault("meets" if bound.rule.kind == "meets" else bound.scope, []).append(bound)
+        return {scope: tuple(rules) for scope, rules in found.items()}
+
+    @cached_property
+    def spellings(self) -> Mapping[str, Mapping[str, int]]:
+        """Per level: normalised name or alias → index."""
+        found: dict[str, dict[str, int]] = {level: {} for level in LEVELS}
+        for index, policy in enumerate(self.policies):
+            for spelling in policy.spellings:
+                found[policy.level][spelling] = index
+        return found
+
+    @cached_property
+    def preset_names(self) -> Mapping[str, str]:
+        """Normalised preset name or alias → canonical name."""
+        return {
+            normalise(spelling): name for name, preset in self.presets.items() for spelling in (name, *preset.aliases)
+        }
+
+    def find(self, level: str, name: str, dialect: Dialect | None = None) -> int | None:
+        """Index of the policy that ``name`` spells at ``level``, or None."""
+        word = normalise(name)
+        if dialect is not None and word in dialect.names:
+            word = normalise(dialect.names[word])
+        return self.spellings[level].get(word)
+
+    def policy(self, name: str, level: str = ENDPOINT) -> Policy:
+        """Return the policy of that name or alias.
+
+        Raises:
+            KeyError: there is none.
+        """
+        index = self.find(level, name)
+        if index is None:
+            raise KeyError(name)
+        return self.policies[index]
+
+    def rule(self, code_or_name: str) -> Rule | None:
+        """Return the rule with that code, name or alias, or None."""
+        wanted = code_or_name.lower()
+        for rule in self.rules:
+            if wanted in {rule.code.lower(), rule.name, *(alias.lower() for alias in rule.aliases)}:
+                return rule
+        return None
+
+    def describe(self) -> dict[str, Any]:
+        """Describe the pack for machines: enough to draw a property panel for a protocol never seen before."""
+        return {
+            "id": self.id,
+            "title": self.title,
+            "summary": self.summary,
+            "source": self.source,
+            "meeting": self.meeting.described,
+            "policies": [describe_policy(policy) for policy in self.policies],
+            "presets": {name: dict(preset.settings) for name, preset in self.presets.items()},
+            "base_preset": self.base_preset,
+            "rules": [describe_rule(bound) for bound in self.bound_rules],
+            "functions": [{"name": f.name, "doc": f.doc, "column_form": f.column} for f in self.functions],
+            "conventions": [
+                {"pattern": c.pattern, "settings": dict(c.settings), "external": c.external, "doc": c.doc}
+                for c in self.conventions
+            ],
+            "not_checked": list(self.not_checked),
+        }
+
+
+def describe_policy(policy: Policy) -> dict[str, Any]:
+    """Describe a policy for machines: kind, values in order, unit, default per side, docs."""
+    return {
+        "name": policy.name,
+        "level": policy.level,
+        **policy.domain.describe(),
+        "default": policy.default
+        if policy.default is None or isinstance(policy.default, str)
+        else dict(policy.default),
+        "words": list(policy.words),
+        "roles": list(policy.roles),
+        "aliases": list(policy.aliases),
+        "enforced": {option: dict(by_value) for option, by_value in policy.enforced.items()},
+        "fact": policy.default is None,
+        "doc": policy.doc,
+        "clause": policy.clause,
+    }
+
+
+def describe_rule(bound: BoundRule) -> dict[str, Any]:
+    """Describe a rule for machines: its sentence in text form, scope, table and texts."""
+    rule = bound.rule
+    return {
+        "code": rule.code,
+        "name": rule.name,
+        "kind": rule.kind,
+        "scope": bound.scope,
+        "role": bound.role,
+        "sentence": str(rule.sentence),
+        "severity": rule.severity,
+        "because": rule.because,
+        "clause": rule.clause,
+        "help": rule.help,
+        "aliases": list(rule.aliases),
+        "table": rule_table(bound),
+        "column_form": column_form(bound),
+    }
+
+
+def column_form(bound: BoundRule) -> bool:
+    """Whether the rule can also be judged over columns: every named function it uses must have a column form."""
+    functions = bound.bound.vocabulary.functions
+    used = (getattr(node, "name", "") for node in bound.rule.sentence.walk())
+    return all(functions[name].column for name in used if name in functions)
+
+
+_TABLE_LIMIT: Final = 64
+_SAMPLES: Final = {"duration": ("1s", "2s", "infinite"), "count": ("1", "2")}
+
+
+def rule_table(bound: BoundRule) -> list[dict[str, str]]:
+    """Derive the table of a pair rule: every combination of its values (samples for durations and counts), and the answer.
+
+    Each row maps ``offered NAME`` / ``requested NAME`` to a value, and ``compatible`` to Yes or No. Rules over other
+    scopes, and over values that cannot be enumerated, have no table.
+    """
+    from itertools import product
+
+    vocabulary = bound.bound.vocabulary
+    if bound.scope != "pair" or any(use.term.scope not in {"offered", "requested"} for use in bound.bound.uses):
+        return []
+    columns = []
+    for use in sorted(bound.bound.uses, key=lambda use: use.second):
+        domain = vocabulary.policies[use.index].domain
+        values = domain.candidates() or tuple(domain.parse(text) for text in _SAMPLES.get(domain.kind, ()))
+        columns.append([(use, value, domain.format(value)) for value in values])
+    size = 1
+    for column in columns:
+        size *= len(column)
+    if not 0 < size <= _TABLE_LIMIT:
+        return []
+    rows = []
+    for chosen in product(*columns):
+        sides: list[list[Any]] = [[0] * vocabulary.size + [None] * vocabulary.size for _ in range(2)]
+        row = {}
+        for use, value, text in chosen:
+            sides[use.second][use.index] = value
+            row[f"{use.term.scope} {use.term.name}"] = text
+        holds = bound.bound.judge(tuple(sides[0]), tuple(sides[1])).result
+        fits = holds if bound.rule.kind != "forbids" else not holds
+        rows.append({**row, "compatible": "Yes" if fits else "No"})
+    return rows
+
+
+def _duplicate_codes(rules: Iterable[Rule]) -> list[str]:
+    mistakes = []
+    seen: dict[str, str] = {}
+    for rule in rules:
+        for spelling in (rule.code, rule.name, *rule.aliases):
+            if spelling in seen:
+                mistakes.append(f"`{spelling}` names both {seen[spelling]} and {rule.code}")
+            seen[spelling] = rule.code
+    return mistakes
+
+
+def _policy_mistakes(policies: Iterable[Policy]) -> list[str]:
+    mistakes = []
+    taken: dict[tuple[str, str], str] = {}
+    for policy in policies:
+        if policy.level not in LEVELS:
+            mistakes.append(f"policy `{policy.name}`: level `{policy.level}` must be one of {', '.join(LEVELS)}")
+        for spelling in policy.spellings:
+            other = taken.setdefault((policy.level, spelling), policy.name)
+            if other != policy.name:
+                mistakes.append(f"`{spelling}` spells both policy `{other}` and policy `{policy.name}`")
+        texts = [policy.default_for(role) for role in policy.roles]
+        texts += [text for meaning in policy.words.values() for text in _texts(meaning)]
+        for text in texts:
+            mistakes += _text_mistake(policy, text)
+        if isinstance(policy.domain, Choice):
+            mistakes += [
+                f"policy `{policy.name}`: word `{word}` is also a value"
+                for word in policy.words
+                if word in policy.domain.names
+            ]
+    return mistakes
+
+
+def _texts(meaning: Meaning) -> list[str]:
+    """All texts of values within a meaning."""
+    if isinstance(meaning, str):
+        return [meaning]
+    if isinstance(meaning, PerRole):
+        return [*_texts(meaning.publisher), *_texts(meaning.subscriber)]
+    inner = [part for _, part in getattr(meaning, "meanings", ())]
+    otherwise = getattr(meaning, "otherwise", None)
+    parts = [text for part in (*inner, otherwise) if part is not None for text in _texts(part)]
+    alone = getattr(meaning, "alone", None)
+    return parts if alone is None else [*parts, alone]
+
+
+def _text_mistake(policy: Policy, text: str | None) -> list[str]:
+    if text is None or normalise(text) in policy.words:
+        return []
+    try:
+        policy.domain.parse(text)
+    except InvalidValueError as problem:
+        return [f"policy `{policy.name}`: {problem}"]
+    return []
+
+
+def _preset_mistakes(pack: RulePack) -> list[str]:
+    mistakes = []
+    known = {policy.name: policy for policy in pack.policies if policy.level == ENDPOINT}
+    if pack.base_preset is not None and pack.base_preset not in pack.presets:
+        mistakes.append(f"base preset `{pack.base_preset}` is not among the presets")
+    for name, preset in pack.presets.items():
+        for policy, text in preset.settings.items():
+            if policy not in known:
+                mistakes.append(f"preset `{name}` names `{policy}`, which is no endpoint policy")
+            else:
+                mistakes += [f"preset `{name}`: {mistake}" for mistake in _text_mistake(known[policy], text)]
+    return mistakes

@@ -1,0 +1,376 @@
+"""Rule packs written as YAML: the same value as a pack written in Python, read from a file.
+
+The form is described by the pydantic models below; ``docs/packs.md`` explains it with an example. Sentences are text in
+the language of `cqos_core.expression`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from cqos_core.expression import parse
+from cqos_core.importers.reading import Reading, did_you_mean
+from cqos_core.importers.tree import MappingNode, SequenceNode, flag, is_null, whole_number
+from cqos_core.importers.yaml_tree import read_tree
+from cqos_core.pack import Convention, Dialect, Meeting, Preset, RulePack
+from cqos_core.policy import (
+    Anything,
+    ByOption,
+    Choice,
+    Count,
+    Domain,
+    Duration,
+    Flag,
+    FromPeers,
+    Meaning,
+    Names,
+    PerRole,
+    Policy,
+    Text,
+)
+from cqos_core.problems import InputError, PackError, Problem, SentenceError
+from cqos_core.rule import Rule
+from cqos_core.system import Place
+
+if TYPE_CHECKING:
+    from cqos_core.importers.source import Source
+    from cqos_core.importers.tree import Node
+
+Scalar: TypeAlias = str | int | bool
+RoleName: TypeAlias = Literal["publisher", "subscriber"]
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, coerce_numbers_to_str=True)
+
+
+class FromPeersModel(_Model):
+    """``{from_peers: strongest_if_all, alone: reliable}``."""
+
+    from_peers: Literal["constant", "strongest_if_all", "strongest_if_any", "largest_stated", "smallest_stated"]
+    alone: str
+
+
+class PerRoleModel(_Model):
+    """``{publisher: …, subscriber: …}``."""
+
+    publisher: MeaningModel
+    subscriber: MeaningModel
+
+
+class ByOptionModel(_Model):
+    """``{by_option: rmw, cases: {fastdds: …}, otherwise: …}``."""
+
+    by_option: str
+    cases: dict[str, MeaningModel] = Field(default_factory=dict)
+    otherwise: MeaningModel | None = None
+
+
+class UnknownModel(_Model):
+    """``{unknown: why it is not known}``."""
+
+    unknown: str
+
+
+MeaningModel: TypeAlias = str | FromPeersModel | PerRoleModel | ByOptionModel | UnknownModel
+
+
+class PolicyModel(_Model):
+    """One policy; ``kind`` says which of the other keys apply."""
+
+    kind: Literal["choice", "duration", "count", "flag", "names", "text"]
+    values: list[str] = Field(default_factory=list)
+    ordered: bool = True
+    synonyms: dict[str, str] = Field(default_factory=dict)
+    affixes: list[str] = Field(default_factory=list)
+    minimum: int = 0
+    maximum: int = 2**31 - 1
+    unlimited: list[str] = Field(default_factory=list)
+    unit: str = ""
+    default: Scalar | dict[Literal["publisher", "subscriber"], Scalar] | None = None
+    doc: str = ""
+    clause: str = ""
+    level: Literal["endpoint", "topic", "participant", "broker", "option"] = "endpoint"
+    roles: list[RoleName] = Field(default_factory=lambda: list[RoleName](("publisher", "subscriber")))
+    aliases: list[str] = Field(default_factory=list)
+    words: dict[str, MeaningModel] = Field(default_factory=dict)
+    zero: str | None = None
+    enforced: dict[str, dict[str, Literal["yes", "unmatched", "no"]]] = Field(default_factory=dict)
+    promise: bool = False
+    assume: list[str] = Field(default_factory=list)
+    fallback: str | None = None
+
+    @model_validator(mode="after")
+    def _values_with_choice(self) -> PolicyModel:
+        if (self.kind == "choice") != bool(self.values):
+            raise ValueError("a choice lists its `values`, weakest first, and only a choice does")
+        return self
+
+
+class RuleModel(_Model):
+    """One rule: exactly one of ``requires``, ``forbids`` and ``meets`` holds its sentence."""
+
+    requires: str | None = None
+    forbids: str | None = None
+    meets: str | None = None
+    code: str
+    name: str
+    because: str
+    clause: str = ""
+    severity: Literal["error", "warning", "note"] | None = None
+    says: str = ""
+    role: Literal["publisher", "subscriber", ""] = ""
+    doubt: bool = False
+    creation: bool = False
+    always: bool = False
+    fixes: list[str] = Field(default_factory=list)
+    help: str = ""
+    aliases: list[str] = Field(default_factory=list)
+
+    @model_validator(mode="after")
+    def _one_sentence(self) -> RuleModel:
+        if sum(sentence is not None for sentence in (self.requires, self.forbids, self.meets)) != 1:
+            raise ValueError("a rule has exactly one of `requires`, `forbids` and `meets`")
+        return self
+
+
+class PresetModel(_Model):
+    """One preset."""
+
+    settings: dict[str, Scalar]
+    doc: str = ""
+    needs: dict[str, str] | None = Field(default=None, max_length=1)
+    aliases: list[str] = Field(default_factory=list)
+
+
+class ConventionModel(_Model):
+    """Facts about well-known topics."""
+
+    pattern: str
+    settings: dict[str, Scalar] = Field(default_factory=dict)
+    external: bool = False
+    doc: str = ""
+
+
+class DialectModel(_Model):
+    """How one kind of file writes the settings."""
+
+    names: dict[str, str] = Field(default_factory=dict)
+    codes: dict[str, dict[str, str]] = Field(default_factory=dict)
+    bare_unit: str | None = None
+    zero_is_unset: bool = False
+    ignore: list[str] = Field(default_factory=list)
+
+
+class PackModel(_Model):
+    """A rule pack file."""
+
+    cqos_pack: Literal[1]
+    id: str = Field(pattern=r"^[a-z][a-z0-9_]*$")
+    title: str
+    summary: str = ""
+    source: str = ""
+    policies: dict[str, PolicyModel]
+    rules: list[RuleModel]
+    presets: dict[str, PresetModel] = Field(default_factory=dict)
+    base_preset: str | None = None
+    dialects: dict[str, DialectModel] = Field(default_factory=dict)
+    conventions: list[ConventionModel] = Field(default_factory=list)
+    not_checked: list[str] = Field(default_factory=list)
+
+
+for _model in (PerRoleModel, ByOptionModel, PolicyModel, PackModel):
+    _model.model_rebuild()
+
+
+def read_pack(source: Source) -> RulePack:
+    """Read a rule pack file.
+
+    Raises:
+        InputError: it is no YAML or no pack; every problem is listed with its line.
+    """
+    problems: list[Problem] = []
+    reading = Reading(source, problems, [])
+    documents = read_tree(reading).documents
+    if problems or len(documents) != 1:
+        raise InputError(problems or [Problem("CQ010", "a rule pack file holds one document", Place(source.name))])
+    try:
+        model = PackModel.model_validate(_plain(documents[0]))
+    except ValidationError as error:
+        raise InputError([_located(each, documents[0], reading) for each in error.errors()]) from None
+    return _build(model, documents[0], reading)
+
+
+def _plain(node: Node) -> Any:
+    """The node as Python values: text, whole numbers, flags, None, lists and maps."""
+    if isinstance(node, MappingNode):
+        return {key: _plain(value) for key, (_, value) in node.entries.items()}
+    if isinstance(node, SequenceNode):
+        return [_plain(item) for item in node.items]
+    if is_null(node):
+        return None
+    truth, number = flag(node), whole_number(node)
+    return truth if truth is not None else number if number is not None else node.text
+
+
+def _at(location: tuple[int | str, ...], root: Node) -> Node:
+    """The innermost node that a pydantic location names; parts that name types are passed over."""
+    node = root
+    for part in location:
+        if isinstance(node, MappingNode) and isinstance(part, str) and part in node.entries:
+            node = node.entries[part][1]
+        elif isinstance(node, SequenceNode) and isinstance(part, int) and part < len(node.items):
+            node = node.items[part]
+    return node
+
+
+def _located(error: Any, root: Node, reading: Reading) -> Problem:
+    location = error["loc"]
+    if error["type"] == "extra_forbidden":
+        parent = _at(location[:-1], root)
+        key = parent.entries[location[-1]][0] if isinstance(parent, MappingNode) else parent
+        known = _fields_at(location[:-1])
+        message = f"`{location[-1]}` is no key here{did_you_mean(str(location[-1]), known)}"
+        return Problem("CQ010", message, reading.place(key), f"known: {', '.join(known)}" if known else None)
+    path = ".".join(str(part) for part in location)
+    return Problem("CQ011", f"`{path}`: {error['msg']}", reading.place(_at(location, root)))
+
+
+def _fields_at(location: tuple[int | str, ...]) -> tuple[str, ...]:
+    """Keys that may stand where an unknown one was found."""
+    models: dict[str, type[_Model]] = {
+        "policies": PolicyModel,
+        "rules": RuleModel,
+        "presets": PresetModel,
+        "dialects": DialectModel,
+        "conventions": ConventionModel,
+    }
+    model = models.get(str(location[0])) if location else PackModel
+    return tuple(model.model_fields) if model is not None else ()
+
+
+def _build(model: PackModel, root: Node, reading: Reading) -> RulePack:
+    problems: list[Problem] = []
+    rules = []
+    for index, each in enumerate(model.rules):
+        try:
+            rules.append(_rule(each))
+        except (SentenceError, PackError) as error:
+            problems.append(Problem("CQ011", str(error), reading.place(_at(("rules", index), root))))
+    if problems:
+        raise InputError(problems)
+    try:
+        return RulePack(
+            id=model.id,
+            title=model.title,
+            summary=model.summary,
+            source=model.source,
+            policies=tuple(_policy(name, policy) for name, policy in model.policies.items()),
+            rules=tuple(rules),
+            presets={name: _preset(preset) for name, preset in model.presets.items()},
+            base_preset=model.base_preset,
+            dialects={name: _dialect(dialect) for name, dialect in model.dialects.items()},
+            conventions=tuple(
+                Convention(each.pattern, _texts(each.settings), each.external, each.doc) for each in model.conventions
+            ),
+            meeting=Meeting(),
+            not_checked=tuple(model.not_checked),
+        )
+    except PackError as error:
+        raise InputError([Problem("CQ011", str(error), Place(reading.source.name))]) from None
+
+
+def _texts(settings: dict[str, Scalar]) -> dict[str, str]:
+    return {name: _text(value) for name, value in settings.items()}
+
+
+def _text(value: Scalar) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _rule(model: RuleModel) -> Rule:
+    kind: Literal["requires", "forbids", "meets"] = (
+        "requires" if model.requires is not None else "forbids" if model.forbids is not None else "meets"
+    )
+    sentence = model.requires or model.forbids or model.meets or ""
+    return Rule(
+        sentence=parse(sentence),
+        kind=kind,
+        code=model.code,
+        name=model.name,
+        because=model.because,
+        clause=model.clause,
+        severity=model.severity or ("error" if kind == "requires" else "warning"),
+        says=model.says,
+        role=model.role,
+        doubt=model.doubt,
+        creation=model.creation,
+        always=model.always,
+        fixes=tuple(model.fixes),
+        help=model.help,
+        aliases=tuple(model.aliases),
+    )
+
+
+def _policy(name: str, model: PolicyModel) -> Policy:
+    default = model.default
+    return Policy(
+        name=name,
+        domain=_domain(model),
+        default={str(role): _text(text) for role, text in default.items()}
+        if isinstance(default, dict)
+        else None
+        if default is None
+        else _text(default),
+        doc=model.doc,
+        clause=model.clause,
+        level=model.level,
+        roles=tuple(model.roles),
+        aliases=tuple(model.aliases),
+        words={word: _meaning(meaning) for word, meaning in model.words.items()},
+        zero=model.zero,
+        enforced=model.enforced,
+        promise=model.promise,
+        assume=tuple(model.assume),
+        fallback=model.fallback,
+    )
+
+
+def _domain(model: PolicyModel) -> Domain:
+    match model.kind:
+        case "choice":
+            return Choice(*model.values, ordered=model.ordered, affixes=tuple(model.affixes), synonyms=model.synonyms)
+        case "duration":
+            return Duration(bare_unit=model.unit or None)
+        case "count":
+            return Count(model.minimum, model.maximum, unlimited=tuple(model.unlimited), unit=model.unit)
+        case "flag":
+            return Flag()
+        case "names":
+            return Names()
+    return Text()
+
+
+def _meaning(model: MeaningModel) -> Meaning:
+    match model:
+        case FromPeersModel():
+            return FromPeers(model.alone, model.from_peers)
+        case PerRoleModel():
+            return PerRole(_meaning(model.publisher), _meaning(model.subscriber))
+        case ByOptionModel():
+            cases = tuple((name, _meaning(meaning)) for name, meaning in model.cases.items())
+            return ByOption(model.by_option, cases, None if model.otherwise is None else _meaning(model.otherwise))
+        case UnknownModel():
+            return Anything(model.unknown)
+    return model
+
+
+def _preset(model: PresetModel) -> Preset:
+    needs = next(iter(model.needs.items())) if model.needs else None
+    return Preset(_texts(model.settings), model.doc, needs, tuple(model.aliases))
+
+
+def _dialect(model: DialectModel) -> Dialect:
+    return Dialect(model.names, model.codes, model.bare_unit, model.zero_is_unset, frozenset(model.ignore))

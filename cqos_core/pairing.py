@@ -1,0 +1,114 @@
+"""Who meets whom: endpoints of one topic, grouped by equal values, and which groups form pairs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.system import PUBLISHER
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from cqos_core.pack import BoundRule, RulePack
+    from cqos_core.resolve import QosProfile, Resolved
+    from cqos_core.system import Acceptance
+
+_CACHE: Final = 100_000
+
+
+@dataclass(slots=True, eq=False)
+class Members:
+    """Endpoints of one role and topic that nothing tells apart: equal values, equally observed, equally excused.
+
+    Attributes:
+        profile: their values; `settle` may replace it.
+        tags: indices of the acceptances that name these endpoints.
+        starts_after: what is up before them, for values that come from peers.
+    """
+
+    profile: QosProfile
+    observed: bool
+    tags: frozenset[int]
+    starts_after: tuple[str, ...]
+    endpoints: list[Resolved] = field(default_factory=list)
+
+    @property
+    def first(self) -> Resolved:
+        """The endpoint that stands for all in messages."""
+        return self.endpoints[0]
+
+
+@dataclass(slots=True, eq=False)
+class Topic:
+    """A signal: one topic of one protocol with its groups of publishers and subscribers."""
+
+    key: str
+    shown: str
+    pack: RulePack
+    publishers: list[Members] = field(default_factory=list)
+    subscribers: list[Members] = field(default_factory=list)
+
+    @property
+    def subscriber_count(self) -> int:
+        """How many endpoints subscribe."""
+        return sum(len(members.endpoints) for members in self.subscribers)
+
+    @property
+    def endpoints(self) -> Iterable[Resolved]:
+        """All endpoints, publishers first."""
+        for members in (*self.publishers, *self.subscribers):
+            yield from members.endpoints
+
+
+def accepted_by(endpoint_id: str, acceptances: Sequence[Acceptance]) -> frozenset[int]:
+    """Indices of the acceptances whose ``endpoint`` pattern names this endpoint."""
+    return frozenset(
+        index
+        for index, acceptance in enumerate(acceptances)
+        if acceptance.endpoint is not None
+        and (acceptance.endpoint == endpoint_id or fnmatchcase(endpoint_id, acceptance.endpoint))
+    )
+
+
+def group(endpoints: Sequence[Resolved], acceptances: Sequence[Acceptance] = ()) -> Topic:
+    """Group the endpoints of one topic; the result depends on nothing but their content."""
+    ordered = sorted(endpoints, key=lambda endpoint: endpoint.id)
+    named = [acceptance for acceptance in acceptances if acceptance.endpoint is not None]
+    topic = Topic(ordered[0].key or "", min(endpoint.shown for endpoint in ordered), ordered[0].pack)
+    found: dict[tuple[object, ...], Members] = {}
+    for endpoint in ordered:
+        stated = endpoint.endpoint
+        tags = accepted_by(endpoint.id, acceptances) if named else frozenset()
+        starts = (*stated.starts_after, *endpoint.participant.participant.starts_after)
+        key = (stated.role, endpoint.profile, stated.observed, tags, starts)
+        members = found.get(key)
+        if members is None:
+            members = found[key] = Members(endpoint.profile, stated.observed, tags, starts)
+            (topic.publishers if stated.role == PUBLISHER else topic.subscribers).append(members)
+        members.endpoints.append(endpoint)
+    return topic
+
+
+def bucket(endpoints: Iterable[Resolved]) -> dict[tuple[str, str], list[Resolved]]:
+    """Sort endpoints by protocol and topic; those without a topic are left out."""
+    found: dict[tuple[str, str], list[Resolved]] = {}
+    for endpoint in endpoints:
+        if endpoint.key is not None:
+            found.setdefault((endpoint.pack.id, endpoint.key), []).append(endpoint)
+    return found
+
+
+@lru_cache(maxsize=_CACHE)
+def apart(publisher: QosProfile, subscriber: QosProfile) -> tuple[BoundRule, ...]:
+    """Return the meeting conditions that keep two profiles of one topic apart; nothing: they form a pair.
+
+    A condition that cannot be decided does not keep anybody apart.
+    """
+    return tuple(
+        bound
+        for bound in publisher.pack.by_scope["meets"]
+        if bound.bound.judge(publisher.values, subscriber.values).result is False
+    )

@@ -1,0 +1,569 @@
+"""Policies: their domains, how values are read and printed, and values that are not known for certain.
+
+Inside, a plain value is an integer (the rank of a choice, nanoseconds, a count, a flag), a text, or a tuple of
+texts; so every comparison of the language is a comparison of plain Python values, and of column values too.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from decimal import Decimal, InvalidOperation
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+from cqos_core.expression import Term
+from cqos_core.problems import InvalidValueError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+INFINITE: Final = 2**63 - 1
+"""An infinite duration in nanoseconds, and an unlimited count."""
+
+
+@dataclass(frozen=True, slots=True)
+class Anything:
+    """Any value of the policy's domain; ``cause`` says why it is not known.
+
+    ``told``: the cause is a finding of its own, so that what follows from it need not be reported again.
+    """
+
+    cause: str
+    told: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Depends:
+    """A value that depends on an assumption: ``on`` names it (``ros2.rmw``), ``cases`` give the value under each."""
+
+    on: str
+    cases: tuple[tuple[str, Value], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FromPeers:
+    """A value taken from the other side when the endpoint is created; `settle` turns it into a plain one or `Depends`.
+
+    Attributes:
+        alone: the value without any peer, as text.
+        peers: how the peers' values are put together: ``weakest``, ``strongest``, ``largest_stated``,
+            ``smallest_stated``, ``strongest_if_all`` or ``constant`` (always ``alone``).
+    """
+
+    alone: str
+    peers: str
+
+
+Plain: TypeAlias = int | str | tuple[str, ...]
+Value: TypeAlias = Plain | Anything | Depends | FromPeers
+
+
+def is_plain(value: Value) -> bool:
+    """Whether the value is known for certain."""
+    return isinstance(value, (int, str, tuple))
+
+
+@dataclass(frozen=True, slots=True)
+class PerRole:
+    """A word that means different things for publishers and subscribers."""
+
+    publisher: Meaning
+    subscriber: Meaning
+
+
+@dataclass(frozen=True, slots=True)
+class ByOption:
+    """A word whose meaning depends on a deployment option; ``otherwise`` serves the values not listed."""
+
+    option: str
+    meanings: tuple[tuple[str, Meaning], ...]
+    otherwise: Meaning | None = None
+
+
+ANYTHING: Final = Anything("its value is not known")
+Meaning: TypeAlias = str | PerRole | ByOption | Anything | FromPeers
+
+
+def by_option(option: str, otherwise: Meaning | None = None, **meanings: Meaning) -> ByOption:
+    """Write a `ByOption` like a sentence: ``by_option("rmw", cyclonedds="reliable", zenoh="best_effort")``."""
+    return ByOption(option, tuple(meanings.items()), otherwise)
+
+
+def normalise(text: str) -> str:
+    """``Keep Last`` → ``keep_last``: lower case, blanks and hyphens as underscores."""
+    return re.sub(r"[\s\-]+", "_", text.strip()).lower()
+
+
+def flow(text: str) -> Any:
+    """Read YAML flow spelling with every scalar left as text.
+
+    Raises:
+        InvalidValueError: where the text is no YAML.
+    """
+    import yaml
+
+    try:
+        return yaml.load(text, Loader=getattr(yaml, "CBaseLoader", yaml.BaseLoader))  # noqa: S506 - makes text only
+    except (yaml.YAMLError, RecursionError) as error:
+        message = f"`{text[:60]}` cannot be read: {str(error).splitlines()[0]}"
+        raise InvalidValueError(message) from None
+
+
+class Domain:
+    """A kind of value: reads text, prints values, and knows its smallest and largest value."""
+
+    kind: str = "text"
+    ordered: bool = False
+    lowest: int = 0
+    highest: int = INFINITE
+
+    def parse(self, text: str) -> Plain:
+        """Read ``text``; raise `InvalidValueError` where it is none of this domain's values."""
+        raise NotImplementedError
+
+    def format(self, value: Plain) -> str:
+        """Print ``value`` so that `parse` reads it back."""
+        return str(value)
+
+    def word(self, text: str) -> str:
+        """Normalise ``text`` for comparison with special words."""
+        return normalise(text)
+
+    def with_unit(self, text: str, unit: str | None) -> str:  # noqa: ARG002 - for durations
+        """Add the unit that a file format fixes to a number without one."""
+        return text
+
+    def candidates(self) -> tuple[Plain, ...]:
+        """All values where they are few, else nothing."""
+        return ()
+
+    def expected(self) -> str:
+        """What is allowed, for messages."""
+        return "text"
+
+    def describe(self) -> dict[str, Any]:
+        """Describe the domain for machines."""
+        return {"kind": self.kind, "ordered": self.ordered}
+
+
+class Choice(Domain):
+    """One of a few names, weakest first where they are ordered.
+
+    ``affixes`` are spellings found around the names in the wild (``_reliability_qos``, ``rmw_qos_policy_reliability_``),
+    ``synonyms`` maps other normalised spellings to names.
+    """
+
+    kind = "choice"
+
+    def __init__(
+        self,
+        *names: str,
+        ordered: bool = True,
+        affixes: tuple[str, ...] = (),
+        synonyms: Mapping[str, str] | None = None,
+    ) -> None:
+        """List the canonical names, weakest first."""
+        self.names = names
+        self.ordered = ordered
+        self.affixes = affixes
+        self.synonyms = dict(synonyms or {})
+        self.highest = len(names) - 1
+        self._ranks = {name: rank for rank, name in enumerate(names)}
+
+    def word(self, text: str) -> str:
+        """Normalise ``text`` and take known affixes and synonyms away."""
+        word = normalise(text)
+        for affix in self.affixes:
+            if affix.endswith("_") and word.startswith(affix):
+                word = word.removeprefix(affix)
+            elif affix.startswith("_") and word.endswith(affix):
+                word = word.removesuffix(affix)
+        return self.synonyms.get(word, word)
+
+    def parse(self, text: str) -> int:
+        """Read a name, its synonyms or affixed spellings into its rank."""
+        rank = self._ranks.get(self.word(text))
+        if rank is None:
+            message = f"`{text}` is not one of its values"
+            raise InvalidValueError(message, self.expected())
+        return rank
+
+    def format(self, value: Plain) -> str:
+        """Print the name of a rank."""
+        return self.names[int(value)]  # type: ignore[arg-type]
+
+    def candidates(self) -> tuple[Plain, ...]:
+        """All ranks."""
+        return tuple(range(len(self.names)))
+
+    def expected(self) -> str:
+        """List the names in their order."""
+        if self.ordered and len(self.names) > 1:
+            return " < ".join(self.names)
+        return ", ".join(self.names)
+
+    def describe(self) -> dict[str, Any]:
+        """Add the values."""
+        return {**super().describe(), "values": list(self.names)}
+
+
+_UNITS: Final = {
+    "ns": 1,
+    "us": 1_000,
+    "µs": 1_000,
+    "μs": 1_000,
+    "ms": 1_000_000,
+    "s": 1_000_000_000,
+    "sec": 1_000_000_000,
+    "m": 60_000_000_000,
+    "min": 60_000_000_000,
+    "h": 3_600_000_000_000,
+    "d": 86_400_000_000_000,
+    "nanosecond": 1,
+    "nanoseconds": 1,
+    "seconds": 1_000_000_000,
+}
+_PRINTED: Final = ("d", "h", "min", "s", "ms", "us", "ns")
+_NUMBER: Final = r"\d{1,30}(?:\.\d{1,30})?"
+_DURATION: Final = re.compile(rf"(?:{_NUMBER}\s*[a-zµμ]+\s*)+", re.IGNORECASE)
+_DURATION_PART: Final = re.compile(rf"({_NUMBER})\s*([a-zµμ]+)", re.IGNORECASE)
+_ISO: Final = re.compile(
+    rf"P(?:(?P<w>{_NUMBER})W)?(?:(?P<d>{_NUMBER})D)?"
+    rf"(?:T(?:(?P<h>{_NUMBER})H)?(?:(?P<m>{_NUMBER})M)?(?:(?P<s>{_NUMBER})S)?)?",
+    re.IGNORECASE,
+)
+_ISO_UNITS: Final = {
+    "w": 7 * _UNITS["d"],
+    "d": _UNITS["d"],
+    "h": _UNITS["h"],
+    "m": _UNITS["m"],
+    "s": _UNITS["s"],
+}
+_BARE: Final = re.compile(_NUMBER)
+_INFINITE_WORDS: Final = frozenset({"infinite", "infinity", "inf", ".inf", "duration_infinity", "never"})
+_SECONDS_KEYS: Final = ("sec", "secs", "seconds")
+_NANOSECONDS_KEYS: Final = ("nsec", "nsecs", "nanosec", "nanoseconds")
+
+
+class Duration(Domain):
+    """A time span in integer nanoseconds, or infinite; never negative.
+
+    ``infinities`` are nanosecond totals that some vendor writes for infinite. A value as large as the largest
+    representable one is infinite too.
+    """
+
+    kind = "duration"
+    ordered = True
+
+    def __init__(self, *, infinities: tuple[int, ...] = (), bare_unit: str | None = None) -> None:
+        """``bare_unit`` is the unit of a number without one, where a format fixes it (``s``); None refuses it."""
+        self.infinities = frozenset(infinities)
+        self.bare_unit = bare_unit
+
+    def parse(self, text: str) -> int:
+        """Read ``2s``, ``500ms``, ``1.5h``, ``PT2S``, ``{sec: 2, nsec: 0}`` or ``infinite``."""
+        stripped = text.strip()
+        if normalise(stripped) in _INFINITE_WORDS:
+            return INFINITE
+        total = self._total(stripped)
+        return INFINITE if total >= INFINITE or total in self.infinities else total
+
+    def _total(self, text: str) -> int:
+        if text.startswith("{"):
+            return _from_fields(text)
+        if _DURATION.fullmatch(text):
+            parts = _DURATION_PART.findall(text)
+            if all(unit.lower() in _UNITS for _, unit in parts):
+                return sum(_nanoseconds(number, _UNITS[unit.lower()], text) for number, unit in parts)
+        iso = _ISO.fullmatch(text)
+        if iso is not None and any(iso.groups()):
+            return sum(_nanoseconds(number, _ISO_UNITS[k], text) for k, number in iso.groupdict().items() if number)
+        if re.fullmatch(r"-\s*[\d.].*", text):
+            message = f"`{text}` is negative"
+            raise InvalidValueError(message, self.expected())
+        if re.fullmatch(r"\+?[\d.]+(?:e[+-]?\d+)?", text, re.IGNORECASE):
+            return self._bare(text, self.bare_unit)
+        message = f"`{text}` is not a duration"
+        raise InvalidValueError(message, self.expected())
+
+    def _bare(self, text: str, unit: str | None) -> int:
+        try:
+            number = Decimal(text)
+        except InvalidOperation:
+            message = f"`{text}` is not a number"
+            raise InvalidValueError(message, self.expected()) from None
+        if unit is None and number != 0:
+            message = f"`{text}` has no unit"
+            raise InvalidValueError(message, f"a unit after it, for instance {text}s or {text}ms")
+        if number.adjusted() > _LARGEST_EXPONENT:
+            return INFINITE
+        return _nanoseconds(
+            str(number) if abs(number.adjusted()) > _LARGEST_EXPONENT else f"{number:f}",
+            _UNITS[unit or "s"],
+            text,
+        )
+
+    def with_unit(self, text: str, unit: str | None) -> str:
+        """Add ``unit`` to a bare number."""
+        return f"{text}{unit}" if unit is not None and _BARE.fullmatch(text.strip()) else text
+
+    def format(self, value: Plain) -> str:
+        """Print in the largest unit that is exact: ``2s``, ``500ms``, ``infinite``."""
+        number = int(value)  # type: ignore[arg-type]
+        if number >= INFINITE:
+            return "infinite"
+        if number == 0:
+            return "0s"
+        unit = next(unit for unit in _PRINTED if number % _UNITS[unit] == 0)
+        return f"{number // _UNITS[unit]}{unit}"
+
+    def expected(self) -> str:
+        """Give examples."""
+        return "a duration such as 2s, 500ms, 1.5h, PT2S, or infinite"
+
+    def describe(self) -> dict[str, Any]:
+        """Add the unit."""
+        return {**super().describe(), "unit": "ns"}
+
+
+_LARGEST_EXPONENT: Final = 30
+
+
+def _nanoseconds(number: str, unit: int, text: str) -> int:
+    exact = Decimal(number) * unit
+    if exact != exact.to_integral_value():
+        message = f"`{text}` is finer than a nanosecond"
+        raise InvalidValueError(message, "whole nanoseconds")
+    return int(exact)
+
+
+def _from_fields(text: str) -> int:
+    fields = flow(text)
+    if not isinstance(fields, dict) or not fields:
+        message = f"`{text}` is not a duration"
+        raise InvalidValueError(message, "{sec: 2, nsec: 0}")
+    total = 0
+    for key, number in fields.items():
+        unit = _UNITS["s"] if key in _SECONDS_KEYS else 1 if key in _NANOSECONDS_KEYS else None
+        if unit is None or not isinstance(number, str) or not re.fullmatch(r"\d{1,20}", number):
+            message = f"`{key}: {number}` is no part of a duration"
+            raise InvalidValueError(message, "{sec: 2, nsec: 0} with whole numbers that are not negative")
+        total += int(number) * unit
+    return total
+
+
+class Count(Domain):
+    """A whole number; ``unlimited`` lists spellings of no limit."""
+
+    kind = "count"
+    ordered = True
+
+    def __init__(
+        self, minimum: int = 0, maximum: int = 2**31 - 1, *, unlimited: tuple[str, ...] = (), unit: str = ""
+    ) -> None:
+        """Bounds are inclusive; ``unit`` is for people (``bytes``)."""
+        self.lowest = minimum
+        self.maximum = maximum
+        self.unlimited = unlimited
+        self.highest = INFINITE if unlimited else maximum
+        self.unit = unit
+
+    def parse(self, text: str) -> int:
+        """Read a whole number within the bounds, or a word for unlimited."""
+        word = normalise(text)
+        if word in self.unlimited or text.strip() in self.unlimited:
+            return INFINITE
+        if not re.fullmatch(r"[+-]?\d{1,20}", text.strip()):
+            message = f"`{text}` is not a whole number"
+            raise InvalidValueError(message, self.expected())
+        number = int(text)
+        if not self.lowest <= number <= self.maximum:
+            message = f"`{text}` is out of range"
+            raise InvalidValueError(message, self.expected())
+        return number
+
+    def format(self, value: Plain) -> str:
+        """Print the number, or the first word for unlimited."""
+        return self.unlimited[0] if self.unlimited and value == INFINITE else str(value)
+
+    def expected(self) -> str:
+        """Say the bounds."""
+        words = f", or {self.unlimited[0]}" if self.unlimited else ""
+        return f"a whole number from {self.lowest} to {self.maximum}{words}"
+
+    def describe(self) -> dict[str, Any]:
+        """Add bounds, unit and the word for unlimited."""
+        bounds = {"minimum": self.lowest, "maximum": self.maximum, "unit": self.unit}
+        return {**super().describe(), **bounds, "unlimited": self.unlimited[0] if self.unlimited else None}
+
+
+_TRUE: Final = frozenset({"true", "1", "yes", "on"})
+_FALSE: Final = frozenset({"false", "0", "no", "off"})
+
+
+class Flag(Domain):
+    """True or false; false < true."""
+
+    kind = "flag"
+    ordered = True
+    highest = 1
+
+    def parse(self, text: str) -> int:
+        """Read ``true`` or ``false``, also ``1 0 yes no on off``."""
+        word = normalise(text)
+        if word in _TRUE or word in _FALSE:
+            return int(word in _TRUE)
+        message = f"`{text}` is neither true nor false"
+        raise InvalidValueError(message, self.expected())
+
+    def format(self, value: Plain) -> str:
+        """Print ``true`` or ``false``."""
+        return "true" if value else "false"
+
+    def candidates(self) -> tuple[Plain, ...]:
+        """Both."""
+        return (0, 1)
+
+    def expected(self) -> str:
+        """Name both."""
+        return "true or false"
+
+
+class Names(Domain):
+    """A list of names, such as partitions; order is kept."""
+
+    kind = "names"
+
+    def parse(self, text: str) -> tuple[str, ...]:
+        """Read ``[a, b]``; a single bare name is a list of one."""
+        if not text.strip().startswith("["):
+            return (text.strip(),) if text.strip() else ()
+        read = flow(text)
+        if not isinstance(read, list) or not all(isinstance(item, str) for item in read):
+            message = f"`{text}` is not a list of names"
+            raise InvalidValueError(message, self.expected())
+        return tuple(read)
+
+    def format(self, value: Plain) -> str:
+        """Print in YAML flow form."""
+        import json
+
+        names: tuple[str, ...] = value  # type: ignore[assignment]
+        plain = re.compile(r"[A-Za-z_/][\w/.]*")
+        words = (n if plain.fullmatch(n) else json.dumps(n, ensure_ascii=False) for n in names)
+        return f"[{', '.join(words)}]"
+
+    def expected(self) -> str:
+        """Give an example."""
+        return "a list of names such as [a, b]"
+
+
+class Text(Domain):
+    """Free text, compared for equality only."""
+
+    kind = "text"
+
+    def parse(self, text: str) -> str:
+        """Keep the text."""
+        return text
+
+    def expected(self) -> str:
+        """Anything goes."""
+        return "text"
+
+
+YES: Final = "yes"
+UNMATCHED: Final = "unmatched"
+NO: Final = "no"
+"""How a middleware treats a policy: enforces it; offers it but never refuses a pair for it; ignores it."""
+
+ENDPOINT: Final = "endpoint"
+LEVELS: Final = (ENDPOINT, "topic", "participant", "broker", "option")
+BOTH: Final = ("publisher", "subscriber")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Policy(Term):
+    """One named QoS setting. In a sentence it stands for the endpoint's own value; comparisons build sentences.
+
+    ``==`` is taken by the language, so policies are told apart by ``name`` and ``level``.
+
+    Attributes:
+        name: canonical snake_case name; with dots where a policy has several fields.
+        domain: its kind of value.
+        default: text of the default, or per role; None for a fact, which has no value until somebody states one.
+        doc: one sentence for property panels and docs.
+        clause: where the standard defines it.
+        level: what it is a setting of: ``endpoint``, ``topic``, ``participant``, ``broker`` or ``option``.
+        roles: which endpoints have it.
+        aliases: other names it is read by.
+        words: values that are no plain ones (``system_default``) and what they mean.
+        zero: the word that a zero stands for, or None where zero means zero.
+        enforced: per option and its value, how the middleware treats the policy: ``no`` (ignored: takes its default, and
+            stating it is a warning) or ``unmatched`` (works, but never stops a match); whatever is not listed is ``yes``.
+        promise: a stronger offer is a promise the program must keep, so that remedies on it need code.
+        assume: for options: the values taken into account while it is unset; empty means all.
+        fallback: for options: the value that stands in for one this pack does not know yet, with a warning.
+    """
+
+    name: str
+    domain: Domain
+    default: str | Mapping[str, str] | None = None
+    doc: str = ""
+    clause: str = ""
+    level: str = ENDPOINT
+    roles: tuple[str, ...] = BOTH
+    aliases: tuple[str, ...] = ()
+    words: Mapping[str, Meaning] = field(default_factory=dict)
+    zero: str | None = None
+    enforced: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    promise: bool = False
+    assume: tuple[str, ...] = ()
+    fallback: str | None = None
+
+    def __post_init__(self) -> None:
+        """Make it the term it is."""
+        object.__setattr__(self, "scope", _OWN_SCOPE[self.level])
+        object.__setattr__(self, "key", ("term", _OWN_SCOPE[self.level], self.name))
+
+    def __hash__(self) -> int:
+        """Hash by name and level."""
+        return hash(self.key)
+
+    @cached_property
+    def spellings(self) -> frozenset[str]:
+        """All normalised names it is read by."""
+        return frozenset(normalise(name) for name in (self.name, *self.aliases))
+
+    def default_for(self, role: str) -> str | None:
+        """Return the default's text for an endpoint of ``role``, or None for a fact."""
+        if self.default is None or isinstance(self.default, str):
+            return self.default
+        return self.default.get(role)
+
+    def expected(self) -> str:
+        """What may be written, for messages: the domain's values and the special words."""
+        words = ", ".join(self.words)
+        return f"{self.domain.expected()}{f', or {words}' if words else ''}"
+
+    def format(self, value: Value) -> str:
+        """Print a value for people; undetermined ones say what they depend on."""
+        match value:
+            case Anything(cause):
+                return f"unknown ({cause})"
+            case Depends(on, cases):
+                listed = ", ".join(f"{self.format(v)} with {on.rpartition('.')[2]}={name}" for name, v in cases)
+                return f"undetermined ({listed})"
+            case FromPeers():
+                return "taken from peers"
+        return self.domain.format(value)
+
+
+_OWN_SCOPE: Final = {
+    ENDPOINT: "own",
+    "topic": "topic",
+    "participant": "participant",
+    "broker": "broker",
+    "option": "option",
+}

@@ -1,0 +1,259 @@
+"""What a check returns: verdicts of groups of pairs, findings with their remedies, and what was not looked at.
+
+Leaf types only: formatters, the service and callers read them, `checker` makes them. All values are text in the
+spelling of the YAML form, so nothing here needs a rule pack to be understood.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from cqos_core.system import Place, Role
+
+
+class Verdict(StrEnum):
+    """The answer for one pair, and for a report the worst of its pairs."""
+
+    COMPATIBLE = "compatible"
+    UNKNOWN = "unknown"
+    INCOMPATIBLE = "incompatible"
+
+    @property
+    def rank(self) -> int:
+        """0 compatible, 1 unknown, 2 incompatible: larger is worse."""
+        return _VERDICTS.index(self)
+
+
+_VERDICTS = (Verdict.COMPATIBLE, Verdict.UNKNOWN, Verdict.INCOMPATIBLE)
+
+
+class Severity(StrEnum):
+    """How loud a finding speaks (DESIGN 7)."""
+
+    ERROR = "error"
+    WARNING = "warning"
+    NOTE = "note"
+
+    @property
+    def rank(self) -> int:
+        """0 error, 1 warning, 2 note: smaller is louder."""
+        return _SEVERITIES.index(self)
+
+
+_SEVERITIES = (Severity.ERROR, Severity.WARNING, Severity.NOTE)
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """One value a finding speaks of.
+
+    Attributes:
+        policy: canonical name.
+        value: text in YAML spelling; for an undetermined value what it depends on, for instance
+            ``system_default (best_effort with fastdds, reliable with cyclonedds)``.
+        origin: ``explicit``, ``profile NAME``, ``preset NAME``, ``default``, ``option NAME``, ``overlay``, ``settled``.
+        place: where it was stated, or where the endpoint was if nobody stated it.
+    """
+
+    policy: str
+    value: str
+    origin: str
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """One side of a finding: the endpoints (or participants) concerned, which all have these values.
+
+    Attributes:
+        role: ``publisher``, ``subscriber``, ``participant``, ``broker``, ``topic`` or ``system``.
+        members: endpoint ids in a stable order; `count` of them (ids listed once, never truncated).
+        label: what an excerpt writes under the value: ``offered here``, ``requested here``, ``set here``.
+        facts: the values the rule looked at; their places are those of the first member.
+        place: of the first member.
+    """
+
+    role: str
+    members: tuple[str, ...]
+    label: str = ""
+    facts: tuple[Fact, ...] = ()
+    place: Place | None = None
+
+    @property
+    def name(self) -> str:
+        """The first member, and how many more there are: ``robot/scan`` or ``robot/scan and 3 more``."""
+        if not self.members:
+            return ""
+        more = len(self.members) - 1
+        return self.members[0] if not more else f"{self.members[0]} and {more} more"
+
+
+@dataclass(frozen=True, slots=True)
+class Remedy:
+    """A change of one policy on one side that makes the rule pass; verified by judging it.
+
+    Attributes:
+        role: whose change it is; `members` are the endpoints that change.
+        policy, value: what to set, as text.
+        kind: ``configuration``, or ``needs_code`` where a stronger promise has to be kept by the program.
+        mends: how many pairs it turns from worse to better, and `breaks` from better to worse, on the whole
+            topic; None where there are too many to count.
+        text: the change in words: ``offer `reliable` on drone/req_weather``.
+    """
+
+    role: Role
+    members: tuple[str, ...]
+    policy: str
+    value: str
+    kind: str
+    text: str
+    mends: int | None = 0
+    breaks: int | None = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One rule that spoke.
+
+    Attributes:
+        code, name: of the rule, permanent; `source` names the pack or plugin it comes from.
+        severity: after overrides.
+        message: one sentence that makes sense alone, with both endpoints and both values.
+        topic: the signal's topic, or None.
+        verdict: what it does to its pairs: ``incompatible``, ``unknown``, or None where it does not touch the verdict.
+        sides: primary first (the requesting side); the other sides are context.
+        remedies: ranked, may be empty.
+        notes: short further sentences: the order of the values, what the verdict depends on, worlds.
+        because: the rule's reason. `clause`: where the standard says so.
+        pairs: how many pairs this finding speaks of (0 for endpoint findings).
+        worlds: for an undetermined verdict: assumption such as ``ros2.rmw=fastdds`` to verdict.
+        more_topics: further topics on which the same was found: one unknown cause, or instances of one template.
+        accepted: the reason given in ``accept:``; an accepted finding no longer counts for the exit code.
+    """
+
+    code: str
+    name: str
+    severity: Severity
+    message: str
+    source: str = "cqos"
+    topic: str | None = None
+    verdict: Verdict | None = None
+    sides: tuple[Side, ...] = ()
+    remedies: tuple[Remedy, ...] = ()
+    notes: tuple[str, ...] = ()
+    because: str = ""
+    clause: str = ""
+    help: str | None = None
+    pairs: int = 0
+    worlds: Mapping[str, Verdict] = field(default_factory=dict)
+    more_topics: tuple[str, ...] = ()
+    accepted: str | None = None
+
+    @property
+    def place(self) -> Place | None:
+        """The best place to send a person to: the primary side's first value that was stated, else the side itself."""
+        for side in self.sides:
+            for fact in side.facts:
+                if fact.place is not None and fact.origin != "default":
+                    return fact.place
+            if side.place is not None:
+                return side.place
+        return None
+
+    @property
+    def endpoints(self) -> tuple[str, ...]:
+        """Ids of all endpoints concerned, primary side first."""
+        return tuple(
+            member for side in self.sides if side.role in {"publisher", "subscriber"} for member in side.members
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """One publisher and one subscriber that meet."""
+
+    topic: str
+    publisher: str
+    subscriber: str
+    verdict: Verdict
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Publishers and subscribers of one topic of which every pair was judged alike, by the same rules.
+
+    ``internal`` counts the pairs whose two ends belong to one participant; ``codes`` are the rules that spoke.
+    """
+
+    topic: str
+    publishers: tuple[str, ...]
+    subscribers: tuple[str, ...]
+    verdict: Verdict
+    protocol: str
+    internal: int = 0
+    codes: tuple[str, ...] = ()
+
+    @property
+    def pairs(self) -> int:
+        """Number of pairs in the group."""
+        return len(self.publishers) * len(self.subscribers)
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """The result of one check, in an order that depends on nothing but its content."""
+
+    verdict: Verdict
+    groups: tuple[Group, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    not_checked: tuple[str, ...] = ()
+    system: str = ""
+    sources: tuple[str, ...] = ()
+    endpoints: int = 0
+    topics: int = 0
+
+    @property
+    def pairs(self) -> Iterator[Pair]:
+        """Every pair, lazily, expanded from the groups."""
+        for group in self.groups:
+            for publisher in group.publishers:
+                for subscriber in group.subscribers:
+                    yield Pair(group.topic, publisher, subscriber, group.verdict)
+
+    @property
+    def pair_count(self) -> int:
+        """How many pairs were judged."""
+        return sum(group.pairs for group in self.groups)
+
+    def count(self, severity: Severity) -> int:
+        """How many findings of one severity there are, accepted ones not counted."""
+        return sum(1 for finding in self.findings if finding.severity is severity and finding.accepted is None)
+
+    def fails(self, level: Severity = Severity.ERROR) -> bool:
+        """Whether a finding at or above ``level`` stands that nobody accepted."""
+        return any(f.severity.rank <= level.rank and f.accepted is None for f in self.findings)
+
+
+@dataclass(frozen=True, slots=True)
+class PairReport:
+    """The result of judging one offer against one request (`cqos_core.check_pair`)."""
+
+    verdict: Verdict
+    findings: tuple[Finding, ...] = ()
+    policies: tuple[PolicyComparison, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class PolicyComparison:
+    """One line of ``cqos explain``: a policy with both values, and what the rules over it say."""
+
+    policy: str
+    offered: Fact | None
+    requested: Fact | None
+    verdict: Verdict | None
+    rules: tuple[str, ...] = ()

@@ -1,0 +1,956 @@
+"""From text to values: profiles, presets, defaults, options and dialects, through the pack's policies.
+
+Each endpoint ends as a `QosProfile`, an interned tuple of values that endpoints with equal settings share. Where a
+value came from is not stored: `Resolved.origin` finds it again in the layers, for the few values a finding prints.
+"""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from cqos_core.codes import CODES
+from cqos_core.evaluate import Values, Written
+from cqos_core.pack import Dialect, NameContext
+from cqos_core.policy import (
+    ENDPOINT,
+    NO,
+    UNMATCHED,
+    Anything,
+    ByOption,
+    Choice,
+    Count,
+    Depends,
+    Duration,
+    FromPeers,
+    Meaning,
+    PerRole,
+    Policy,
+    Value,
+    flow,
+    is_plain,
+    normalise,
+)
+from cqos_core.problems import InvalidValueError
+from cqos_core.report import Finding, Severity, Side
+from cqos_core.system import PUBLISHER, Setting
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+    from cqos_core.pack import Naming, Preset, RulePack
+    from cqos_core.system import Broker, Endpoint, Participant, Place, ProfileRef, Settings, System
+
+
+class Stated(NamedTuple):
+    """A setting after its name was recognised; ``name`` is the one it was written with."""
+
+    text: str
+    setting: Setting
+    name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Layer:
+    """Settings from one place of the hierarchy, by policy index; ``origin`` says which in a message."""
+
+    origin: str
+    settings: Mapping[int, Stated]
+    here: bool = False
+    counts_as_stated: bool = True
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class QosProfile:
+    """The values of one endpoint, shared by all endpoints with equal ones and told apart by identity.
+
+    Attributes:
+        values: one per policy of the pack, then one `Written` or None per policy.
+        open: whether any value is not plain.
+        unmatched: indices of policies that the middleware in use does not match on.
+        from_peers: indices of values that `settle` takes from the other side.
+    """
+
+    pack: RulePack
+    values: Values
+    open: bool
+    unmatched: frozenset[int]
+    from_peers: tuple[int, ...]
+
+    def with_values(self, changes: Mapping[int, Value]) -> QosProfile:
+        """Return the interned profile with some values replaced."""
+        values = list(self.values)
+        for index, value in changes.items():
+            values[index] = value
+        return intern(self.pack, tuple(values))
+
+
+_PROFILES: dict[tuple[int, Values], QosProfile] = {}
+_MAXIMUM_PROFILES: Final = 200_000
+
+
+def intern(pack: RulePack, values: Values) -> QosProfile:
+    """Return the one `QosProfile` of ``pack`` with these values."""
+    key = (id(pack), values)
+    profile = _PROFILES.get(key)
+    if profile is None or profile.pack is not pack:
+        if len(_PROFILES) >= _MAXIMUM_PROFILES:
+            _PROFILES.clear()
+        opened = [index for index in range(pack.vocabulary.size) if not is_plain(values[index])]
+        from_peers = tuple(index for index in opened if isinstance(values[index], FromPeers))
+        unmatched = frozenset(
+            index
+            for index, policy in enumerate(pack.policies)
+            if policy.enforced and _enforcement(pack, policy, values) == UNMATCHED
+        )
+        profile = _PROFILES[key] = QosProfile(pack, values, bool(opened), unmatched, from_peers)
+    return profile
+
+
+def _enforcement(pack: RulePack, policy: Policy, values: Values) -> str:
+    """How the middleware chosen by plain option values treats ``policy``; undetermined options enforce."""
+    for option, by_value in policy.enforced.items():
+        index = pack.vocabulary.indices["option", option]
+        value = values[index]
+        if is_plain(value):
+            treated = by_value.get(pack.policies[index].domain.format(value))
+            if treated is not None:
+                return treated
+    return "yes"
+
+
+@dataclass(slots=True, eq=False)
+class ResolvedParticipant:
+    """A participant in the eyes of one pack: its participant-level and option values, and where they came from."""
+
+    participant: Participant
+    pack: RulePack
+    values: dict[int, Value]
+    layers: tuple[Layer, ...]
+    texts: dict[str, str]
+    external: bool
+
+
+@dataclass(slots=True, eq=False)
+class Resolved:
+    """One endpoint with its values and the topic it meets on.
+
+    Attributes:
+        id: the endpoint's id, unique in the system.
+        stated_id: the id of the stated endpoint that it is, or is a part of.
+        key: the topic in the form endpoints meet on; None where it names none.
+        shown: the topic as messages print it.
+        profile: the values.
+        layers: nearest first; where values came from. Endpoints with equal settings share them.
+    """
+
+    endpoint: Endpoint
+    id: str
+    stated_id: str
+    pack: RulePack
+    key: str | None
+    shown: str
+    profile: QosProfile
+    layers: tuple[Layer, ...]
+    participant: ResolvedParticipant
+    external: bool
+
+    @property
+    def role(self) -> str:
+        """``publisher`` or ``subscriber``."""
+        return self.endpoint.role
+
+    def origin(self, index: int) -> tuple[str, Place | None]:
+        """Where the value of a policy came from, and its place or the endpoint's."""
+        policy = self.pack.policies[index]
+        if _enforced_no(self.pack, policy, self.profile.values):
+            return "ignored by the middleware", self.endpoint.place
+        for layer in (*self.layers, *self.participant.layers):
+            stated = layer.settings.get(index)
+            if stated is not None:
+                return layer.origin, self._place(layer, stated) or self.endpoint.place
+        return "default", self.endpoint.place
+
+    def _place(self, layer: Layer, stated: Stated) -> Place | None:
+        """The place of a stated value; layers are shared, but an endpoint's own settings stand at its own place."""
+        if not layer.here:
+            return stated.setting.place
+        own = self.endpoint.overlay if layer.origin == "overlay" else self.endpoint.settings
+        return own[stated.name].place if stated.name in own else None
+
+    def written(self, index: int) -> str | None:
+        """The text the value was written as, where it was."""
+        for layer in (*self.layers, *self.participant.layers):
+            stated = layer.settings.get(index)
+            if stated is not None:
+                return stated.text
+        return None
+
+
+def _enforced_no(pack: RulePack, policy: Policy, values: Values) -> bool:
+    return bool(policy.enforced) and _enforcement(pack, policy, values) == NO
+
+
+@dataclass(slots=True)
+class ResolvedSystem:
+    """All endpoints that a pack judges, and what was found on the way."""
+
+    system: System
+    endpoints: list[Resolved] = field(default_factory=list)
+    participants: dict[tuple[str, int], ResolvedParticipant] = field(default_factory=dict)
+    findings: list[Finding] = field(default_factory=list)
+    packs: dict[str, RulePack] = field(default_factory=dict)
+
+
+def core_finding(
+    code: str,
+    message: str,
+    *,
+    place: Place | None = None,
+    role: str = "system",
+    members: Sequence[str] = (),
+    help: str | None = None,  # noqa: A002 - the field's name
+    topic: str | None = None,
+    severity: Severity | None = None,
+) -> Finding:
+    """Make a finding of the core under one of its own codes."""
+    info = CODES[code]
+    return Finding(
+        code=code,
+        name=info.name,
+        severity=severity or Severity(info.severity),
+        message=message,
+        topic=topic,
+        sides=(Side(role, tuple(members), place=place),),
+        because=info.reason,
+        help=help,
+    )
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """``did you mean X? known: …`` for a name that is not among ``known``."""
+    names = sorted(known)
+    near = difflib.get_close_matches(normalise(name), names, 1, 0.6)
+    hint = f"did you mean `{near[0]}`? " if near else ""
+    return f"{hint}known: {', '.join(names) or 'none'}"
+
+
+class Resolver:
+    """Resolves one system; everything that endpoints can share is resolved once."""
+
+    def __init__(self, system: System, find_pack: Callable[[str], RulePack | None], default: str | None) -> None:
+        self.system = system
+        self.find_pack = find_pack
+        self.default = default
+        self.result = ResolvedSystem(system)
+        self.profile_layers: dict[tuple[int, str, str], tuple[Layer, ...]] = {}
+        self.topic_layers: dict[tuple[int, str, str], tuple[tuple[Layer, ...], bool]] = {}
+        self.named: dict[tuple[int, str, str, str, str], Naming] = {}
+        self.shared: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
+        self.packless: dict[str, list[Endpoint]] = {}
+        self.option_layers: dict[int, Layer] = {}
+        self.contexts: dict[tuple[Any, ...], tuple[dict[int, Value], dict[str, str]]] = {}
+        self.ids: set[str] = set()
+        self.clashes = False
+
+    def run(self) -> ResolvedSystem:
+        """Resolve every endpoint of the system."""
+        for endpoint in self.system.endpoints:
+            self.stated(endpoint)
+        for participant in self.system.participants.values():
+            # What a participant states is checked even where it has no endpoint.
+            pack = self._pack_of(participant.protocol or self.system.protocol or self.default)
+            if pack is not None:
+                self._participant(participant, pack)
+        self.report_rest()
+        return self.result
+
+    def stated(self, endpoint: Endpoint) -> None:
+        """Resolve one endpoint as it is stated; it may stand for several."""
+        participant = self.system.participants[endpoint.participant]
+        protocol = endpoint.protocol or participant.protocol or self.system.protocol or self.default
+        pack = self._pack_of(protocol)
+        if pack is None:
+            self.packless.setdefault(protocol or "", []).append(endpoint)
+            return
+        for expanded in pack.meeting.expand(endpoint):
+            self._endpoint(expanded, participant, pack, endpoint.id)
+
+    def report_rest(self) -> None:
+        """Report what was read but is judged by nobody."""
+        self._report_packless()
+        self._report_needs()
+
+    def _pack_of(self, protocol: str | None) -> RulePack | None:
+        if protocol is None:
+            return None
+        pack = self.find_pack(protocol)
+        if pack is None:
+            return None
+        chosen = choose_variant(pack, self.system.options.get(pack.id, {}))
+        self.result.packs[chosen.id] = chosen
+        return chosen
+
+    def _report_packless(self) -> None:
+        for protocol, endpoints in self.packless.items():
+            ids = [endpoint.id for endpoint in endpoints]
+            message = (
+                f"no installed pack judges protocol `{protocol}`: {len(ids)} endpoints are left out"
+                if protocol
+                else f"no protocol is stated for {len(ids)} endpoints, so nothing judges them"
+            )
+            help_text = None if protocol else "state `protocol:` in the file, or give --protocol ID"
+            self._add("CQ201", message, endpoints[0].place, "endpoint", ids, help_text)
+
+    def _report_needs(self) -> None:
+        needing = [endpoint for endpoint in self.system.endpoints if endpoint.needs]
+        if needing:
+            message = f"no installed pack judges `needs`: those of {len(needing)} endpoints were read but not compared"
+            place = next(iter(needing[0].needs.values())).place
+            self._add("CQ211", message, place, "subscriber", [endpoint.id for endpoint in needing])
+        if self.system.bridges:
+            bridges = list(self.system.bridges.values())
+            message = f"no installed pack judges bridges: {len(bridges)} were read but not compared"
+            self._add("CQ211", message, bridges[0].place, "system", [bridge.id for bridge in bridges])
+
+    def _add(
+        self,
+        code: str,
+        message: str,
+        place: Place | None,
+        role: str,
+        members: Sequence[str] = (),
+        help_text: str | None = None,
+        severity: Severity | None = None,
+    ) -> None:
+        finding = core_finding(
+            code, message, place=place, role=role, members=members, help=help_text, severity=severity
+        )
+        self.result.findings.append(finding)
+
+    # Participants and options
+
+    def _participant(self, participant: Participant, pack: RulePack) -> ResolvedParticipant:
+        key = (participant.id, id(pack))
+        found = self.result.participants.get(key)
+        if found is None:
+            found = self.result.participants[key] = self._make_participant(participant, pack)
+        return found
+
+    def _make_participant(self, participant: Participant, pack: RulePack) -> ResolvedParticipant:
+        owner = f"participant `{participant.label or participant.id}`"
+        levels, spoken = ("participant", "option"), pack.dialects.get("yaml")
+        own = self._recognise(pack, levels, participant.settings, spoken, owner, "participant", [participant.id])
+        layers = (Layer("explicit", own), self._options(pack))
+        key = (id(pack), tuple((index, stated.text) for index, stated in own.items()))
+        shared = self.contexts.get(key)
+        if shared is None:
+            before = len(self.result.findings)
+            shared = self._context(participant, pack, layers, owner)
+            if len(self.result.findings) == before:
+                self.contexts[key] = shared
+        values, texts = shared
+        return ResolvedParticipant(participant, pack, values, layers, texts, participant.external)
+
+    def _options(self, pack: RulePack) -> Layer:
+        """The system's options for a pack."""
+        layer = self.option_layers.get(id(pack))
+        if layer is None:
+            stated = self.system.options.get(pack.id, {})
+            found = self._recognise(pack, ("option",), stated, None, f"options of `{pack.id}`", "system", [])
+            layer = self.option_layers[id(pack)] = Layer("option", found)
+        return layer
+
+    def _context(
+        self, participant: Participant, pack: RulePack, layers: Sequence[Layer], owner: str
+    ) -> tuple[dict[int, Value], dict[str, str]]:
+        """Values of options and connection, and the texts they were stated as."""
+        values: dict[int, Value] = {}
+        for index, policy in enumerate(pack.policies):
+            if policy.level == "option":
+                values[index] = self._option(pack, index, policy, layers, participant)
+        for index, policy in enumerate(pack.policies):
+            if policy.level == "participant":
+                values[index] = self._value(
+                    pack, index, policy, PUBLISHER, layers, values, None, owner, participant.place
+                )
+        texts = {
+            pack.policies[index].name: stated.text
+            for layer in reversed(layers)
+            for index, stated in layer.settings.items()
+        }
+        return values, texts
+
+    def _option(
+        self, pack: RulePack, index: int, policy: Policy, layers: Sequence[Layer], participant: Participant
+    ) -> Value:
+        for layer in layers:
+            stated = layer.settings.get(index)
+            if stated is None:
+                continue
+            try:
+                return policy.domain.parse(stated.text)
+            except InvalidValueError as problem:
+                place = stated.setting.place or participant.place
+                if policy.fallback is not None:
+                    message = f"option `{policy.name}`: {problem.message}; `{policy.fallback}` stands in"
+                    self._add_once("CQ208", message, place, problem.expected)
+                    return policy.domain.parse(policy.fallback)
+                self._add_once("CQ203", f"option `{policy.name}`: {problem.message}", place, problem.expected)
+                return Anything(f"option {policy.name} has no valid value", told=True)
+        if isinstance(policy.default, str):
+            return policy.domain.parse(policy.default)
+        names = policy.assume or tuple(policy.domain.format(value) for value in policy.domain.candidates())
+        if not policy.assume:
+            return Anything(f"option {policy.name} is not set")
+        return Depends(f"{pack.id}.{policy.name}", tuple((name, policy.domain.parse(name)) for name in names))
+
+    def _add_once(self, code: str, message: str, place: Place | None, expected: str) -> None:
+        finding = core_finding(code, message, place=place, help=f"expected {expected}" if expected else None)
+        if finding not in self.result.findings:
+            self.result.findings.append(finding)
+
+    # Settings to policies
+
+    def _recognise(
+        self,
+        pack: RulePack,
+        levels: tuple[str, ...],
+        settings: Settings,
+        dialect: Dialect | None,
+        owner: str,
+        role: str,
+        members: Sequence[str],
+        *,
+        quiet: bool = False,
+    ) -> dict[int, Stated]:
+        found: dict[int, Stated] = {}
+        for name, setting in settings.items():
+            if dialect is not None and normalise(name) in dialect.ignore:
+                continue
+            index = next((i for level in levels if (i := pack.find(level, name, dialect)) is not None), None)
+            if index is None:
+                if _expanded := _expand(pack, levels, name, setting):
+                    found.update(_expanded)
+                elif not quiet:
+                    known = [p.name for p in pack.policies if p.level in levels]
+                    self._add(
+                        "CQ202",
+                        f"{owner} states `{name}`, which {pack.title} does not know",
+                        setting.place,
+                        role,
+                        members,
+                        suggestion(name, known),
+                    )
+                continue
+            text = _by_code(pack.policies[index], setting.text, dialect)
+            if text is None:
+                continue
+            if index in found and found[index].text != text and not quiet:
+                message = f"{owner} states `{pack.policies[index].name}` twice, as {found[index].text} and as {text}"
+                self._add("CQ209", message, setting.place, role, members)
+            found[index] = Stated(text, setting, name)
+        return found
+
+    # Profiles and presets
+
+    def _layers_of(
+        self, refs: Sequence[ProfileRef], pack: RulePack, dialect_name: str, participant: ResolvedParticipant
+    ) -> Iterator[Layer]:
+        """Layers of the profiles that ``refs`` name, nearest first."""
+        for ref in reversed(refs):
+            yield from self._profile(ref, pack, dialect_name, participant, ())
+
+    def _profile(
+        self,
+        ref: ProfileRef,
+        pack: RulePack,
+        dialect_name: str,
+        participant: ResolvedParticipant,
+        above: tuple[str, ...],
+    ) -> tuple[Layer, ...]:
+        if ref.name in above:
+            circle = " → ".join((*above[above.index(ref.name) :], ref.name))
+            self._add_once("CQ212", f"profiles are based on each other in a circle: {circle}", ref.place, "")
+            return ()
+        own = self.system.profiles.get(ref.name)
+        preset_name = pack.preset_names.get(normalise(ref.name))
+        if own is None:
+            if preset_name is None:
+                known = (*self.system.profiles, *pack.presets)
+                message = f"profile `{ref.name}` is neither defined nor a preset of {pack.title}"
+                self._add_once("CQ204", message, ref.place, "")
+                self.result.findings[-1] = _with_help(self.result.findings[-1], suggestion(ref.name, known))
+                return ()
+            return (self._preset(preset_name, pack, ref, participant),)
+        key = (id(pack), dialect_name, ref.name)
+        layers = self.profile_layers.get(key)
+        if layers is None:
+            dialect = pack.dialects.get(dialect_name, pack.dialects.get("yaml"))
+            found = self._recognise(
+                pack, (ENDPOINT,), own.settings, dialect, f"profile `{own.name}`", "profile", [own.name]
+            )
+            if preset_name is not None:
+                self._shadowing(own.name, preset_name, found, pack, own.place)
+            base = [
+                layer
+                for parent in reversed(own.base)
+                for layer in self._profile(parent, pack, dialect_name, participant, (*above, ref.name))
+            ]
+            layers = self.profile_layers[key] = (Layer(f"profile {own.name}", found), *base)
+        return layers
+
+    def _shadowing(
+        self, name: str, preset_name: str, found: Mapping[int, Stated], pack: RulePack, place: Place | None
+    ) -> None:
+        preset = pack.presets[preset_name].settings
+        differing = [
+            pack.policies[index].name
+            for index, stated in found.items()
+            if normalise(stated.text) != normalise(preset.get(pack.policies[index].name, stated.text))
+        ]
+        if differing:
+            message = (
+                f"profile `{name}` has the name of a {pack.title} preset but other values of {', '.join(differing)}"
+            )
+            self._add_once("CQ206", message, place, "")
+
+    def _preset(self, name: str, pack: RulePack, ref: ProfileRef, participant: ResolvedParticipant) -> Layer:
+        preset = pack.presets[name]
+        if not _available(preset, pack, participant):
+            option, least = preset.needs or ("", "")
+            actual = participant.texts.get(option, "")
+            message = f"preset `{name}` exists from {option} {least} on, this participant has {option} {actual}"
+            self._add_once("CQ207", message, ref.place, "")
+        return Layer(f"preset {name}", self._preset_settings(name, pack), counts_as_stated=False)
+
+    def _preset_settings(self, name: str, pack: RulePack) -> dict[int, Stated]:
+        return {
+            pack.vocabulary.indices[ENDPOINT, policy]: Stated(text, Setting(text))
+            for policy, text in pack.presets[name].settings.items()
+        }
+
+    # Topics
+
+    def _name(self, endpoint: Endpoint, participant: ResolvedParticipant) -> Naming | None:
+        if endpoint.topic is None:
+            return None
+        pack = participant.pack
+        key = (id(pack), endpoint.participant, endpoint.topic, endpoint.kind, endpoint.dialect)
+        naming = self.named.get(key)
+        if naming is None:
+            context = NameContext(
+                endpoint.participant,
+                participant.participant.label,
+                participant.texts,
+                participant.participant.remap,
+                endpoint.kind,
+                endpoint.dialect,
+            )
+            naming = self.named[key] = pack.meeting.resolve(endpoint.topic, context)
+            for problem in naming.problems:
+                rule = pack.rule(problem.code)
+                finding = Finding(
+                    code=problem.code,
+                    name=rule.name
+                    if rule
+                    else CODES[problem.code].name
+                    if problem.code in CODES
+                    else problem.code.lower(),
+                    severity=Severity(problem.severity),
+                    message=problem.message,
+                    source=pack.id,
+                    topic=naming.shown,
+                    sides=(Side(endpoint.role, (endpoint.id,), place=endpoint.place),),
+                    because=rule.because if rule else "",
+                    clause=rule.clause if rule else "",
+                    help=problem.help or None,
+                )
+                self.result.findings.append(finding)
+        return naming
+
+    def _topic(self, written: str, naming: Naming, pack: RulePack) -> tuple[tuple[Layer, ...], bool]:
+        """Topic-level layers, nearest first, and whether the topic is external."""
+        key = (id(pack), naming.key or "", written)
+        found = self.topic_layers.get(key)
+        if found is not None:
+            return found
+        layers = []
+        external = False
+        for name in dict.fromkeys((written, naming.shown, naming.key)):
+            stated = self.system.topics.get(name) if name is not None else None
+            if stated is not None and stated.protocol in {None, pack.id}:
+                settings = self._recognise(
+                    pack,
+                    ("topic",),
+                    stated.settings,
+                    pack.dialects.get("yaml"),
+                    f"topic `{stated.name}`",
+                    "topic",
+                    [stated.name],
+                )
+                layers.append(Layer("topic", settings))
+                external = external or stated.external
+        from fnmatch import fnmatchcase
+
+        for convention in pack.conventions:
+            if naming.key is not None and fnmatchcase(naming.key, convention.pattern):
+                settings = {
+                    pack.vocabulary.indices["topic", name]: Stated(text, Setting(text))
+                    for name, text in convention.settings.items()
+                }
+                layers.append(Layer(f"convention of {convention.pattern}", settings, counts_as_stated=False))
+                external = external or convention.external
+        found = self.topic_layers[key] = (tuple(layers), external)
+        return found
+
+    # Endpoints
+
+    def _endpoint(self, endpoint: Endpoint, owner: Participant, pack: RulePack, stated_id: str) -> None:
+        participant = self._participant(owner, pack)
+        naming = self._name(endpoint, participant)
+        written = endpoint.topic or ""
+        topic_layers, topic_external = self._topic(written, naming, pack) if naming is not None else ((), False)
+        identifier = self._unique(endpoint.id)
+        signature = (
+            id(pack),
+            id(participant.values),
+            id(topic_layers),
+            endpoint.role,
+            endpoint.dialect,
+            endpoint.observed,
+            endpoint.type,
+            tuple((name, setting.text) for name, setting in endpoint.settings.items()),
+            tuple((name, setting.text) for name, setting in endpoint.overlay.items()),
+            tuple(ref.name for ref in endpoint.profiles),
+        )
+        shared = self.shared.get(signature)
+        if shared is None:
+            before = len(self.result.findings)
+            shared = self._resolve(endpoint, identifier, participant, topic_layers)
+            if len(self.result.findings) == before:
+                # Nothing was said of this endpoint, so an equal one has nothing to say either.
+                self.shared[signature] = shared
+        profile, layers = shared
+        self.result.endpoints.append(
+            Resolved(
+                endpoint,
+                identifier,
+                stated_id,
+                pack,
+                naming.key if naming is not None else None,
+                naming.shown if naming is not None else "",
+                profile,
+                layers,
+                participant,
+                endpoint.external or owner.external or topic_external,
+            )
+        )
+
+    def _unique(self, identifier: str) -> str:
+        """Return ``identifier``, with a number where an endpoint of another source already has it."""
+        unique, number = identifier, 2
+        self.clashes = self.clashes or identifier in self.ids
+        while unique in self.ids:
+            unique, number = f"{identifier}~{number}", number + 1
+        self.ids.add(unique)
+        return unique
+
+    def _resolve(
+        self,
+        endpoint: Endpoint,
+        identifier: str,
+        participant: ResolvedParticipant,
+        topic_layers: tuple[Layer, ...],
+    ) -> tuple[QosProfile, tuple[Layer, ...]]:
+        pack = participant.pack
+        dialect = pack.dialects.get(endpoint.dialect, pack.dialects.get("yaml"))
+        owner = f"{endpoint.role} `{identifier}`"
+        overlay = self._recognise(
+            pack, (ENDPOINT,), endpoint.overlay, dialect, f"overlay of {owner}", endpoint.role, [identifier]
+        )
+        explicit = self._recognise(pack, (ENDPOINT,), endpoint.settings, dialect, owner, endpoint.role, [identifier])
+        type_index = pack.find(ENDPOINT, "type")
+        if endpoint.type is not None and type_index is not None:
+            explicit.setdefault(type_index, Stated(endpoint.type, Setting(endpoint.type, endpoint.place)))
+        layers = [
+            Layer("overlay", overlay, here=True),
+            Layer("explicit", explicit, here=True),
+            *self._layers_of(endpoint.profiles, pack, endpoint.dialect, participant),
+        ]
+        if pack.base_preset is not None and not endpoint.observed:
+            settings = self._preset_settings(pack.base_preset, pack)
+            layers.append(Layer(f"preset {pack.base_preset}", settings, counts_as_stated=False))
+        values: list[Any] = []
+        words: list[Written | None] = []
+        for index, policy in enumerate(pack.policies):
+            words.append(None)
+            if policy.level == ENDPOINT:
+                if endpoint.role not in policy.roles:
+                    self._without_effect(policy, index, layers[1], owner, endpoint, identifier)
+                values.append(
+                    self._value(
+                        pack,
+                        index,
+                        policy,
+                        endpoint.role,
+                        layers,
+                        participant.values,
+                        dialect,
+                        owner,
+                        endpoint.place,
+                        observed=endpoint.observed,
+                        member=identifier,
+                    )
+                )
+                if index in pack.vocabulary.words_asked:
+                    words[index] = _written(policy, index, layers)
+            elif policy.level == "topic":
+                values.append(
+                    self._value(
+                        pack,
+                        index,
+                        policy,
+                        endpoint.role,
+                        topic_layers,
+                        participant.values,
+                        None,
+                        f"topic `{endpoint.topic}`",
+                        endpoint.place,
+                    )
+                )
+            elif policy.level == "broker":
+                values.append(self._broker_value(pack, index, policy, participant))
+            else:
+                values.append(participant.values[index])
+        return intern(pack, (*values, *words)), (*layers, *topic_layers)
+
+    def _without_effect(
+        self, policy: Policy, index: int, explicit: Layer, owner: str, endpoint: Endpoint, identifier: str
+    ) -> None:
+        stated = explicit.settings.get(index)
+        if stated is not None:
+            roles = " and ".join(policy.roles) or "no endpoint"
+            message = f"{owner} states `{policy.name}`, which only a {roles} has"
+            self._add("CQ210", message, stated.setting.place, endpoint.role, [identifier])
+
+    def _broker_value(self, pack: RulePack, index: int, policy: Policy, participant: ResolvedParticipant) -> Value:
+        broker = self._broker_of(participant)
+        layers: list[Layer] = []
+        if broker is not None:
+            found = self._recognise(
+                pack,
+                ("broker",),
+                broker.settings,
+                None,
+                f"broker `{broker.id}`",
+                "broker",
+                [broker.id],
+                quiet=True,
+            )
+            layers.append(Layer("explicit", found))
+        place = broker.place if broker is not None else None
+        return self._value(pack, index, policy, PUBLISHER, layers, participant.values, None, "broker", place)
+
+    def _broker_of(self, participant: ResolvedParticipant) -> Broker | None:
+        named = participant.texts.get("broker")
+        if named is not None:
+            return self.system.brokers.get(named)
+        brokers = list(self.system.brokers.values())
+        return brokers[0] if len(brokers) == 1 else None
+
+    # Values
+
+    def _value(
+        self,
+        pack: RulePack,
+        index: int,
+        policy: Policy,
+        role: str,
+        layers: Sequence[Layer],
+        options: Mapping[int, Value],
+        dialect: Dialect | None,
+        owner: str,
+        place: Place | None,
+        *,
+        observed: bool = False,
+        member: str | None = None,
+    ) -> Value:
+        stated = next((layer.settings[index] for layer in layers if index in layer.settings), None)
+        ignoring = self._ignoring(pack, policy, options)
+        if stated is not None and ignoring is not None:
+            told = next(layer for layer in layers if index in layer.settings)
+            if told.counts_as_stated:
+                message = f"{owner} states `{policy.name}`, which {ignoring} ignores"
+                self._add("CQ205", message, stated.setting.place or place, role, [member] if member else [])
+        text = stated.text if stated is not None and ignoring is None else None
+        if text is None:
+            text = policy.default_for(role)
+            if text is None:
+                return Anything(f"{policy.name} is not stated")
+            if observed and ignoring is None:
+                return Anything(f"discovery did not report {policy.name}")
+            # A default stands in the spelling of the policy itself.
+            dialect = None
+        try:
+            return self._read(pack, policy, text, role, options, dialect)
+        except InvalidValueError as problem:
+            where = stated.setting.place if stated is not None and stated.setting.place is not None else place
+            message = f"{owner}: `{policy.name}` {problem.message}"
+            expected = problem.expected if problem.expected != policy.domain.expected() else policy.expected()
+            finding = core_finding(
+                "CQ203",
+                message,
+                place=where,
+                role=role,
+                members=[member] if member else [],
+                help=f"expected {expected}",
+            )
+            if finding not in self.result.findings[-20:]:
+                self.result.findings.append(finding)
+            return Anything(f"{policy.name} has no valid value", told=True)
+
+    def _ignoring(self, pack: RulePack, policy: Policy, options: Mapping[int, Value]) -> str | None:
+        """``rmw zenoh`` where the chosen middleware ignores the policy, else None."""
+        for option, by_value in policy.enforced.items():
+            index = pack.vocabulary.indices["option", option]
+            value = options.get(index)
+            if value is not None and is_plain(value):
+                name = pack.policies[index].domain.format(value)  # type: ignore[arg-type]
+                if by_value.get(name) == NO:
+                    return f"{option} {name}"
+        return None
+
+    def _read(
+        self,
+        pack: RulePack,
+        policy: Policy,
+        text: str,
+        role: str,
+        options: Mapping[int, Value],
+        dialect: Dialect | None,
+    ) -> Value:
+        meaning = policy.words.get(policy.domain.word(text))
+        if meaning is None:
+            plain = policy.domain.parse(policy.domain.with_unit(text, dialect.bare_unit if dialect else None))
+            if plain != 0 or policy.zero is None:
+                return plain
+            meaning = policy.words[policy.zero]
+        return self._meaning(pack, policy, meaning, role, options)
+
+    def _meaning(
+        self, pack: RulePack, policy: Policy, meaning: Meaning, role: str, options: Mapping[int, Value]
+    ) -> Value:
+        match meaning:
+            case str():
+                return self._read(pack, policy, meaning, role, options, None)
+            case PerRole():
+                return self._meaning(pack, policy, getattr(meaning, role), role, options)
+            case ByOption():
+                return self._by_option(pack, policy, meaning, role, options)
+        return meaning
+
+    def _by_option(
+        self, pack: RulePack, policy: Policy, meaning: ByOption, role: str, options: Mapping[int, Value]
+    ) -> Value:
+        index = pack.vocabulary.indices["option", meaning.option]
+        listed = dict(meaning.meanings)
+        domain = pack.policies[index].domain
+
+        def under(value: Value) -> Value:
+            if isinstance(value, Depends):
+                cases = tuple((name, under(case)) for name, case in value.cases)
+                return cases[0][1] if len({case for _, case in cases}) == 1 else Depends(value.on, cases)
+            if not is_plain(value):
+                return Anything(f"option {meaning.option} is not known")
+            chosen = listed.get(domain.format(value), meaning.otherwise)  # type: ignore[arg-type]
+            if chosen is None:
+                return Anything(f"it is not known for {meaning.option} {domain.format(value)}")  # type: ignore[arg-type]
+            return self._meaning(pack, policy, chosen, role, options)
+
+        return under(options[index])
+
+
+def _with_help(finding: Finding, help_text: str) -> Finding:
+    from dataclasses import replace
+
+    return replace(finding, help=help_text)
+
+
+def _written(policy: Policy, index: int, layers: Sequence[Layer]) -> Written | None:
+    for layer in layers:
+        stated = layer.settings.get(index)
+        if stated is not None:
+            word = policy.domain.word(stated.text) if isinstance(policy.domain, Choice) else stated.text
+            return Written(normalise(word), layer.here) if layer.counts_as_stated else None
+    return None
+
+
+def _by_code(policy: Policy, text: str, dialect: Dialect | None) -> str | None:
+    """Translate a dialect's integer code; None where its zero means that nobody stated the value."""
+    if dialect is None:
+        return text
+    stripped = text.strip()
+    codes = dialect.codes.get(policy.name)
+    if codes is not None and stripped in codes:
+        return codes[stripped]
+    numeric = isinstance(policy.domain, (Duration, Count))
+    if dialect.zero_is_unset and numeric and _is_zero(stripped):
+        return None
+    return text
+
+
+def _is_zero(text: str) -> bool:
+    return bool(text) and set(text) <= {"0", ".", "+"} and "0" in text
+
+
+def _expand(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setting) -> dict[int, Stated]:
+    """Read a map whose keys are the fields of a policy: ``will: {topic: x}`` states ``will.topic``."""
+    if not setting.text.lstrip().startswith("{"):
+        return {}
+    try:
+        fields = flow(setting.text)
+    except InvalidValueError:
+        return {}
+    found = {}
+    for key, value in fields.items() if isinstance(fields, dict) else ():
+        index = next((i for level in levels if (i := pack.find(level, f"{name}.{key}")) is not None), None)
+        if index is None or not isinstance(value, str):
+            return {}
+        found[index] = Stated(value, Setting(value, setting.place), name)
+    return found
+
+
+def _available(preset: Preset, pack: RulePack, participant: ResolvedParticipant) -> bool:
+    if preset.needs is None:
+        return True
+    option, least = preset.needs
+    index = pack.vocabulary.indices["option", option]
+    value = participant.values[index]
+    return not isinstance(value, int) or value >= pack.policies[index].domain.parse(least)  # type: ignore[operator]
+
+
+def choose_variant(pack: RulePack, options: Settings) -> RulePack:
+    """Return the variant of ``pack`` that the system's options ask for, or the pack itself."""
+    for (option, value), variant in pack.variants.items():
+        setting = options.get(option)
+        if setting is not None and normalise(setting.text) == value:
+            return variant
+    return pack
+
+
+def resolve(
+    system: System, find_pack: Callable[[str], RulePack | None], default_protocol: str | None = None
+) -> ResolvedSystem:
+    """Resolve every endpoint of ``system``.
+
+    Args:
+        system: as an importer made it.
+        find_pack: returns the installed pack of an id, or None.
+        default_protocol: judges endpoints for which the system states none.
+
+    Returns:
+        The endpoints with values, and findings for unknown settings, values that are none, and the like.
+    """
+    return Resolver(system, find_pack, default_protocol).run()

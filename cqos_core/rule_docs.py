@@ -1,0 +1,336 @@
+"""What there is to say about a rule or code, derived from it: for the docs, for ``cqos rule``, as Markdown and as text."""
+
+from __future__ import annotations
+
+import textwrap
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
+
+from cqos_core.codes import CODES as CORE_CODES
+from cqos_core.importers.codes import CODES as IMPORTER_CODES
+from cqos_core.pack import rule_table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from cqos_core.evaluate import Use
+    from cqos_core.pack import BoundRule, RulePack
+    from cqos_core.rule import Rule
+
+
+class Code(Protocol):
+    """A code of the core or of an importer."""
+
+    @property
+    def code(self) -> str:
+        """``CQ001``."""
+
+    @property
+    def name(self) -> str:
+        """The bad pattern in kebab case."""
+
+    @property
+    def severity(self) -> str:
+        """``error``, ``warning`` or ``note``."""
+
+    @property
+    def summary(self) -> str:
+        """One sentence."""
+
+    @property
+    def reason(self) -> str:
+        """Why it matters, and what to do about it."""
+
+
+CODES: Final[Mapping[str, Code]] = {**IMPORTER_CODES, **CORE_CODES}
+"""Every code that no rule pack brings."""
+
+
+# What a page holds
+
+
+@dataclass(frozen=True, slots=True)
+class Paragraph:
+    """Running text."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Listing:
+    """Points, one beneath the other."""
+
+    items: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """Text to be shown as it is; ``language`` colours it."""
+
+    text: str
+    language: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """A table."""
+
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+Block: TypeAlias = Paragraph | Listing | Sample | Grid
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """A title, and sections of blocks; the first section has no heading."""
+
+    title: str
+    sections: tuple[tuple[str, tuple[Block, ...]], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Example:
+    """One case of a rule's case file: what it shows, and its settings as YAML."""
+
+    name: str
+    text: str
+    fires: bool
+
+
+# Rules
+
+
+def rule_markdown(bound: BoundRule, pack: RulePack, examples: Iterable[Example] = ()) -> str:
+    """Return a rule's page of the docs."""
+    return as_markdown(rule_page(bound, pack, examples))
+
+
+def rule_page(bound: BoundRule, pack: RulePack, examples: Iterable[Example] = ()) -> Page:
+    """Derive a page from a rule."""
+    rule = bound.rule
+    sections: list[tuple[str, tuple[Block, ...]]] = [
+        ("", (Paragraph(f"{_severity(bound)} A rule of {pack.title}."),)),
+        ("What it checks", (Sample(str(rule.sentence), "python"), *map(Paragraph, _meaning(bound)))),
+        ("Why", tuple(map(Paragraph, _reasons(rule)))),
+    ]
+    if (grid := derived_table(bound)) is not None:
+        samples = any(bound.bound.vocabulary.policies[use.index].domain.kind in _SAMPLED for use in bound.bound.uses)
+        note = (Paragraph("Durations and counts are examples."),) if samples else ()
+        sections.append(("Which values fit", (grid, *note)))
+    if changes := _changes(bound):
+        sections.append(("What to do", (Listing(changes),)))
+    for example in examples:
+        heading = "Example" if example.fires else "Example without the finding"
+        sections.append((heading, (Paragraph(_sentence(example.name)), Sample(example.text, "yaml"))))
+    if rule.aliases:
+        sections.append(("Former codes and names", (Paragraph(", ".join(rule.aliases)),)))
+    return Page(f"{rule.code} {rule.name}", tuple(sections))
+
+
+_SAMPLED: Final = frozenset({"duration", "count"})
+_SIDES: Final = {"offered": "Publisher", "requested": "Subscriber"}
+
+
+def derived_table(bound: BoundRule) -> Grid | None:
+    """Return the table of a rule that compares one value of each side, in the form of Table 1 of the C-QoS paper.
+
+    The rows come out of the sentence (`rule_table`); rules over more values, or over none that can be listed, have none.
+    """
+    rows = rule_table(bound)
+    columns = [column for column in rows[0] if column != "compatible"] if rows else []
+    scopes = [column.partition(" ")[0] for column in columns]
+    policies = {column.partition(" ")[2] for column in columns}
+    if sorted(scopes) != sorted(_SIDES):
+        return None
+    header = [
+        _SIDES[scope] if len(policies) == 1 else f"{_SIDES[scope]} {column.partition(' ')[2]}"
+        for scope, column in zip(scopes, columns, strict=True)
+    ]
+    listed = tuple(tuple(row[column] for column in (*columns, "compatible")) for row in rows)
+    return Grid((*header, "Compatible"), listed)
+
+
+def _severity(bound: BoundRule) -> str:
+    rule = bound.rule
+    name = rule.severity.capitalize()
+    if rule.kind == "requires" and rule.severity == "error":
+        return "Warning." if rule.doubt else f"{name}; a warning where it cannot be known."
+    return f"{name}."
+
+
+_SUBJECTS: Final = {
+    "pair": "a publisher and a subscriber that meet",
+    "endpoint": "an endpoint",
+    "participant": "a participant",
+    "broker": "a broker",
+    "signal": "a topic with all its publishers and subscribers",
+    "system": "the system",
+}
+
+
+def _meaning(bound: BoundRule) -> list[str]:
+    """Say in words when the rule speaks."""
+    rule, subject = bound.rule, _SUBJECTS[bound.scope]
+    if bound.scope == "endpoint" and bound.role:
+        subject = f"a {bound.role}"
+    if rule.kind == "meets":
+        speaks = "every pair it keeps apart" if rule.always else "the pairs it keeps apart where somebody is left alone"
+        meeting = "This must hold for two endpoints on one topic to meet at all; where it does not, they are no pair"
+        said = [f"{meeting} and no other rule judges them. The rule speaks of {speaks}."]
+    elif rule.kind == "forbids":
+        said = [f"This must not hold for {subject}. The rule speaks only where it certainly does."]
+    else:
+        verdict = "unknown" if rule.doubt else "incompatible"
+        broken = f"; where it does not, the pair is {verdict}" if bound.scope == "pair" else ""
+        said = [f"This must hold for {subject}{broken}. Where it cannot be known, the rule says so."]
+    if rule.creation:
+        said.append("It is about creating an endpoint, so it is not asked of endpoints that were observed running.")
+    return said
+
+
+def _reasons(rule: Rule) -> list[str]:
+    return [_sentence(rule.because), *([f"Source: {rule.clause}."] if rule.clause else [])]
+
+
+def _changes(bound: BoundRule) -> tuple[str, ...]:
+    """List what can be changed to satisfy the rule, side by side, and what the rule itself advises."""
+    changes: dict[str, list[str]] = {}
+    for use in bound.bound.uses:
+        policy = bound.bound.vocabulary.policies[use.index]
+        allowed = not bound.rule.fixes or policy.name in bound.rule.fixes
+        if policy.level == "endpoint" and policy.default is not None and allowed:
+            changes.setdefault(_whose(use, bound), []).append(f"`{policy.name}`")
+    listed = [f"{' or '.join(dict.fromkeys(names))} of the {whose}" for whose, names in changes.items()]
+    change = [f"Change {', or '.join(listed)}."] if listed and bound.rule.kind != "meets" else []
+    return (*change, *([_sentence(bound.rule.help)] if bound.rule.help else []))
+
+
+def _whose(use: Use, bound: BoundRule) -> str:
+    side = {"offered": "publisher", "requested": "subscriber"}.get(use.term.scope)
+    return side or bound.role or "endpoint"
+
+
+def _sentence(text: str) -> str:
+    """Begin with a capital, unless the first word is a name, and end with a stop."""
+    first = text.partition(" ")[0]
+    if first.isalpha() and first.islower():
+        text = text[0].upper() + text[1:]
+    return text if text.endswith((".", "!", "?")) else f"{text}."
+
+
+# Codes
+
+
+def code_markdown(info: Code) -> str:
+    """Return the page of the docs of a code that no rule pack brings."""
+    return as_markdown(code_page(info))
+
+
+def code_page(info: Code) -> Page:
+    """Derive a page from a code."""
+    sections: list[tuple[str, tuple[Block, ...]]] = [
+        ("", (Paragraph(f"{info.severity.capitalize()}. Said by C-QoS itself, whatever the protocol."),)),
+        ("What it says", (Paragraph(info.summary),)),
+    ]
+    if info.reason:
+        sections.append(("Why, and what to do", (Paragraph(info.reason),)))
+    return Page(f"{info.code} {info.name}", tuple(sections))
+
+
+# Finding them
+
+
+def find(name: str, packs: Iterable[RulePack]) -> tuple[BoundRule, RulePack] | Code | None:
+    """Return what ``name`` stands for: the code, name or alias of a rule, or the code or name of one of `CODES`."""
+    wanted = name.strip().lower()
+    for pack in _with_variants(packs):
+        rule = pack.rule(wanted)
+        if rule is not None:
+            return next(bound for bound in pack.bound_rules if bound.rule is rule), pack
+    return next((info for info in CODES.values() if wanted in {info.code.lower(), info.name}), None)
+
+
+def names(packs: Iterable[RulePack]) -> list[str]:
+    """All names that `find` knows, for suggestions."""
+    rules = [rule for pack in _with_variants(packs) for rule in pack.rules]
+    known = [spelling for rule in rules for spelling in (rule.code, rule.name, *rule.aliases)]
+    return [*known, *(spelling for info in CODES.values() for spelling in (info.code, info.name))]
+
+
+def _with_variants(packs: Iterable[RulePack]) -> list[RulePack]:
+    """The packs, then the variants of them, whose rules mostly are those of the packs."""
+    listed = list(packs)
+    return [*listed, *(variant for pack in listed for variant in pack.variants.values())]
+
+
+# Writing pages
+
+
+def as_markdown(page: Page) -> str:
+    """Write a page for the docs."""
+    parts = [f"# {page.title}"]
+    for heading, blocks in page.sections:
+        parts += [f"## {heading}"] if heading else []
+        parts += [_block_as_markdown(block) for block in blocks]
+    return "\n\n".join(parts) + "\n"
+
+
+def _block_as_markdown(block: Block) -> str:
+    match block:
+        case Paragraph(text):
+            return textwrap.fill(text, _LINE, break_long_words=False, break_on_hyphens=False)
+        case Listing(items):
+            return "\n".join(_item(text, _LINE) for text in items)
+        case Sample(text, language):
+            return f"```{language}\n{text.rstrip()}\n```"
+        case Grid(header, rows):
+            widths = [max(map(len, column)) for column in zip(header, *rows, strict=True)]
+            ruled = [header, tuple("-" * width for width in widths), *rows]
+            return "\n".join(f"| {' | '.join(map(str.ljust, row, widths))} |" for row in ruled)
+
+
+_LINE: Final = 115
+
+
+def _item(text: str, width: int) -> str:
+    return textwrap.fill(
+        text,
+        width,
+        initial_indent="- ",
+        subsequent_indent="  ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+
+
+def as_text(page: Page, width: int = 100) -> str:
+    """Write a page for a terminal."""
+    width = max(width, 40)
+    parts = [page.title]
+    for heading, blocks in page.sections:
+        texts = [_block_as_text(block, width) for block in blocks]
+        if heading:
+            texts[0] = f"{heading}\n{texts[0]}"
+        parts += texts
+    return "\n\n".join(parts) + "\n"
+
+
+def _block_as_text(block: Block, width: int) -> str:
+    match block:
+        case Paragraph(text):
+            return textwrap.indent(textwrap.fill(text, width - 2, break_long_words=False, break_on_hyphens=False), "  ")
+        case Listing(items):
+            return textwrap.indent("\n".join(_item(text, width - 2) for text in items), "  ")
+        case Sample(text):
+            return textwrap.indent(text.rstrip(), "    ")
+        case Grid(header, rows):
+            return textwrap.indent(_columns((header, *rows)), "    ")
+
+
+def _columns(rows: Sequence[Sequence[str]]) -> str:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join(
+        "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows
+    )

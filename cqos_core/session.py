@@ -1,0 +1,234 @@
+"""A system kept open while it is edited: after an edit only the topics are judged again that it touches.
+
+A session's report equals that of a fresh check, always.
+"""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from cqos_core.api import Context, SettingValue, as_text, context, exact_places
+from cqos_core.checker import assemble
+from cqos_core.pairing import bucket
+from cqos_core.problems import CqosError
+from cqos_core.resolve import Resolved, Resolver
+from cqos_core.system import Setting, System
+from cqos_core.team import bind_checks
+from cqos_core.topic import TopicResult, check_topic
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from cqos_core.pack import RulePack
+    from cqos_core.report import Report
+    from cqos_core.system import Acceptance, Broker, Endpoint, Participant, Profile, TeamRule, Topic
+
+TopicKey = tuple[str, str]
+
+
+class Session:
+    """Holds one system open for edits.
+
+    Attributes:
+        judged: how many topics the last `report` judged anew, for those who want to see that it is few.
+    """
+
+    def __init__(
+        self, system: System | None = None, *, protocol: str | None = None, packs: Iterable[RulePack] = ()
+    ) -> None:
+        """Open ``system``, of which the session keeps a copy, or an empty one."""
+        self._system = deepcopy(system) if system is not None else System()
+        self._context: Context = context(packs, protocol)
+        self._resolver: Resolver | None = None
+        self._resolved: dict[str, list[Resolved]] = {}
+        self._seen: dict[TopicKey, tuple[object, ...]] = {}
+        self._results: dict[TopicKey, TopicResult] = {}
+        self._touched: dict[str, None] = {}
+        self.judged = 0
+
+    @property
+    def system(self) -> System:
+        """A copy of the system as it now stands."""
+        return deepcopy(self._system)
+
+    # Edits of endpoints, which touch their topics only
+
+    def put(self, endpoint: Endpoint) -> None:
+        """Add an endpoint, or replace the one with its id.
+
+        Raises:
+            CqosError: its participant is not part of the system.
+        """
+        if endpoint.participant not in self._system.participants:
+            raise CqosError(
+                f"endpoint `{endpoint.id}` belongs to participant `{endpoint.participant}`, which is not there"
+            )
+        endpoint = deepcopy(endpoint)
+        for index, known in enumerate(self._system.endpoints):
+            if known.id == endpoint.id:
+                self._system.endpoints[index] = endpoint
+                break
+        else:
+            self._system.endpoints.append(endpoint)
+        self._touched[endpoint.id] = None
+
+    def remove(self, endpoint_id: str) -> None:
+        """Take an endpoint away.
+
+        Raises:
+            KeyError: there is none with this id.
+        """
+        kept = [endpoint for endpoint in self._system.endpoints if endpoint.id != endpoint_id]
+        if len(kept) == len(self._system.endpoints):
+            raise KeyError(endpoint_id)
+        self._system.endpoints = kept
+        self._touched[endpoint_id] = None
+
+    # Edits of what endpoints share, after which all are resolved again
+
+    def put_participant(self, participant: Participant) -> None:
+        """Add a participant, or replace the one with its id."""
+        self._system.participants[participant.id] = deepcopy(participant)
+        self._forget()
+
+    def remove_participant(self, participant_id: str) -> None:
+        """Take a participant away, with its endpoints.
+
+        Raises:
+            KeyError: there is none with this id.
+        """
+        del self._system.participants[participant_id]
+        self._system.endpoints = [e for e in self._system.endpoints if e.participant != participant_id]
+        self._forget()
+
+    def put_profile(self, profile: Profile) -> None:
+        """Add a profile, or replace the one of its name."""
+        self._system.profiles[profile.name] = deepcopy(profile)
+        self._forget()
+
+    def remove_profile(self, name: str) -> None:
+        """Take a profile away.
+
+        Raises:
+            KeyError: there is none of this name.
+        """
+        del self._system.profiles[name]
+        self._forget()
+
+    def put_topic(self, topic: Topic) -> None:
+        """State facts of a topic, in place of those stated before."""
+        self._system.topics[topic.name] = deepcopy(topic)
+        self._forget()
+
+    def remove_topic(self, name: str) -> None:
+        """Take the facts of a topic away.
+
+        Raises:
+            KeyError: none are stated under this name.
+        """
+        del self._system.topics[name]
+        self._forget()
+
+    def put_broker(self, broker: Broker) -> None:
+        """Add a broker, or replace the one with its id."""
+        self._system.brokers[broker.id] = deepcopy(broker)
+        self._forget()
+
+    def set_option(self, pack: str, name: str, value: SettingValue | None) -> None:
+        """Set an option of the whole system, or with None take it away."""
+        options = self._system.options.setdefault(pack, {})
+        if value is None:
+            options.pop(name, None)
+        else:
+            options[name] = Setting(as_text(value))
+        self._forget()
+
+    def set_rules(
+        self,
+        *,
+        checks: Iterable[TeamRule] | None = None,
+        accept: Iterable[Acceptance] | None = None,
+        severities: dict[str, str] | None = None,
+    ) -> None:
+        """Replace the team's rules, the accepted exceptions or the severities; None leaves them."""
+        if checks is not None:
+            self._system.checks = list(checks)
+        if accept is not None:
+            self._system.accept = list(accept)
+        if severities is not None:
+            self._system.severities = dict(severities)
+        # What is excused divides groups, so all topics are judged again.
+        self._seen.clear()
+        self._forget()
+
+    def report(self) -> Report:
+        """Check what has changed, and report on the whole system."""
+        resolver = self._resolve()
+        teams, problems = bind_checks(self._system, resolver.result.packs.values())
+        buckets = bucket(resolver.result.endpoints)
+        self.judged = 0
+        results: dict[TopicKey, TopicResult] = {}
+        seen: dict[TopicKey, tuple[object, ...]] = {}
+        for key, endpoints in buckets.items():
+            content = tuple(_content(endpoint) for endpoint in endpoints)
+            seen[key] = content
+            known = self._results.get(key)
+            if known is None or self._seen.get(key) != content:
+                known = check_topic(endpoints, self._system.accept, teams)
+                self.judged += 1
+            results[key] = known
+        self._seen, self._results = seen, results
+        report = assemble(self._system, resolver.result, results, self._context, problems)
+        return exact_places(report, self._system.sources)
+
+    def _forget(self) -> None:
+        self._resolver = None
+
+    def _resolve(self) -> Resolver:
+        """Resolve the touched endpoints, or all where more than endpoints has changed or anything was wrong."""
+        resolver = self._resolver
+        touched, self._touched = self._touched, {}
+        ids = [endpoint.id for endpoint in self._system.endpoints]
+        if resolver is not None and not resolver.result.findings and len(ids) == len(set(ids)):
+            self._resolve_touched(resolver, touched)
+            if not resolver.result.findings and not resolver.clashes:
+                return resolver
+        # A finding may belong to something that several endpoints share, so that only a fresh start tells who has it now.
+        resolver = Resolver(self._system, self._context.find_pack, self._context.default_protocol)
+        resolver.run()
+        self._resolver = resolver
+        self._resolved = {}
+        for resolved in resolver.result.endpoints:
+            self._resolved.setdefault(resolved.stated_id, []).append(resolved)
+        return resolver
+
+    def _resolve_touched(self, resolver: Resolver, touched: dict[str, None]) -> None:
+        if not touched:
+            return
+        gone = {id(resolved) for name in touched for resolved in self._resolved.pop(name, ())}
+        kept = [resolved for resolved in resolver.result.endpoints if id(resolved) not in gone]
+        resolver.ids = {resolved.id for resolved in kept}
+        resolver.result.endpoints = kept
+        stated = {endpoint.id: endpoint for endpoint in self._system.endpoints if endpoint.id in touched}
+        for name in touched:
+            if name in stated:
+                before = len(kept)
+                resolver.stated(stated[name])
+                self._resolved[name] = kept[before:]
+        resolver.report_rest()
+
+
+def _content(resolved: Resolved) -> tuple[object, ...]:
+    """All that the check of a topic reads of an endpoint."""
+    participant = replace(resolved.participant.participant, settings={})
+    return (
+        resolved.id,
+        resolved.endpoint,
+        resolved.shown,
+        resolved.profile,
+        resolved.layers,
+        resolved.external,
+        participant,
+    )

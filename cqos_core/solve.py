@@ -1,0 +1,177 @@
+"""Solving a sentence for one side: which single change of a value makes it true (or false)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from cqos_core.evaluate import NO_SIGNAL, Bound, Signal, Use, Values, Written
+from cqos_core.expression import Apply, Arithmetic, Compare, Literal, Operand, Term
+from cqos_core.policy import INFINITE, Plain, Policy, normalise
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """Setting one policy of one side to ``value``."""
+
+    second: bool
+    index: int
+    value: Plain
+
+
+def changed(values: Values, policy: Policy, index: int, size: int, value: Plain) -> Values:
+    """Return ``values`` with one policy stated anew."""
+    written = Written(normalise(policy.domain.format(value)), here=True) if values[size + index] is not None else None
+    return (*values[:index], value, *values[index + 1 : size + index], written, *values[size + index + 1 :])
+
+
+def solutions(
+    bound: Bound,
+    a: Values,
+    b: Values,
+    *,
+    second: bool,
+    want: bool,
+    fixes: tuple[str, ...] = (),
+    signal: Signal = NO_SIGNAL,
+) -> list[Change]:
+    """Find, for each policy of one side, the smallest change after which the sentence is ``want``.
+
+    Args:
+        bound: the sentence.
+        a: the offering side's values.
+        b: the requesting side's values; the same tuple for a sentence over one endpoint.
+        second: which side may change (ignored where both are the same tuple).
+        want: the truth to reach.
+        fixes: names of the policies that may change; empty for all.
+        signal: for sentences with aggregates.
+
+    Returns:
+        One change per policy that can reach it alone, in the order of the sentence; every one has been tried out.
+    """
+    # Equal values of both sides are one and the same tuple, so identity says nothing about the sentence.
+    scopes = {use.term.scope for use in bound.uses}
+    single = not (scopes & {"offered", "publisher"} and scopes & {"requested", "subscriber"})
+    vocabulary = bound.vocabulary
+    found = []
+    for use in bound.uses:
+        policy = vocabulary.policies[use.index]
+        if (not single and use.second is not second) or policy.level not in {"endpoint", "participant"}:
+            continue
+        if policy.default is None or (fixes and policy.name not in fixes):
+            continue
+        current = (b if use.second else a)[use.index]
+        passing = []
+        for value in _candidates(bound, use, policy, a, b):
+            side = changed(b if second else a, policy, use.index, vocabulary.size, value)
+            left, right = (side, side) if single else (a, side) if second else (side, b)
+            if value != current and bound.judge(left, right, signal).result is want:
+                passing.append(value)
+        if passing:
+            found.append(Change(second, use.index, _nearest(passing, current, policy, second=second)))
+    return found
+
+
+def _nearest(passing: list[Plain], current: object, policy: Policy, *, second: bool) -> Plain:
+    """The passing value next to the current one; where that is open, the weakest offer or the strongest request."""
+    if isinstance(current, int) and all(isinstance(value, int) for value in passing):
+        return min(passing, key=lambda value: (abs(int(value) - current), value))  # type: ignore[arg-type]
+    few = policy.domain.candidates()
+    if few and not isinstance(current, (str, tuple)):
+        return max(passing) if second else min(passing)
+    # The first candidate is the value at which the comparison just turns.
+    return passing[0]
+
+
+def _candidates(bound: Bound, use: Use, policy: Policy, a: Values, b: Values) -> list[Plain]:
+    """Values worth trying: all of a small domain, else those where some comparison of the sentence turns."""
+    few = policy.domain.candidates()
+    if few:
+        return list(few)
+    values: dict[Plain, None] = {}
+    for node in bound.sentence.walk():
+        if not isinstance(node, Compare):
+            continue
+        for here, there in ((node.left, node.right), (node.right, node.left)):
+            if use.term.key not in {part.key for part in here.walk()}:
+                continue
+            target = _value(bound, there, here, a, b)
+            for value in _isolate(here, use.term, target, bound, a, b):
+                values[value] = None
+    highest = getattr(policy.domain, "highest", INFINITE)
+    return [v for v in values if not isinstance(v, int) or policy.domain.lowest <= v <= highest]
+
+
+def _value(bound: Bound, node: Operand, beside: Operand, a: Values, b: Values) -> Plain | None:
+    """The plain value of an operand, a constant read as the kind of the operand ``beside`` it; None where it is open."""
+    term = next((part for part in beside.walk() if isinstance(part, Term)), None)
+    if isinstance(node, Literal) and isinstance(node.value, str) and term is not None:
+        return bound.vocabulary.policies[bound.vocabulary.find(term)].domain.parse(node.value)
+    return next(_reckon(node, bound, a, b), None)
+
+
+def _reckon(node: Operand, bound: Bound, a: Values, b: Values) -> Iterator[Plain]:
+    """Yield the plain value of an operand over known values, or nothing."""
+    if isinstance(node, Term):
+        index = bound.vocabulary.find(node)
+        value = (b if node.scope in {"requested", "subscriber"} else a)[index]
+        if isinstance(value, (int, str, tuple)):
+            yield value
+        return
+    if isinstance(node, Literal):
+        yield int(node.value) if isinstance(node.value, int) else node.value
+        return
+    if not isinstance(node, (Arithmetic, Apply)):
+        return
+    parts = [next(_reckon(child, bound, a, b), None) for child in node.children() if isinstance(child, Operand)]
+    numbers = [part for part in parts if isinstance(part, int)]
+    if len(numbers) != len(parts) or not numbers:
+        return
+    if isinstance(node, Arithmetic):
+        left, right = numbers
+        yield min(left + right if node.op == "+" else left * right, INFINITE)
+    elif node.name in {"min", "max"}:
+        yield (min if node.name == "min" else max)(numbers)
+    elif node.name == "ceil" and numbers[1]:
+        yield -(-numbers[0] // numbers[1])
+
+
+def _isolate(node: Operand, term: Term, target: Plain | None, bound: Bound, a: Values, b: Values) -> Iterator[Plain]:
+    """Yield values of ``term`` at and around which ``node`` reaches ``target``."""
+    if node.key == term.key:
+        if isinstance(target, int):
+            yield from (target, min(target + 1, INFINITE), target - 1, INFINITE)
+        elif target is not None:
+            yield target
+        return
+    if not isinstance(target, int) or not isinstance(node, (Arithmetic, Apply)):
+        return
+    for child in node.children():
+        if not isinstance(child, Operand) or term.key not in {part.key for part in child.walk()}:
+            continue
+        others = [
+            next(_reckon(o, bound, a, b), None) for o in node.children() if o is not child and isinstance(o, Operand)
+        ]
+        other = others[0] if others and isinstance(others[0], int) else None
+        for goal in _goals(node, child, target, other):
+            yield from _isolate(child, term, goal, bound, a, b)
+
+
+def _goals(node: Arithmetic | Apply, child: Operand, target: int, other: int | None) -> tuple[int, ...]:
+    """What ``child`` must amount to for ``node`` to amount to ``target``, beside the value ``other``."""
+    if isinstance(node, Apply) and node.name in {"min", "max"}:
+        return (target,)
+    if other is None:
+        return ()
+    if isinstance(node, Arithmetic) and node.op == "+":
+        return (target - other,)
+    dividend = isinstance(node, Apply) and node.name == "ceil" and node.args[0] is child
+    if dividend:
+        return (target * other,)
+    if isinstance(node, Apply) or other == 0:
+        # The divisor for which the rounded-up quotient is the target.
+        return (-(-other // target),) if target > 0 and isinstance(node, Apply) else ()
+    return (target // other, -(-target // other))

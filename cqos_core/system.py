@@ -1,0 +1,271 @@
+"""What importers produce: systems of participants, endpoints, topics and bridges, settings still as text.
+
+Everything here is a plain value. Importers fill it, `resolve` reads it, nobody else changes it. Every stated
+thing keeps its `Place`, so that a finding can point at the line it came from.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+Role = Literal["publisher", "subscriber"]
+PUBLISHER: Role = "publisher"
+SUBSCRIBER: Role = "subscriber"
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where something was stated.
+
+    Attributes:
+        source: file path as given by the caller, or a name such as ``<bytes>``.
+        line, column: one-based; None where the format has none. `column` may be None beside a known line:
+            importers that can only find it by rescanning leave it to the formatter (`cqos_core.excerpt`).
+        element: id of the model element (BPMN element id, modeler id), or None.
+        path: dotted path of the property inside the document or element (``participants.drone.publishes``,
+            ``qos:reliability``), or None.
+    """
+
+    source: str
+    line: int | None = None
+    column: int | None = None
+    element: str | None = None
+    path: str | None = None
+
+    def __str__(self) -> str:
+        """``file:line:column (element)``; the path only where there is nothing better."""
+        text = self.source
+        if self.line is not None:
+            text += f":{self.line}"
+            if self.column is not None:
+                text += f":{self.column}"
+        if self.element is not None:
+            text += f" ({self.element})"
+        elif self.line is None and self.path is not None:
+            text += f" ({self.path})"
+        return text
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """One stated value, as text in YAML flow spelling (``reliable``, ``2s``, ``[a, b]``, ``{sec: 2, nsec: 0}``)."""
+
+    text: str
+    place: Place | None = None
+
+
+Settings = dict[str, Setting]
+"""Settings by the name they were written with; aliases are resolved later, by the pack."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProfileRef:
+    """A profile or preset used by name, and where it was named."""
+
+    name: str
+    place: Place | None = None
+
+
+@dataclass(slots=True)
+class Profile:
+    """A named bundle of settings stated in the input; `base` profiles come first, nearer values win."""
+
+    name: str
+    settings: Settings
+    base: tuple[ProfileRef, ...] = ()
+    place: Place | None = None
+
+
+@dataclass(slots=True)
+class Topic:
+    """What is stated about a topic as such.
+
+    Attributes:
+        name: as written.
+        settings: topic facts as text: ``type``, ``keyed``, ``period``, ``size``, ``latched`` and whatever a pack declares
+            at topic level.
+        external: somebody outside this system publishes or subscribes here, so a missing partner is no finding.
+        protocol: limits the entry to one protocol; None means any.
+    """
+
+    name: str
+    settings: Settings = field(default_factory=dict)
+    external: bool = False
+    protocol: str | None = None
+    place: Place | None = None
+
+
+@dataclass(slots=True)
+class Endpoint:
+    """One publisher or subscriber.
+
+    Attributes:
+        id: unique in its source: the given one, the BPMN element id, or ``participant/role/topic[#n]``.
+        role: ``publisher`` or ``subscriber``.
+        topic: the topic name or filter as written; None where the input names none (reported, never paired).
+        participant: id of its participant in ``System.participants``.
+        settings: explicit settings.
+        profiles: profiles and presets used, base first; explicit settings win over all of them.
+        overlay: settings laid over everything else from another file (``qos_overrides``, a vendor XML profile).
+        needs: what the application requires, in the words of DESIGN 8.
+        type: data type name as written, or None when unstated.
+        kind: ``message``, or what a pack derives topics from: ``service_server``, ``service_client``,
+            ``action_server``, ``action_client``.
+        dialect: which of the pack's dialects reads the settings: ``yaml``, ``bpmn``, …
+        observed: reported by a running system or a recording rather than stated by people.
+        external: a missing partner is no finding.
+        topic_is_guess: the topic's name is a guess (an event name, say), worth saying when nothing meets it.
+        starts_after: ids of endpoints or participants that are up before this one.
+        template: the id before ``instances:`` were multiplied out; findings stay grouped by it.
+        protocol: overrides the participant's.
+        label: a person's name for the endpoint (the BPMN event's name), for messages.
+    """
+
+    id: str
+    role: Role
+    topic: str | None
+    participant: str
+    settings: Settings = field(default_factory=dict)
+    profiles: tuple[ProfileRef, ...] = ()
+    overlay: Settings = field(default_factory=dict)
+    needs: Settings = field(default_factory=dict)
+    type: str | None = None
+    kind: str = "message"
+    dialect: str = "yaml"
+    observed: bool = False
+    external: bool = False
+    topic_is_guess: bool = False
+    starts_after: tuple[str, ...] = ()
+    template: str | None = None
+    protocol: str | None = None
+    label: str | None = None
+    place: Place | None = None
+
+
+@dataclass(slots=True)
+class Participant:
+    """Who takes part: ROS node, DDS participant, MQTT client, BPMN pool.
+
+    Attributes:
+        id: unique in the system.
+        protocol: pack id, or None for the system's.
+        settings: participant-level settings as text: connection fields and per-participant options that a pack
+            declares (``rmw``, ``domain``, ``namespace``, ``broker`` …), by the name they were written with.
+        remap: topic renames, from → to, as written.
+        starts_after: ids of participants that are up before this one.
+    """
+
+    id: str
+    protocol: str | None = None
+    settings: Settings = field(default_factory=dict)
+    remap: dict[str, str] = field(default_factory=dict)
+    external: bool = False
+    starts_after: tuple[str, ...] = ()
+    template: str | None = None
+    label: str | None = None
+    place: Place | None = None
+
+
+@dataclass(slots=True)
+class Broker:
+    """An intermediary that participants connect to, with its capabilities as text settings."""
+
+    id: str
+    protocol: str | None = None
+    settings: Settings = field(default_factory=dict)
+    profiles: tuple[ProfileRef, ...] = ()
+    place: Place | None = None
+
+
+@dataclass(slots=True)
+class Bridge:
+    """Subscribes on one side and publishes on the other; judged by the packs that know guarantees.
+
+    Attributes:
+        id: unique in the system.
+        settings: everything stated about it, nested values in YAML flow spelling.
+    """
+
+    id: str
+    settings: Settings = field(default_factory=dict)
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """What a team rule demands of one policy: ``exactly``, ``at_least``, ``at_most``, ``one_of`` or ``not``."""
+
+    policy: str
+    relation: Literal["exactly", "at_least", "at_most", "one_of", "not"]
+    values: tuple[str, ...]
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class TeamRule:
+    """One entry of ``checks:``: where it applies, what it requires, and why.
+
+    ``where`` maps ``role``, ``topic``, ``participant``, ``protocol``, ``type`` or ``id`` to a shell pattern.
+    ``sentence`` is the text form of a full sentence, for what bounds cannot say.
+    """
+
+    name: str
+    where: tuple[tuple[str, str], ...]
+    require: tuple[Bound, ...]
+    because: str
+    sentence: str | None = None
+    severity: Literal["error", "warning", "note"] = "error"
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Acceptance:
+    """One entry of ``accept:``: a known exception. ``until`` is an ISO date after which it no longer holds."""
+
+    rule: str
+    because: str
+    topic: str | None = None
+    endpoint: str | None = None
+    until: str | None = None
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ImportNote:
+    """Something an importer has to say that is no reason to stop: a skipped part, a guess, a trap."""
+
+    code: str
+    severity: Literal["error", "warning", "note"]
+    message: str
+    place: Place | None = None
+    help: str | None = None
+    endpoint: str | None = None
+
+
+@dataclass(slots=True)
+class System:
+    """Everything one check looks at.
+
+    Attributes:
+        name: for the report.
+        protocol: default protocol of participants, or None.
+        options: option settings by pack id: ``{"ros2": {"rmw": Setting("cyclonedds")}}``.
+        severities: rule code or name to ``error``, ``warning``, ``note`` or ``off``.
+        sources: the files read, in order, with their bytes, from which formatters cut excerpts.
+    """
+
+    name: str = ""
+    protocol: str | None = None
+    options: dict[str, Settings] = field(default_factory=dict)
+    profiles: dict[str, Profile] = field(default_factory=dict)
+    topics: dict[str, Topic] = field(default_factory=dict)
+    participants: dict[str, Participant] = field(default_factory=dict)
+    endpoints: list[Endpoint] = field(default_factory=list)
+    brokers: dict[str, Broker] = field(default_factory=dict)
+    bridges: dict[str, Bridge] = field(default_factory=dict)
+    checks: list[TeamRule] = field(default_factory=list)
+    accept: list[Acceptance] = field(default_factory=list)
+    severities: dict[str, str] = field(default_factory=dict)
+    notes: list[ImportNote] = field(default_factory=list)
+    sources: dict[str, bytes] = field(default_factory=dict)

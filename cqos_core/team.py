@@ -1,0 +1,151 @@
+"""The team's own rules (``checks:``): sentences like those of a pack, bound to every pack in use."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.evaluate import bind
+from cqos_core.expression import Compare, Literal, Sentence, Term, Test, parse
+from cqos_core.findings import Draft, Made, make
+from cqos_core.judge import ask
+from cqos_core.pack import BoundRule
+from cqos_core.pairing import Members
+from cqos_core.problems import CqosError
+from cqos_core.report import Finding, Severity
+from cqos_core.resolve import Resolved, core_finding, suggestion
+from cqos_core.rule import requires
+from cqos_core.system import PUBLISHER, SUBSCRIBER
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from cqos_core.pack import RulePack
+    from cqos_core.pairing import Topic
+    from cqos_core.system import Bound, System, TeamRule
+
+
+@dataclass(frozen=True, slots=True)
+class TeamCheck:
+    """A team rule bound to one pack."""
+
+    rule: TeamRule
+    bound: BoundRule
+
+
+def bind_checks(system: System, packs: Iterable[RulePack]) -> tuple[Mapping[int, Sequence[TeamCheck]], list[Finding]]:
+    """Bind ``checks:`` to the packs in use; a check that fits none of them is a finding."""
+    teams: dict[int, list[TeamCheck]] = {}
+    findings = []
+    packs = list(packs)
+    for team_rule in system.checks:
+        errors = []
+        for pack in packs:
+            try:
+                sentence = _team_sentence(team_rule, pack)
+                rule = requires(
+                    sentence,
+                    code="CQ605",
+                    name="team-rule",
+                    because=team_rule.because.rstrip(".") or "the team requires it",
+                    severity=team_rule.severity,
+                )
+                bound = BoundRule(rule, bind(sentence, pack.vocabulary), "endpoint", None)
+            except CqosError as error:
+                errors.append(str(error))
+                continue
+            teams.setdefault(id(pack), []).append(TeamCheck(team_rule, bound))
+        if errors and len(errors) == len(packs):
+            message = f"check `{team_rule.name}` cannot be applied: {errors[0]}"
+            findings.append(core_finding("CQ604", message, place=team_rule.place))
+    return teams, findings
+
+
+_RELATIONS: Final = {"exactly": "==", "at_least": ">=", "at_most": "<=", "not": "!="}
+
+
+def _team_sentence(team_rule: TeamRule, pack: RulePack) -> Sentence:
+    parts = [parse(team_rule.sentence)] if team_rule.sentence else []
+    parts += [_bound_sentence(required, pack) for required in team_rule.require]
+    sentence = parts[0]
+    for part in parts[1:]:
+        sentence = sentence & part
+    return sentence
+
+
+def _bound_sentence(required: Bound, pack: RulePack) -> Sentence:
+    index = pack.find("endpoint", required.policy)
+    if index is None:
+        known = [policy.name for policy in pack.policies if policy.level == "endpoint"]
+        raise CqosError(f"{pack.title} has no policy `{required.policy}`; {suggestion(required.policy, known)}")
+    term = Term("own", pack.policies[index].name)
+    if required.relation == "one_of":
+        return Test("in_", term, *(Literal(value) for value in required.values))
+    value: str | int = required.values[0]
+    domain = pack.policies[index].domain
+    if domain.kind in {"count", "flag"}:
+        value = domain.parse(str(value))  # type: ignore[assignment]
+    return Compare(_RELATIONS[required.relation], term, Literal(value))
+
+
+def team_findings(topic: Topic, checks: Sequence[TeamCheck]) -> list[Made]:
+    """Judge the endpoints of one topic by the team's rules that apply to them."""
+    made = []
+    for check in checks:
+        for role, groups in ((PUBLISHER, topic.publishers), (SUBSCRIBER, topic.subscribers)):
+            for members in groups:
+                chosen = [e for e in members.endpoints if _applies(check.rule, e, topic)]
+                spoken = ask(check.bound, members.profile.values, members.profile.values) if chosen else None
+                if spoken is None:
+                    continue
+                part = replace_members(members, chosen)
+                draft = Draft(topic, spoken, tags=members.tags)
+                (draft.publishers if role == PUBLISHER else draft.subscribers)[part] = None
+                one = make(draft)
+                message = f"{check.rule.name}: {one.finding.message}"
+                sides = tuple(replace(side, place=side.place) for side in one.finding.sides)
+                notes = (
+                    f"required by check `{check.rule.name}`: {check.bound.rule.sentence}",
+                    *one.finding.notes,
+                )
+                finding = replace(
+                    one.finding,
+                    message=message,
+                    sides=sides,
+                    notes=notes,
+                    verdict=None,
+                    severity=Severity(check.rule.severity),
+                    source="checks",
+                )
+                key = (
+                    ("team", check.rule.name, topic.key, finding.message)
+                    if one.merge_key[0] == "own"
+                    else one.merge_key
+                )
+                made.append(replace(one, finding=finding, merge_key=key))
+    return made
+
+
+def replace_members(members: Members, endpoints: list[Resolved]) -> Members:
+    """Return a group of some of the members."""
+    return Members(members.profile, members.observed, members.tags, members.starts_after, endpoints)
+
+
+def _applies(rule: TeamRule, endpoint: Resolved, topic: Topic) -> bool:
+    stated = endpoint.endpoint
+    offered = {
+        "role": (stated.role,),
+        "topic": topic_spellings(stated.topic, topic.shown, topic.key),
+        "participant": (stated.participant, endpoint.participant.participant.label or ""),
+        "protocol": (topic.pack.id,),
+        "type": (stated.type or "",),
+        "id": (endpoint.id,),
+    }
+    return all(any(fnmatchcase(text, pattern) for text in offered.get(key, ())) for key, pattern in rule.where)
+
+
+def topic_spellings(*names: str | None) -> tuple[str, ...]:
+    """All ways a person may write a topic in a pattern: as written, as resolved, and without the leading slash."""
+    found = dict.fromkeys(name for name in names if name)
+    return tuple(dict.fromkeys((*found, *(name.lstrip("/") for name in found))))

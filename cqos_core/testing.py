@@ -1,0 +1,160 @@
+"""For pack authors: case files and the runner that turns them into tests.
+
+A case file has the code of one rule and named cases::
+
+    rule: ROS101
+    cases:
+      - name: best effort does not satisfy reliable
+        offered: {reliability: best_effort}
+        requested: {reliability: reliable}
+        options: {rmw: cyclonedds}
+        topic: {latched: true}
+        expect: error
+        verdict: incompatible
+        findings: [ROS101]
+        remedies: ["publisher reliability=reliable", "subscriber reliability=best_effort"]
+
+A case states a pair (``offered``, ``requested``), one endpoint (``publisher`` or ``subscriber``), or a small ``system`` in
+the YAML form. ``expect`` is the severity with which the rule speaks, ``ok`` where it is silent, ``unknown`` where it leaves
+the pair open. ``verdict``, ``findings`` (codes of all warnings and errors) and ``remedies`` are compared where they are given.
+
+A pack's own test module is then::
+
+    @pytest.mark.parametrize("case", load_cases(CASES, "ros2"), ids=str)
+    def test_case(case):
+        run_case(case)
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cqos_core.api import check, check_pair, context, pair_system
+from cqos_core.checker import check_system
+from cqos_core.problems import CqosError
+from cqos_core.report import Finding, Severity, Verdict
+from cqos_core.system import PUBLISHER, SUBSCRIBER
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from cqos_core.pack import RulePack
+
+_KEYS = frozenset(
+    "name offered requested publisher subscriber system topic options expect verdict findings remedies".split()  # noqa: SIM905
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One case of a case file; its text is ``CODE: name``."""
+
+    rule: str
+    pack: str
+    name: str
+    content: Mapping[str, Any] = field(repr=False)
+    source: str = ""
+
+    def __str__(self) -> str:
+        """Name the test."""
+        return f"{self.rule}: {self.name}"
+
+
+def load_cases(path: Path | str, pack: str) -> list[Case]:
+    """Read the case files of a folder (``*.yml``), or one file.
+
+    Raises:
+        CqosError: a file is no case file; the message names it and what is wrong.
+    """
+    folder = Path(path)
+    files = sorted(folder.glob("*.yml")) if folder.is_dir() else [folder]
+    if not files:
+        raise CqosError(f"there are no case files (*.yml) in {folder}")
+    return [case for file in files for case in _read(file, pack)]
+
+
+def _read(file: Path, pack: str) -> Iterator[Case]:
+    import yaml
+
+    document = yaml.safe_load(file.read_bytes())
+    if not isinstance(document, dict) or set(document) != {"rule", "cases"} or not document["cases"]:
+        raise CqosError(f"{file} is no case file: expected `rule:` and `cases:`")
+    for content in document["cases"]:
+        unknown = set(content) - _KEYS
+        if unknown or "name" not in content or "expect" not in content:
+            wrong = f"unknown keys {sorted(unknown)}" if unknown else "`name` and `expect` are needed"
+            raise CqosError(f"{file}, case {content.get('name', '?')!r}: {wrong}; known: {', '.join(sorted(_KEYS))}")
+        yield Case(document["rule"], pack, content["name"], content, str(file))
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What a case gave: the verdict, all findings."""
+
+    verdict: Verdict
+    findings: Sequence[Finding]
+
+
+def judge_case(case: Case, packs: Iterable[RulePack] = ()) -> Result:
+    """Check what a case states, through the library as any caller would."""
+    content = case.content
+    options = _settings(content.get("options", {}))
+    if "system" in content:
+        data = json.dumps(content["system"], default=str).encode()
+        report = check(data, importer="yaml", protocol=case.pack, options={case.pack: options}, packs=packs)
+        return Result(report.verdict, report.findings)
+    topic = _settings(content.get("topic", {}))
+    if "offered" in content or "requested" in content:
+        offered, requested = _settings(content.get("offered", {})), _settings(content.get("requested", {}))
+        pair = check_pair(case.pack, offered, requested, options, topic, packs)
+        return Result(pair.verdict, pair.findings)
+    role = PUBLISHER if PUBLISHER in content else SUBSCRIBER
+    offered, requested = (_settings(content.get(each, {})) for each in (PUBLISHER, SUBSCRIBER))
+    system = pair_system(case.pack, offered, requested, options, topic)
+    system.endpoints = [endpoint for endpoint in system.endpoints if endpoint.role == role]
+    report = check_system(system, context(packs))
+    return Result(report.verdict, [finding for finding in report.findings if finding.code != "CQ404"])
+
+
+def _settings(stated: Mapping[str, Any]) -> dict[str, str]:
+    """Write YAML values back as text; flow form for lists and maps."""
+
+    def text(value: Any) -> str:
+        if isinstance(value, bool):
+            return "true" if value else "false"
+        return value if isinstance(value, str) else json.dumps(value)
+
+    return {name: text(value) for name, value in stated.items()}
+
+
+def run_case(case: Case, packs: Iterable[RulePack] = ()) -> None:
+    """Check a case and raise `AssertionError` with everything that differs from what it expects."""
+    result = judge_case(case, packs)
+    wrong = list(_differences(case, result))
+    if wrong:
+        said = "\n".join(f"    {f.severity} {f.code} {f.message}" for f in result.findings) or "    nothing"
+        raise AssertionError(f"{case} ({case.source})\n  " + "\n  ".join(wrong) + f"\n  findings:\n{said}")
+
+
+def _differences(case: Case, result: Result) -> Iterator[str]:
+    content = case.content
+    spoken = [finding for finding in result.findings if finding.code == case.rule]
+    got = "ok"
+    if spoken:
+        open_ = spoken[0].verdict is Verdict.UNKNOWN and content["expect"] == "unknown"
+        got = "unknown" if open_ else str(min((f.severity for f in spoken), key=lambda severity: severity.rank))
+    if got != content["expect"]:
+        yield f"expected {case.rule} to give {content['expect']}, it gave {got}"
+    if "verdict" in content and content["verdict"] != result.verdict:
+        yield f"expected the verdict {content['verdict']}, it is {result.verdict}"
+    if "findings" in content:
+        loud = sorted({f.code for f in result.findings if f.severity is not Severity.NOTE})
+        if loud != sorted(content["findings"]):
+            yield f"expected the findings {sorted(content['findings'])}, they are {loud}"
+    if "remedies" in content:
+        offered = sorted(f"{r.role} {r.policy}={r.value}" for finding in spoken for r in finding.remedies)
+        if offered != sorted(content["remedies"]):
+            yield f"expected the remedies {sorted(content['remedies'])}, they are {offered}"

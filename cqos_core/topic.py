@@ -1,0 +1,412 @@
+"""One topic as a unit: who meets whom, which rules speak, who is left alone.
+
+A rule looks at a few policies only, so it is judged once per distinct combination of those (its *classes*) rather than
+per pair of endpoints, and what it says of a publisher is a set of subscribers, held as the bits of an integer. So even a
+topic on which all endpoints differ costs little more than its distinct values.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.codes import CODES
+from cqos_core.evaluate import Outcome
+from cqos_core.findings import Draft, Made, already_told, headline, make, sides_of, subject
+from cqos_core.judge import Spoken, ask, judge_endpoint, judge_pair, judge_signal
+from cqos_core.pairing import group
+from cqos_core.report import Finding, Group, Severity, Side, Verdict
+from cqos_core.settle import settle
+from cqos_core.system import PUBLISHER, SUBSCRIBER
+from cqos_core.team import TeamCheck, team_findings
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from cqos_core.pack import BoundRule
+    from cqos_core.pairing import Members, Topic
+    from cqos_core.resolve import Resolved
+    from cqos_core.system import Acceptance
+
+_COMBINATIONS: Final = 25
+"""Distinct combinations of values that one rule reports on one topic; the rest is put together in one finding."""
+
+
+@dataclass(frozen=True, slots=True)
+class TopicResult:
+    """What the check of one topic says: groups of pairs, findings to be put together, and who was left alone."""
+
+    groups: tuple[Group, ...] = ()
+    made: tuple[Made, ...] = ()
+    lonely: tuple[Resolved, ...] = ()
+
+
+@dataclass(slots=True)
+class _Class:
+    """Groups of one side that a rule cannot tell apart; ``mask`` has their bits."""
+
+    members: list[Members] = field(default_factory=list)
+    mask: int = 0
+
+    @property
+    def profile(self) -> Any:
+        return self.members[0].profile
+
+
+@dataclass(slots=True)
+class _Pairs:
+    """The pairs of a topic, judged.
+
+    Attributes:
+        met: per publisher group, by index, the subscriber groups it meets.
+        kept_apart: what keeps a publisher group from which subscriber groups.
+        segments: per publisher group: verdict and codes to subscriber groups.
+    """
+
+    met: list[int]
+    kept_apart: list[tuple[BoundRule, int, int]] = field(default_factory=list)
+    segments: list[dict[tuple[Verdict, tuple[str, ...]], int]] = field(default_factory=list)
+
+
+Drafts = dict[tuple[Any, ...], Draft]
+
+
+def check_topic(
+    endpoints: Sequence[Resolved],
+    acceptances: Sequence[Acceptance] = (),
+    checks: Mapping[int, Sequence[TeamCheck]] | None = None,
+) -> TopicResult:
+    """Judge one topic of one protocol: a pure function of its endpoints, the acceptances and the team's rules."""
+    topic = group(endpoints, acceptances)
+    settle(topic)
+    drafts: Drafts = {}
+    pairs = _judge_pairs(topic, drafts)
+    groups = _groups(topic, pairs)
+    _endpoint_rules(topic, drafts)
+    _signal_rules(topic, pairs, drafts)
+    made = [make(draft) for draft in drafts.values()]
+    made += _splits(topic, pairs)
+    made += team_findings(topic, (checks or {}).get(id(topic.pack), ()))
+    made += _within_participants(topic, groups)
+    alone = not (topic.publishers and topic.subscribers)
+    return TopicResult(tuple(groups), tuple(made), tuple(topic.endpoints) if alone else ())
+
+
+def _judge_pairs(topic: Topic, drafts: Drafts) -> _Pairs:
+    everybody = (1 << len(topic.subscribers)) - 1
+    pairs = _Pairs([everybody] * len(topic.publishers))
+    index_of = {members: index for index, members in enumerate(topic.publishers)}
+    for bound in topic.pack.by_scope["meets"]:
+        for publishers, subscribers, _ in _spoken_classes(topic, bound):
+            for publisher in publishers.members:
+                index = index_of[publisher]
+                hit = pairs.met[index] & subscribers.mask
+                if hit:
+                    pairs.met[index] &= ~hit
+                    pairs.kept_apart.append((bound, index, hit))
+    pairs.segments = [{(Verdict.COMPATIBLE, ()): met} if met else {} for met in pairs.met]
+    for bound in topic.pack.by_scope.get("pair", ()):
+        said: dict[tuple[int, bool], int] = {}
+        for publishers, subscribers, spoken, combinations in _few(_spoken_classes(topic, bound)):
+            _draft(topic, drafts, publishers, subscribers, spoken, pairs.met, index_of, combinations)
+            for publisher in publishers.members:
+                key = (index_of[publisher], spoken.unknown)
+                said[key] = said.get(key, 0) | subscribers.mask
+        for (index, unknown), mask in said.items():
+            _split_segments(pairs.segments[index], bound, mask, unknown=unknown)
+    return pairs
+
+
+def _spoken_classes(topic: Topic, bound: BoundRule) -> Iterator[tuple[_Class, _Class, Spoken]]:
+    """Judge one rule over every combination of its classes; yield those of which it speaks."""
+    publishers = _classes(topic.publishers, bound, second=False)
+    subscribers = _classes(topic.subscribers, bound, second=True)
+    for offering in publishers:
+        for requesting in subscribers:
+            a, b = offering.profile, requesting.profile
+            if bound.rule.kind == "requires" and (a.unmatched or b.unmatched):
+                unmatched = a.unmatched | b.unmatched
+                if any(use.index in unmatched for use in bound.bound.uses):
+                    continue
+            spoken = ask(bound, a.values, b.values)
+            if spoken is not None and not (bound.rule.kind == "meets" and spoken.outcome.result is not False):
+                yield offering, requesting, spoken
+
+
+def _few(
+    spoken: Iterator[tuple[_Class, _Class, Spoken]],
+) -> Iterator[tuple[_Class, _Class, Spoken, int]]:
+    """Pass the first combinations on, each counted 0, and then per publisher class one that stands for the others."""
+    together: dict[tuple[Any, ...], tuple[_Class, _Class, Spoken, int]] = {}
+    for number, (publishers, subscribers, each) in enumerate(spoken):
+        if number < _COMBINATIONS:
+            yield publishers, subscribers, each, 0
+            continue
+        key = (id(publishers), each.outcome.result, subscribers.members[0].tags)
+        _, reached, first, count = together.get(key, (publishers, _Class(subscribers.members), each, 0))
+        reached.mask |= subscribers.mask
+        together[key] = (publishers, reached, first, count + 1)
+    yield from together.values()
+
+
+def _classes(groups: Sequence[Members], bound: BoundRule, *, second: bool) -> list[_Class]:
+    """Sort one side's groups by the values that the rule reads of it, and by who excuses them."""
+    size = bound.bound.vocabulary.size
+    # An option may differ between participants, so a rule over one reads it on both sides.
+    indices = {use.index for use in bound.bound.uses if use.second is second or use.term.scope == "option"}
+    indices |= {index + size for index in indices}
+    found: dict[Any, _Class] = {}
+    for position, members in enumerate(groups):
+        values = members.profile.values
+        key = (tuple(values[index] for index in indices), members.profile.unmatched, members.tags)
+        each = found.setdefault(key, _Class())
+        each.members.append(members)
+        each.mask |= 1 << position
+    return list(found.values())
+
+
+def _draft(
+    topic: Topic,
+    drafts: Drafts,
+    publishers: _Class,
+    subscribers: _Class,
+    spoken: Spoken,
+    met: Sequence[int],
+    index_of: Mapping[Members, int],
+    combinations: int,
+) -> None:
+    """Note what a rule says of two classes, or of ``combinations`` further ones that are put together."""
+    if spoken.unknown and already_told(spoken, publishers.profile, subscribers.profile):
+        return
+    hits = {members: met[index_of[members]] & subscribers.mask for members in publishers.members}
+    meeting = [members for members, hit in hits.items() if hit]
+    if not meeting:
+        return
+    code, tags = spoken.bound.rule.code, publishers.members[0].tags | subscribers.members[0].tags
+    key = (code, spoken.outcome.result, tags) if combinations else (code, id(publishers), id(subscribers), tags)
+    draft = drafts.setdefault(key, Draft(topic, spoken, tags=tags))
+    draft.more += combinations
+    draft.publishers.update(dict.fromkeys(meeting))
+    reached = 0
+    for members in meeting:
+        reached |= hits[members]
+        draft.pairs += len(members.endpoints) * _weight(topic, hits[members])
+    draft.subscribers.update(dict.fromkeys(_at(topic.subscribers, reached)))
+
+
+def _at(groups: Sequence[Members], mask: int) -> Iterator[Members]:
+    """The groups whose bits are set."""
+    while mask:
+        low = mask & -mask
+        yield groups[low.bit_length() - 1]
+        mask ^= low
+
+
+def _weight(topic: Topic, mask: int) -> int:
+    """How many endpoints the subscriber groups of ``mask`` have."""
+    if mask == (1 << len(topic.subscribers)) - 1:
+        return topic.subscriber_count
+    return sum(len(members.endpoints) for members in _at(topic.subscribers, mask))
+
+
+def _split_segments(
+    segments: dict[tuple[Verdict, tuple[str, ...]], int], bound: BoundRule, mask: int, *, unknown: bool
+) -> None:
+    """Apply what a rule says of some subscribers to the segments of one publisher group."""
+    rule = bound.rule
+    for (verdict, codes), present in list(segments.items()):
+        hit = present & mask
+        if not hit:
+            continue
+        worse = verdict
+        if rule.kind == "requires":
+            said = Verdict.UNKNOWN if unknown or rule.doubt else Verdict.INCOMPATIBLE
+            worse = max(verdict, said, key=lambda each: each.rank)
+        left = present & ~hit
+        if left:
+            segments[verdict, codes] = left
+        else:
+            del segments[verdict, codes]
+        key = (worse, (*codes, rule.code))
+        segments[key] = segments.get(key, 0) | hit
+
+
+def _groups(topic: Topic, pairs: _Pairs) -> list[Group]:
+    """Put publishers together whose pairs were judged alike."""
+    rows: dict[tuple[Verdict, tuple[str, ...], int], list[Members]] = {}
+    for publisher, segments in zip(topic.publishers, pairs.segments, strict=True):
+        for (verdict, codes), mask in segments.items():
+            rows.setdefault((verdict, codes, mask), []).append(publisher)
+    return [
+        _group(topic, publishers, list(_at(topic.subscribers, mask)), verdict, codes)
+        for (verdict, codes, mask), publishers in rows.items()
+    ]
+
+
+def _group(
+    topic: Topic,
+    publishers: Sequence[Members],
+    subscribers: Sequence[Members],
+    verdict: Verdict,
+    codes: tuple[str, ...],
+) -> Group:
+    offering = [endpoint for members in publishers for endpoint in members.endpoints]
+    requesting = [endpoint for members in subscribers for endpoint in members.endpoints]
+    owners: dict[str, int] = {}
+    for endpoint in offering:
+        owners[endpoint.endpoint.participant] = owners.get(endpoint.endpoint.participant, 0) + 1
+    internal = sum(owners.get(endpoint.endpoint.participant, 0) for endpoint in requesting)
+    return Group(
+        topic=topic.shown,
+        publishers=tuple(sorted(endpoint.id for endpoint in offering)),
+        subscribers=tuple(sorted(endpoint.id for endpoint in requesting)),
+        verdict=verdict,
+        protocol=topic.pack.id,
+        internal=internal,
+        codes=codes,
+    )
+
+
+def _endpoint_rules(topic: Topic, drafts: Drafts) -> None:
+    for role, groups in ((PUBLISHER, topic.publishers), (SUBSCRIBER, topic.subscribers)):
+        told: dict[str, int] = {}
+        for members in groups:
+            for spoken in judge_endpoint(members.profile, role, members.observed):
+                if spoken.unknown and spoken.failed is None:
+                    continue
+                code = spoken.bound.rule.code
+                values = tuple(members.profile.values[use.index] for use in spoken.bound.bound.uses)
+                key: tuple[Any, ...] = (code, role, values, members.tags)
+                further = key not in drafts and told.get(code, 0) >= _COMBINATIONS
+                if further:
+                    key = (code, role, members.tags)
+                elif key not in drafts:
+                    told[code] = told.get(code, 0) + 1
+                draft = drafts.setdefault(key, Draft(topic, spoken, tags=members.tags))
+                draft.more += further
+                (draft.publishers if role == PUBLISHER else draft.subscribers)[members] = None
+
+
+def _parts(topic: Topic, pairs: _Pairs) -> list[tuple[list[Members], list[Members]]]:
+    """Split a topic into parts that do not meet each other (domains, partitions), each a signal of its own."""
+    parts: list[tuple[list[Members], int]] = []
+    for publisher, met in zip(topic.publishers, pairs.met, strict=True):
+        together, reached = [publisher], met
+        for part in [part for part in parts if part[1] & met]:
+            parts.remove(part)
+            together, reached = [*part[0], *together], reached | part[1]
+        parts.append((together, reached))
+    return [(publishers, list(_at(topic.subscribers, mask))) for publishers, mask in parts]
+
+
+def _signal_rules(topic: Topic, pairs: _Pairs, drafts: Drafts) -> None:
+    rules = topic.pack.by_scope.get("signal", ())
+    if not rules:
+        return
+    for publishers, subscribers in _parts(topic, pairs):
+        for spoken, targets in judge_signal(rules, publishers, subscribers):
+            within = {use.second for use in spoken.bound.bound.aggregate_uses}
+            draft = Draft(topic, spoken)
+            if targets:
+                draft.tags = targets[0].tags
+                side = draft.publishers if targets[0].first.role == PUBLISHER else draft.subscribers
+                side.update(dict.fromkeys(targets))
+            if within != {True} and not draft.publishers:
+                draft.publishers = dict.fromkeys(publishers)
+            if within != {False} and not draft.subscribers:
+                draft.subscribers = dict.fromkeys(subscribers)
+            drafts["signal", len(drafts)] = draft
+
+
+def _splits(topic: Topic, pairs: _Pairs) -> list[Made]:
+    """Report what keeps endpoints apart: each that is left alone by it, and once a topic where nobody is."""
+    met_by_any = 0
+    for met in pairs.met:
+        met_by_any |= met
+    found: dict[tuple[Any, ...], tuple[BoundRule, dict[Members, None], dict[Members, None]]] = {}
+    for bound, index, hit in pairs.kept_apart:
+        publisher = topic.publishers[index]
+        alone = not pairs.met[index]
+        for subscriber in _at(topic.subscribers, hit):
+            left = [publisher] if alone else []
+            if not met_by_any >> topic.subscribers.index(subscriber) & 1:
+                left.append(subscriber)
+            if left and not bound.rule.always and all(_external(members) for members in left):
+                continue
+            quiet = not left and not bound.rule.always
+            values = tuple(
+                (subscriber if use.second else publisher).profile.values[use.index] for use in bound.bound.uses
+            )
+            key = (bound.rule.code, "quiet") if quiet else (bound.rule.code, values)
+            _, publishers, subscribers = found.setdefault(key, (bound, {}, {}))
+            publishers[publisher] = None
+            subscribers[subscriber] = None
+    return [
+        _split_finding(topic, bound, publishers, subscribers, quiet=key[1] == "quiet")
+        for key, (bound, publishers, subscribers) in found.items()
+    ]
+
+
+def _external(members: Members) -> bool:
+    return all(endpoint.external for endpoint in members.endpoints)
+
+
+def _split_finding(
+    topic: Topic,
+    bound: BoundRule,
+    publishers: dict[Members, None],
+    subscribers: dict[Members, None],
+    *,
+    quiet: bool,
+) -> Made:
+    made = make(Draft(topic, Spoken(bound, Outcome(result=False)), publishers, subscribers))
+    sides = made.finding.sides
+    subjects = " and ".join(subject(side) for side in reversed(sides))
+    behind = judge_pair(next(iter(publishers)).profile, next(iter(subscribers)).profile)
+    latent = tuple(
+        f"behind it: {headline(each, sides_of(each, publishers, subscribers), topic.shown)} ({each.bound.rule.code})"
+        for each in behind.spoken
+        if each.bound.rule.kind == "requires" and not each.unknown
+    )
+    values = "; ".join(
+        f"{side.role} has {', '.join(f'{fact.policy} {fact.value}' for fact in side.facts)}"
+        for side in reversed(sides)
+        if side.facts
+    )
+    finding = replace(
+        made.finding,
+        message=f"{subjects} on topic `{topic.shown}` never meet ({values}): {bound.rule.because}",
+        severity=Severity.NOTE if quiet else Severity(bound.rule.severity),
+        verdict=None,
+        remedies=(),
+        notes=latent,
+        pairs=0,
+    )
+    return replace(made, finding=finding, merge_key=("own", object()))
+
+
+def _within_participants(topic: Topic, groups: Sequence[Group]) -> list[Made]:
+    if not any(group.internal for group in groups):
+        return []
+    publishing = {e.endpoint.participant: e for members in topic.publishers for e in members.endpoints}
+    inside = [
+        (publishing[endpoint.endpoint.participant], endpoint)
+        for members in topic.subscribers
+        for endpoint in members.endpoints
+        if endpoint.endpoint.participant in publishing
+    ]
+    owners = sorted({subscriber.participant.participant.id for _, subscriber in inside})
+    more = f" and {len(owners) - 1} more" if len(owners) > 1 else ""
+    finding = Finding(
+        code="CQ406",
+        name=CODES["CQ406"].name,
+        severity=Severity.NOTE,
+        message=f"participant `{owners[0]}`{more} subscribes to `{topic.shown}`, which it publishes itself",
+        topic=topic.shown,
+        sides=(
+            Side(SUBSCRIBER, tuple(sorted(s.id for _, s in inside)), place=inside[0][1].endpoint.place),
+            Side(PUBLISHER, tuple(sorted({p.id for p, _ in inside})), place=inside[0][0].endpoint.place),
+        ),
+        because=CODES["CQ406"].reason,
+    )
+    return [Made(finding, ("own", object()), frozenset())]

@@ -1,0 +1,351 @@
+#!/usr/bin/env python3
+"""Sets the project up in .venv and runs it. Needs nothing but Python 3.11 or newer.
+
+python3 dev.py demo             check two example diagrams, one that fits and one that does not
+python3 dev.py test [ARGS]      all checks: lint, types, import contracts, tests (ARGS go to pytest)
+python3 dev.py lint             the same without the tests
+python3 dev.py run -- ARGS      the command `cqos` with ARGS
+python3 dev.py setup            only set up (the others do that by themselves, when something changed)
+"""
+
+import sys
+
+# First of all, and in words that any Python 3 understands: the rest of this file does not run on an older one.
+if sys.version_info < (3, 11):  # noqa: UP036 - whoever has an older Python is told so here
+    sys.exit("dev.py: this is Python %d.%d, C-QoS needs 3.11 or newer" % sys.version_info[:2])  # noqa: UP031
+
+import hashlib
+import importlib.util
+import json
+import os
+import shutil
+import subprocess
+import time
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent
+VENV = ROOT / ".venv"
+STAMP = VENV / "cqos-setup.json"  # written when a setup is complete, and only then
+LOG = VENV / "cqos-setup.log"
+WINDOWS = os.name == "nt"
+EXTRAS = ("test", "lint")  # what `test` and `lint` need beyond `demo` and `run`
+
+# Of the environment's PIP_* settings those that say how to reach packages; the others (a target directory, a user
+# installation, a hash check, ...) would install something else or elsewhere.
+PIP_SETTINGS = frozenset(
+    "PIP_" + name
+    for name in (
+        *(
+            "CACHE_DIR",
+            "CERT",
+            "CLIENT_CERT",
+            "CONFIG_FILE",
+            "DEFAULT_TIMEOUT",
+            "EXTRA_INDEX_URL",
+            "FIND_LINKS",
+        ),
+        *("INDEX_URL", "KEYRING_PROVIDER", "NO_CACHE_DIR", "NO_INDEX", "PROXY", "RETRIES", "TIMEOUT"),
+        *("TRUSTED_HOST", "USE_FEATURE"),
+    )
+)
+# These make a Python or a type checker look elsewhere than into .venv.
+FOREIGN_SETTINGS = frozenset({"PYTHONHOME", "PYTHONPATH", "PYTHONSAFEPATH", "MYPYPATH", "__PYVENV_LAUNCHER__"})
+
+
+class TroubleError(Exception):
+    """Something went wrong that one sentence explains."""
+
+
+def main(arguments: list[str]) -> int:
+    """Run one command; return the exit code."""
+    commands = {"demo": demo, "test": test, "lint": lint, "run": run, "setup": setup_everything}
+    name, *rest = arguments or ["--help"]
+    if name in {"-h", "--help", "help"}:
+        print(__doc__)
+        return 0 if arguments else 2
+    if name not in commands:
+        raise TroubleError(f"there is no command {name!r}; there are {', '.join(commands)}")
+    if rest and name in {"demo", "lint", "setup"}:
+        raise TroubleError(f"{name} takes no arguments, found {' '.join(rest)!r}")
+    return commands[name](rest[1:] if rest[:1] == ["--"] else rest)
+
+
+# --- commands ---------------------------------------------------------------------------------------------------
+
+
+def demo(_: list[str]) -> int:
+    """Check both example diagrams; return 0 when the one is found to fit and the other is not."""
+    setup(everything=False)
+    shows = (
+        ("smart_agriculture.bpmn", 0, "A drone and a weather station whose settings fit: exit code 0."),
+        (
+            "smart_agriculture_incompatible.bpmn",
+            1,
+            "The same system with settings that do not fit, and for each what to change: exit code 1.",
+        ),
+    )
+    for file, expected, shown in shows:
+        command = ["cqos", "check", f"examples/{file}"]
+        print(f"\n# {shown}\n$ {' '.join(command)}", flush=True)
+        code = subprocess.run([tool("cqos"), *command[1:]], cwd=ROOT, env=environment(), check=False).returncode
+        if code != expected:
+            raise TroubleError(f"the demo does not behave: `{' '.join(command)}` ended with {code}, not {expected}")
+    return 0
+
+
+def test(arguments: list[str]) -> int:
+    """Run everything that must hold; return 1 if anything does not."""
+    setup(everything=True)
+    return run_steps([*lint_steps(), ("pytest", pytest_command(arguments))])
+
+
+def lint(_: list[str]) -> int:
+    """Run the static checks; return 1 if any fails."""
+    setup(everything=True)
+    return run_steps(lint_steps())
+
+
+def run(arguments: list[str]) -> int:
+    """Run `cqos` where the caller stands; return its exit code."""
+    setup(everything=False)
+    return subprocess.run([tool("cqos"), *arguments], env=environment(), check=False).returncode
+
+
+def setup_everything(_: list[str]) -> int:
+    """Set up for every command."""
+    setup(everything=True)
+    print(f"ready: {tool('cqos')}")
+    return 0
+
+
+# --- steps of test and lint -------------------------------------------------------------------------------------
+
+
+def lint_steps() -> list[tuple[str, list[str]]]:
+    """Names and commands of the static checks."""
+    packages = [argument for project in projects() for name in packages_of(project) for argument in ("-p", name)]
+    tests = [project / "tests" for project in projects()]
+    scripts = [*ROOT.glob("*.py"), *ROOT.glob("docs/*.py"), *(path for path in tests if path.is_dir())]
+    return [
+        ("ruff check", [tool("ruff"), "check", "."]),
+        ("ruff format", [tool("ruff"), "format", "--check", "."]),
+        ("mypy", [tool("mypy"), *packages]),
+        # apart from the packages, which have one name when imported and another as files below plugins/
+        ("mypy on tests", [tool("mypy"), *(str(path.relative_to(ROOT)) for path in scripts)]),
+        ("import contracts", [tool("lint-imports"), "--no-cache"]),
+    ]
+
+
+def pytest_command(arguments: list[str]) -> list[str]:
+    """Pytest on all cores, with the coverage of every package; what ``arguments`` say comes last and wins."""
+    coverage = [f"--cov={name}" for project in projects() for name in packages_of(project)]
+    return [tool("pytest"), "-n", "auto", *coverage, "--cov-report=term:skip-covered", *arguments]
+
+
+def run_steps(steps: list[tuple[str, list[str]]]) -> int:
+    """Run every step, also after one failed; return 1 if any did."""
+    failed = []
+    for name, command in steps:
+        print(f"\n== {name}", flush=True)
+        if subprocess.run(command, cwd=ROOT, env=environment(), check=False).returncode != 0:
+            failed.append(name)
+    passed = [name for name, _ in steps if name not in failed]
+    print(f"\npassed: {', '.join(passed) or 'nothing'}")
+    if failed:
+        print(f"FAILED: {', '.join(failed)}")
+    return 1 if failed else 0
+
+
+# --- projects ---------------------------------------------------------------------------------------------------
+
+
+def projects() -> list[Path]:
+    """The directories of all distributions: the root, then the plugins."""
+    return [ROOT, *(file.parent for file in sorted(ROOT.glob("plugins/*/pyproject.toml")))]
+
+
+def read_project(project: Path) -> dict[str, dict[str, object]]:
+    """The content of a distribution's pyproject.toml."""
+    file = project / "pyproject.toml"
+    try:
+        return tomllib.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise TroubleError(f"cannot read {file.relative_to(ROOT)}: {error}") from None
+
+
+def packages_of(project: Path) -> list[str]:
+    """The import packages a distribution ships, as its pyproject.toml says."""
+    value: object = read_project(project).get("tool", {})
+    for key in ("hatch", "build", "targets", "wheel", "packages"):
+        value = value.get(key) if isinstance(value, dict) else None
+    if not isinstance(value, list):
+        raise TroubleError(f"{project.name}/pyproject.toml names no packages in [tool.hatch.build.targets.wheel]")
+    return [Path(package).name for package in value]
+
+
+# --- the virtual environment ------------------------------------------------------------------------------------
+
+
+def tool(name: str) -> str:
+    """The path of a command in the virtual environment."""
+    return str(VENV / "Scripts" / f"{name}.exe" if WINDOWS else VENV / "bin" / name)
+
+
+def environment() -> dict[str, str]:
+    """The caller's environment without what would lead away from the virtual environment."""
+    kept = {
+        name: value
+        for name, value in os.environ.items()
+        if name not in FOREIGN_SETTINGS and (not name.startswith("PIP_") or name in PIP_SETTINGS)
+    }
+    path = str(Path(tool("python")).parent)
+    return kept | {
+        "PATH": os.pathsep.join([path, kept["PATH"]] if "PATH" in kept else [path]),
+        "VIRTUAL_ENV": str(VENV),
+        "PIP_DISABLE_PIP_VERSION_CHECK": "1",
+        "PIP_NO_INPUT": "1",
+        "PIP_ROOT_USER_ACTION": "ignore",
+        "PIP_USER": "0",
+    }
+
+
+def setup(*, everything: bool) -> None:
+    """Make .venv what it should be: with ``everything`` for all commands, else for `demo` and `run`.
+
+    A complete setup leaves a stamp; with the right stamp there is nothing to do, without it all is made anew.
+    """
+    wanted = fingerprint()
+    found = read_stamp()
+    if found == (wanted, True) or (found == (wanted, False) and not everything):
+        return
+    began = time.monotonic()
+    print("dev.py: setting up .venv (takes up to a minute) ...", file=sys.stderr, flush=True)
+    if found == (wanted, False):
+        STAMP.unlink()  # until the rest is installed too
+    else:
+        create_venv()
+    install(everything=everything)
+    STAMP.write_text(json.dumps({"fingerprint": wanted, "everything": everything}), encoding="utf-8")
+    print(f"dev.py: set up in {time.monotonic() - began:.0f} s", file=sys.stderr, flush=True)
+
+
+def fingerprint() -> str:
+    """Changes when .venv has to be made anew: another Python, place, dependency, entry point or plugin."""
+    parts: dict[str, object] = {
+        "python": [sys.version, sys.base_prefix],
+        "place": str(ROOT),
+        "constraints": (ROOT / "constraints.txt").read_text(encoding="utf-8"),
+    }
+    for project in projects():
+        content = read_project(project)
+        installed = {key: content.get(key) for key in ("build-system", "project")}  # and no settings of linters
+        parts[str(project.relative_to(ROOT))] = [installed, packages_of(project)]
+    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+
+
+def read_stamp() -> tuple[str, bool] | None:
+    """What the last complete setup was made for; None if there was none."""
+    try:
+        stamp = json.loads(STAMP.read_text(encoding="utf-8"))
+        return (stamp["fingerprint"], stamp["everything"]) if Path(tool("python")).exists() else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def create_venv() -> None:
+    """Make an empty virtual environment, in place of whatever is there."""
+    if VENV.is_symlink() or VENV.is_file():
+        VENV.unlink()
+    elif VENV.exists():
+        shutil.rmtree(VENV)
+    if importlib.util.find_spec("venv") is None or importlib.util.find_spec("ensurepip") is None:
+        install_venv_module()
+    made = subprocess.run(
+        [base_python(), "-m", "venv", str(VENV)],
+        env=environment(),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+        check=False,
+    )
+    if made.returncode != 0:
+        reason = " ".join(made.stdout.split()) or f"exit code {made.returncode}"
+        raise TroubleError(f"`{base_python()} -m venv` does not work here: {reason}")
+
+
+def base_python() -> str:
+    """The Python that runs this script; the one it was made from, if it lives in a virtual environment itself."""
+    if sys.prefix == sys.base_prefix:
+        return sys.executable
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    names = ["python.exe"] if WINDOWS else [f"bin/python{version}", "bin/python3"]
+    for name in names:
+        if (Path(sys.base_prefix) / name).exists():
+            return str(Path(sys.base_prefix) / name)
+    return sys.executable
+
+
+def install_venv_module() -> None:
+    """Debian and its relatives package `venv` apart from Python: install it if we may, else say how."""
+    package = f"python3.{sys.version_info.minor}-venv"
+    apt_get = shutil.which("apt-get")
+    if apt_get is None or sys.base_prefix != "/usr":  # not the distribution's own Python
+        raise TroubleError(f"{sys.executable} comes without the modules venv and ensurepip; use a complete Python")
+    advice = f"this Python lacks its venv module; run: apt-get install {package} (as root), then try again"
+    if os.geteuid() != 0:  # type: ignore[attr-defined,unused-ignore] # not on Windows, but that is no Debian
+        raise TroubleError(advice)
+    print(
+        f"dev.py: installing {package}, which this Python needs to make .venv ...",
+        file=sys.stderr,
+        flush=True,
+    )
+    for arguments in (["update"], ["install", "-y", "--no-install-recommends", package]):
+        done = subprocess.run(
+            [apt_get, "-qq", *arguments],
+            env=os.environ | {"DEBIAN_FRONTEND": "noninteractive"},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            check=False,
+        )
+    if done.returncode != 0:  # of the installation; a failed update matters only if that fails too
+        raise TroubleError(advice)
+
+
+def install(*, everything: bool) -> None:
+    """Install all distributions editable, in one pip call so that plugins find the `cqos` of this tree."""
+    wanted: list[str] = []
+    for project in projects():
+        extras = read_project(project)["project"].get("optional-dependencies", {})
+        chosen = [extra for extra in EXTRAS if everything and isinstance(extras, dict) and extra in extras]
+        place = f"./{project.relative_to(ROOT).as_posix()}"
+        wanted += ["-e", f"{place}[{','.join(chosen)}]" if chosen else place]
+    with LOG.open("w", encoding="utf-8") as log:
+        code = subprocess.run(
+            [tool("python"), "-m", "pip", "install", "-c", "constraints.txt", *wanted],
+            cwd=ROOT,
+            env=environment(),
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+            check=False,
+        ).returncode
+    if code != 0:
+        lines = LOG.read_text(encoding="utf-8", errors="replace").splitlines()
+        errors = [line.strip() for line in lines if line.lstrip().startswith("ERROR:")]
+        reason = errors[0] if errors else " ".join(lines[-1:])
+        raise TroubleError(
+            f"pip could not install what C-QoS needs: {reason} "
+            f"(is a package index reachable? the whole log is {LOG.relative_to(ROOT)})"
+        )
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except (TroubleError, OSError) as error:
+        sys.exit(f"dev.py: {error}")

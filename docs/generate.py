@@ -1,0 +1,142 @@
+"""Writes what in these docs is derived: a page per rule and code under rules/, and the help texts in command.md.
+
+python docs/generate.py            write
+python docs/generate.py --check    say what differs from what would be written, and fail if anything does
+"""  # noqa: INP001 - a script
+
+from __future__ import annotations
+
+import re
+import sys
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+import yaml
+
+from cqos_core.cli.app import cli
+from cqos_core.plugins import load_plugins
+from cqos_core.rule_docs import CODES, Example, code_markdown, rule_markdown
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from cqos_core.pack import RulePack
+
+DOCS = Path(__file__).resolve().parent
+ROOT = DOCS.parent
+RULES = DOCS / "rules"
+COMMAND = DOCS / "command.md"
+STATED = ("topic", "options", "offered", "requested", "publisher", "subscriber", "system")
+HELP = re.compile(r"(?P<before><!-- help: cqos(?P<path>[ \w]*) -->\n\n```text\n).*?(?P<after>```\n)", re.DOTALL)
+
+
+def main(arguments: list[str]) -> int:
+    """Write or compare every derived file."""
+    wanted = dict(pages())
+    present = {path: path.read_text(encoding="utf-8") for path in (COMMAND, *RULES.glob("*.md")) if path.is_file()}
+    stale = sorted(path for path in {*wanted, *present} if wanted.get(path) != present.get(path))
+    for path in stale:
+        print(f"{'differs' if '--check' in arguments else 'written'}: {path.relative_to(ROOT)}")  # noqa: T201
+    if "--check" in arguments:
+        if stale:
+            print("run: python docs/generate.py")  # noqa: T201
+        return 1 if stale else 0
+    RULES.mkdir(exist_ok=True)
+    for path in stale:
+        if path in wanted:
+            path.write_text(wanted[path], encoding="utf-8")
+        else:
+            path.unlink()
+    return 0
+
+
+def pages() -> Iterator[tuple[Path, str]]:
+    """Every derived file with its text."""
+    packs = list(our_packs())
+    for pack in packs:
+        for bound in pack.bound_rules:
+            yield RULES / f"{bound.rule.code}.md", rule_markdown(bound, pack, examples(bound.rule.code))
+    for code, info in CODES.items():
+        yield RULES / f"{code}.md", code_markdown(info)
+    yield RULES / "README.md", index(packs)
+    yield COMMAND, with_help(COMMAND.read_text(encoding="utf-8"))
+
+
+def our_packs() -> Iterator[RulePack]:
+    """The packs of the plugins in this repository, not what else may be installed."""
+    plugins = load_plugins()
+    projects = ROOT.glob("plugins/*/pyproject.toml")
+    ours = {tomllib.loads(project.read_text(encoding="utf-8"))["project"]["name"] for project in projects}
+    for pack_id in sorted(plugins.packs):
+        pack = plugins.pack(pack_id) if plugins.owner("packs", pack_id).split()[0] in ours else None
+        if pack is not None:
+            yield pack
+
+
+def index(packs: Iterable[RulePack]) -> str:
+    """The table of all rules and codes."""
+    parts = [
+        "# Rules and codes",
+        "Written by `python docs/generate.py` from the rules themselves; `cqos rule CODE` says the same in a terminal.",
+    ]
+    for pack in packs:
+        rows = [(b.rule.code, b.rule.name, b.rule.severity, b.rule.because) for b in pack.bound_rules]
+        parts += [f"## {pack.title}", listing(rows)]
+    codes = [(info.code, info.name, info.severity, info.summary.rstrip(".")) for _, info in sorted(CODES.items())]
+    parts += ["## C-QoS itself", listing(codes)]
+    return "\n\n".join(parts) + "\n"
+
+
+def listing(rows: Iterable[tuple[str, str, str, str]]) -> str:
+    """A table with a link in each row."""
+    lines = ["| code | name | severity | |", "| ---- | ---- | -------- | --- |"]
+    lines += [f"| [{code}]({code}.md) | {name} | {severity} | {why} |" for code, name, severity, why in rows]
+    return "\n".join(lines)
+
+
+def examples(code: str) -> Iterator[Example]:
+    """The first case in which a rule speaks, and the first in which it is silent."""
+    cases = [
+        case
+        for file in ROOT.glob(f"plugins/*/tests/cases/{code}.yml")
+        for case in yaml.safe_load(file.read_bytes())["cases"]
+    ]
+    for fires in (True, False):
+        case = next((case for case in cases if (case["expect"] != "ok") is fires), None)
+        if case is not None:
+            yield Example(case["name"], stated(case), fires=fires)
+
+
+def stated(case: dict[str, Any]) -> str:
+    """What a case states, as YAML."""
+    shown = {key: case[key] for key in STATED if key in case}
+    text: str = yaml.safe_dump(shown, sort_keys=False, default_flow_style=None, width=100, allow_unicode=True)
+    return text
+
+
+def with_help(text: str) -> str:
+    """Put the help of each command between the marks for it."""
+
+    def filled(match: re.Match[str]) -> str:
+        return f"{match['before']}{help_of(match['path'].split())}\n{match['after']}"
+
+    return HELP.sub(filled, text)
+
+
+def help_of(path: list[str]) -> str:
+    """The help text of ``cqos`` or one of its commands, as a terminal of 100 columns shows it."""
+    settings = {"terminal_width": 100}
+    context = click.Context(cli, info_name="cqos", **settings)  # type: ignore[arg-type]
+    command: click.Command = cli
+    for name in path:
+        found = cli.get_command(context, name)
+        if found is None:
+            raise SystemExit(f"docs/command.md shows the help of `cqos {name}`, which there is not")
+        command, context = found, click.Context(found, info_name=name, parent=context, **settings)  # type: ignore[arg-type]
+    return command.get_help(context)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,160 @@
+"""From a name as somebody wrote it to the full name that endpoints meet on, as rcl does it.
+
+A relative name stands in the node's namespace, ``~`` is the node itself, ``{node}`` and ``{ns}`` are filled in, and
+the first remapping whose own full name is the same replaces it. Designs that name their signals in free text
+("Req weather data") get the nearest legal name, and keep their own for messages.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.pack import NameProblem, Naming
+from cqos_ros2.interfaces import WIRE
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from cqos_core.pack import NameContext
+
+ILLEGAL: Final[Mapping[str, str]] = {
+    "*[!A-Za-z0-9_/]*": "it has other characters than letters, digits, `_` and `/`",
+    "*//*": "two slashes follow each other in it",
+    "*/": "it ends with a slash",
+    "*/[0-9]*": "a part of it starts with a digit",
+}
+"""What makes a full name illegal, as shell patterns (rmw_validate_full_topic_name)."""
+
+LONGEST: Final = 247
+HIDDEN: Final = "*/_*"
+REPEATED_UNDERSCORE: Final = "*__*"
+
+FREE_TEXT: Final = frozenset({"bpmn"})
+"""Dialects whose names are written for people."""
+
+
+def resolve(written: str, context: NameContext) -> Naming:
+    """Put a topic, service or action name into the form endpoints meet on."""
+    text = written.strip()
+    if not text:
+        return Naming(None, written)
+    node = _Node(context)
+    expanded = node.full_name(text)
+    full = next((node.full_name(to) for it, to in context.remap.items() if node.full_name(it) == expanded), expanded)
+    own_words = text if full == expanded and node.rewrites(text) else None
+    wire = WIRE.get(context.kind)
+    if wire is None:
+        return Naming(full, own_words or full, _problems(full, own_words))
+    return Naming(
+        wire.key.format(full),
+        wire.shown.format(own_words or full),
+        _problems(full, own_words) if wire.speaks else (),
+    )
+
+
+class _Node:
+    """What the names of one node are resolved with."""
+
+    def __init__(self, context: NameContext) -> None:
+        # A participant may be named in full (`/robot/driver`).
+        above, _, name = context.participant.rstrip("/").rpartition("/")
+        namespace = context.settings.get("namespace", above).strip().strip("/")
+        self.free_text = context.dialect in FREE_TEXT
+        self.name = legal_name(name)
+        self.namespace = "/" + (legal_name(namespace) if namespace and self.free_text else namespace)
+
+    def rewrites(self, text: str) -> bool:
+        """Whether ``text`` is free text that ROS 2 would not take as a name."""
+        return self.free_text and not is_legal(_expand(text, self.namespace, self.name))
+
+    def full_name(self, text: str) -> str:
+        """Return the full name of ``text``."""
+        return _expand(legal_name(text) if self.rewrites(text) else text, self.namespace, self.name)
+
+
+def _expand(name: str, namespace: str, node: str) -> str:
+    """Return the full name (rcl_expand_topic_name); what rcl refuses comes out illegal."""
+    inside = namespace.rstrip("/")
+    name = name.replace("{node}", node).replace("{namespace}", namespace).replace("{ns}", namespace)
+    if name.startswith("/"):
+        return name
+    if name == "~" or name.startswith("~/"):
+        return f"{inside}/{node}{name[1:]}"
+    return f"{inside}/{name}"
+
+
+def without_namespace(key: str) -> str:
+    """Return the last part of a name as endpoints meet on it; requests and responses of services stay apart."""
+    prefix, _, _ = key.partition("/")
+    return f"{prefix}/{key.rpartition('/')[2]}"
+
+
+def is_legal(full: str) -> bool:
+    """Whether ROS 2 accepts a full name."""
+    return why_illegal(full) is None
+
+
+def why_illegal(full: str) -> str | None:
+    """Say what is wrong with a full name, None for a legal one."""
+    if len(full) > LONGEST:
+        return f"it is longer than {LONGEST} characters"
+    return next((why for pattern, why in ILLEGAL.items() if fnmatchcase(full, pattern)), None)
+
+
+def _problems(full: str, free_text: str | None) -> tuple[NameProblem, ...]:
+    if free_text is not None:
+        if _plainly(free_text) == full.rpartition("/")[2]:
+            return ()
+        message = f"`{free_text}` is no ROS 2 topic name; it is checked as `{full}`"
+        return (NameProblem("ROS405", "note", message, f"name it `{full}` if that is what is meant"),)
+    why = why_illegal(full)
+    if why is not None:
+        message = f"`{full}` is no ROS 2 topic name: {why}"
+        return (NameProblem("ROS405", "error", message, f"for instance `{legal_name(full)}`"),)
+    problems = []
+    if fnmatchcase(full, HIDDEN):
+        problems.append(NameProblem("ROS407", "note", f"`{full}` is hidden: a part of it starts with `_`"))
+    if fnmatchcase(full, REPEATED_UNDERSCORE):
+        problems.append(NameProblem("ROS408", "note", f"`{full}` has a repeated underscore"))
+    return tuple(problems)
+
+
+def _plainly(text: str) -> str:
+    """What anybody would write for a text: lower case, blanks and hyphens as underscores."""
+    return re.sub(r"[\s\-]+", "_", text).lower()
+
+
+def legal_name(text: str) -> str:
+    """Return the nearest legal name: ``Req weather data`` becomes ``req_weather_data``.
+
+    Accents go, other scripts are spelled by their code points, whatever else is no letter or digit becomes ``_``.
+    A text that is legal already stays as it is.
+    """
+    slash = "/" if text.startswith("/") else ""
+    if is_legal(text if slash else f"/{text}"):
+        return text
+    parts = (_legal_part(part) for part in text.split("/"))
+    name = "/".join(part for part in parts if part) or _spelled(text)
+    return slash + name[: LONGEST - 1].rstrip("/")
+
+
+def _legal_part(part: str) -> str:
+    letters = "".join(map(_legal_letter, unicodedata.normalize("NFKD", part.casefold())))
+    word = re.sub(r"_+", "_", letters).strip("_")
+    return f"topic_{word}" if word[:1].isdigit() else word
+
+
+def _legal_letter(letter: str) -> str:
+    if letter.isascii():
+        return letter if letter.isalnum() else "_"
+    category = unicodedata.category(letter)
+    if category.startswith("M") or category == "Cf":
+        return ""  # accents, and marks that are not seen
+    return f"_{_spelled(letter)}_" if category.startswith(("L", "N")) else "_"
+
+
+def _spelled(text: str) -> str:
+    return "_".join(f"u{ord(letter):x}" for letter in text)

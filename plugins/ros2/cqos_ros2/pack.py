@@ -1,0 +1,52 @@
+"""The ROS 2 pack: policies, rules, presets, dialects, conventions and names, put together as one value."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+from cqos_core.pack import Meeting, RulePack
+from cqos_ros2 import interfaces, names
+from cqos_ros2.conventions import CONVENTIONS
+from cqos_ros2.dialects import DIALECTS
+from cqos_ros2.policies import POLICIES
+from cqos_ros2.presets import PRESETS
+from cqos_ros2.raw import RAW_POLICIES, RAW_RULES
+from cqos_ros2.rules import RULES
+
+NOT_CHECKED: Final = (
+    "whether access control (SROS 2) lets the endpoints talk to each other",
+    "whether discovery works: multicast, ROS_AUTOMATIC_DISCOVERY_RANGE, discovery servers, Zenoh routers",
+    "samples sent while endpoints are still discovering each other at start-up",
+    "whether executors and callbacks keep up with what arrives",
+    "whether different distributions and DDS vendors, which share a wire, agree on every type",
+)
+
+SEMANTIC: Final = RulePack(
+    id="ros2",
+    title="ROS 2",
+    summary="Topics, services and actions of ROS 2, Foxy to Rolling, on any of its middlewares.",
+    policies=POLICIES,
+    rules=RULES,
+    presets=PRESETS,
+    base_preset="default",
+    dialects=DIALECTS,
+    conventions=CONVENTIONS,
+    meeting=Meeting(
+        names.resolve,
+        interfaces.expand,
+        folds=(
+            ("differ only in upper and lower case", str.casefold),
+            ("differ only in their namespace", names.without_namespace),
+        ),
+        described="endpoints with one full topic name after namespaces and remappings, on one domain and one wire, "
+        "with one type",
+    ),
+    not_checked=NOT_CHECKED,
+    source="ROS 2 documentation, rmw, rmw_dds_common, rmw_zenoh, rclcpp, rclpy, REP 2003",
+)
+
+PACK: Final = replace(
+    SEMANTIC,
+    variants={("comparison", "rmw"): replace(SEMANTIC, policies=RAW_POLICIES, rules=RAW_RULES)},
+)

@@ -1,0 +1,34 @@
+"""Names of interface types, which files, languages and the wire spell differently."""
+
+from __future__ import annotations
+
+import re
+
+from cqos_core.policy import Text
+
+_PARTS = 3
+
+
+def full_type_name(written: str, kind: str = "msg") -> str:
+    """Return ``pkg/msg/Type`` for ``pkg/Type``, ``pkg.msg.Type``, ``pkg::msg::Type`` and ``pkg::msg::dds_::Type_``.
+
+    Args:
+        written: the name in any of these spellings; whatever has another shape is returned as it is.
+        kind: what to put between package and type where nothing stands there: ``msg``, ``srv`` or ``action``.
+    """
+    name = written.strip()
+    parts = [part for part in re.split(r"/|::|\.", name) if part]
+    if "dds_" in parts:
+        parts = [part for part in parts if part != "dds_"]
+        parts[-1] = parts[-1].removesuffix("_")
+    if len(parts) == _PARTS - 1:
+        parts.insert(1, kind)
+    return "/".join(parts) if len(parts) == _PARTS else name
+
+
+class TypeName(Text):
+    """A type name; its spellings are read as one."""
+
+    def parse(self, text: str) -> str:
+        """Read any spelling into ``pkg/msg/Type``."""
+        return full_type_name(text)

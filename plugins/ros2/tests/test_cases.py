@@ -1,0 +1,23 @@
+"""Every rule on both sides of every boundary: the case files in `cases/`."""
+
+from pathlib import Path
+
+import pytest
+
+from cqos_core.testing import Case, load_cases, run_case
+from cqos_ros2.pack import PACK
+
+CASES = Path(__file__).parent / "cases"
+
+
+@pytest.mark.parametrize("case", load_cases(CASES, "ros2"), ids=str)
+def test_case(case: Case):
+    run_case(case, [PACK])
+
+
+def test_every_rule_has_cases_that_speak_and_cases_that_are_silent():
+    cases = load_cases(CASES, "ros2")
+    for rule in PACK.rules:
+        expected = {case.content["expect"] for case in cases if case.rule == rule.code}
+        assert "ok" in expected, rule.code
+        assert expected - {"ok"}, rule.code

@@ -1,0 +1,207 @@
+"""The pack as a whole: light to register, described for machines, and right about recordings, diagrams and conventions."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cqos_core import check_pair
+from cqos_core.api import context
+from cqos_core.checker import check_system
+from cqos_core.expression import parse
+from cqos_core.pack import rule_table
+from cqos_core.report import Report
+from cqos_core.system import Endpoint, Participant, Setting, System
+from cqos_ros2.conventions import CONVENTIONS
+from cqos_ros2.pack import PACK
+
+RAW = PACK.variants["comparison", "rmw"]
+
+
+def one_topic(topic: str, *endpoints: dict[str, Any]) -> Report:
+    system = System(protocol="ros2")
+    for number, each in enumerate(endpoints):
+        settings = {name: Setting(text) for name, text in each.pop("settings", {}).items()}
+        owner = f"p{number}"
+        system.participants[owner] = Participant(owner)
+        system.endpoints.append(Endpoint(f"e{number}", topic=topic, participant=owner, settings=settings, **each))
+    return check_system(system, context([PACK]))
+
+
+def test_registering_imports_nothing_heavy():
+    script = "import sys, cqos_ros2; print([m for m in sys.modules if m.startswith(('cqos_ros2.', 'yaml', 'pydantic', 'cqos_core.pack'))])"
+    found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("pack", [PACK, RAW], ids=["semantic", "rmw"])
+def test_the_pack_describes_itself_to_machines(pack):
+    described = json.loads(json.dumps(pack.describe()))
+    assert described["id"] == "ros2"
+    assert all(each["because"] and each["clause"] for each in described["rules"])
+    assert all(each["doc"] for each in described["policies"])
+    assert all(each["column_form"] for each in described["rules"])
+
+
+@pytest.mark.parametrize("pack", [PACK, RAW], ids=["semantic", "rmw"])
+def test_every_sentence_has_a_text_form(pack):
+    for rule in pack.rules:
+        assert parse(str(rule.sentence)) == rule.sentence
+
+
+def test_the_first_table_of_the_paper_is_derived():
+    bound = next(each for each in PACK.bound_rules if each.rule.code == "ROS101")
+    assert [tuple(row.values()) for row in rule_table(bound)] == [
+        ("best_effort", "best_effort", "Yes"),
+        ("best_effort", "reliable", "No"),
+        ("reliable", "best_effort", "Yes"),
+        ("reliable", "reliable", "Yes"),
+    ]
+
+
+def test_both_comparisons_use_the_same_codes():
+    assert {rule.code: rule.name for rule in RAW.rules}.items() <= {rule.code: rule.name for rule in PACK.rules}.items()
+
+
+# Dialects
+
+
+def test_the_integers_of_the_original_tool():
+    zeros = dict.fromkeys(
+        [
+            "history",
+            "depth",
+            "reliability",
+            "durability",
+            "deadline",
+            "lifespan",
+            "liveliness",
+            "leaseDuration",
+        ],
+        "0",
+    )
+    ones = {"history": "1", "reliability": "1", "durability": "1", "liveliness": "1"}
+    report = one_topic(
+        "a",
+        {"role": "publisher", "dialect": "bpmn", "settings": zeros},
+        {"role": "subscriber", "dialect": "bpmn", "settings": ones},
+    )
+    # best_effort against reliable, transient_local against volatile, automatic against manual_by_topic
+    assert [f.code for f in report.findings if f.severity == "error"] == ["ROS101", "ROS104"]
+
+
+def test_a_zero_of_the_original_tool_is_unset_and_numbers_are_seconds():
+    report = one_topic(
+        "a",
+        {"role": "publisher", "dialect": "bpmn", "settings": {"deadline": "2"}},
+        {"role": "subscriber", "dialect": "bpmn", "settings": {"deadline": "0"}},
+        {"role": "subscriber", "dialect": "bpmn", "settings": {"deadline": "2.0"}},
+        {"role": "subscriber", "dialect": "bpmn", "settings": {"deadline": "10"}},
+        {"role": "subscriber", "dialect": "yaml", "settings": {"deadline": "2s"}},
+    )
+    assert report.verdict == "compatible"
+
+
+def test_the_integers_of_rmw_are_not_ordered_by_strength():
+    recorded = {"reliability": "2", "durability": "2", "history": "3", "depth": "0", "liveliness": "1"}
+    infinite = "{sec: 9223372036, nsec: 854775807}"
+    durations = dict.fromkeys(["deadline", "lifespan", "liveliness_lease_duration"], infinite)
+    report = one_topic(
+        "a",
+        {"role": "publisher", "dialect": "rosbag", "observed": True, "settings": {**recorded, **durations}},
+        {"role": "subscriber", "settings": {"reliability": "reliable"}},
+        {"role": "subscriber", "settings": {"reliability": "best_effort"}},
+    )
+    assert sorted((group.verdict, group.codes) for group in report.groups) == [
+        ("compatible", ()),
+        ("incompatible", ("ROS101",)),
+    ]
+
+
+def test_the_marker_of_best_available_is_no_duration_of_292_years():
+    marker = "{sec: 9223372036, nsec: 854775806}"
+    report = one_topic(
+        "a",
+        {"role": "publisher", "settings": {"deadline": "1s"}},
+        {"role": "subscriber", "dialect": "rosbag", "settings": {"deadline": marker}},
+    )
+    assert report.verdict == "compatible"
+
+
+def test_parameters_are_nanoseconds():
+    report = one_topic(
+        "a",
+        {"role": "publisher", "dialect": "parameters", "settings": {"deadline": "200000000"}},
+        {"role": "subscriber", "settings": {"deadline": "200ms"}},
+        {"role": "subscriber", "settings": {"deadline": "199999999ns"}},
+    )
+    assert sorted(group.verdict for group in report.groups) == ["compatible", "incompatible"]
+
+
+# Observed endpoints
+
+
+def test_nothing_is_filled_in_for_what_discovery_did_not_report():
+    report = one_topic(
+        "a",
+        {"role": "publisher", "observed": True, "settings": {"reliability": "reliable"}},
+        {"role": "subscriber", "settings": {"durability": "transient_local"}},
+    )
+    assert report.verdict == "unknown"
+    assert {code for group in report.groups for code in group.codes} == {"ROS102"}
+
+
+def test_rules_about_creating_an_endpoint_are_not_asked_of_one_that_exists():
+    report = one_topic(
+        "a",
+        {
+            "role": "publisher",
+            "observed": True,
+            "settings": {"raw": "true", "history": "keep_last", "reliability": "unknown"},
+        },
+        {"role": "subscriber", "settings": {"reliability": "best_effort"}},
+    )
+    assert not [finding.code for finding in report.findings if finding.code.startswith("ROS3")]
+
+
+# Conventions
+
+
+@pytest.mark.parametrize("topic", ["/clock", "/rosout", "/parameter_events", "/robot/parameter_events", "/diagnostics"])
+@pytest.mark.parametrize("role", ["publisher", "subscriber"])
+def test_the_other_side_of_these_is_seldom_part_of_a_design(topic: str, role: str):
+    report = one_topic(topic, {"role": role})
+    assert not {"CQ401", "CQ402"} & {finding.code for finding in report.findings}
+
+
+def test_conventions_speak_of_policies_that_exist():
+    for convention in CONVENTIONS:
+        for name, text in convention.settings.items():
+            assert PACK.policy(name, "topic").domain.parse(text)
+
+
+def test_namespaces_are_near_misses():
+    system = System(protocol="ros2")
+    system.participants |= {
+        "lidar": Participant("lidar", settings={"namespace": Setting("/robot")}),
+        "planner": Participant("planner"),
+    }
+    system.endpoints += [
+        Endpoint("a", "publisher", "scan", "lidar"),
+        Endpoint("b", "subscriber", "scan", "planner"),
+    ]
+    report = check_system(system, context([PACK]))
+    assert "CQ403" in {finding.code for finding in report.findings}
+
+
+def test_two_defaults_say_nothing():
+    report = check_pair("ros2", packs=[PACK])
+    assert (report.verdict, report.findings) == ("compatible", ())
+
+
+def test_case_files_are_named_after_their_rule():
+    for path in (Path(__file__).parent / "cases").glob("*.yml"):
+        assert path.read_text().startswith(f"rule: {path.stem}\n")

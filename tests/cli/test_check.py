@@ -1,0 +1,422 @@
+"""``cqos check``: what is a system, what counts, what goes where."""
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+FITS, CLASHES = (Path(__file__).with_name("cases").joinpath(name).read_text() for name in ("fits.yaml", "clashes.yaml"))
+
+# --- the examples that everybody tries first ---
+
+
+def test_the_paper_s_system_fits(cqos):
+    done = cqos("check", EXAMPLES / "smart_agriculture.bpmn")
+    assert done.code == 0
+    assert "compatible: 2 topics, 2 pairs judged" in done.out
+    assert "error" not in done.out
+    assert done.err == ""
+
+
+def test_the_paper_s_incompatibility_is_two_errors(cqos):
+    done = cqos("check", EXAMPLES / "smart_agriculture_incompatible.bpmn", "--format", "json")
+    report = json.loads(done.out)
+    errors = [finding for finding in report["findings"] if finding["severity"] == "error"]
+    assert done.code == 1
+    assert [finding["code"] for finding in errors] == ["ROS101", "ROS104"]
+    assert all(finding["place"]["line"] and finding["remedies"] for finding in errors)
+
+
+# --- exit codes ---
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (["fits.yaml"], 0),
+        (["clashes.yaml"], 1),
+        (["lonely.yaml"], 0),
+        (["lonely.yaml", "--fail-on", "warning"], 1),
+        (["nothing.yaml"], 2),
+        (["broken.yaml"], 2),
+        (["foreign.yaml"], 2),
+        (["missing.yaml"], 2),
+        (["clashes.yaml", "broken.yaml"], 2),
+        (["--each", "clashes.yaml", "nothing.yaml"], 2),
+        (["fits.yaml", "--protocol", "nonsense"], 2),
+        ([], 2),
+        (["fits.yaml", "--each", "--together"], 2),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_exit_code(cqos, arguments, code):
+    done = cqos("check", *arguments)
+    assert done.code == code
+    assert "Traceback" not in done.err
+
+
+def test_an_internal_error_is_one_sentence_and_how_to_report_it(cqos, monkeypatch):
+    def fail(*_):
+        raise ZeroDivisionError("the answer")
+
+    monkeypatch.setattr("cqos_core.cli.check.check_system", fail)
+    done = cqos("check", "fits.yaml")
+    assert done.code == 3
+    assert done.out == ""
+    assert done.err.startswith("error: internal error: ZeroDivisionError: the answer\nhelp: ")
+    assert "Traceback" not in done.err
+    for asking in (["--debug", "check", "fits.yaml"], ["check", "fits.yaml", "--debug"]):
+        assert "Traceback (most recent call last)" in cqos(*asking).err
+    monkeypatch.setenv("CQOS_DEBUG", "1")
+    assert "Traceback (most recent call last)" in cqos("check", "fits.yaml").err
+
+
+def test_control_c_ends_quietly(cqos, monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("cqos_core.cli.check.check_system", interrupt)
+    done = cqos("check", "fits.yaml")
+    assert (done.code, done.out) == (130, "")
+    assert "Traceback" not in done.err
+
+
+# --- streams ---
+
+
+def test_findings_go_to_standard_output_and_problems_to_standard_error(cqos):
+    done = cqos("check", "clashes.yaml", "broken.yaml", "missing.yaml")
+    assert done.code == 2
+    assert "error[ROS101]" in done.out
+    assert "broken.yaml" not in done.out
+    assert "error[CQ001] broken.yaml:" in done.err
+    assert "error[CQ001] missing.yaml: cannot be read: No such file or directory" in done.err
+
+
+def test_a_file_that_nobody_reads_is_told_with_what_could(cqos):
+    done = cqos("check", "foreign.yaml")
+    assert done.err.startswith("error[CQ003] foreign.yaml: no installed importer recognises this format\n  help: ")
+    assert "bpmn, yaml; choose one with --from" in done.err
+
+
+def test_a_system_without_endpoints_is_never_green(cqos):
+    done = cqos("check", "nothing.yaml")
+    assert done.code == 2
+    assert done.err == "error: nothing.yaml: there is no endpoint in it, so nothing was checked\n"
+
+
+def test_a_system_of_which_nothing_could_be_judged_is_never_green(cqos, files):
+    (files / "alien.yaml").write_text(FITS.replace("ros2", "smoke_signals"))
+    done = cqos("check", "alien.yaml")
+    assert done.code == 2
+    assert "CQ201" in done.out
+    assert done.err == "error: alien.yaml: none of its 2 endpoints could be checked, see the findings\n"
+
+
+def test_quiet_prints_errors_only(cqos):
+    assert cqos("check", ".", "--quiet", "--each").out == ""
+    done = cqos("check", "clashes.yaml", "broken.yaml", "-q", "--format", "json", "--output", "report.json")
+    assert done.out == ""
+    assert done.err.startswith("error[CQ001] broken.yaml:")
+    assert json.loads(Path("report.json").read_text())["counts"]["errors"] >= 1
+
+
+def test_quiet_still_tells_the_rest_by_the_exit_code(cqos):
+    done = cqos("check", "clashes.yaml", "-q")
+    assert done == (1, "", "")
+
+
+# --- what is one system ---
+
+
+def test_files_named_together_are_one_system(cqos, files):
+    lines = FITS.splitlines(keepends=True)
+    (files / "one.yaml").write_text("".join([*lines[:3], lines[3]]))
+    (files / "other.yaml").write_text("".join([*lines[:3], lines[4]]))
+    together = json.loads(cqos("check", "one.yaml", "other.yaml", "--format", "json").out)
+    assert (together["verdict"], together["counts"]["pairs"]) == ("compatible", 1)
+    apart = json.loads(cqos("check", "--each", "one.yaml", "other.yaml", "--format", "json").out)
+    assert (apart["verdict"], apart["counts"]["pairs"]) == ("unknown", 0)
+
+
+def test_a_file_named_twice_is_read_once(cqos, files):
+    done = cqos("check", "fits.yaml", files / "fits.yaml", "--format", "json")
+    assert json.loads(done.out)["counts"]["endpoints"] == 2
+
+
+def test_files_in_a_directory_are_systems_of_their_own(cqos, files):
+    folder = files / "designs" / "deep"
+    folder.mkdir(parents=True)
+    (folder / "fits.yaml").write_text(FITS)
+    (folder.parent / "clashes.yaml").write_text(CLASHES)
+    (folder / "foreign.yaml").write_text("a: 1\n")
+    (folder / "readme.txt").write_text("hello\n")
+    (folder / ".hidden.yaml").write_text("cqos: 1\n")
+    (files / "designs" / ".git").mkdir()
+    (files / "designs" / ".git" / "x.yaml").write_text(CLASHES)
+    done = cqos("check", "designs", "--format", "concise")
+    assert done.code == 1
+    assert [line.rpartition(": incompatible: ")[0] for line in done.out.splitlines() if ": incompatible:" in line]
+    assert "designs/deep/fits.yaml: compatible: 1 topic, 1 pair judged, no findings\n" in done.out
+    assert done.err == "note: 2 files of other formats skipped\n"
+    whole = json.loads(cqos("check", "designs", "--together", "--format", "json").out)
+    assert whole["counts"]["topics"] == 1
+    assert whole["counts"]["pairs"] == 4
+
+
+def test_diagrams_without_signals_are_passed_over_in_a_directory_only(cqos, files):
+    folder = files / "designs"
+    folder.mkdir()
+    (folder / "nothing.yaml").write_text((files / "nothing.yaml").read_text())
+    alone = cqos("check", "designs")
+    assert alone.code == 2
+    assert "error: designs: nothing there could be checked, no endpoint was found" in alone.err
+    (folder / "fits.yaml").write_text(FITS)
+    both = cqos("check", "designs")
+    assert both.code == 0
+    assert "nothing.yaml" not in both.out
+    assert both.err == "note: 1 file without any endpoint passed over\n"
+    assert cqos("check", "designs/nothing.yaml").code == 2
+
+
+def test_an_empty_directory_is_not_green(cqos, files):
+    (files / "empty").mkdir()
+    done = cqos("check", "empty")
+    assert (done.code, done.out) == (2, "")
+    assert "nothing there could be checked" in done.err
+
+
+def test_a_file_that_another_one_includes_is_no_system_of_its_own(cqos, files):
+    folder = files / "designs"
+    folder.mkdir()
+    (folder / "main.yaml").write_text(FITS + "include: parts.yaml\n")
+    (folder / "parts.yaml").write_text("cqos: 1\nparticipants:\n  rviz: {subscribes: {scan: default}}\n")
+    report = json.loads(cqos("check", "designs", "--format", "json").out)
+    assert report["counts"]["endpoints"] == 3
+
+
+def test_broken_files_of_a_directory_do_not_stop_the_others(cqos, files):
+    done = cqos("check", files, "--format", "json")
+    report = json.loads(done.out)
+    assert done.code == 2
+    assert report["verdict"] == "incompatible"
+    assert [finding["code"] for finding in report["findings"] if "broken.yaml" in finding["place"]["source"]]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+def test_a_pipe_in_a_directory_is_not_waited_for(cqos, files):
+    os.mkfifo(files / "pipe.yaml")
+    assert cqos("check", files).code == 2
+
+
+# --- standard input ---
+
+
+def test_standard_input(cqos):
+    done = cqos("check", "-", "--format", "concise", stdin=CLASHES)
+    assert done.code == 1
+    assert done.out.startswith("<stdin>:")
+
+
+def test_standard_input_has_the_name_it_is_given(cqos, files):
+    (files / "parts.yaml").write_text("cqos: 1\nparticipants:\n  rviz: {subscribes: {scan: default}}\n")
+    text = FITS + "include: parts.yaml\n"
+    done = cqos("check", "-", "--stdin-name", "main.yaml", "--format", "json", stdin=text)
+    assert json.loads(done.out)["counts"]["endpoints"] == 3
+    unnamed = cqos("check", "-", stdin=text)
+    assert unnamed.code == 2
+    assert "CQ007" in unnamed.err
+
+
+def test_standard_input_and_a_file_are_one_system(cqos):
+    done = cqos(
+        "check", "fits.yaml", "-", "--format", "json", stdin=FITS.replace("lidar", "radar").replace("planner", "map")
+    )
+    assert json.loads(done.out)["counts"]["pairs"] == 4
+
+
+def test_empty_standard_input_is_an_error(cqos):
+    done = cqos("check", "-", stdin="")
+    assert done.code == 2
+    assert "<stdin>" in done.err
+
+
+# --- assumptions ---
+
+
+def test_an_option_of_the_command_line_wins_over_the_file(cqos, files):
+    text = CLASHES.replace(
+        "protocol: ros2", "protocol: ros2\noptions: {ros2: {RMW_IMPLEMENTATION: rmw_cyclonedds_cpp}}"
+    )
+    (files / "system.yaml").write_text(text)
+    assert cqos("check", "system.yaml").code == 1
+    done = cqos("check", "system.yaml", "--option", "ros2.rmw=zenoh", "--format", "json")
+    assert done.code == 0
+    assert "CQ209" not in done.out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--option", "rmw=zenoh"], "`rmw=zenoh` is not of the form PACK.NAME=VALUE, for instance ros2.rmw=cyclonedds"),
+        (["--option", "rso2.rmw=zenoh"], "there is no rule pack `rso2`; did you mean `ros2`?"),
+        (["--option", "ros2.rnw=zenoh"], "has no option `rnw`; did you mean `rmw`?"),
+        (["--option", "ros2.rmw=foo"], "ros2.rmw: `foo` is not one of its values; expected cyclonedds, fastdds"),
+        (["--switch", "bpnm.x=1"], "there is no importer `bpnm`; did you mean `bpmn`?"),
+        (["--format", "sarfi"], "there is no format `sarfi`; did you mean `sarif`?"),
+        (["--from", "yml"], "there is no importer `yml`; did you mean `yaml`?"),
+        (["--protocol", "ros"], "there is no rule pack `ros`; did you mean `ros2`?"),
+        (["--fail-on", "note"], "'error', 'warning'"),
+        (["--config", "missing.toml"], "missing.toml"),
+        (["--config", "x.toml", "--no-config"], "--config and --no-config exclude each other"),
+        (["--baseline", "missing.json"], "missing.json: cannot be read: No such file"),
+        (["--pack", "missing.yaml"], "missing.yaml: cannot be read: No such file"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_a_wrong_value_is_refused_with_what_is_allowed(cqos, arguments, said):
+    done = cqos("check", "fits.yaml", *arguments)
+    assert (done.code, done.out) == (2, "")
+    assert said in done.err
+
+
+def test_a_protocol_is_for_files_that_state_none(cqos, files):
+    (files / "bare.yaml").write_text(CLASHES.replace("protocol: ros2\n", ""))
+    assert cqos("check", "bare.yaml", "--protocol", "ros2").code == 1
+    (files / "alien.yaml").write_text(CLASHES.replace("ros2", "smoke_signals"))
+    assert "smoke_signals" in cqos("check", "alien.yaml", "--protocol", "ros2").out
+
+
+def test_a_pack_written_as_yaml(cqos):
+    pack, system = EXAMPLES / "opcua" / "opcua_pack.yaml", EXAMPLES / "opcua" / "press_line.yaml"
+    assert cqos("check", system).code == 2
+    assert "OPC101" in cqos("check", system, "--pack", pack).out
+
+
+def test_message_flows_are_read_on_request(cqos):
+    file = EXAMPLES.parent / "tests" / "importers" / "cases" / "bpmn" / "message_flows.bpmn"
+    plain, short, long = (
+        json.loads(cqos("check", file, "--format", "json", *more).out)["counts"]["endpoints"]
+        for more in ([], ["--message-flows"], ["--switch", "bpmn.message_flows=true"])
+    )
+    assert plain < short == long
+
+
+def test_two_importers_that_claim_one_file_are_both_named(cqos, monkeypatch):
+    monkeypatch.setattr("cqos_core.importers.detect.claims_bpmn", lambda *_: True)
+    done = cqos("check", "fits.yaml")
+    assert done.code == 2
+    assert "two importers claim this file: `bpmn` (cqos " in done.err
+    assert "and `yaml` (cqos " in done.err
+    assert "choose one with --from" in done.err
+    assert cqos("check", "fits.yaml", "--from", "yaml").code == 0
+
+
+# --- formats and outputs ---
+
+
+def test_several_formats_each_with_its_file(cqos, files):
+    done = cqos(
+        *("check", "clashes.yaml", "--format", "concise", "--format", "json", "--output", "a.json"),
+        *("--format", "sarif", "--output", "b.sarif"),
+    )
+    assert done.code == 1
+    assert "error[ROS101]" in done.out
+    assert json.loads((files / "a.json").read_text())["verdict"] == "incompatible"
+    assert json.loads((files / "b.sarif").read_text())["version"] == "2.1.0"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--output", "a.json", "--format", "json"],
+        ["--output=a.json", "--format=json"],
+        ["--format", "full", "--format", "json", "--output", "a.json"],
+        ["--output", "a.json", "--format", "json", "--output", "b.txt", "--format", "concise"],
+    ],
+    ids=" ".join,
+)
+def test_an_output_finds_its_format(cqos, files, arguments):
+    cqos("check", "fits.yaml", *arguments)
+    assert json.loads((files / "a.json").read_text())["verdict"] == "compatible"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--format", "json", "--format", "sarif"], "json and sarif would both go to standard output"),
+        (["--format", "json", "--output", "x", "--format", "full", "--output", "./x"], "would both go to `./x`"),
+        (["--format", "json", "--output", "a", "--output", "b"], "`b` has no format of its own"),
+        (["--output", "fits.yaml"], "`fits.yaml` is an input and would be overwritten"),
+        (["--write-baseline", "fits.yaml"], "`fits.yaml` is an input and would be overwritten"),
+        (["--output", "."], "`.` is a folder; name a file in it"),
+        (["--output", "no/such/report.txt"], "there is no folder `no/such` to write `no/such/report.txt` into"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_an_output_that_nobody_can_have_meant(cqos, files, arguments, said):
+    before = (files / "fits.yaml").read_bytes()
+    done = cqos("check", "fits.yaml", *arguments)
+    assert (done.code, done.out) == (2, "")
+    assert said in done.err
+    assert (files / "fits.yaml").read_bytes() == before
+
+
+def test_a_program_gets_one_report_of_everything(cqos):
+    done = cqos("check", "--each", "fits.yaml", "clashes.yaml", "broken.yaml", "--format", "json")
+    report = json.loads(done.out)
+    assert report["verdict"] == "incompatible"
+    assert report["sources"] == ["fits.yaml", "clashes.yaml", "broken.yaml"]
+    assert report["counts"]["pairs"] == 2
+    assert {"ROS101", "CQ001"} <= {finding["code"] for finding in report["findings"]}
+    for form in ("sarif", "junit", "github", "jsonl"):
+        assert "broken.yaml" in cqos("check", "fits.yaml", "broken.yaml", "--format", form).out
+
+
+def test_a_report_of_what_could_not_be_read_is_not_compatible(cqos):
+    done = cqos("check", "--each", "fits.yaml", "broken.yaml", "--format", "json")
+    assert json.loads(done.out)["verdict"] == "unknown"
+    nothing = cqos("check", "broken.yaml", "--format", "json")
+    assert json.loads(nothing.out)["counts"]["endpoints"] == 0
+
+
+def test_notes_are_shown_on_request(cqos):
+    file = EXAMPLES / "smart_agriculture.bpmn"
+    assert "note[" not in cqos("check", file).out
+    assert "note[" in cqos("check", file, "--show", "notes").out
+
+
+# --- hostile arguments ---
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["x" * 5000, "a/" * 3000, "\x1b[31mred", "new\nline", "*", "~", "/dev/null/x", "\udcff.yaml"],
+    ids=["long", "deep", "escape", "newline", "star", "home", "under a device", "surrogate"],
+)
+def test_a_strange_path_is_one_clear_problem(cqos, path):
+    done = cqos("check", path)
+    assert done.code == 2
+    assert done.out == ""
+    assert done.err.startswith("error[CQ001] ")
+    assert "\x1b" not in done.err
+    assert len(done.err.splitlines()) <= 2
+
+
+def test_many_paths(cqos, files):
+    names = []
+    for number in range(300):
+        names.append(f"p{number}.yaml")
+        (files / names[-1]).write_text(
+            f"cqos: 1\nprotocol: ros2\nparticipants: {{p{number}: {{publishes: {{t: default}}}}}}\n"
+        )
+    report = json.loads(cqos("check", *names, "--format", "json").out)
+    assert report["counts"]["endpoints"] == 300
+
+
+def test_options_may_stand_anywhere_and_paths_may_begin_with_a_dash(cqos, files):
+    (files / "-x.yaml").write_text(FITS)
+    assert cqos("check", "--format", "json", "--", "-x.yaml").code == 0
+    assert cqos("check", "--no-config", "fits.yaml", "--format=json").code == 0

@@ -1,0 +1,61 @@
+"""Files are written whole or not at all."""
+
+import os
+import stat
+
+import pytest
+
+from cqos_core.cli.streams import write_file
+from cqos_core.problems import CqosError
+
+
+def test_a_new_file_has_the_permissions_of_any_new_file(tmp_path):
+    write_file(str(tmp_path / "a"), "text\n")
+    (tmp_path / "b").write_text("text\n")
+    assert (tmp_path / "a").read_text() == "text\n"
+    assert (tmp_path / "a").stat().st_mode == (tmp_path / "b").stat().st_mode
+
+
+def test_an_old_file_keeps_its_permissions_and_a_link_stays_a_link(tmp_path):
+    target, link = tmp_path / "target", tmp_path / "link"
+    target.write_text("old")
+    target.chmod(0o640)
+    link.symlink_to(target)
+    write_file(str(link), "new")
+    assert link.is_symlink()
+    assert target.read_text() == "new"
+    assert stat.S_IMODE(target.stat().st_mode) == 0o640
+
+
+def test_nothing_is_left_behind_where_writing_fails(tmp_path, monkeypatch):
+    (tmp_path / "a").write_text("old")
+
+    def fail(_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", fail)
+    with pytest.raises(CqosError, match=r"cannot write .*/a: No space left on device"):
+        write_file(str(tmp_path / "a"), "new")
+    assert [file.name for file in tmp_path.iterdir()] == ["a"]
+    assert (tmp_path / "a").read_text() == "old"
+
+
+def test_a_device_is_written_to_rather_than_replaced():
+    write_file(os.devnull, "text")
+    assert not stat.S_ISREG(os.stat(os.devnull).st_mode)
+
+
+def test_half_characters_are_spelled(tmp_path):
+    write_file(str(tmp_path / "a"), "a\udcffb")
+    assert (tmp_path / "a").read_text() == "a\\udcffb"
+
+
+def test_an_output_that_cannot_be_written_is_an_error_and_the_rest_is_written(cqos, files, monkeypatch):
+    def fail(path, _):
+        raise CqosError(f"cannot write {path}: Read-only file system")
+
+    monkeypatch.setattr("cqos_core.cli.sinks.write_file", fail)
+    done = cqos("check", "fits.yaml", "--format", "json", "--output", "a.json", "--format", "concise")
+    assert done.code == 2
+    assert "error: cannot write a.json: Read-only file system\n" in done.err
+    assert "compatible" in done.out

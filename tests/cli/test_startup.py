@@ -1,0 +1,51 @@
+"""What a command imports, which is what it costs to start: no clock is looked at."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+HEAVY = ("grpc", "lxml", "yaml", "pydantic", "rich")
+
+
+def imported(files, *arguments):
+    """Run a command in a process of its own; return its exit code and the modules it has imported."""
+    script = (
+        "import json, sys\n"
+        "from cqos_core.cli import main\n"
+        f"code = main({list(arguments)!r})\n"
+        "sys.stderr.write(json.dumps([code, sorted(sys.modules)]))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=files, capture_output=True, check=True, text=True, timeout=60
+    )
+    code, modules = json.loads(done.stderr)
+    return code, set(modules)
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["check", "--help"], ["--version"]], ids=" ".join)
+def test_help_imports_neither_parsers_nor_packs(files, arguments):
+    code, modules = imported(files, *arguments)
+    assert code == 0
+    assert not modules & {*HEAVY, "cqos_ros2.pack", "cqos_ros2.rules", "cqos_core.config"}
+
+
+def test_help_imports_no_command(files):
+    _, modules = imported(files, "--help")
+    assert not modules & {f"cqos_core.{name}" for name in ("cli.check", "cli.explain", "checker", "pack", "api")}
+
+
+def test_checking_a_yaml_file_imports_neither_grpc_nor_lxml(files):
+    code, modules = imported(files, "check", "fits.yaml")
+    assert code == 0
+    assert not modules & {"grpc", "lxml", "pydantic", "rich"}
+    assert {"yaml", "cqos_ros2.pack"} <= modules
+
+
+def test_importing_the_package_imports_next_to_nothing(files):
+    script = "import cqos_core, sys, json; print(json.dumps([name for name in sys.modules if name.startswith('cqos')]))"
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=files, capture_output=True, check=True, text=True, timeout=60
+    )
+    assert json.loads(done.stdout) == ["cqos_core"]

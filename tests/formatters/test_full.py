@@ -1,0 +1,185 @@
+"""Details of the full form: what is underlined, what is said there, what is left out."""
+
+from dataclasses import replace
+
+import pytest
+
+from cqos_core.formatters.full import render_full
+from cqos_core.formatters.style import Style
+from cqos_core.formatters.terminal import cells
+from cqos_core.report import Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
+from cqos_core.system import Place
+
+
+def finding(**changes):
+    return replace(Finding("X101", "bad-thing", Severity.ERROR, "a bad thing"), **changes)
+
+
+def render(*findings, text="", **style):
+    report = Report(Verdict.INCOMPATIBLE, findings=findings)
+    return render_full(report, Style(sources={"f.yaml": text.encode()} if text else {}, **style))
+
+
+def with_fact(line, column, value="v", origin="explicit", members=("a",), label="set here"):
+    fact = Fact("policy", value, origin, Place("f.yaml", line, column))
+    return finding(sides=(Side("publisher", members, label, (fact,)),))
+
+
+@pytest.mark.parametrize(
+    "before",
+    ["", "key: ", "\tkey: ", "  \tkey:\t", "天気: ", "🚜e\u0301: ", "שלום: ", "\x1b\u202e: ", "x: " * 40],
+)
+def test_carets_stand_under_the_value(before):
+    text = f"{before}value # rest"
+    lines = render(with_fact(1, len(before) + 1, "value"), text=text, width=60).split("\n")
+    shown, underline = lines[4], lines[5]
+    assert cells(shown[: shown.index("value")]) == underline.index("^")
+    assert underline.endswith("^^^^^ set here")
+
+
+def test_line_numbers_share_a_gutter():
+    text = "a: v\n" * 1200
+    lines = render(with_fact(3, 4), with_fact(1111, 4), text=text).split("\n")
+    assert [line for line in lines if "| a: v" in line] == ["   3 | a: v", "1111 | a: v"]
+    assert {line.index("-->") for line in lines if "-->" in line} == {4}
+
+
+@pytest.mark.parametrize(
+    ("members", "expected"),
+    [
+        (("a",), "a ."),
+        (("a", "b", "c"), "a, b, c ."),
+        (("a", "b", "c", "d"), "a, b and 2 more ."),
+        (tuple(f"m{n}" for n in range(20_000)), "m0, m1 and 19998 more ."),
+    ],
+)
+def test_members(members, expected):
+    assert f"  {expected} policy" in render(with_fact(1, 4, members=members), text="a: v")
+
+
+@pytest.mark.parametrize(
+    ("value", "origin", "said"),
+    [
+        ("v", "explicit", "set here"),
+        ("w", "explicit", "set here: w"),
+        ("v", "profile p", "set here, from profile p"),
+        ("w", "profile p", "set here: w (from profile p)"),
+        ("w", "preset p", "set here: w (preset p)"),
+        ("w", "default", "set here: w (default)"),
+        ("w", "option ros2.rmw", "set here: w (from option ros2.rmw)"),
+        ("w", "overlay", "set here: w (from an overlay)"),
+        ("w", "settled from best_available", "set here: w (settled from best_available)"),
+        ("w", "ignored by the middleware", "set here: w (ignored by the middleware)"),
+    ],
+)
+def test_what_is_said_at_a_value(value, origin, said):
+    assert f"   ^ {said}\n" in render(with_fact(1, 4, value, origin), text="a: v")
+
+
+def test_a_value_inside_a_longer_word_is_said():
+    assert "set here: volatile\n" in render(with_fact(1, 4, "volatile"), text="a: non-volatile")
+
+
+def test_a_value_without_any_place_is_said():
+    bare = finding(sides=(Side("publisher", ("a",), "offered here", (Fact("policy", "v", "default"),)),))
+    assert "  --> a . policy  offered here: v (default)\n" in render(bare)
+
+
+def test_an_untold_value_says_only_itself():
+    assert "   ^ w\n" in render(with_fact(1, 4, "w", label=""), text="a: v")
+
+
+def test_a_place_past_the_end_of_the_source_has_no_excerpt():
+    assert "  --> f.yaml:9:4  a . policy  set here: v\n" in render(with_fact(9, 4), text="a: v")
+
+
+def test_remedies_that_cost_nothing_share_a_line():
+    def remedy(text, kind="configuration", breaks=0):
+        return Remedy("publisher", ("a",), "p", "v", kind, text, 1, breaks)
+
+    text = render(
+        finding(
+            remedies=(
+                remedy("do A"),
+                remedy("do B"),
+                remedy("do C", breaks=1),
+                remedy("do D", "needs_code"),
+            )
+        )
+    )
+    assert "  help: do A, or do B\n  help: or do C (makes 1 other pair worse)\n" in text
+    assert "  help: or do D (the program must keep this promise)\n" in text
+
+
+def test_an_only_remedy_needs_no_or():
+    remedy = Remedy("publisher", ("a",), "p", "v", "needs_code", "do D")
+    assert "  help: do D (the program must keep this promise)\n" in render(finding(remedies=(remedy,)))
+
+
+@pytest.mark.parametrize(
+    ("worlds", "said"),
+    [
+        ({"ros2.rmw=b": "compatible", "ros2.rmw=a": "compatible"}, "fits with a, b"),
+        ({"ros2.rmw=a": "incompatible", "ros2.rmw=b": "compatible"}, "fits with b; not with a"),
+        ({"ros2.rmw=a": "unknown"}, "cannot be known with a"),
+        (
+            {"ros2.rmw=a": "compatible", "dds.vendor=a": "incompatible"},
+            "fits with ros2.rmw=a; not with dds.vendor=a",
+        ),
+        (
+            {"ros2.rmw=a, start order=x": "compatible", "ros2.rmw=a, start order=y": "incompatible"},
+            "fits with ros2.rmw=a, start order=x; not with ros2.rmw=a, start order=y",
+        ),
+    ],
+)
+def test_worlds(worlds, said):
+    verdicts = {name: Verdict(verdict) for name, verdict in worlds.items()}
+    assert f"  note: {said}\n" in render(finding(worlds=verdicts))
+
+
+def test_a_reason_is_told_once_for_each_rule():
+    first, second = finding(because="it breaks"), finding(message="again", because="it breaks")
+    text = render(first, second, replace(first, because="another reason"))
+    assert text.count("why: it breaks") == text.count("why: another reason") == 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({}, "compatible: 2 topics, 2 pairs judged, no findings\n"),
+        ({"system": "farm"}, "farm: compatible: 2 topics, 2 pairs judged, no findings\n"),
+        ({"sources": ("a.yaml",)}, "a.yaml: compatible: 2 topics, 2 pairs judged, no findings\n"),
+        ({"sources": ("a.yaml", "b.yaml")}, "compatible: 2 topics, 2 pairs judged, no findings\n"),
+        (
+            {"findings": (finding(severity=Severity.NOTE),)},
+            "compatible: 2 topics, 2 pairs judged, 1 note (shown with --show notes)\n",
+        ),
+        ({"findings": (finding(accepted="known"),)}, "compatible: 2 topics, 2 pairs judged, 1 accepted\n"),
+    ],
+)
+def test_without_anything_to_show_there_is_one_line(changes, expected):
+    groups = tuple(Group(topic, ("p",), ("s",), Verdict.COMPATIBLE, "x") for topic in "ab")
+    report = replace(Report(Verdict.COMPATIBLE, groups=groups, topics=2), **changes)
+    assert render_full(report, Style()) == expected
+
+
+def test_defaults_beside_a_stated_value_have_no_excerpt():
+    place = Place("f.yaml", 1, 4)
+    facts = (
+        Fact("b", "2", "default", place),
+        Fact("a", "v", "explicit", place),
+        Fact("c", "3", "default", place),
+    )
+    text = render(finding(sides=(Side("publisher", ("p",), "set here", facts, place),)), text="a: v")
+    assert "  --> f.yaml:1:4  p . a\n" in text
+    assert "\n    = also b 2 (default), c 3 (default)\n" in text
+
+
+def test_only_the_first_place_has_an_arrow():
+    facts = tuple(Fact("policy", "v", "explicit", Place("f.yaml", line, 4)) for line in (1, 2))
+    both = (
+        Side("subscriber", ("s",), "requested here", facts),
+        Side("publisher", ("p",), "offered here", facts),
+    )
+    text = render(finding(sides=both), text="a: v\nb: v")
+    assert (text.count("-->"), text.count(":::")) == (1, 3)

@@ -1,0 +1,50 @@
+"""The reference of the system file: its examples are read, and it names every key that the forms have."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from cqos_core.config import load_config
+from cqos_core.importers.forms import Form
+from cqos_core.importers.source import ReadContext, Source
+from cqos_core.importers.yaml_form import DOCUMENT
+from cqos_core.importers.yaml_system import read
+
+PAGE = (Path(__file__).parents[2] / "docs" / "yaml-form.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(yaml|toml)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+
+
+def forms(shape):
+    """Every form within a shape."""
+    if isinstance(shape, Form):
+        yield shape
+        for key in shape.keys.values():
+            yield from forms(key.shape)
+    elif hasattr(shape, "shape"):
+        yield from forms(shape.shape)
+
+
+@pytest.mark.parametrize("text", [text for kind, text in BLOCKS if kind == "yaml" and "cqos: 1" in text])
+def test_example_is_read_without_a_word(text):
+    assert read(Source("example.yaml", text.encode()), ReadContext()).notes == []
+
+
+def test_instances_example_makes_what_the_text_says():
+    (text,) = (text for _, text in BLOCKS if "instances: {drone" in text)
+    found = read(Source("example.yaml", text.encode()), ReadContext())
+    assert sorted(found.participants) == ["drone_d1", "drone_d2", "station"]
+    assert [endpoint.role for endpoint in found.endpoints] == ["publisher"] * 6 + ["subscriber"] * 2
+
+
+def test_configuration_example_is_read(tmp_path):
+    ((_, text),) = (block for block in BLOCKS if block[0] == "toml")
+    (tmp_path / "team.toml").touch()
+    (tmp_path / "project").mkdir()
+    (tmp_path / "project" / "cqos.toml").write_text(text, encoding="utf-8")
+    assert load_config(tmp_path / "project" / "cqos.toml").checks[0].name == "commands-are-reliable"
+
+
+def test_every_key_of_every_form_is_named():
+    keys = {name for form in forms(DOCUMENT) for name in form.keys}
+    assert [name for name in sorted(keys) if f"`{name}`" not in PAGE] == []

@@ -1,0 +1,289 @@
+"""Checks on the project's own files: what ships, what is pinned, what must not stand in a commit."""
+
+import ast
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+import zipfile
+from functools import cache
+from importlib.metadata import PackageNotFoundError, distribution, entry_points
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).resolve().parent.parent
+PLUGINS = sorted(file.parent for file in ROOT.glob("plugins/*/pyproject.toml"))
+PROJECTS = [ROOT, *PLUGINS]
+
+each_project = pytest.mark.parametrize("project", PROJECTS, ids=lambda project: project.name)
+each_plugin = pytest.mark.parametrize("plugin", PLUGINS, ids=lambda plugin: plugin.name)
+
+
+@cache
+def read_project(project):
+    return tomllib.loads((project / "pyproject.toml").read_text(encoding="utf-8"))
+
+
+def metadata(project):
+    return read_project(project)["project"]
+
+
+def packages(project):
+    return [project / name for name in read_project(project)["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]]
+
+
+def requirements(project):
+    """What a distribution needs, also for its tests and lint."""
+    extras = metadata(project).get("optional-dependencies", {})
+    return [Requirement(text) for text in sum(extras.values(), metadata(project).get("dependencies", []))]
+
+
+@cache
+def pins():
+    """The pinned versions by normalised name."""
+    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    pinned = [Requirement(line) for line in lines if line.strip() and not line.startswith("#")]
+    return {canonicalize_name(pin.name): pin for pin in pinned}
+
+
+@cache
+def committed_files():
+    """Every file that is tracked or would be with ``git add .``; texts only, by path."""
+    listed = subprocess.run(
+        ["git", "-c", "safe.directory=*", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+        cwd=ROOT,
+        check=True,
+        capture_output=True,
+    ).stdout.decode()
+    texts = {}
+    for name in filter(None, listed.split("\0")):
+        content = (ROOT / name).read_bytes() if (ROOT / name).is_file() else b"\0"
+        if b"\0" not in content:
+            texts[name] = content.decode(errors="replace")
+    return texts
+
+
+def lines_with(pattern):
+    """``file:line: text`` of every line in committed files that the pattern is found in."""
+    expression = re.compile(pattern)
+    return [
+        f"{name}:{number}: {line.strip()[:120]}"
+        for name, text in committed_files().items()
+        if expression.search(text)
+        for number, line in enumerate(text.splitlines(), 1)
+        if expression.search(line)
+    ]
+
+
+# --- what must not stand in a commit: assembled here, or this file would be the first to be found ---
+
+
+def test_no_file_names_the_host_of_a_package_registry():
+    hosts = ["py" + "pi.org", "py" + "thonhosted", "n" + "pmjs"]
+    mirrors = ["deb", "security", "ftp"]
+    assert lines_with("|".join([*map(re.escape, hosts), *(rf"{name}\.d" + "ebian" for name in mirrors)])) == []
+
+
+def test_no_file_names_a_path_of_the_machine_it_was_written_on():
+    places = "|".join(["wo" + "rk", "fa" + "rm", "ro" + "ot"])
+    assert lines_with(rf"(?:^|[^A-Za-z0-9_./-])/(?:{places})/") == []
+
+
+def test_no_file_reads_the_notes_beside_the_repository():
+    assert lines_with(r"\.\./sha" + "red") == []
+
+
+# --- what ships ---
+
+
+@each_project
+def test_every_package_is_typed(project):
+    assert [str(package) for package in packages(project) if not (package / "py.typed").is_file()] == []
+
+
+@each_project
+def test_wheel_contains_every_file_of_its_packages(project, tmp_path):
+    command = [
+        sys.executable,
+        "-m",
+        "build",
+        "--wheel",
+        "--no-isolation",
+        "--outdir",
+        str(tmp_path),
+        str(project),
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    (wheel,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        shipped = {name for name in archive.namelist() if ".dist-info/" not in name}
+    wanted = {
+        file.relative_to(project).as_posix()
+        for package in packages(project)
+        for file in package.rglob("*")
+        if file.is_file() and "__pycache__" not in file.parts
+    }
+    assert shipped == wanted
+
+
+@each_project
+def test_entry_points_are_in_the_group_and_can_be_loaded(project):
+    declared = metadata(project)["entry-points"]["cqos"]
+    names = {package.name for package in packages(project)}
+    assert declared, "no entry point: nobody would find this distribution"
+    for name, target in declared.items():
+        assert target.partition(".")[0] in names, "an entry point names a module of its own distribution"
+        (installed,) = entry_points(group="cqos", name=name)
+        installed.load()
+
+
+@each_plugin
+def test_plugin_has_the_version_of_the_root_and_accepts_it(plugin):
+    version = metadata(ROOT)["version"]
+    (needed,) = (requirement for requirement in requirements(plugin) if requirement.name == "cqos")
+    assert metadata(plugin)["version"] == version
+    assert version in needed.specifier
+    assert metadata(plugin)["requires-python"] == metadata(ROOT)["requires-python"]
+
+
+# --- what is pinned ---
+
+
+@each_project
+def test_every_direct_dependency_is_pinned_to_a_version_it_allows(project):
+    names = {metadata(other)["name"] for other in PROJECTS}
+    for requirement in requirements(project):
+        if requirement.name in names:
+            continue
+        pin = pins().get(canonicalize_name(requirement.name))
+        assert pin is not None, f"{requirement.name} is not in constraints.txt"
+        (exact,) = pin.specifier
+        assert exact.version in requirement.specifier, f"{requirement} does not allow {pin}"
+
+
+def test_every_indirect_dependency_is_pinned():
+    ours = {canonicalize_name(metadata(project)["name"]) for project in PROJECTS}
+    waiting = [requirement for project in PROJECTS for requirement in requirements(project)]
+    seen = set()
+    while waiting:
+        requirement = waiting.pop()
+        name = canonicalize_name(requirement.name)
+        if (name, *sorted(requirement.extras)) in seen or name in ours:
+            continue
+        seen.add((name, *sorted(requirement.extras)))
+        waiting += [
+            needed
+            for needed in map(Requirement, distribution(name).requires or [])
+            if needed.marker is None
+            or any(needed.marker.evaluate({"extra": extra}) for extra in ["", *requirement.extras])
+        ]
+    assert sorted({name for name, *_ in seen} - set(pins())) == []
+
+
+@pytest.mark.parametrize("name", sorted(pins()))
+def test_pin_can_be_installed_on_the_oldest_python(name):
+    oldest = metadata(ROOT)["requires-python"].removeprefix(">=") + ".0"  # 3.11 alone would hide a need of 3.11.5
+    try:
+        supported = distribution(name).metadata["Requires-Python"]
+    except PackageNotFoundError:
+        supported = None  # wanted on another platform
+    assert supported is None or oldest in SpecifierSet(supported)
+
+
+def test_constraints_are_plain_versions():
+    for pin in pins().values():
+        assert pin.url is None
+        assert [specifier.operator for specifier in pin.specifier] == ["=="], f"{pin} is no exact version"
+
+
+# --- how it is run ---
+
+
+def test_readme_tells_the_commands():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    assert {"python3 dev.py demo", "python3 dev.py test"} <= {line.strip().removeprefix("$ ") for line in readme}
+
+
+def test_ci_runs_what_the_readme_tells_and_nothing_else():
+    script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    preparation = ("#", "set ", "cd ")
+    commands = [line for line in script.splitlines() if line and not line.startswith(preparation)]
+    assert commands == ["python3 dev.py test"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no executable bit")
+@pytest.mark.parametrize("script", [".ci/run", "dev.py"])
+def test_script_can_be_executed(script):
+    assert os.access(ROOT / script, os.X_OK)
+
+
+def test_dev_script_can_tell_an_old_python_that_it_is_too_old():
+    source = (ROOT / "dev.py").read_text(encoding="utf-8")
+    ast.parse(source, feature_version=(3, 6))
+    before, check, _ = source.partition("if sys.version_info")
+    assert check
+    assert re.findall("^(?:import|from) .*", before, re.MULTILINE) == ["import sys"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["tset"], "dev.py: there is no command 'tset'; there are demo, test, lint, run, setup\n"),
+        (["demo", "--fast"], "dev.py: demo takes no arguments, found '--fast'\n"),
+    ],
+)
+def test_dev_script_explains_a_wrong_call_in_one_line(arguments, expected, tmp_path):
+    command = [sys.executable, str(ROOT / "dev.py"), *arguments]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (1, "", expected)
+
+
+def test_dev_script_explains_a_broken_project_file_in_one_line(tmp_path):
+    shutil.copy(ROOT / "dev.py", tmp_path)
+    (tmp_path / "constraints.txt").touch()
+    (tmp_path / "pyproject.toml").write_text("[project\n", encoding="utf-8")
+    command = [sys.executable, str(tmp_path / "dev.py"), "setup"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert re.fullmatch(r"dev\.py: cannot read pyproject\.toml: .*\n", done.stderr)
+
+
+# --- plugins are found by looking; import-linter alone wants names ---
+
+
+@each_plugin
+def test_import_contract_names_the_packages_of_every_plugin(plugin):
+    settings = read_project(ROOT)["tool"]["importlinter"]
+    (layers,) = (
+        [re.split(r"\s*\|\s*", layer) for layer in contract["layers"]]
+        for contract in settings["contracts"]
+        if "containers" not in contract
+    )
+    for package in packages(plugin):
+        assert package.name in settings["root_packages"]
+        assert package.name in layers[0], "packs stand above the core, side by side"
+    assert layers[1:] == [["cqos_core"]]
+
+
+@each_plugin
+def test_no_tool_names_a_plugin(plugin):
+    names = {
+        plugin.relative_to(ROOT).as_posix(),
+        metadata(plugin)["name"],
+        *(path.name for path in packages(plugin)),
+    }
+    for script in ("dev.py", ".ci/run"):
+        text = (ROOT / script).read_text(encoding="utf-8")
+        assert [name for name in sorted(names) if name in text] == []
+
+
+def test_every_directory_below_plugins_is_a_distribution():
+    found = [path for path in (ROOT / "plugins").iterdir() if path.is_dir() and path.name != "__pycache__"]
+    assert sorted(found) == PLUGINS

@@ -1,0 +1,178 @@
+"""The JSON schema says the same as the reader: what one refuses in structure, the other refuses too."""
+
+import copy
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from jsonschema import Draft202012Validator
+
+from cqos_core.importers.reading import Reading
+from cqos_core.importers.source import ReadContext, Source
+from cqos_core.importers.tree import MappingNode, SequenceNode, flag, kind_of, whole_number
+from cqos_core.importers.yaml_system import read
+from cqos_core.importers.yaml_tree import read_tree
+from cqos_core.problems import InputError
+from cqos_core.schema import system_schema
+
+ROOT = Path(__file__).resolve().parent.parent
+CASES = ROOT / "tests" / "importers" / "cases" / "yaml"
+SCHEMA = Draft202012Validator(system_schema())
+
+STRUCTURE = {"CQ004", "CQ006", "CQ009", "CQ010"}
+"""Codes of what a schema can say; CQ011 is about values, of which it can say some."""
+
+
+def data(text):
+    """The first document, as a parser for YAML 1.2 gives it to an editor."""
+    tree = read_tree(Reading(Source("f.yaml", text), [], []))
+    return value(tree.documents[0])
+
+
+def value(node):
+    if isinstance(node, SequenceNode):
+        return [value(item) for item in node.items]
+    if isinstance(node, MappingNode):
+        return {name: value(item) for name, (_, item) in node.entries.items()}
+    kind = kind_of(node)
+    if kind == "flag":
+        return flag(node)
+    if kind == "number":
+        whole = whole_number(node)
+        return float(node.text) if whole is None else whole
+    return None if kind == "null" else node.text
+
+
+def codes(document):
+    try:
+        read(Source("f.json", json.dumps(document).encode()), ReadContext())
+    except InputError as refused:
+        return {problem.code for problem in refused.problems}
+    return set()
+
+
+def test_is_a_schema_of_its_draft():
+    Draft202012Validator.check_schema(system_schema())
+
+
+def test_file_in_docs_is_up_to_date():
+    written = (ROOT / "docs" / "cqos-1.schema.json").read_text(encoding="utf-8")
+    assert written == json.dumps(system_schema(), indent=2, ensure_ascii=False) + "\n", "write `cqos schema` there"
+
+
+def test_every_key_is_described():
+    def keys(schema):
+        if isinstance(schema, dict):
+            yield from schema.get("properties", {}).items()
+            for part in schema.values():
+                yield from keys(part)
+        elif isinstance(schema, list):
+            for part in schema:
+                yield from keys(part)
+
+    relations = {"exactly", "at_least", "at_most", "one_of", "not"}
+    undescribed = {
+        name
+        for name, key in keys(system_schema())
+        if isinstance(key, dict) and "not" not in key and not key.get("description")
+    }
+    assert undescribed <= relations
+
+
+@pytest.mark.parametrize("file", sorted((CASES / "good").glob("*.yaml")), ids=lambda file: file.name)
+def test_good_files_are_valid(file):
+    assert [error.message for error in SCHEMA.iter_errors(data(file.read_bytes()))] == []
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "a_list",
+        "missing",
+        "no_version",
+        "other_version",
+        "unknown_keys",
+        "version_as_text",
+        "wrong_kinds",
+        "not_allowed",
+    ],
+)
+def test_bad_files_are_not(name):
+    assert not SCHEMA.is_valid(data((CASES / "bad" / f"{name}.yaml").read_bytes()))
+
+
+@pytest.mark.parametrize(
+    ("where", "wrong"),
+    [
+        (["participants", "a", "publishes", "t"], {"neds": {"latest": True}, "id": ["x"]}),
+        (["participants", "a"], {"pubishes": {"t": None}}),
+        (["checks"], [{"name": "x", "because": "y"}]),
+        (["checks"], [{"name": "x", "because": "y", "require": None}]),
+        (["accept"], [{"rule": "X"}]),
+        (["severities"], {"X": "loud"}),
+        (["colour"], "blue"),
+    ],
+)
+def test_faults_are_found_where_they_are(where, wrong):
+    document = {"cqos": 1, "participants": {"a": {"publishes": {"t": None}}}}
+    part = document
+    for name in where[:-1]:
+        part = part.setdefault(name, {})
+    assert SCHEMA.is_valid(document)
+    part[where[-1]] = wrong
+    assert not SCHEMA.is_valid(document)
+    assert codes(document) & {*STRUCTURE, "CQ011"}
+
+
+def paths(document, above=()):
+    yield above
+    if isinstance(document, dict):
+        for name, part in document.items():
+            yield from paths(part, (*above, name))
+    elif isinstance(document, list):
+        for index, part in enumerate(document):
+            yield from paths(part, (*above, index))
+
+
+EVERYTHING = data((CASES / "good" / "everything.yaml").read_bytes())
+del EVERYTHING["include"]
+PATHS = [path for path in paths(EVERYTHING) if path]
+VALUES = st.sampled_from(
+    [
+        None,
+        True,
+        7,
+        "text",
+        "",
+        [],
+        ["text"],
+        [None],
+        [[]],
+        {},
+        {"text": "x"},
+        {"profile": 1},
+        {"at_least": 2},
+    ]
+)
+
+
+@settings(max_examples=600, deadline=None)
+@given(st.sampled_from(PATHS), VALUES, st.sampled_from(["replace", "rename", "delete"]))
+def test_schema_and_reader_agree(path, new, how):
+    document = copy.deepcopy(EVERYTHING)
+    part = document
+    for name in path[:-1]:
+        part = part[name]
+    if how == "replace":
+        part[path[-1]] = new
+    else:
+        old = part.pop(path[-1])
+        if how == "rename" and isinstance(part, dict):
+            part["another_key"] = old
+    found = codes(document)
+    if SCHEMA.is_valid(document):
+        assert not found & STRUCTURE
+    else:
+        assert found
