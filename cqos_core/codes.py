@@ -117,6 +117,13 @@ _INFOS = (
         "The order of start is then not known; correct the name.",
     ),
     CodeInfo(
+        "CQ214",
+        "overlay-without-effect",
+        "warning",
+        "Settings that another file lays over endpoints cover none of them.",
+        "The override is silently not applied; correct the node, topic or entity it names.",
+    ),
+    CodeInfo(
         "CQ401",
         "subscriber-without-publisher",
         "warning",

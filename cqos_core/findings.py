@@ -101,7 +101,10 @@ def _side(role: str, groups: Sequence[Members], uses: Iterable[Use]) -> Side:
     leader, profile = next(
         (endpoint, group.profile) for group in groups for endpoint in group.endpoints if endpoint.id == members[0]
     )
-    indices = dict.fromkeys(use.index for use in uses)
+    # An option that nobody set is no news beside the values it bears on.
+    indices = dict.fromkeys(
+        use.index for use in uses if use.term.scope != "option" or leader.written(use.index) is not None
+    )
     facts = tuple(fact(leader, profile, index) for index in indices)
     return Side(role, members, LABELS.get(role, "set here"), facts, leader.endpoint.place)
 

@@ -313,6 +313,7 @@ def merge(systems: Sequence[System]) -> System:
             _join(whole, kind, getattr(system, kind))
         for pack, settings in system.options.items():
             whole.options.setdefault(pack, {}).update(settings)
+        whole.overlays += system.overlays
         whole.checks += system.checks
         whole.accept += system.accept
         whole.severities.update(system.severities)

@@ -106,6 +106,11 @@ def plain_name(written: str, context: NameContext) -> Naming:  # noqa: ARG001 - 
     return Naming(written, written)
 
 
+def plain_address(participant: str, settings: Mapping[str, str]) -> str:  # noqa: ARG001 - the signature of all
+    """Take participants by their id."""
+    return participant
+
+
 def only_itself(endpoint: Endpoint) -> tuple[Endpoint, ...]:
     """Every endpoint stands for itself."""
     return (endpoint,)
@@ -117,6 +122,8 @@ class Meeting:
 
     Attributes:
         resolve: puts a written name into the form endpoints meet on.
+        address: how files that lay settings over a participant's endpoints name it, from its id and its settings
+            (a ROS node's name with its namespace).
         expand: what an endpoint stands for: a service server is one subscriber and one publisher.
         folds: functions from a key to a coarser one; two lonely keys with an equal fold are a near miss.
             Each comes with the words that say how they differ.
@@ -125,6 +132,7 @@ class Meeting:
 
     resolve: Callable[[str, NameContext], Naming] = plain_name
     expand: Callable[[Endpoint], tuple[Endpoint, ...]] = only_itself
+    address: Callable[[str, Mapping[str, str]], str] = plain_address
     folds: tuple[tuple[str, Callable[[str], str]], ...] = (
         ("differ only in upper and lower case", str.casefold),
         ("differ only in slashes at the ends", lambda key: key.strip("/")),

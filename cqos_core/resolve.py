@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.codes import CODES
@@ -39,8 +40,8 @@ from cqos_core.system import PUBLISHER, Setting
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.pack import Naming, Preset, RulePack
-    from cqos_core.system import Broker, Endpoint, Participant, Place, ProfileRef, Settings, System
+    from cqos_core.pack import NameProblem, Naming, Preset, RulePack
+    from cqos_core.system import Broker, Endpoint, Overlay, Participant, Place, ProfileRef, Settings, System
 
 
 class Stated(NamedTuple):
@@ -251,6 +252,9 @@ class Resolver:
         self.packless: dict[str, list[Endpoint]] = {}
         self.option_layers: dict[int, Layer] = {}
         self.contexts: dict[tuple[Any, ...], tuple[dict[int, Value], dict[str, str]]] = {}
+        self.overlay_layers: dict[tuple[int, int], Layer] = {}
+        self.overlays_used: set[int] = set()
+        self.name_problems: dict[tuple[NameProblem, str, str], list[Endpoint]] = {}
         self.ids: set[str] = set()
         self.clashes = False
 
@@ -280,7 +284,12 @@ class Resolver:
     def report_rest(self) -> None:
         """Report what was read but is judged by nobody."""
         self._report_packless()
+        self._report_names()
         self._report_needs()
+        for index, overlay in enumerate(self.system.overlays):
+            if index not in self.overlays_used:
+                message = f"{overlay.name} covers no endpoint: nothing matches {_covering(overlay)}"
+                self._add("CQ214", message, overlay.place, "system")
 
     def _pack_of(self, protocol: str | None) -> RulePack | None:
         if protocol is None:
@@ -291,6 +300,26 @@ class Resolver:
         chosen = choose_variant(pack, self.system.options.get(pack.id, {}))
         self.result.packs[chosen.id] = chosen
         return chosen
+
+    def _report_names(self) -> None:
+        """Report what is wrong with names, each once with all endpoints that use it."""
+        for (problem, shown, pack_id), endpoints in self.name_problems.items():
+            rule = self.result.packs[pack_id].rule(problem.code)
+            core = CODES.get(problem.code)
+            first = min(endpoints, key=lambda endpoint: endpoint.id)
+            finding = Finding(
+                code=problem.code,
+                name=rule.name if rule else core.name if core else problem.code.lower(),
+                severity=Severity(problem.severity),
+                message=problem.message,
+                source=pack_id,
+                topic=shown,
+                sides=(Side(first.role, tuple(sorted(endpoint.id for endpoint in endpoints)), place=first.place),),
+                because=rule.because if rule else "",
+                clause=rule.clause if rule else "",
+                help=problem.help or None,
+            )
+            self.result.findings.append(finding)
 
     def _report_packless(self) -> None:
         for protocol, endpoints in self.packless.items():
@@ -549,25 +578,8 @@ class Resolver:
                 endpoint.dialect,
             )
             naming = self.named[key] = pack.meeting.resolve(endpoint.topic, context)
-            for problem in naming.problems:
-                rule = pack.rule(problem.code)
-                finding = Finding(
-                    code=problem.code,
-                    name=rule.name
-                    if rule
-                    else CODES[problem.code].name
-                    if problem.code in CODES
-                    else problem.code.lower(),
-                    severity=Severity(problem.severity),
-                    message=problem.message,
-                    source=pack.id,
-                    topic=naming.shown,
-                    sides=(Side(endpoint.role, (endpoint.id,), place=endpoint.place),),
-                    because=rule.because if rule else "",
-                    clause=rule.clause if rule else "",
-                    help=problem.help or None,
-                )
-                self.result.findings.append(finding)
+        for problem in naming.problems:
+            self.name_problems.setdefault((problem, naming.shown, pack.id), []).append(endpoint)
         return naming
 
     def _topic(self, written: str, naming: Naming, pack: RulePack) -> tuple[tuple[Layer, ...], bool]:
@@ -592,8 +604,6 @@ class Resolver:
                 )
                 layers.append(Layer("topic", settings))
                 external = external or stated.external
-        from fnmatch import fnmatchcase
-
         for convention in pack.conventions:
             if naming.key is not None and fnmatchcase(naming.key, convention.pattern):
                 settings = {
@@ -613,7 +623,9 @@ class Resolver:
         written = endpoint.topic or ""
         topic_layers, topic_external = self._topic(written, naming, pack) if naming is not None else ((), False)
         identifier = self._unique(endpoint.id)
+        overlays = tuple(self._overlays(endpoint, naming, participant)) if self.system.overlays else ()
         signature = (
+            overlays,
             id(pack),
             id(participant.values),
             id(topic_layers),
@@ -628,7 +640,7 @@ class Resolver:
         shared = self.shared.get(signature)
         if shared is None:
             before = len(self.result.findings)
-            shared = self._resolve(endpoint, identifier, participant, topic_layers)
+            shared = self._resolve(endpoint, identifier, participant, topic_layers, overlays)
             if len(self.result.findings) == before:
                 # Nothing was said of this endpoint, so an equal one has nothing to say either.
                 self.shared[signature] = shared
@@ -648,6 +660,31 @@ class Resolver:
             )
         )
 
+    def _overlays(self, endpoint: Endpoint, naming: Naming | None, participant: ResolvedParticipant) -> Iterator[int]:
+        """Yield the indices of the overlays that cover an endpoint."""
+        pack = participant.pack
+        address = pack.meeting.address(endpoint.participant, participant.texts)
+        topics = [name for name in (endpoint.topic, naming and naming.key, naming and naming.shown) if name]
+        for index, overlay in enumerate(self.system.overlays):
+            if (
+                overlay.protocol in {None, pack.id}
+                and overlay.role in {None, endpoint.role}
+                and any(fnmatchcase(name, overlay.topic) for name in topics)
+                and any(fnmatchcase(name, overlay.participant) for name in (address, endpoint.participant))
+                and (overlay.entity is None or overlay.entity == endpoint.id)
+                and self._holds(overlay, pack, participant)
+            ):
+                self.overlays_used.add(index)
+                yield index
+
+    def _holds(self, overlay: Overlay, pack: RulePack, participant: ResolvedParticipant) -> bool:
+        """Whether the option under which an overlay holds has its value."""
+        if overlay.when is None:
+            return True
+        option, wanted = overlay.when
+        index = pack.vocabulary.indices["option", option]
+        return participant.values[index] == pack.policies[index].domain.parse(wanted)
+
     def _unique(self, identifier: str) -> str:
         """Return ``identifier``, with a number where an endpoint of another source already has it."""
         unique, number = identifier, 2
@@ -663,6 +700,7 @@ class Resolver:
         identifier: str,
         participant: ResolvedParticipant,
         topic_layers: tuple[Layer, ...],
+        overlays: tuple[int, ...],
     ) -> tuple[QosProfile, tuple[Layer, ...]]:
         pack = participant.pack
         dialect = pack.dialects.get(endpoint.dialect, pack.dialects.get("yaml"))
@@ -676,6 +714,7 @@ class Resolver:
             explicit.setdefault(type_index, Stated(endpoint.type, Setting(endpoint.type, endpoint.place)))
         layers = [
             Layer("overlay", overlay, here=True),
+            *(self._overlay_layer(index, pack) for index in reversed(overlays)),
             Layer("explicit", explicit, here=True),
             *self._layers_of(endpoint.profiles, pack, endpoint.dialect, participant),
         ]
@@ -725,6 +764,15 @@ class Resolver:
             else:
                 values.append(participant.values[index])
         return intern(pack, (*values, *words)), (*layers, *topic_layers)
+
+    def _overlay_layer(self, index: int, pack: RulePack) -> Layer:
+        overlay = self.system.overlays[index]
+        layer = self.overlay_layers.get((id(pack), index))
+        if layer is None:
+            dialect = pack.dialects.get(overlay.dialect, pack.dialects.get("yaml"))
+            found = self._recognise(pack, (ENDPOINT,), overlay.settings, dialect, overlay.name, "system", [])
+            layer = self.overlay_layers[id(pack), index] = Layer(overlay.name, found)
+        return layer
 
     def _without_effect(
         self, policy: Policy, index: int, explicit: Layer, owner: str, endpoint: Endpoint, identifier: str
@@ -781,7 +829,7 @@ class Resolver:
         ignoring = self._ignoring(pack, policy, options)
         if stated is not None and ignoring is not None:
             told = next(layer for layer in layers if index in layer.settings)
-            if told.counts_as_stated:
+            if told.counts_as_stated and not self._is_default(pack, policy, stated.text, role, options, dialect):
                 message = f"{owner} states `{policy.name}`, which {ignoring} ignores"
                 self._add("CQ205", message, stated.setting.place or place, role, [member] if member else [])
         text = stated.text if stated is not None and ignoring is None else None
@@ -810,6 +858,24 @@ class Resolver:
             if finding not in self.result.findings[-20:]:
                 self.result.findings.append(finding)
             return Anything(f"{policy.name} has no valid value", told=True)
+
+    def _is_default(
+        self,
+        pack: RulePack,
+        policy: Policy,
+        text: str,
+        role: str,
+        options: Mapping[int, Value],
+        dialect: Dialect | None,
+    ) -> bool:
+        """Whether a stated text only says what holds anyway."""
+        default = policy.default_for(role)
+        try:
+            return default is not None and self._read(pack, policy, text, role, options, dialect) == self._read(
+                pack, policy, default, role, options, None
+            )
+        except InvalidValueError:
+            return False
 
     def _ignoring(self, pack: RulePack, policy: Policy, options: Mapping[int, Value]) -> str | None:
         """``rmw zenoh`` where the chosen middleware ignores the policy, else None."""
@@ -870,6 +936,18 @@ class Resolver:
             return self._meaning(pack, policy, chosen, role, options)
 
         return under(options[index])
+
+
+def _covering(overlay: Overlay) -> str:
+    """What an overlay is meant for, in words."""
+    parts = [f"participant `{overlay.participant}`", f"topic `{overlay.topic}`"]
+    if overlay.role is not None:
+        parts.append(f"role {overlay.role}")
+    if overlay.entity is not None:
+        parts.append(f"entity `{overlay.entity}`")
+    if overlay.when is not None:
+        parts.append(f"{overlay.when[0]} {overlay.when[1]}")
+    return ", ".join(parts)
 
 
 def _with_help(finding: Finding, help_text: str) -> Finding:

@@ -191,7 +191,8 @@ class Session:
         resolver = self._resolver
         touched, self._touched = self._touched, {}
         ids = [endpoint.id for endpoint in self._system.endpoints]
-        if resolver is not None and not resolver.result.findings and len(ids) == len(set(ids)):
+        incremental = resolver is not None and not self._system.overlays and len(ids) == len(set(ids))
+        if incremental and resolver is not None and not resolver.result.findings:
             self._resolve_touched(resolver, touched)
             if not resolver.result.findings and not resolver.clashes:
                 return resolver

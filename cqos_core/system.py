@@ -107,7 +107,7 @@ class Endpoint:
         participant: id of its participant in ``System.participants``.
         settings: explicit settings.
         profiles: profiles and presets used, base first; explicit settings win over all of them.
-        overlay: settings laid over everything else from another file (``qos_overrides``, a vendor XML profile).
+        overlay: settings laid over everything else, stated beside the endpoint; see also `Overlay`.
         needs: what the application requires, in the words of DESIGN 8.
         type: data type name as written, or None when unstated.
         kind: ``message``, or what a pack derives topics from: ``service_server``, ``service_client``,
@@ -140,6 +140,34 @@ class Endpoint:
     template: str | None = None
     protocol: str | None = None
     label: str | None = None
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Overlay:
+    """Settings from another file that are laid over everything an endpoint states itself.
+
+    Attributes:
+        name: what messages call it: ``qos_overrides``, ``Fast DDS profile scan_writer``.
+        settings: what it sets.
+        role: which endpoints it covers; None for both.
+        topic: shell pattern over the resolved or the written topic name.
+        participant: shell pattern over the participant's address (see `cqos_core.pack.Meeting`) or id.
+        entity: id of the one endpoint among several of its kind that it covers; None for those without an id.
+        protocol: pack id.
+        when: option and value under which it holds, for instance ``("rmw", "fastdds")``; None: always.
+        dialect: which of the pack's dialects reads the settings.
+    """
+
+    name: str
+    settings: Settings
+    role: Role | None = None
+    topic: str = "*"
+    participant: str = "*"
+    entity: str | None = None
+    protocol: str | None = None
+    when: tuple[str, str] | None = None
+    dialect: str = "yaml"
     place: Place | None = None
 
 
@@ -262,6 +290,7 @@ class System:
     topics: dict[str, Topic] = field(default_factory=dict)
     participants: dict[str, Participant] = field(default_factory=dict)
     endpoints: list[Endpoint] = field(default_factory=list)
+    overlays: list[Overlay] = field(default_factory=list)
     brokers: dict[str, Broker] = field(default_factory=dict)
     bridges: dict[str, Bridge] = field(default_factory=dict)
     checks: list[TeamRule] = field(default_factory=list)

@@ -371,11 +371,14 @@ def _split_finding(
     values = "; ".join(
         f"{side.role} has {', '.join(f'{fact.policy} {fact.value}' for fact in side.facts)}"
         for side in reversed(sides)
-        if side.facts
+        if side.facts and not quiet
     )
+    message = f"{subjects} on topic `{topic.shown}` never meet{f' ({values})' if values else ''}: {bound.rule.because}"
+    if quiet:
+        message = f"some endpoints on topic `{topic.shown}` never meet: {bound.rule.because}"
     finding = replace(
         made.finding,
-        message=f"{subjects} on topic `{topic.shown}` never meet ({values}): {bound.rule.because}",
+        message=message,
         severity=Severity.NOTE if quiet else Severity(bound.rule.severity),
         verdict=None,
         remedies=(),

@@ -3,6 +3,7 @@
 import copy
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -115,9 +116,9 @@ def test_bad_files_are_not(name):
         (["colour"], "blue"),
     ],
 )
-def test_faults_are_found_where_they_are(where, wrong):
-    document = {"cqos": 1, "participants": {"a": {"publishes": {"t": None}}}}
-    part = document
+def test_a_single_fault_is_seen_by_both(where, wrong):
+    document: dict[str, Any] = {"cqos": 1, "participants": {"a": {"publishes": {"t": None}}}}
+    part: dict[str, Any] = document
     for name in where[:-1]:
         part = part.setdefault(name, {})
     assert SCHEMA.is_valid(document)
@@ -139,7 +140,7 @@ def paths(document, above=()):
 EVERYTHING = data((CASES / "good" / "everything.yaml").read_bytes())
 del EVERYTHING["include"]
 PATHS = [path for path in paths(EVERYTHING) if path]
-VALUES = st.sampled_from(
+VALUES: st.SearchStrategy[object] = st.sampled_from(
     [
         None,
         True,

@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
 _GAP: Final = "  "
-_NARROWEST: Final = 12
 
 
 def table(
@@ -29,7 +28,8 @@ def table(
         paint: colours a piece of text, padding and all, for the column of that number; not asked for the header.
     """
     texts = [[clean(text) for text in row] for row in (header, *rows)]
-    widths = _fitting([max(map(cells, column)) for column in zip(*texts, strict=True)], width)
+    columns = list(zip(*texts, strict=True))
+    widths = _fitting([max(map(cells, column)) for column in columns], list(map(_longest_word, columns)), width)
     lines = []
     for number, row in enumerate(texts):
         broken = [_broken(text, room) for text, room in zip(row, widths, strict=True)]
@@ -41,14 +41,20 @@ def table(
     return lines
 
 
-def _fitting(widths: list[int], width: int) -> list[int]:
-    """Take from the widest column until all fit, or none can give any more."""
-    room = width - len(_GAP) * (len(widths) - 1)
-    while sum(widths) > room and max(widths) > _NARROWEST:
-        widest = widths.index(max(widths))
-        second = max((other for index, other in enumerate(widths) if index != widest), default=0)
-        # Down to the second widest at once, rather than by one.
-        widths[widest] = max(widths[widest] - (sum(widths) - room), min(second, widths[widest] - 1), _NARROWEST)
+def _longest_word(column: Sequence[str]) -> int:
+    return max(cells(word) for text in column for word in (text.split() or [""]))
+
+
+def _fitting(widths: list[int], floors: Sequence[int], width: int) -> list[int]:
+    """Take from the widest columns until all fit, or none can give any more."""
+    excess = sum(widths) + len(_GAP) * (len(widths) - 1) - width
+    while excess > 0:
+        giving = [index for index in range(len(widths)) if widths[index] > floors[index]]
+        if not giving:
+            break
+        widest = max(giving, key=lambda index: widths[index])
+        widths[widest] -= 1
+        excess -= 1
     return widths
 
 

@@ -332,7 +332,7 @@ class Entry:
         return value
 
     def require(self, key: Key[T]) -> T:
-        """Return the value of a required key of an entry without problems."""
+        """Return the value of a required key."""
         value: T = self._values[key.name]
         return value
 
@@ -370,7 +370,7 @@ class Form(Shape[Entry]):
         self.flat = isinstance(others, AnySetting) and not others.maps
 
     def read(self, node: Node, reading: Reading, name: str) -> Entry | None:
-        """Read every key by its shape, and the others as settings; None where a required one is missing."""
+        """Read every key by its shape, and the others as settings; None where a required one is missing or refused."""
         if isinstance(node, MappingNode):
             return self._map(node, reading)
         if is_null(node) and not self.required:
@@ -402,7 +402,7 @@ class Form(Shape[Entry]):
                 setting = self.others.read(value, reading, name)
                 if setting is not None:
                     settings[name] = setting
-        if self.required and not self._complete(node, reading):
+        if self.required and (not self._complete(node, reading) or None in map(values.get, self.required)):
             return None
         return Entry(reading.place(node), values, settings)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import gc
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Final
 
@@ -47,10 +48,7 @@ class Reading:
             InputError: with all of them, when there are so many that nobody would read on.
         """
         place = where if isinstance(where, Place) else self.place(where)
-        self.problems.append(Problem(code, message, place, advice))
-        if len(self.problems) >= _MOST_PROBLEMS:
-            last = f"reading stops here: {_MOST_PROBLEMS} problems were found"
-            raise InputError([*self.problems, Problem(code, last, place)])
+        collect(self.problems, Problem(code, message, place, advice))
 
     def warn(self, code: str, message: str, where: Node | Place, advice: str) -> None:
         """Say something that is no reason to stop."""
@@ -65,6 +63,18 @@ class Reading:
     def rest_of_line(self, line: int | None, column: int) -> str:
         """Return the text from a one-based place to the end of its line."""
         return "" if line is None else self.lines.line(line)[column - 1 :]
+
+
+def collect(problems: list[Problem], problem: Problem) -> None:
+    """Add ``problem`` to ``problems``.
+
+    Raises:
+        InputError: with all of them, when there are so many that nobody would read on.
+    """
+    problems.append(problem)
+    if len(problems) >= _MOST_PROBLEMS:
+        message = f"reading stops here: {_MOST_PROBLEMS} problems were found"
+        raise InputError([*problems, replace(problem, message=message, help=None)])
 
 
 @contextmanager

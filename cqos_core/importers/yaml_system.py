@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.importers.instances import Multiplier, TooManyError
-from cqos_core.importers.reading import collector_paused, shown
+from cqos_core.importers.reading import collect, collector_paused, shown
 from cqos_core.importers.team_rules import acceptance, team_rule
 from cqos_core.importers.yaml_documents import Loader
 from cqos_core.importers.yaml_form import (
@@ -176,7 +176,7 @@ class _Builder:
 
     def problem(self, code: str, message: str, place: Place | None, advice: str | None = None) -> None:
         """Collect a problem."""
-        self.problems.append(Problem(code, message, place, advice))
+        collect(self.problems, Problem(code, message, place, advice))
 
     def once(self, code: str, message: str, place: Place | None, advice: str) -> None:
         """Collect a problem that every copy of something has, once."""

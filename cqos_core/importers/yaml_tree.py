@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.reading import Reading
     from cqos_core.importers.tree import Node
+    from cqos_core.problems import Problem
 
 DEEPEST: Final = 64
 """How deep lists and maps may be nested; system files need about ten."""
@@ -65,19 +66,21 @@ def read_tree(reading: Reading) -> Tree:
 
     What is wrong is in ``reading.problems``; the tree then holds the documents before the fault.
     """
-    data = reading.source.data
+    before = len(reading.problems)
     composer = _Composer(reading)
     try:
-        # Beside each other, because the pure parser reads the first bytes at once and the C parser later.
-        parser = getattr(yaml, "CSafeLoader", yaml.SafeLoader)(data)
+        # Both in here: the pure parser reads the first bytes when it is made, the C parser at the first event.
+        parser = getattr(yaml, "CSafeLoader", yaml.SafeLoader)(reading.source.data)
         composer.compose(parser.get_event)
     except _RefusedError:
         pass
     except yaml.YAMLError as error:
-        if not _looks_like_json(data):
+        if not _looks_like_json(reading.source.data):
             explain(reading, error)
             return composer.tree
-        return _read_json(reading, error)
+        told = reading.problems[before:]
+        del reading.problems[before:]
+        return _read_json(reading, error, told)
     return composer.tree
 
 
@@ -85,20 +88,24 @@ def _looks_like_json(data: bytes) -> bool:
     return data[:64].replace(b"\0", b"").lstrip(b"\xef\xbb\xbf\xfe\xff \t\r\n").startswith(b"{")
 
 
-def _read_json(reading: Reading, yaml_error: yaml.YAMLError) -> Tree:
-    """Read as JSON what YAML refused; what is neither is explained in the words of what its name says it is."""
-    known = len(reading.problems)
+def _read_json(reading: Reading, yaml_error: yaml.YAMLError, told: list[Problem]) -> Tree:
+    """Read as JSON what YAML refused after it ``told`` some problems.
+
+    What is neither is explained in the words of what its name says it is.
+    """
+    before = len(reading.problems)
     composer = _Composer(reading)
     try:
         composer.compose(json_events(reading.source.data).__next__)
     except _RefusedError:
         pass
     except JsonError as error:
-        del reading.problems[known:]
+        del reading.problems[before:]
         if reading.source.name.lower().endswith(".json"):
             where = Place(reading.source.name, error.line, error.column)
             reading.problem("CQ001", f"this is not JSON: {error}", where)
         else:
+            reading.problems += told
             explain(reading, yaml_error)
         return Tree()
     return composer.tree

@@ -40,7 +40,7 @@ def files(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def cqos(files, capfd, monkeypatch):  # noqa: ARG001 - it runs in the folder
+def cqos(files, capfd, monkeypatch):
     """Run the command in this process."""
 
     def run(*arguments, stdin=None):

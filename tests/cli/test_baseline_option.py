@@ -23,11 +23,11 @@ def test_what_is_written_is_known_and_what_is_new_is_not(cqos, files):
     assert cqos("check", "clashes.yaml", "--baseline", "known.json").code == 1
 
 
-def test_a_baseline_can_be_written_over_itself(cqos):
+def test_a_baseline_can_be_written_over_itself(cqos, files):
     assert cqos("check", "clashes.yaml", "--write-baseline", "k.json", "--baseline", "k.json").code == 0
-    before = open("k.json").read()  # noqa: PTH123, SIM115
+    before = (files / "k.json").read_text()
     assert cqos("check", "clashes.yaml", "--write-baseline", "k.json", "--baseline", "k.json").code == 0
-    assert open("k.json").read() == before  # noqa: PTH123, SIM115
+    assert (files / "k.json").read_text() == before
 
 
 def test_known_findings_are_in_the_json_report_with_the_reason(cqos):

@@ -2,6 +2,7 @@
 
 import os
 import stat
+from pathlib import Path
 
 import pytest
 
@@ -42,7 +43,7 @@ def test_nothing_is_left_behind_where_writing_fails(tmp_path, monkeypatch):
 
 def test_a_device_is_written_to_rather_than_replaced():
     write_file(os.devnull, "text")
-    assert not stat.S_ISREG(os.stat(os.devnull).st_mode)
+    assert not Path(os.devnull).is_file()
 
 
 def test_half_characters_are_spelled(tmp_path):

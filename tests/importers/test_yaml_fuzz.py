@@ -1,6 +1,6 @@
 """Whatever the input: a system or an `InputError` that says where, in bounded time, and never anything else.
 
-What the fuzzing found is kept in `FOUND`.
+What fuzzing or reading the code found is kept in `FOUND`.
 """
 
 import json
@@ -79,6 +79,7 @@ SNIPPETS = [
     ),
 ]
 FOUND = [
+    b"cqos: 1\nchecks: [{name: [a], because: b, sentence: s}, {name: [a], because: b, sentence: s}]",
     b"cqos: 1\ninclude: x\n--- [",
 ]
 

@@ -453,6 +453,11 @@ class TestInstances:
         ]
 
 
+def test_problems_of_copies_are_cut_too():
+    text = "instances: {x: 300, y: 300}\nprofiles: {'${x}${y}': }"
+    assert "1000 problems" in problems(text)[-1]
+
+
 def test_problems_beyond_what_anybody_reads_are_cut():
     text = "profiles:\n" + "".join(f"  p{number}: x\n" for number in range(5000))
     found = problems(text)

@@ -285,6 +285,17 @@ class TestJson:
     def test_faults_in_yaml_files_are_explained_as_yaml(self):
         assert "this is not YAML" in tree('{"a": 1')[1][0]
 
+    def test_problems_are_told_once(self):
+        assert tree('{"a": 1, "a": 2, "b": "\\ud83d\\ude80"}')[1] == [
+            "f.yaml:1:10: key `a` stands twice in one map, first on line 1, column 2 (keep one of them)"
+        ]
+
+    def test_problems_before_a_fault_are_kept(self):
+        assert [problem.split(" (")[0] for problem in tree('{"a": 1, "a": 2}\n---\n{"b": 1')[1]] == [
+            "f.yaml:1:10: key `a` stands twice in one map, first on line 1, column 2",
+            "f.yaml:3:1: this is not YAML: the list or map that begins on line 3 is not continued or closed here",
+        ]
+
     def test_deep_json_is_refused(self):
         assert "deeper than 64" in tree("\t" + '{"a":' * 1_000_000, "f.json")[1][0]
 

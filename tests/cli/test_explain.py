@@ -1,0 +1,136 @@
+"""``cqos explain``: one pair, and which endpoints there are."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "smart_agriculture_incompatible.bpmn"
+ENDS = ("lidar/publisher/scan", "planner/subscriber/scan")
+
+
+def row(text, policy):
+    (line,) = (line for line in text.splitlines() if line.startswith(f"{policy} "))
+    return line.split()
+
+
+def test_every_policy_with_values_origins_verdict_and_rules(cqos, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "160")
+    done = cqos("explain", "clashes.yaml", *ENDS)
+    assert done.code == 1
+    assert row(done.out, "policy") == ["policy", "offered", "requested", "verdict", "rules"]
+    assert row(done.out, "reliability") == ["reliability", "best_effort", "reliable", "incompatible", "ROS101"]
+    durability = row(done.out, "durability")
+    assert durability == [
+        "durability",
+        "volatile",
+        "(preset",
+        "default)",
+        "volatile",
+        "(preset",
+        "default)",
+        "compatible",
+        "ROS102",
+    ]
+    assert row(done.out, "history")[-1] == "-"
+    assert "error[ROS101] reliability-weaker-than-requested" in done.out
+    assert "incompatible: 1 topic, 1 pair judged, 1 error" in done.out
+
+
+def test_a_pair_that_fits(cqos):
+    done = cqos("explain", "fits.yaml", *ENDS)
+    assert done.code == 0
+    assert "compatible: 1 topic, 1 pair judged, no findings" in done.out
+
+
+def test_the_order_of_the_ids_does_not_matter(cqos):
+    assert cqos("explain", "clashes.yaml", *reversed(ENDS)) == cqos("explain", "clashes.yaml", *ENDS)
+
+
+def test_assumptions_count(cqos):
+    assert cqos("explain", "clashes.yaml", *ENDS, "--option", "ros2.rmw=zenoh").code == 0
+
+
+def test_as_json(cqos):
+    done = cqos("explain", "clashes.yaml", *ENDS, "--format", "json")
+    document = json.loads(done.out)
+    assert done.code == 1
+    assert {key: document[key] for key in ("version", "topic", "protocol", "verdict", "publisher", "subscriber")} == {
+        "version": 1,
+        "topic": "/scan",
+        "protocol": "ros2",
+        "verdict": "incompatible",
+        "publisher": ENDS[0],
+        "subscriber": ENDS[1],
+    }
+    reliability = next(each for each in document["policies"] if each["policy"] == "reliability")
+    assert reliability["offered"]["value"] == "best_effort"
+    assert reliability["offered"]["place"]["line"] == 6
+    assert (reliability["verdict"], reliability["rules"]) == ("incompatible", ["ROS101"])
+    assert [finding["code"] for finding in document["findings"]] == ["ROS101"]
+
+
+def test_without_ids_the_endpoints_are_listed_by_topic(cqos):
+    done = cqos("explain", EXAMPLE)
+    assert done.code == 0
+    assert done.out.startswith("Req weather data (ros2)\n  publisher   Drone_ThrowReq ")
+    document = json.loads(cqos("explain", EXAMPLE, "--format", "json").out)
+    assert document["topics"][0]["publishers"] == ["Drone_ThrowReq"]
+    assert document["topics"][1]["subscribers"] == ["Drone_CatchResp"]
+
+
+def test_several_paths_are_one_system(cqos, files):
+    (files / "one.yaml").write_text((files / "clashes.yaml").read_text().partition("  planner")[0])
+    (files / "other.yaml").write_text(
+        "cqos: 1\nprotocol: ros2\nparticipants: {planner: {subscribes: {scan: default}}}\n"
+    )
+    assert cqos("explain", "one.yaml", "other.yaml", *ENDS).code == 1
+    assert "planner/subscriber/scan" in cqos("explain", "one.yaml", "other.yaml").out
+
+
+def test_an_unknown_id_is_told_with_the_nearest_and_all_there_are(cqos):
+    done = cqos("explain", "clashes.yaml", "lidar/publisher/scn", ENDS[1])
+    assert (done.code, done.out) == (2, "")
+    assert "there is no endpoint `lidar/publisher/scn`; did you mean `lidar/publisher/scan`?" in done.err
+    assert "  subscriber  planner/subscriber/scan\n" in done.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["missing.yaml"], "error[CQ001] missing.yaml: cannot be read"),
+        (["missing.yaml", *ENDS], "error[CQ001] missing.yaml: cannot be read"),
+        (["clashes.yaml", ENDS[0]], "two ids are needed"),
+        (["clashes.yaml", ENDS[0], ENDS[0]], "both are publishers; a pair is a publisher and a subscriber"),
+        (["lonely.yaml", "lidar/publisher/scan", "planner/subscriber/map"], "they never meet"),
+        (["broken.yaml", *ENDS], "error[CQ001] broken.yaml:"),
+        (["foreign.yaml"], "no installed importer recognises this format"),
+        ([], "Missing argument"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_what_cannot_be_explained(cqos, arguments, said):
+    done = cqos("explain", *arguments)
+    assert (done.code, done.out) == (2, "")
+    assert said in done.err
+
+
+def test_a_system_without_endpoints(cqos):
+    done = cqos("explain", "nothing.yaml")
+    assert "there are no endpoints" in done.out
+
+
+def test_what_can_be_read_is_explained_and_the_rest_told(cqos):
+    done = cqos("explain", "clashes.yaml", "broken.yaml", *ENDS)
+    assert done.code == 2
+    assert "ROS101" in done.out
+    assert "error[CQ001] broken.yaml" in done.err
+
+
+@pytest.mark.parametrize(("columns", "widest"), [(200, 200), (100, 100), (90, 90), (20, 87)])
+def test_long_values_are_broken_in_a_narrow_terminal(cqos, monkeypatch, columns, widest):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    lines = cqos("explain", "clashes.yaml", *ENDS).out.partition("\n\n")[2].partition("\n\n")[0].splitlines()
+    verdict = lines[0].index("verdict")
+    assert max(map(len, lines)) <= widest
+    assert all(line[verdict - 1 : verdict].strip() == "" for line in lines)
