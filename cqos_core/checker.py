@@ -234,11 +234,21 @@ def _unknown_severities(system: System, context: Context) -> list[Finding]:
     ]
 
 
-def check_system(system: System, context: Context) -> Report:
-    """Check one system. Every stage runs once: resolve, group, settle, judge, report."""
+def check_system(
+    system: System, context: Context, step: Callable[[int, int], None] = lambda _done, _all: None
+) -> Report:
+    """Check one system; every stage runs once: resolve, group, settle, judge, report.
+
+    Args:
+        system: what to check.
+        context: the packs, and what is assumed where the system says nothing.
+        step: told before each topic how many of how many are judged.
+    """
     resolved = resolve(system, context.find_pack, context.default_protocol)
     teams, problems = bind_checks(system, resolved.packs.values())
-    results = {
-        key: check_topic(endpoints, system.accept, teams) for key, endpoints in bucket(resolved.endpoints).items()
-    }
+    topics = bucket(resolved.endpoints)
+    results = {}
+    for number, (key, endpoints) in enumerate(topics.items()):
+        step(number, len(topics))
+        results[key] = check_topic(endpoints, system.accept, teams)
     return assemble(system, resolved, results, context, problems)

@@ -189,6 +189,16 @@ class Bound:
         reads = tuple((use, at) for use in (*self.uses, *both) for at in (use.index, use.index + size))
         object.__setattr__(self, "reads", reads)
 
+    @property
+    def infallible(self) -> bool:
+        """Whether judging cannot raise: the sentence calls no function of the pack's own, and no aggregate."""
+        functions = self.vocabulary.functions
+        return not self.aggregate_uses and not any(getattr(n, "name", "") in functions for n in self.sentence.walk())
+
+    def is_plain(self, values: Values) -> bool:
+        """Whether everything the sentence may read of ``values`` is known."""
+        return all(type(values[use.index]) in _PLAIN for use in self.uses)
+
     def judge(self, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> Outcome:
         """Judge two value tuples, each assumption in play taken apart (at most 64 worlds, set reasoning beyond)."""
         if not self.aggregate_uses and all(

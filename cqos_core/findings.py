@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.judge import Spoken, judge_pair
 from cqos_core.pairing import apart
-from cqos_core.policy import Anything, Choice, Depends, Duration, Value
+from cqos_core.policy import Anything, Choice, Depends, Duration, Value, is_plain
 from cqos_core.report import Fact, Finding, Remedy, Severity, Side, Verdict
 from cqos_core.resolve import intern
 from cqos_core.settle import START_ORDER
@@ -95,16 +95,23 @@ def _member_ids(groups: Iterable[Members]) -> tuple[str, ...]:
     return tuple(sorted(endpoint.id for members in groups for endpoint in members.endpoints))
 
 
-def _side(role: str, groups: Sequence[Members], uses: Iterable[Use]) -> Side:
+def _is_news(resolved: Resolved, profile: QosProfile, index: int, *, meeting: bool) -> bool:
+    """Whether a value helps to understand a finding: of options and topics, only what somebody stated.
+
+    Where endpoints do not meet, it may be the default of one side that keeps them apart.
+    """
+    if profile.pack.policies[index].level == "endpoint" or resolved.written(index) is not None:
+        return True
+    return meeting and is_plain(profile.values[index])
+
+
+def _side(role: str, groups: Sequence[Members], uses: Iterable[Use], *, meeting: bool) -> Side:
     """The side's members sorted, with the facts and the place of the first one."""
     members = _member_ids(groups)
     leader, profile = next(
         (endpoint, group.profile) for group in groups for endpoint in group.endpoints if endpoint.id == members[0]
     )
-    # An option that nobody set is no news beside the values it bears on.
-    indices = dict.fromkeys(
-        use.index for use in uses if use.term.scope != "option" or leader.written(use.index) is not None
-    )
+    indices = dict.fromkeys(use.index for use in uses if _is_news(leader, profile, use.index, meeting=meeting))
     facts = tuple(fact(leader, profile, index) for index in indices)
     return Side(role, members, LABELS.get(role, "set here"), facts, leader.endpoint.place)
 
@@ -252,6 +259,7 @@ def sides_of(spoken: Spoken, publishers: Iterable[Members], subscribers: Iterabl
             role,
             members,
             [use for use in spoken.bound.bound.uses if not pair or use.second is (role == SUBSCRIBER)],
+            meeting=spoken.bound.rule.kind == "meets",
         )
         for role, members in groups.items()
         if members

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.codes import CODES
-from cqos_core.evaluate import Outcome
+from cqos_core.evaluate import NO_SIGNAL, Outcome
 from cqos_core.findings import Draft, Made, already_told, headline, make, sides_of, subject
 from cqos_core.judge import Spoken, ask, judge_endpoint, judge_pair, judge_signal
 from cqos_core.pairing import group
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from cqos_core.pack import BoundRule
     from cqos_core.pairing import Members, Topic
-    from cqos_core.resolve import Resolved
+    from cqos_core.resolve import QosProfile, Resolved
     from cqos_core.system import Acceptance
 
 _COMBINATIONS: Final = 25
@@ -49,7 +49,7 @@ class _Class:
     mask: int = 0
 
     @property
-    def profile(self) -> Any:
+    def profile(self) -> QosProfile:
         return self.members[0].profile
 
 
@@ -121,16 +121,33 @@ def _spoken_classes(topic: Topic, bound: BoundRule) -> Iterator[tuple[_Class, _C
     """Judge one rule over every combination of its classes; yield those of which it speaks."""
     publishers = _classes(topic.publishers, bound, second=False)
     subscribers = _classes(topic.subscribers, bound, second=True)
+    speaks = bound.rule.kind == "forbids"
+    told = Spoken(bound, Outcome(speaks))
+    judge = bound.bound.plain
+    easy = bound.bound.infallible and all(
+        bound.bound.is_plain(each.profile.values) for each in (*publishers, *subscribers)
+    )
     for offering in publishers:
+        a = offering.profile
         for requesting in subscribers:
-            a, b = offering.profile, requesting.profile
-            if bound.rule.kind == "requires" and (a.unmatched or b.unmatched):
-                unmatched = a.unmatched | b.unmatched
-                if any(use.index in unmatched for use in bound.bound.uses):
-                    continue
+            b = requesting.profile
+            if _unmatched(bound, a, b):
+                continue
+            if easy:
+                if bool(judge(a.values, b.values, NO_SIGNAL)) is speaks:
+                    yield offering, requesting, told
+                continue
             spoken = ask(bound, a.values, b.values)
             if spoken is not None and not (bound.rule.kind == "meets" and spoken.outcome.result is not False):
                 yield offering, requesting, spoken
+
+
+def _unmatched(bound: BoundRule, a: QosProfile, b: QosProfile) -> bool:
+    """Whether the rule requires something on which the middleware of either side does not match."""
+    unmatched = a.unmatched or b.unmatched
+    if not unmatched or bound.rule.kind != "requires":
+        return False
+    return any(use.index in a.unmatched or use.index in b.unmatched for use in bound.bound.uses)
 
 
 def _few(

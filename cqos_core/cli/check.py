@@ -26,7 +26,7 @@ from cqos_core.problems import CqosError
 from cqos_core.report import Severity
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from cqos_core.baseline import Baseline
     from cqos_core.cli.reading import Reader
@@ -210,16 +210,17 @@ class _Check:
             units = _units(loaded, self.wishes.grouping)
             progress.start("checking")
             for number, unit in enumerate(units):
+                # Of a single system, its topics are counted.
                 progress.step(number, len(units))
-                self._check(unit)
+                self._check(unit, progress.step if len(units) == 1 else _silent)
         reports = said_once([report for _, report in self.reports], self.reader.config.sources)
         self.reports = [(path, report) for (path, _), report in zip(self.reports, reports, strict=True)]
         if not self.problems and not self.empty and not any(report.endpoints for report in reports):
             self.empty.append(f"{', '.join(paths[:_NAMED])}: nothing there could be checked, no endpoint was found")
 
-    def _check(self, unit: _Unit) -> None:
+    def _check(self, unit: _Unit, step: Callable[[int, int], None]) -> None:
         system = self.reader.whole(unit.systems)
-        report = check_system(system, self.reader.context)
+        report = check_system(system, self.reader.context, step)
         if not report.endpoints:
             if unit.named:
                 self.empty.append(_nothing(unit.path, len(system.endpoints)))
@@ -303,6 +304,10 @@ class _Check:
     def _note(self, text: str) -> None:
         if not self.wishes.quiet:
             say(text, severity="note", choice=self.wishes.color)
+
+
+def _silent(_done: int, _all: int) -> None:
+    """Count nothing."""
 
 
 def _nothing(path: str, endpoints: int) -> str:

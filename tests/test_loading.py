@@ -1,0 +1,109 @@
+"""From paths to sources: what is found, what is refused."""
+
+import os
+
+import pytest
+
+from cqos_core import loading
+from cqos_core.importers.source import Source
+from cqos_core.loading import File, find_files, load_paths, read_path, read_source, recognise
+from cqos_core.plugins import load_plugins
+from cqos_core.problems import InputError
+
+
+def problems_of(call, *arguments):
+    with pytest.raises(InputError) as raised:
+        call(*arguments)
+    return raised.value.problems
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("b.yaml", "a.bpmn", "c.txt", ".hidden.yaml", "deep/d.JSON", ".git/e.yaml"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("x")
+    return tmp_path
+
+
+def test_a_folder_is_searched_for_the_endings_that_importers_name(folder):
+    found = find_files(["."], load_plugins())
+    assert found.files == [File(path, named=False) for path in ("./a.bpmn", "./b.yaml", "./deep/d.JSON")]
+    assert (found.skipped, found.problems) == (1, [])
+
+
+def test_an_importer_limits_the_search_to_its_own_endings(folder):
+    assert [file.path for file in find_files(["."], load_plugins(), "bpmn").files] == ["./a.bpmn"]
+
+
+def test_each_file_is_found_once_and_named_beats_found(folder):
+    (folder / "link.yaml").symlink_to("b.yaml")
+    files = find_files([".", "b.yaml", "deep/../b.yaml", "-", "-"], load_plugins()).files
+    assert [file.path for file in files] == ["./a.bpmn", "b.yaml", "./deep/d.JSON", "-"]
+    assert [file.named for file in files] == [False, True, False, True]
+
+
+def test_a_folder_that_cannot_be_searched_is_a_problem(folder, monkeypatch):
+    def refuse(path):
+        raise PermissionError(13, "Permission denied", path)
+
+    monkeypatch.setattr(os, "scandir", refuse)
+    (problem,) = load_paths(["deep"]).problems
+    assert str(problem) == "deep: the folder cannot be searched: Permission denied"
+
+
+@pytest.mark.parametrize(
+    ("path", "reason"),
+    [
+        ("missing", "No such file or directory"),
+        (".", "Is a directory"),
+        ("x" * 5000, "File name too long"),
+        ("a\0b", "embedded null byte"),
+    ],
+    ids=["missing", "folder", "long", "null"],
+)
+def test_what_cannot_be_read_is_told_with_the_reason(folder, path, reason):
+    (problem,) = problems_of(read_path, path)
+    assert (problem.code, problem.message) == ("CQ001", f"cannot be read: {reason}")
+
+
+def test_a_file_that_never_ends_is_refused(monkeypatch):
+    monkeypatch.setattr(loading, "_MAXIMUM_BYTES", 1000)
+    (problem,) = problems_of(read_path, "/dev/zero")
+    assert problem.code == "CQ002"
+    assert len(read_path("/dev/zero", 10).data) == 10
+
+
+def test_an_importer_that_fails_to_look_claims_nothing(monkeypatch):
+    def fail(*_):
+        raise ZeroDivisionError
+
+    plugins = load_plugins()
+    monkeypatch.setattr(plugins, "broken", [])
+    monkeypatch.setattr(plugins, "_left_out", set())
+    monkeypatch.setattr("cqos_core.importers.detect.claims_bpmn", fail)
+    for _ in range(2):
+        info = recognise(Source("x.yaml", b"cqos: 1\n"), plugins)
+        assert info is not None
+        assert info.name == "yaml"
+    assert [(broken.name, broken.reason) for broken in plugins.broken] == [("bpmn", "ZeroDivisionError")]
+
+
+def test_what_nobody_reads_is_told_with_what_could():
+    (problem,) = problems_of(read_source, Source("x", b"hello"))
+    assert problem.code == "CQ003"
+    assert "bpmn, yaml" in (problem.help or "")
+    (problem,) = problems_of(read_source, Source("x", b"hello"), "nonsense")
+    assert "there is no importer `nonsense`" in problem.message
+
+
+def test_a_protocol_is_for_sources_that_state_none():
+    stated = read_source(Source("x.yaml", b"cqos: 1\nprotocol: mqtt\nparticipants: {}\n"), protocol="ros2")
+    unstated = read_source(Source("x.yaml", b"cqos: 1\nparticipants: {}\n"), protocol="ros2")
+    assert (stated.protocol, unstated.protocol) == ("mqtt", "ros2")
+
+
+def test_reading_is_told_step_by_step(folder):
+    steps = []
+    load_paths(["."], step=lambda done, of: steps.append((done, of)))
+    assert steps == [(1, 3), (2, 3), (3, 3)]
