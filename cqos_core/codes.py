@@ -1,4 +1,8 @@
-"""Codes of the core: what it reports about inputs, models, meeting and configuration. Permanent, like rule codes."""
+"""Codes of the core: what it reports about inputs, models, meeting and configuration. Permanent, like rule codes.
+
+CQ0xx: reading (CQ001-CQ029 in general, CQ030-CQ059 BPMN); CQ2xx: settings and profiles; CQ4xx: names and meeting;
+CQ6xx: accepted exceptions and the team's own rules; CQ7xx: plugins at fault.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +28,290 @@ class CodeInfo:
     reason: str = ""
 
 
-_INFOS = (
+_READING = (
+    CodeInfo(
+        "CQ001",
+        "unreadable-file",
+        "error",
+        "The file cannot be read in its format: not well formed, cut off, or in another encoding than it says.",
+        "Nothing is checked in a file that cannot be read whole; the place says where reading stopped.",
+    ),
+    CodeInfo(
+        "CQ002",
+        "refused-content",
+        "error",
+        "The file declares entities, or something in it is larger or deeper than any real file needs.",
+        "Entities can read other files or fill the memory, so they are refused before they are looked at.",
+    ),
+    CodeInfo(
+        "CQ003",
+        "not-recognised",
+        "error",
+        "No importer knows the format of the file.",
+        "Name the importer, or give the file the ending of its format.",
+    ),
+    CodeInfo(
+        "CQ004",
+        "wrong-version",
+        "error",
+        "A document does not say `cqos: 1`, or names a version of the form that is not known.",
+        "What keys mean depends on the version, so nothing is read without it.",
+    ),
+    CodeInfo(
+        "CQ005",
+        "duplicate-key",
+        "error",
+        "A key stands twice in one map.",
+        "Most parsers keep the last one silently; then half of what was written has no effect.",
+    ),
+    CodeInfo(
+        "CQ006",
+        "unknown-key",
+        "error",
+        "A key is not known at this place.",
+        "A misspelt key would be without effect; the message names the nearest known one.",
+    ),
+    CodeInfo(
+        "CQ007",
+        "include-failed",
+        "error",
+        "A file that another one includes cannot be opened.",
+    ),
+    CodeInfo(
+        "CQ008",
+        "include-cycle",
+        "error",
+        "A file includes itself, directly or through others.",
+        "Move what both need into a third file.",
+    ),
+    CodeInfo(
+        "CQ009",
+        "wrong-kind-of-value",
+        "error",
+        "A value is of another kind than its key wants: a text where a map is expected, say.",
+    ),
+    CodeInfo(
+        "CQ010",
+        "missing-key",
+        "error",
+        "Something lacks a key that it cannot do without.",
+        "Checks and exceptions without a reason, for instance, are not understood by whoever meets them later.",
+    ),
+    CodeInfo(
+        "CQ011",
+        "value-not-allowed",
+        "error",
+        "A value is none of those that its key allows.",
+    ),
+    CodeInfo(
+        "CQ012",
+        "stated-twice",
+        "error",
+        "Something is stated twice: in two files, in two documents, or in two ways with different values.",
+        "Which of them is meant cannot be known. Both places are named; keep one.",
+    ),
+    CodeInfo(
+        "CQ013",
+        "duplicate-endpoint-id",
+        "error",
+        "Two endpoints have the same id, and at least one of them was given it.",
+        "Ids are what exceptions, baselines and `cqos explain` go by.",
+    ),
+    CodeInfo(
+        "CQ014",
+        "unknown-variable",
+        "error",
+        "A text mentions a variable that is not among the `instances`, or where nothing can be multiplied.",
+        "`${name}` makes a copy for each instance; `$${` stands for the characters `${`.",
+    ),
+    CodeInfo(
+        "CQ015",
+        "name-without-variable",
+        "error",
+        "Something mentions a variable but its name does not, so all copies would have one name.",
+        "Write the variable in the name too.",
+    ),
+    CodeInfo(
+        "CQ016",
+        "too-many-instances",
+        "error",
+        "The instances multiply to more than anybody could look at.",
+        "Fewer instances show the same faults: copies of one thing differ in their names only.",
+    ),
+    CodeInfo(
+        "CQ017",
+        "undefined-alias",
+        "error",
+        "`*name` stands without quotes and refers to an anchor that is not there.",
+        "Names and patterns that begin with `*` must stand in quotes in YAML.",
+    ),
+    CodeInfo(
+        "CQ018",
+        "unknown-tag",
+        "error",
+        "A value has a YAML tag that means nothing here.",
+        "No objects are made from files; texts that begin with `!` must stand in quotes.",
+    ),
+    CodeInfo(
+        "CQ019",
+        "name-lost-in-comment",
+        "warning",
+        "A topic or filter with `#` is read as a comment.",
+        "In YAML a `#` after a blank or at the beginning of a value begins a comment; write the name in quotes.",
+    ),
+    CodeInfo(
+        "CQ020",
+        "key-glued-to-value",
+        "warning",
+        "A key without a value has a colon in it, as in `{depth:5}`.",
+        "In YAML a colon separates only with a blank after it.",
+    ),
+    CodeInfo(
+        "CQ021",
+        "stated-differently",
+        "warning",
+        "Files that are checked together state one profile, topic, broker or bridge differently.",
+        "The first statement holds; give one of them another name, or state it once and include it.",
+    ),
+    CodeInfo(
+        "CQ030",
+        "not-bpmn-20",
+        "error",
+        "The document is XML, but not BPMN 2.0 (20100524).",
+        "Drafts and older versions use other names for the same things; save the model as BPMN 2.0.",
+    ),
+    CodeInfo(
+        "CQ031",
+        "duplicate-id",
+        "warning",
+        "Two elements have the same id.",
+        "What refers to the id can mean either; the first one is taken, later ones are told apart by `#2`, `#3`.",
+    ),
+    CodeInfo(
+        "CQ032",
+        "dangling-reference",
+        "warning",
+        "A reference names an element that is not in the file.",
+        "Other files are not searched for it. Mend the reference, or add what it names.",
+    ),
+    CodeInfo(
+        "CQ033",
+        "signal-without-name",
+        "warning",
+        "A signal event has neither a signal with a name nor a name of its own, so it has no topic.",
+        "Without a topic nobody can meet it; it is not checked.",
+    ),
+    CodeInfo(
+        "CQ034",
+        "topic-guessed-from-event-name",
+        "note",
+        "A signal event names no signal, so its own name is taken for the topic.",
+        "Choose a signal for the event; then its name can change without changing the topic.",
+    ),
+    CodeInfo(
+        "CQ035",
+        "signals-share-a-name",
+        "note",
+        "Two signals have the same name and are one topic.",
+        "Modelers compare signals by id, C-QoS and middleware compare topics by name.",
+    ),
+    CodeInfo(
+        "CQ036",
+        "topic-known-at-run-time-only",
+        "warning",
+        "The topic's name is an expression that only the engine can compute.",
+        "What is computed at run time cannot be checked at design time; the event is not paired.",
+    ),
+    CodeInfo(
+        "CQ037",
+        "signal-stays-in-its-instance",
+        "note",
+        "The signal has the scope of a process instance and never reaches a middleware.",
+        "Events of such a signal are no publishers and no subscribers.",
+    ),
+    CodeInfo(
+        "CQ038",
+        "all-qos-zero",
+        "note",
+        "All eight QoS attributes of the event are 0.",
+        "Some modelers write 0 everywhere into events that nobody has edited, so reliability and durability may be "
+        "defaults rather than choices.",
+    ),
+    CodeInfo(
+        "CQ039",
+        "conflicting-values",
+        "warning",
+        "The same thing is stated twice with different values.",
+        "Attributes of the element win over `qos:policy`, that wins over Camunda properties, and a later statement of "
+        "the same kind over an earlier one.",
+    ),
+    CodeInfo(
+        "CQ040",
+        "misplaced-qos",
+        "warning",
+        "QoS is stated where nothing reads it.",
+        "QoS belongs on the event that throws or catches a signal.",
+    ),
+    CodeInfo(
+        "CQ041",
+        "unknown-qos-word",
+        "warning",
+        "An element or attribute in the namespace `http://qos` is not known, or not at this place.",
+        "It is skipped; a misspelt word would otherwise be lost silently.",
+    ),
+    CodeInfo(
+        "CQ042",
+        "incomplete-qos-element",
+        "error",
+        "An element or attribute in the namespace `http://qos` lacks something that it needs.",
+    ),
+    CodeInfo(
+        "CQ043",
+        "bad-qos-value",
+        "error",
+        "An attribute of C-QoS's own has a value that it cannot have.",
+    ),
+    CodeInfo(
+        "CQ044",
+        "import-not-followed",
+        "note",
+        "The model imports another file, which is not opened.",
+        "Give the files together, then their signals meet.",
+    ),
+    CodeInfo(
+        "CQ045",
+        "message-flows-not-read",
+        "note",
+        "The model has message flows but no signals.",
+        "Message flows run between two points; reading them as topics is a convention that has to be switched on.",
+    ),
+    CodeInfo(
+        "CQ046",
+        "event-outside-process",
+        "warning",
+        "A signal event stands outside of every process, so nobody throws or catches it.",
+    ),
+    CodeInfo(
+        "CQ047",
+        "unknown-importer-switch",
+        "error",
+        "The importer has no such switch, or the switch no such value.",
+    ),
+    CodeInfo(
+        "CQ048",
+        "process-shared-by-participants",
+        "note",
+        "Several participants have the same process.",
+        "Each of them throws and catches for itself: the events of the process count once for each.",
+    ),
+    CodeInfo(
+        "CQ049",
+        "message-without-name",
+        "warning",
+        "A message event or task has neither a message flow nor a message, so it has no topic.",
+    ),
+)
+_MODEL = (
     CodeInfo(
         "CQ201",
         "protocol-without-pack",
@@ -214,5 +501,12 @@ _INFOS = (
         "A rule's own function raised an error, so what it says is not known.",
         "This is a fault of the rule pack, not of the design; report it to the pack's authors.",
     ),
+    CodeInfo(
+        "CQ702",
+        "importer-failed",
+        "error",
+        "The importer of a plugin failed while it read the file.",
+        "This is a fault of the plugin, whatever the file holds; report it to the plugin's authors.",
+    ),
 )
-CODES: dict[str, CodeInfo] = {info.code: info for info in _INFOS}
+CODES: dict[str, CodeInfo] = {info.code: info for info in (*_READING, *_MODEL)}

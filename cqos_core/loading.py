@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO, Final
 
 from cqos_core.importers.source import ReadContext, Source, no_files
-from cqos_core.plugins import ImporterInfo, Plugins, load_plugins
-from cqos_core.problems import CqosError, InputError, Problem
+from cqos_core.plugins import FAULTS, ImporterInfo, Plugins, load_plugins
+from cqos_core.problems import CqosError, InputError, Problem, describe, keep_traceback
 from cqos_core.system import ImportNote, Place, System
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def _claims(info: ImporterInfo, source: Source, plugins: Plugins) -> bool:
     """Ask one importer; one that fails claims nothing, so that a broken plugin cannot stop the others."""
     try:
         return info.load_claim()(source.name, source.data[:HEAD])
-    except Exception as error:  # noqa: BLE001 - whatever a foreign importer does
+    except FAULTS as error:
         plugins.leave_out("importers", info.name, error)
         return False
 
@@ -117,20 +117,42 @@ def read_source(
     context = ReadContext(open_file if from_disk else no_files, switches or {})
     try:
         system = info.load_reader()(source, context)
-    except CqosError:
-        raise
-    except Exception as error:
-        error.add_note(f"importer `{info.name}` ({plugins.owner('importers', info.name)}) was reading {source.name}")
-        raise
+        _refuse_unusable(system)
+    except FAULTS as error:
+        if isinstance(error, InputError) and error.problems:
+            raise
+        owner = plugins.owner("importers", info.name)
+        if plugins.shipped("importers", info.name):
+            error.add_note(f"importer `{info.name}` ({owner}) was reading {source.name}")
+            raise
+        keep_traceback(f"importer `{info.name}` of {owner} reading {source.name}", error)
+        message = f"importer `{info.name}` of {owner} failed: {describe(error)}"
+        raise InputError([Problem("CQ702", message, Place(source.name), _PLUGIN_HELP)]) from error
     if system.protocol is None:
         system.protocol = protocol or default_protocol(info.name, plugins)
     return system
 
 
+_PLUGIN_HELP: Final = "report it to the authors of the plugin, with what `cqos --debug …` prints"
+
+
+def _refuse_unusable(system: object) -> None:
+    """Refuse what a foreign importer may return and nothing later could work with."""
+    if not isinstance(system, System):
+        raise TypeError(f"its reader returned a {type(system).__name__}, not a System")
+    missing = {endpoint.participant for endpoint in system.endpoints} - system.participants.keys()
+    if missing:
+        raise CqosError(f"its reader returned endpoints of `{min(missing)}`, which is none of the participants")
+
+
 def default_protocol(importer: str, plugins: Plugins) -> str | None:
-    """The protocol that files of this importer mean when they name none: the one pack that says so, else None."""
+    """The protocol that files of this importer mean when they name none: the one pack that says so, else None.
+
+    Where we ship a pack that says so, no other can take its place.
+    """
     claiming = [info.id for info in plugins.packs.values() if importer in info.default_for]
-    return claiming[0] if len(claiming) == 1 else None
+    first = [pack_id for pack_id in claiming if plugins.shipped("packs", pack_id)] or claiming
+    return first[0] if len(first) == 1 else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -350,7 +372,7 @@ def _join(whole: System, kind: str, stated: Mapping[str, object]) -> None:
             message = (
                 f"{kind.removesuffix('s')} `{name}` is stated differently at {first} and at {second}; the first holds"
             )
-            whole.notes.append(ImportNote("CQ008", "warning", message, second))
+            whole.notes.append(ImportNote("CQ021", "warning", message, second))
 
 
 def _content(value: object) -> object:

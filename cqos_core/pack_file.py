@@ -195,7 +195,7 @@ def read_pack(source: Source) -> RulePack:
     reading = Reading(source, problems, [])
     documents = read_tree(reading).documents
     if problems or len(documents) != 1:
-        raise InputError(problems or [Problem("CQ010", "a rule pack file holds one document", Place(source.name))])
+        raise InputError(problems or [Problem("CQ009", "a rule pack file holds one document", Place(source.name))])
     try:
         model = PackModel.model_validate(_plain(documents[0]))
     except ValidationError as error:
@@ -233,7 +233,7 @@ def _located(error: Any, root: Node, reading: Reading) -> Problem:
         key = parent.entries[location[-1]][0] if isinstance(parent, MappingNode) else parent
         known = _fields_at(location[:-1])
         message = f"`{location[-1]}` is no key here{did_you_mean(str(location[-1]), known)}"
-        return Problem("CQ010", message, reading.place(key), f"known: {', '.join(known)}" if known else None)
+        return Problem("CQ006", message, reading.place(key), f"known: {', '.join(known)}" if known else None)
     path = ".".join(str(part) for part in location)
     return Problem("CQ011", f"`{path}`: {error['msg']}", reading.place(_at(location, root)))
 

@@ -2,23 +2,26 @@
 
 Everything C-QoS ships comes through the same entry-point group ``cqos`` as anybody's plugin. Hooks hand over light
 descriptors; what they describe is imported on use, so that start-up loads only what a command needs. Plugins are
-loaded one at a time: a broken one is reported in `Plugins.broken` and the rest works.
+loaded one at a time: a broken one is reported in `Plugins.broken` and the rest works. ``docs/plugins.md`` says how to
+write one.
 """
 
 from __future__ import annotations
 
 import importlib
+import os
+import re
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.metadata import entry_points
-from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, TypeVar, cast
 
 import pluggy
 
-from cqos_core.problems import CqosError
+from cqos_core.problems import CqosError, PackError, describe, keep_traceback
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
     from importlib.metadata import EntryPoint
 
     import click
@@ -29,7 +32,13 @@ if TYPE_CHECKING:
     from cqos_core.report import Report
     from cqos_core.system import System
 
-GROUP = "cqos"
+GROUP: Final = "cqos"
+LOAD_VARIABLE: Final = "CQOS_LOAD_PLUGINS"
+"""The environment variable that names the distributions to load plugins from, beside those we ship."""
+FAULTS: Final = (Exception, SystemExit)
+"""What to expect of a foreign plugin: it may also call ``sys.exit``."""
+_AUTHORS: Final = "the C-QoS authors"
+
 hookspec = pluggy.HookspecMarker(GROUP)
 hookimpl = pluggy.HookimplMarker(GROUP)
 T = TypeVar("T")
@@ -64,6 +73,11 @@ class RulePackInfo:
     summary: str
     pack: str
     default_for: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """What it is called, as with all descriptors: its id."""
+        return self.id
 
     def load(self) -> RulePack:
         """Import the pack."""
@@ -166,17 +180,76 @@ class Hooks:
         """Register subcommands."""
 
 
+class _Kind(NamedTuple):
+    """One kind of thing that plugins register.
+
+    Attributes:
+        name: of the attribute of `Plugins` that holds them.
+        noun: for messages.
+        hook: which registers them.
+        objects: fields of the descriptor that are ``"module:object"``.
+        lists: fields of the descriptor that are tuples of text.
+    """
+
+    name: str
+    noun: str
+    hook: str
+    descriptor: type[Any]
+    objects: tuple[str, ...]
+    lists: tuple[str, ...] = ()
+
+
+KINDS: Final = {
+    kind.name: kind
+    for kind in (
+        _Kind("packs", "rule pack", "register_rule_packs", RulePackInfo, ("pack",), ("default_for",)),
+        _Kind("importers", "importer", "register_importers", ImporterInfo, ("claims", "reader"), ("suffixes",)),
+        _Kind("exporters", "exporter", "register_exporters", ExporterInfo, ("writer",)),
+        _Kind("formatters", "formatter", "register_formatters", FormatterInfo, ("renderer",)),
+        _Kind("commands", "command", "register_commands", CommandInfo, ("command",)),
+    )
+}
+_NAME: Final = re.compile(r"[a-z][a-z0-9_-]*")
+_OBJECT: Final = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where something that is registered comes from.
+
+    Attributes:
+        plugin: name of the entry point.
+        distribution: name and version.
+        shipped: it is one of ours, and so comes before anybody else's.
+        package: the import package of the entry point.
+    """
+
+    plugin: str
+    distribution: str
+    shipped: bool
+    package: str
+
+
 @dataclass(frozen=True, slots=True)
 class BrokenPlugin:
-    """A plugin that could not be loaded: its entry-point name, distribution with version, and what went wrong."""
+    """A plugin, or something that one registered, that could not be loaded.
+
+    Attributes:
+        name: of the entry point, or of what was registered.
+        distribution: name and version; empty if there is none.
+        reason: what went wrong, of several lines perhaps.
+        noun: what it is.
+    """
 
     name: str
     distribution: str
     reason: str
+    noun: str = "plugin"
 
     def __str__(self) -> str:
-        """One sentence for a person."""
-        return f"plugin `{self.name}` of {self.distribution} could not be loaded and is left out: {self.reason}"
+        """One sentence for a person; further lines of the reason follow it."""
+        owner = f" of {self.distribution}" if self.distribution else ""
+        return f"{self.noun} `{self.name}`{owner} could not be loaded and is left out: {self.reason}"
 
 
 @dataclass(slots=True)
@@ -189,12 +262,25 @@ class Plugins:
     formatters: dict[str, FormatterInfo] = field(default_factory=dict)
     commands: dict[str, CommandInfo] = field(default_factory=dict)
     broken: list[BrokenPlugin] = field(default_factory=list)
-    owners: dict[tuple[str, str], str] = field(default_factory=dict)
+    owners: dict[tuple[str, str], Origin] = field(default_factory=dict)
     _left_out: set[tuple[str, str]] = field(default_factory=set)
 
     def owner(self, kind: str, name: str) -> str:
         """Distribution and version that registered ``name`` (``kind``: ``packs``, ``importers`` …)."""
-        return self.owners.get((kind, name), "cqos")
+        return self.owners[kind, name].distribution
+
+    def shipped(self, kind: str, name: str) -> bool:
+        """Whether we ship what is registered under ``name``, rather than somebody else."""
+        return self.owners[kind, name].shipped
+
+    def culprit(self, error: BaseException) -> Origin | None:
+        """Return the foreign plugin in whose code ``error`` was raised, or that called what raised it, if any."""
+        foreign = {origin.package: origin for origin in self.owners.values() if not origin.shipped}
+        found, step = None, error.__traceback__
+        while step is not None:
+            package = step.tb_frame.f_globals.get("__name__", "").partition(".")[0]
+            found, step = foreign.get(package, found), step.tb_next
+        return found
 
     def pack(self, pack_id: str) -> RulePack | None:
         """Return the installed pack ``pack_id``, imported on first use; None if there is none, or it is broken."""
@@ -203,7 +289,7 @@ class Plugins:
             return None
         try:
             return _load_pack(info)
-        except Exception as error:  # noqa: BLE001 - whatever a foreign pack does, the rest must work
+        except FAULTS as error:
             self.leave_out("packs", pack_id, error)
             return None
 
@@ -211,59 +297,126 @@ class Plugins:
         """Note in `broken`, once, that something registered failed when it was needed."""
         if (kind, name) not in self._left_out:
             self._left_out.add((kind, name))
-            self.broken.append(BrokenPlugin(name, self.owner(kind, name), _reason(error)))
+            broken = BrokenPlugin(name, self.owner(kind, name), describe(error), KINDS[kind].noun)
+            keep_traceback(str(broken), error)
+            self.broken.append(broken)
 
 
 @cache
 def _load_pack(info: RulePackInfo) -> RulePack:
-    return info.load()
+    from cqos_core.pack import RulePack
+
+    pack = info.load()
+    if not isinstance(pack, RulePack):
+        raise PackError(f"`{info.pack}` is a {type(pack).__name__}, not a RulePack")
+    if pack.id != info.id:
+        raise PackError(f"`{info.pack}` has the id `{pack.id}`, but is registered as `{info.id}`")
+    return pack
 
 
-_KINDS = ("rule_packs", "importers", "exporters", "formatters", "commands")
-
-
-def _reason(error: BaseException) -> str:
-    return f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-
-
-def _distribution(entry: EntryPoint) -> str:
-    return f"{entry.dist.name} {entry.dist.version}" if entry.dist is not None else "an unknown distribution"
-
-
-def _register(plugins: Plugins, name: str, distribution: str, module: Any) -> None:
-    """Call one plugin's hooks into ``plugins``; all or nothing, so that a broken one leaves no half behind."""
-    manager = pluggy.PluginManager(GROUP)
-    manager.add_hookspecs(Hooks)
-    manager.register(module, name)
-    manager.check_pending()
-    taken: list[tuple[str, Any]] = []
-    for kind in _KINDS:
-        found: list[Any] = []
-        getattr(manager.hook, f"register_{kind}")(register=found.append)
-        taken += [(kind.removeprefix("rule_"), info) for info in found]
-    for kind, info in taken:
-        key = info.id if kind == "packs" else info.name
-        if key in getattr(plugins, kind):
-            message = (
-                f"it registers {kind.removesuffix('s')} `{key}`, which {plugins.owner(kind, key)} already provides"
-            )
-            raise CqosError(message)
-    for kind, info in taken:
-        key = info.id if kind == "packs" else info.name
-        getattr(plugins, kind)[key] = info
-        plugins.owners[kind, key] = distribution
+# Loading
 
 
 @cache
 def load_plugins() -> Plugins:
     """Find and load every installed plugin once per process; see `Plugins.broken` for those that failed."""
+    return load_from(entry_points(group=GROUP), os.environ.get(LOAD_VARIABLE))
+
+
+def load_from(entries: Iterable[EntryPoint], only: str | None = None) -> Plugins:
+    """Load the plugins of ``entries``; of others than ours those whose distributions ``only`` names, unless it is None."""
     plugins = Plugins()
-    # Ours first, then by name: a third party can never take a name we ship, whatever the order of installation.
-    entries = sorted(entry_points(group=GROUP), key=lambda e: (not e.value.startswith("cqos_core"), e.name, e.value))
-    for entry in entries:
-        distribution = _distribution(entry)
-        try:
-            _register(plugins, entry.name, distribution, entry.load())
-        except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a foreign plugin does, the rest must work
-            plugins.broken.append(BrokenPlugin(entry.name, distribution, _reason(error)))
+    wanted = None if only is None else {_normalised(name): name.strip() for name in only.split(",") if name.strip()}
+    found = [(_origin(entry), entry) for entry in entries]
+    # Ours first, then by name: nobody can take a name we ship, whatever the order of installation.
+    found.sort(key=lambda pair: (pair[0].package != "cqos_core", not pair[0].shipped, pair[1].name, pair[1].value))
+    for origin, entry in found:
+        name = _normalised(origin.distribution.partition(" ")[0])
+        if origin.shipped or wanted is None or name in wanted:
+            _load(plugins, origin, entry)
+    present = {_normalised(origin.distribution.partition(" ")[0]) for origin, _ in found}
+    for name in sorted(set(wanted or ()) - present):
+        reason = f"{LOAD_VARIABLE} names it, but there is no installed distribution of that name with a plugin"
+        plugins.broken.append(BrokenPlugin((wanted or {})[name], "", reason))
     return plugins
+
+
+def _normalised(distribution: str) -> str:
+    """Spell the name of a distribution as all its spellings are compared."""
+    return re.sub(r"[-_.]+", "-", distribution.strip()).lower()
+
+
+def _origin(entry: EntryPoint) -> Origin:
+    distribution, shipped = "an unknown distribution", False
+    try:
+        # Read once: each look at it reads the file again.
+        metadata = entry.dist.metadata if entry.dist is not None else None
+        if metadata is not None:
+            distribution = f"{metadata['Name']} {metadata['Version']}"
+            shipped = _AUTHORS in (metadata.get_all("Author") or ())
+    except Exception as error:  # noqa: BLE001 - what is left of an installation that failed may hold anything
+        keep_traceback(f"reading who brings the plugin `{entry.name}`", error)
+    return Origin(entry.name, distribution, shipped, entry.value.partition(":")[0].partition(".")[0].strip())
+
+
+def _load(plugins: Plugins, origin: Origin, entry: EntryPoint) -> None:
+    """Load one plugin, or note that it is broken."""
+    try:
+        _register(plugins, origin, entry.load())
+    except FAULTS as error:
+        broken = BrokenPlugin(origin.plugin, origin.distribution, describe(error))
+        keep_traceback(str(broken), error)
+        plugins.broken.append(broken)
+
+
+def _register(plugins: Plugins, origin: Origin, module: Any) -> None:
+    """Call one plugin's hooks into ``plugins``; all or nothing, so that a broken one leaves no half behind."""
+    manager = pluggy.PluginManager(GROUP)
+    manager.add_hookspecs(Hooks)
+    manager.register(module, origin.plugin)
+    manager.check_pending()
+    _refuse_idle(manager, module)
+    taken: dict[tuple[str, str], Any] = {}
+    for kind in KINDS.values():
+        infos: list[Any] = []
+        getattr(manager.hook, kind.hook)(register=infos.append)
+        for info in infos:
+            _refuse_malformed(kind, info)
+            owner = "it itself" if (kind.name, info.name) in taken else None
+            if info.name in getattr(plugins, kind.name):
+                owner = plugins.owner(kind.name, info.name)
+            if owner is not None:
+                raise CqosError(f"it registers {kind.noun} `{info.name}`, which {owner} already provides")
+            taken[kind.name, info.name] = info
+    for (kind_name, name), info in taken.items():
+        getattr(plugins, kind_name)[name] = info
+        plugins.owners[kind_name, name] = origin
+
+
+def _refuse_idle(manager: pluggy.PluginManager, module: Any) -> None:
+    """Refuse a plugin that cannot register anything, which is hardly what its author meant."""
+    callers = manager.get_hookcallers(module) or []
+    if not callers:
+        raise CqosError("it implements no hook; is `@hookimpl` missing?")
+    for caller in callers:
+        if any("register" not in implementation.argnames for implementation in caller.get_hookimpls()):
+            raise CqosError(f"its `{caller.name}` lacks the argument `register`")
+
+
+def _refuse_malformed(kind: _Kind, info: Any) -> None:
+    """Refuse a descriptor that would make trouble later, where nobody would know whose it is."""
+    if not isinstance(info, kind.descriptor):
+        raise CqosError(f"its `{kind.hook}` registers {info!r}, which is no {kind.descriptor.__name__}")
+    name, what = info.name, f"its {kind.noun} `{info.name}`"
+    if not (isinstance(name, str) and _NAME.fullmatch(name)):
+        raise CqosError(f"{what} needs a name of lower-case letters, digits, `-` and `_`")
+    if not isinstance(info.summary, str):
+        raise CqosError(f"{what} needs a summary")
+    for part in kind.objects:
+        path = getattr(info, part)
+        if not (isinstance(path, str) and _OBJECT.fullmatch(path)):
+            raise CqosError(f'{what} has the {part} {path!r}, where "module:object" is expected')
+    for part in kind.lists:
+        texts = getattr(info, part)
+        if not (isinstance(texts, tuple) and all(isinstance(text, str) for text in texts)):
+            raise CqosError(f"{what} has the {part} {texts!r}, where a tuple of texts is expected")

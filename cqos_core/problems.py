@@ -76,3 +76,17 @@ class InvalidValueError(CqosError):
         self.expected = expected
         self.message = message
         super().__init__(f"{message}; expected {expected}" if expected else message)
+
+
+def describe(error: BaseException) -> str:
+    """``ValueError: what it says``; errors that are raised on purpose explain themselves."""
+    if isinstance(error, CqosError) or not str(error):
+        return str(error) or type(error).__name__
+    return f"{type(error).__name__}: {error}"
+
+
+def keep_traceback(what: str, error: BaseException) -> None:
+    """Hand an error that became mere words to whoever listens to the logger ``cqos_core``: ``cqos --debug`` does."""
+    import logging
+
+    logging.getLogger("cqos_core").debug(what, exc_info=error)

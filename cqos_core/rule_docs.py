@@ -4,46 +4,17 @@ from __future__ import annotations
 
 import textwrap
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
-from cqos_core.codes import CODES as CORE_CODES
-from cqos_core.importers.codes import CODES as IMPORTER_CODES
+from cqos_core.codes import CODES, CodeInfo
 from cqos_core.pack import rule_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Sequence
 
     from cqos_core.evaluate import Use
     from cqos_core.pack import BoundRule, RulePack
     from cqos_core.rule import Rule
-
-
-class Code(Protocol):
-    """A code of the core or of an importer."""
-
-    @property
-    def code(self) -> str:
-        """``CQ001``."""
-
-    @property
-    def name(self) -> str:
-        """The bad pattern in kebab case."""
-
-    @property
-    def severity(self) -> str:
-        """``error``, ``warning`` or ``note``."""
-
-    @property
-    def summary(self) -> str:
-        """One sentence."""
-
-    @property
-    def reason(self) -> str:
-        """Why it matters, and what to do about it."""
-
-
-CODES: Final[Mapping[str, Code]] = {**IMPORTER_CODES, **CORE_CODES}
-"""Every code that no rule pack brings."""
 
 
 # What a page holds
@@ -223,12 +194,12 @@ def _sentence(text: str) -> str:
 # Codes
 
 
-def code_markdown(info: Code) -> str:
+def code_markdown(info: CodeInfo) -> str:
     """Return the page of the docs of a code that no rule pack brings."""
     return as_markdown(code_page(info))
 
 
-def code_page(info: Code) -> Page:
+def code_page(info: CodeInfo) -> Page:
     """Derive a page from a code."""
     sections: list[tuple[str, tuple[Block, ...]]] = [
         ("", (Paragraph(f"{info.severity.capitalize()}. Said by C-QoS itself, whatever the protocol."),)),
@@ -242,7 +213,7 @@ def code_page(info: Code) -> Page:
 # Finding them
 
 
-def find(name: str, packs: Iterable[RulePack]) -> tuple[BoundRule, RulePack] | Code | None:
+def find(name: str, packs: Iterable[RulePack]) -> tuple[BoundRule, RulePack] | CodeInfo | None:
     """Return what ``name`` stands for: the code, name or alias of a rule, or the code or name of one of `CODES`."""
     wanted = name.strip().lower()
     for pack in _with_variants(packs):

@@ -12,8 +12,8 @@ import click
 from cqos_core.cli import INTERRUPTED
 from cqos_core.cli.parameters import Run, debug_option
 from cqos_core.cli.streams import say, say_problems
-from cqos_core.plugins import load_plugins
-from cqos_core.problems import CqosError, InputError
+from cqos_core.plugins import FAULTS, load_plugins
+from cqos_core.problems import CqosError, InputError, describe, keep_traceback
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,17 +32,21 @@ class Commands(click.Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import one command."""
-        info = load_plugins().commands.get(cmd_name)
+        plugins = load_plugins()
+        info = plugins.commands.get(cmd_name)
         if info is None:
             return None
         try:
-            return info.load()
-        except (Exception, SystemExit) as error:
-            if _is_ours(cmd_name):
+            command = info.load()
+            if not isinstance(command, click.Command):
+                raise TypeError(f"`{info.command}` is no click command")
+        except FAULTS as error:
+            if plugins.shipped("commands", cmd_name):
                 raise
-            owner = load_plugins().owner("commands", cmd_name)
-            reason = f"{type(error).__name__}: {error}"
-            raise click.UsageError(f"The command `{cmd_name}` of {owner} cannot be loaded: {reason}", ctx) from error
+            what = f"The command `{cmd_name}` of {plugins.owner('commands', cmd_name)}"
+            keep_traceback(what, error)
+            raise click.UsageError(f"{what} cannot be loaded: {describe(error)}", ctx) from error
+        return command
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -59,17 +63,14 @@ class Commands(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002 - click's signature
         """Write the list of commands from what plugins say about them."""
-        commands = load_plugins().commands.values()
-        ours = [(info.name, info.summary) for info in commands if _is_ours(info.name)]
-        theirs = [(info.name, info.summary) for info in commands if not _is_ours(info.name)]
+        plugins = load_plugins()
+        commands = plugins.commands.values()
+        ours = [(info.name, info.summary) for info in commands if plugins.shipped("commands", info.name)]
+        theirs = [(info.name, info.summary) for info in commands if not plugins.shipped("commands", info.name)]
         for title, rows in (("Commands", ours), ("Commands of plugins", theirs)):
             if rows:
                 with formatter.section(title):
                     formatter.write_dl(rows)
-
-
-def _is_ours(command: str) -> bool:
-    return load_plugins().commands[command].command.startswith("cqos_core.")
 
 
 @click.group(
@@ -99,11 +100,13 @@ def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code; every error becomes words on standard error."""
     if "_CQOS_COMPLETE" in os.environ:  # a shell asks what could come next
         cli.main(prog_name="cqos")
-    this = Run(debug=os.environ.get("CQOS_DEBUG", "") not in {"", "0"})
+    this = Run()
+    if os.environ.get("CQOS_DEBUG", "") not in {"", "0"}:
+        this.debug_from_now_on()
     code = _run(sys.argv[1:] if arguments is None else list(arguments), this)
     if not this.silent:
         for broken in load_plugins().broken:
-            say(str(broken), severity="warning")
+            _say_lines(str(broken), "warning")
     return code
 
 
@@ -133,8 +136,12 @@ def _tell(error: CqosError) -> None:
     if isinstance(error, InputError):
         say_problems(error.problems)
         return
-    first, *more = str(error).splitlines() or [type(error).__name__]
-    say(first, severity="error")
+    _say_lines(describe(error), "error")
+
+
+def _say_lines(text: str, severity: str) -> None:
+    first, *more = text.splitlines()
+    say(first, severity=severity)
     for line in more:
         say(line)
 
@@ -148,12 +155,13 @@ def _internal(error: Exception, this: Run) -> int:
     if this.debug:
         traceback.print_exception(error)
     where = "".join(f" while {note}" for note in getattr(error, "__notes__", ()))
-    what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-    say(f"internal error{where}: {what}", severity="error")
+    culprit = load_plugins().culprit(error)
+    whose = "C-QoS" if culprit is None else f"the plugin `{culprit.plugin}` of {culprit.distribution}"
+    say(f"internal error{where}{f' in {whose}' if culprit else ''}: {describe(error)}", severity="error")
     if not this.debug:
         say(
-            "This is a fault of C-QoS or of a plugin, not of your input. Run the command again with `cqos --debug …` "
-            "and report what it prints, with the input if you may share it.",
+            f"This is a fault of {whose}, not of your input. Run the command again with `cqos --debug …` and report "
+            f"what it prints{' to its authors' if culprit else ''}, with the input if you may share it.",
             severity="help",
         )
     return INTERNAL

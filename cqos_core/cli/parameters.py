@@ -120,10 +120,20 @@ class Run:
     debug: bool = False
     silent: bool = False
 
+    def debug_from_now_on(self) -> None:
+        """Show tracebacks, also of errors that become mere words."""
+        if not self.debug:
+            import logging
+
+            self.debug = True
+            logger = logging.getLogger("cqos_core")
+            logger.addHandler(logging.StreamHandler())
+            logger.setLevel(logging.DEBUG)
+
 
 def _debug(ctx: click.Context, _param: click.Parameter, value: bool) -> None:  # noqa: FBT001 - click's signature
     if value and isinstance(run := ctx.find_root().obj, Run):
-        run.debug = True
+        run.debug_from_now_on()
 
 
 debug_option = click.option(

@@ -12,9 +12,10 @@ from cqos_core.cli.reading import read_packs
 from cqos_core.cli.streams import emit, width
 from cqos_core.pack import describe_rule
 from cqos_core.plugins import load_plugins
-from cqos_core.rule_docs import Code, as_markdown, as_text, code_page, find, names, rule_page
+from cqos_core.rule_docs import as_markdown, as_text, code_page, find, names, rule_page
 
 if TYPE_CHECKING:
+    from cqos_core.codes import CodeInfo
     from cqos_core.pack import BoundRule, RulePack
 
 
@@ -56,12 +57,12 @@ def rule(*, code: str, form: str, pack_files: tuple[str, ...]) -> None:
     emit(_as_json(found) if form == "json" else _page(found, form))
 
 
-def _page(found: tuple[BoundRule, RulePack] | Code, form: str) -> str:
+def _page(found: tuple[BoundRule, RulePack] | CodeInfo, form: str) -> str:
     page = rule_page(*found) if isinstance(found, tuple) else code_page(found)
     return as_markdown(page) if form == "markdown" else as_text(page, width())
 
 
-def _as_json(found: tuple[BoundRule, RulePack] | Code) -> str:
+def _as_json(found: tuple[BoundRule, RulePack] | CodeInfo) -> str:
     description: dict[str, Any]
     if isinstance(found, tuple):
         bound, pack = found

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.codes import CODES
 from cqos_core.report import Finding, Report, Severity, Side, Verdict
-from cqos_core.rule_docs import CODES
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Sequence

@@ -10,7 +10,8 @@ import click
 
 from cqos_core.cli.several import together
 from cqos_core.cli.streams import emit, write_file
-from cqos_core.plugins import load_plugins
+from cqos_core.plugins import FAULTS, load_plugins
+from cqos_core.problems import CqosError, describe, keep_traceback
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -111,14 +112,22 @@ def check_targets(option: str, targets: Iterable[str], inputs: Iterable[str]) ->
 
 
 def render(sink: Sink, reports: Sequence[Report], problems: Sequence[Problem], style: Style) -> str:
-    """Return what one sink gets: for people report after report, for programs one report of everything."""
-    info = load_plugins().formatters[sink.format]
+    """Return what one sink gets: for people report after report, for programs one report of everything.
+
+    Raises:
+        CqosError: the formatter is a plugin's and failed.
+    """
+    plugins = load_plugins()
+    info = plugins.formatters[sink.format]
+    shown = reports if info.for_people else [together(reports, problems)]
     try:
         renderer = info.load()
-        if info.for_people:
-            texts = [renderer(report, style) for report in reports]
-            return ("\n" if any("\n\n" in text for text in texts) else "").join(texts)
-        return renderer(together(reports, problems), style)
-    except Exception as error:
-        error.add_note(f"formatter `{sink.format}` ({load_plugins().owner('formatters', sink.format)}) was writing")
-        raise
+        texts = [renderer(report, style) for report in shown]
+        return ("\n" if any("\n\n" in text for text in texts) else "").join(texts)
+    except FAULTS as error:
+        owner = plugins.owner("formatters", sink.format)
+        if plugins.shipped("formatters", sink.format):
+            error.add_note(f"formatter `{sink.format}` ({owner}) was writing")
+            raise
+        keep_traceback(f"formatter `{sink.format}` of {owner}", error)
+        raise CqosError(f"formatter `{sink.format}` of {owner} failed: {describe(error)}") from error

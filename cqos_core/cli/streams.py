@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import secrets
 import shutil
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from cqos_core.problems import Problem
 
 COLOR_CHOICES = ("auto", "always", "never")
-_ROLES = {"warning": "warning", "note": "note"}
+_ROLES = {"warning", "note", "help"}
 
 
 def colored(choice: str, stream: TextIO | None) -> bool:
@@ -51,7 +52,7 @@ def say(text: str, *, severity: str = "", head: str = "", choice: str = "auto", 
     """
     colors = paint(color=colored(choice, sys.stderr))
     lead = f"{severity}:" if severity else head
-    start = f"{colors(clean(lead), _ROLES.get(severity, 'error'))} " if lead else ""
+    start = f"{colors(clean(lead), severity if severity in _ROLES else 'error')} " if lead else ""
     with contextlib.suppress(OSError):
         click.echo(f"{start}{text if lines else clean(text)}", err=True, color=True)
 
@@ -123,6 +124,9 @@ def _replace(path: str, data: bytes) -> None:
         # A pipe or a device cannot be replaced by a file.
         target.write_bytes(data)
         return
+    if target.exists() and not os.access(target, os.W_OK):
+        # Its folder would allow to put another file in its place, but somebody has protected it.
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     draft = target.with_name(f".{target.name[:100]}.{secrets.token_hex(8)}.tmp")
     try:
         with draft.open("xb") as file:

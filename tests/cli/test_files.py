@@ -28,6 +28,14 @@ def test_an_old_file_keeps_its_permissions_and_a_link_stays_a_link(tmp_path):
     assert stat.S_IMODE(target.stat().st_mode) == 0o640
 
 
+def test_a_protected_file_is_left_alone(tmp_path, monkeypatch):
+    (tmp_path / "a").write_text("old")
+    monkeypatch.setattr(os, "access", lambda *_: False)  # root may write everywhere
+    with pytest.raises(CqosError, match=r"cannot write .*/a: Permission denied"):
+        write_file(str(tmp_path / "a"), "new")
+    assert (tmp_path / "a").read_text() == "old"
+
+
 def test_nothing_is_left_behind_where_writing_fails(tmp_path, monkeypatch):
     (tmp_path / "a").write_text("old")
 

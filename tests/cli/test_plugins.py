@@ -1,5 +1,11 @@
 """Plugins add packs, importers, formatters and commands; a broken one harms nothing."""
 
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
 
 GOOD = """
@@ -19,6 +25,7 @@ def register_importers(register):
 @hookimpl
 def register_commands(register):
     register(CommandInfo("greet", "Say hello.", "fine_plugin:greet"))
+    register(CommandInfo("wait", "Wait.", "fine_plugin:wait"))
     register(CommandInfo("gone", "Cannot be imported.", "no_such_module:gone"))
 
 def shout(report, style):
@@ -47,6 +54,12 @@ def read(source, context):
 def greet(ctx, name):
     click.echo(f"hello {name}")
     ctx.exit(5)
+
+@click.command()
+def wait():
+    import time
+    click.echo("waiting")
+    time.sleep(60)
 """
 
 HALF = """
@@ -157,3 +170,20 @@ def test_a_plugin_that_fails_is_named(real, plugins, files, arguments, said):
     assert done.code == 3
     assert said in done.err
     assert "Traceback" not in done.err
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has other signals")
+def test_control_c_ends_a_command_without_a_word(plugins):
+    process = subprocess.Popen(
+        [Path(sys.executable).with_name("cqos"), "wait"],
+        env=os.environ | plugins,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == b"waiting\n"
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert b"Traceback" not in said
+    assert b"Error" not in said.partition(b"warning: ")[0]

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from cqos_core.codes import CODES
 from cqos_core.importers.bpmn import read
-from cqos_core.importers.codes import CODES
 from cqos_core.importers.source import ReadContext, Source
 from cqos_core.problems import InputError
 from cqos_core.system import Endpoint, Place, ProfileRef, System

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from cqos_core.codes import CODES
 from cqos_core.excerpt import exact, span
 from cqos_core.importers.bpmn import read
-from cqos_core.importers.codes import CODES
 from cqos_core.importers.source import ReadContext, Source
 from cqos_core.problems import InputError
 

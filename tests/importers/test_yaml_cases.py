@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from cqos_core.importers.codes import CODES
+from cqos_core.codes import CODES
 from cqos_core.importers.source import ReadContext, Source
 from cqos_core.importers.yaml_system import read
 from cqos_core.problems import InputError, Problem

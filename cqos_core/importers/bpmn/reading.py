@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from cqos_core.codes import CODES
 from cqos_core.importers.bpmn.document import COLLABORATION
 from cqos_core.importers.bpmn.names import fold
-from cqos_core.importers.codes import CODES
 from cqos_core.problems import InputError, Problem
 from cqos_core.system import ImportNote, System
 

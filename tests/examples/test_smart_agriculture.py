@@ -1,0 +1,77 @@
+"""The paper's case study: as a diagram and as a system file it is one system, with one set of verdicts and values."""
+
+from pathlib import Path
+
+import pytest
+
+import cqos_core as cqos
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+DIAGRAM = EXAMPLES / "smart_agriculture.bpmn"
+SYSTEM_FILE = EXAMPLES / "smart_agriculture.yaml"
+
+# The events of the diagram, and what they are in the system file.
+SAME = {
+    "Drone_ThrowReq": "drone/publisher/req_weather_data",
+    "Station_CatchReq": "weather_station/subscriber/req_weather_data",
+    "Station_ThrowResp": "weather_station/publisher/resp_weather_data",
+    "Drone_CatchResp": "drone/subscriber/resp_weather_data",
+}
+PAIRS = (("Drone_ThrowReq", "Station_CatchReq"), ("Station_ThrowResp", "Drone_CatchResp"))
+TABLE_2 = {
+    "history": ("keep_last",) * 4,
+    "depth": ("1", "1", "5", "5"),
+    "reliability": ("best_effort", "best_effort", "reliable", "reliable"),
+    "durability": ("volatile", "volatile", "transient_local", "volatile"),
+    "deadline": ("2s",) * 4,
+    "lifespan": ("10s",) * 4,
+    "liveliness": ("automatic",) * 4,
+    "liveliness_lease_duration": ("10s",) * 4,
+}
+
+
+def compared(path, publisher, subscriber):
+    """What both ends of a pair have of each policy, and whether that fits."""
+    pair = cqos.explain(path, publisher=publisher, subscriber=subscriber)
+    return pair.verdict, {
+        each.policy: (each.offered.value, each.requested.value, each.verdict) for each in pair.policies
+    }
+
+
+def renamed(groups):
+    """Who meets whom and how that ends, in the ids of the system file."""
+    return {
+        (tuple(SAME.get(p, p) for p in group.publishers), tuple(SAME.get(s, s) for s in group.subscribers)): group.verdict
+        for group in groups
+    }
+
+
+@pytest.mark.parametrize(("publisher", "subscriber"), PAIRS)
+def test_both_forms_have_the_same_values(publisher, subscriber):
+    diagram = compared(DIAGRAM, publisher, subscriber)
+    assert diagram == compared(SYSTEM_FILE, SAME[publisher], SAME[subscriber])
+    assert diagram[0] == "compatible"
+
+
+def test_both_forms_have_the_same_verdicts():
+    diagram, system_file = cqos.check(DIAGRAM), cqos.check(SYSTEM_FILE)
+    assert renamed(diagram.groups) == renamed(system_file.groups)
+    assert diagram.verdict == system_file.verdict == "compatible"
+    for report in (diagram, system_file):
+        assert {finding.severity for finding in report.findings} == {cqos.Severity.NOTE}
+
+
+@pytest.mark.parametrize("policy", TABLE_2)
+def test_the_values_are_those_of_the_papers_table_2(policy):
+    found = []
+    for publisher, subscriber in PAIRS:
+        _, values = compared(SYSTEM_FILE, SAME[publisher], SAME[subscriber])
+        found += values[policy][:2]
+    assert tuple(found) == TABLE_2[policy]
+
+
+def test_the_diagram_meets_the_system_file():
+    """Both read as one system: what is called `Req weather data` there is `req_weather_data` here."""
+    report = cqos.check(DIAGRAM, SYSTEM_FILE)
+    assert report.verdict == "compatible"
+    assert report.pair_count == 8
