@@ -1,6 +1,6 @@
 """Codes of the core: what it reports about inputs, models, meeting and configuration. Permanent, like rule codes.
 
-CQ0xx: reading (CQ001-CQ029 in general, CQ030-CQ059 BPMN); CQ2xx: settings and profiles; CQ4xx: names and meeting;
+CQ0xx: reading (CQ001-CQ029 in general, CQ030-CQ059 BPMN, CQ060 several files together); CQ2xx: settings and profiles; CQ4xx: names and meeting;
 CQ6xx: accepted exceptions and the team's own rules; CQ7xx: plugins at fault.
 """
 
@@ -167,7 +167,7 @@ _READING = (
         "In YAML a colon separates only with a blank after it.",
     ),
     CodeInfo(
-        "CQ021",
+        "CQ060",
         "stated-differently",
         "warning",
         "Files that are checked together state one profile, topic, broker or bridge differently.",

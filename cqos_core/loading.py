@@ -372,7 +372,7 @@ def _join(whole: System, kind: str, stated: Mapping[str, object]) -> None:
             message = (
                 f"{kind.removesuffix('s')} `{name}` is stated differently at {first} and at {second}; the first holds"
             )
-            whole.notes.append(ImportNote("CQ021", "warning", message, second))
+            whole.notes.append(ImportNote("CQ060", "warning", message, second))
 
 
 def _content(value: object) -> object:

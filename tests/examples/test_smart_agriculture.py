@@ -41,7 +41,10 @@ def compared(path, publisher, subscriber):
 def renamed(groups):
     """Who meets whom and how that ends, in the ids of the system file."""
     return {
-        (tuple(SAME.get(p, p) for p in group.publishers), tuple(SAME.get(s, s) for s in group.subscribers)): group.verdict
+        (
+            tuple(SAME.get(p, p) for p in group.publishers),
+            tuple(SAME.get(s, s) for s in group.subscribers),
+        ): group.verdict
         for group in groups
     }
 
