@@ -8,7 +8,6 @@ from datetime import date
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
-from cqos_core.codes import CODES
 from cqos_core.report import Finding, Severity
 from cqos_core.resolve import core_finding
 from cqos_core.team import topic_spellings
@@ -16,24 +15,19 @@ from cqos_core.team import topic_spellings
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from cqos_core.codes import CodeInfo
     from cqos_core.findings import Made
     from cqos_core.rule import Rule
     from cqos_core.system import Acceptance
 
-RuleFinder = Callable[[str], "Rule | None"]
+RuleFinder = Callable[[str], "Rule | CodeInfo | None"]
+"""Returns what a code, name or alias stands for: a rule, or what the core or an importer reports."""
 
 
 def _spellings(finding: Finding, find_rule: RuleFinder) -> set[str]:
     rule = find_rule(finding.code)
     aliases = rule.aliases if rule is not None else ()
     return {finding.code.lower(), finding.name, *(alias.lower() for alias in aliases)}
-
-
-def is_known(name: str, find_rule: RuleFinder) -> bool:
-    """Whether ``name`` is the code, name or alias of a rule, or of something the core reports."""
-    lowered = name.lower()
-    core = lowered.upper() in CODES or any(info.name == lowered for info in CODES.values())
-    return core or find_rule(name) is not None
 
 
 def with_severities(made: Sequence[Made], severities: Mapping[str, str], find_rule: RuleFinder) -> list[Made]:
@@ -68,7 +62,7 @@ def with_acceptances(
         findings.append(replace(one.finding, accepted=acceptances[excuse].because))
     said = []
     for index, each in enumerate(acceptances):
-        if not is_known(each.rule, find_rule):
+        if find_rule(each.rule) is None:
             said.append(
                 core_finding(
                     "CQ603",

@@ -9,24 +9,27 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from cqos_core.checker import Context, check_system
+from cqos_core.codes import find_code
 from cqos_core.findings import Draft, already_told, fact, make
 from cqos_core.importers.source import Source
 from cqos_core.judge import judge_endpoint, judge_pair
 from cqos_core.loading import load_paths, merge, read_path, read_source
-from cqos_core.pairing import Members, Topic, apart, bucket, group
+from cqos_core.pairing import Members, Topic, apart, group
 from cqos_core.plugins import Plugins, load_plugins
 from cqos_core.policy import INFINITE, Names
 from cqos_core.problems import CqosError, InputError, Problem
 from cqos_core.report import Finding, PairReport, PolicyComparison, Report, Verdict
-from cqos_core.resolve import Resolved, resolve, suggestion
+from cqos_core.resolve import Resolved, Resolver, suggestion
 from cqos_core.settle import settle
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System
 from cqos_core.system import Topic as StatedTopic
 from cqos_core.topic import check_topic
+from cqos_core.wire import topics
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
+    from cqos_core.codes import CodeInfo
     from cqos_core.pack import RulePack
     from cqos_core.rule import Rule
 
@@ -42,9 +45,12 @@ def context(extra_packs: Iterable[RulePack] = (), default_protocol: str | None =
     def find_pack(pack_id: str) -> RulePack | None:
         return extra.get(pack_id) or plugins.pack(pack_id)
 
-    def find_rule(code: str) -> Rule | None:
+    def find_rule(code: str) -> Rule | CodeInfo | None:
+        own = find_code(code)
+        if own is not None:
+            return own
         for pack in (*extra.values(), *(found for name in plugins.packs if (found := plugins.pack(name)))):
-            rule = pack.rule(code)
+            rule = pack.rule(code) or pack.code(code)
             if rule is not None:
                 return rule
         return None
@@ -251,23 +257,24 @@ def explain(
 
 def explain_pair(system: System, publisher: str, subscriber: str, where: Context) -> PairReport:
     """Explain one pair of a system that is already read; see `explain`."""
-    resolved = resolve(system, where.find_pack, where.default_protocol)
-    ends = [_find(resolved.endpoints, name, role) for name, role in ((publisher, PUBLISHER), (subscriber, SUBSCRIBER))]
-    offering, requesting = ends
-    if (offering.pack.id, offering.key) != (requesting.pack.id, requesting.key) or offering.key is None:
+    resolver = Resolver(system, where.find_pack, where.default_protocol)
+    resolved = resolver.run()
+    offering = _find(resolved.endpoints, publisher, PUBLISHER)
+    requesting = _find(resolved.endpoints, subscriber, SUBSCRIBER)
+    everybody = _meeting_place(topics(resolver), offering, requesting)
+    if everybody is None:
         raise CqosError(
             f"publisher `{offering.id}` is on {offering.pack.id} topic `{offering.shown}` and subscriber `{requesting.id}` on "
             f"{requesting.pack.id} topic `{requesting.shown}`: they never meet"
         )
-    everybody = bucket(resolved.endpoints)[offering.pack.id, offering.key]
     topic = group(everybody)
     settle(topic)
     pair = Topic(
         topic.key,
         topic.shown,
         topic.pack,
-        [_only(topic.publishers, offering)],
-        [_only(topic.subscribers, requesting)],
+        [_only(topic.publishers, offering.id)],
+        [_only(topic.subscribers, requesting.id)],
     )
     return _pair_report(
         pair,
@@ -285,9 +292,22 @@ def _find(endpoints: Sequence[Resolved], name: str, role: str) -> Resolved:
     return matching[0]
 
 
-def _only(groups: Sequence[Members], endpoint: Resolved) -> Members:
-    members = next(members for members in groups if endpoint in members.endpoints)
-    return Members(members.profile, members.observed, members.tags, members.starts_after, [endpoint])
+def _meeting_place(
+    by_topic: Mapping[tuple[str, str], list[Resolved]], offering: Resolved, requesting: Resolved
+) -> list[Resolved] | None:
+    """The endpoints of the topic that both are on, their own or the wire's; None where they never meet."""
+    wanted = {offering.id, requesting.id}
+    own = (offering.pack.id, offering.key or "")
+    if own == (requesting.pack.id, requesting.key):
+        return by_topic.get(own)
+    return next((found for found in by_topic.values() if wanted <= {endpoint.id for endpoint in found}), None)
+
+
+def _only(groups: Sequence[Members], endpoint_id: str) -> Members:
+    members, endpoint = next(
+        (members, endpoint) for members in groups for endpoint in members.endpoints if endpoint.id == endpoint_id
+    )
+    return members.only([endpoint])
 
 
 def _pair_report(topic: Topic, further: Sequence[Finding]) -> PairReport:

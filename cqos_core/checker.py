@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from datetime import date
 from typing import TYPE_CHECKING, Any
 
-from cqos_core.acceptance import RuleFinder, is_known, with_acceptances, with_severities
+from cqos_core.acceptance import RuleFinder, with_acceptances, with_severities
 from cqos_core.codes import CODES
 from cqos_core.findings import Made, merged
-from cqos_core.pairing import bucket
 from cqos_core.report import Finding, Report, Severity, Side, Verdict
-from cqos_core.resolve import Resolved, ResolvedSystem, core_finding, resolve, suggestion
+from cqos_core.resolve import Resolved, ResolvedSystem, Resolver, core_finding, suggestion
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 from cqos_core.team import bind_checks
 from cqos_core.topic import TopicResult, check_topic
+from cqos_core.wire import topics
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -25,12 +25,22 @@ if TYPE_CHECKING:
 
 def _partners(results: Mapping[tuple[str, str], TopicResult], packs: Mapping[str, RulePack]) -> list[Finding]:
     """Report endpoints without any partner, and topics whose names nearly agree."""
-    lonely = {key: result.lonely for key, result in results.items() if result.lonely and not result.groups}
+    # Who has no partner of its own protocol may well have one on the wire.
+    met = {
+        each
+        for result in results.values()
+        for group in result.groups
+        for each in (*group.publishers, *group.subscribers)
+    }
+    lonely = {
+        key: [endpoint for endpoint in result.lonely if endpoint.id not in met] for key, result in results.items()
+    }
+    lonely = {key: endpoints for key, endpoints in lonely.items() if endpoints}
     near, silenced = _near_misses(lonely, packs)
     findings = list(near)
-    for key, result in sorted(results.items()):
+    for key in sorted(results):
         for role, code in ((SUBSCRIBER, "CQ401"), (PUBLISHER, "CQ402")):
-            alone = [e for e in result.lonely if e.role == role and not e.external]
+            alone = [e for e in lonely.get(key, ()) if e.role == role and not e.external]
             if not alone or key in silenced:
                 continue
             ids = sorted(endpoint.id for endpoint in alone)
@@ -165,7 +175,7 @@ def assemble(
         key=lambda each: (each.topic, each.publishers, each.subscribers),
     )
     plain = [
-        *_import_findings(system),
+        *_import_findings(system, context),
         *resolved.findings,
         *team_problems,
         *_starts(system),
@@ -206,11 +216,11 @@ def _order(finding: Finding) -> tuple[Any, ...]:
     )
 
 
-def _import_findings(system: System) -> list[Finding]:
+def _import_findings(system: System, context: Context) -> list[Finding]:
     return [
         Finding(
             code=note.code,
-            name=CODES[note.code].name if note.code in CODES else "import-note",
+            name=info.name if (info := context.find_rule(note.code)) else "import-note",
             severity=Severity(note.severity),
             message=note.message,
             sides=(
@@ -230,7 +240,7 @@ def _unknown_severities(system: System, context: Context) -> list[Finding]:
     return [
         core_finding("CQ603", f"`severities` names rule `{name}`, which no installed pack has")
         for name in system.severities
-        if not is_known(name, context.find_rule)
+        if context.find_rule(name) is None
     ]
 
 
@@ -244,11 +254,12 @@ def check_system(
         context: the packs, and what is assumed where the system says nothing.
         step: told before each topic how many of how many are judged.
     """
-    resolved = resolve(system, context.find_pack, context.default_protocol)
+    resolver = Resolver(system, context.find_pack, context.default_protocol)
+    resolved = resolver.run()
     teams, problems = bind_checks(system, resolved.packs.values())
-    topics = bucket(resolved.endpoints)
+    by_topic = topics(resolver)
     results = {}
-    for number, (key, endpoints) in enumerate(topics.items()):
-        step(number, len(topics))
+    for number, (key, endpoints) in enumerate(by_topic.items()):
+        step(number, len(by_topic))
         results[key] = check_topic(endpoints, system.accept, teams)
     return assemble(system, resolved, results, context, problems)

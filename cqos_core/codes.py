@@ -12,13 +12,14 @@ from typing import Literal
 
 @dataclass(frozen=True, slots=True)
 class CodeInfo:
-    """One thing the core may report.
+    """One thing the core, or the importers of a rule pack, may report.
 
     Attributes:
         name: the bad pattern in kebab case.
         severity: of the finding; a problem that stops the reading is always an error.
         summary: one sentence.
         reason: why it matters, and what to do about it.
+        aliases: former codes and names.
     """
 
     code: str
@@ -26,6 +27,12 @@ class CodeInfo:
     severity: Literal["error", "warning", "note"]
     summary: str
     reason: str = ""
+    aliases: tuple[str, ...] = ()
+
+    @property
+    def spellings(self) -> frozenset[str]:
+        """What it may be called, in lower case: its code, name and aliases."""
+        return frozenset(spelling.lower() for spelling in (self.code, self.name, *self.aliases))
 
 
 _READING = (
@@ -411,6 +418,14 @@ _MODEL = (
         "The override is silently not applied; correct the node, topic or entity it names.",
     ),
     CodeInfo(
+        "CQ215",
+        "overlay-gives-way",
+        "warning",
+        "A setting of another file decides only what endpoints leave open, and none of those that it covers does.",
+        "It looks as if it were in force, but what the endpoints state themselves is. Leave the value open there, or take "
+        "the setting away.",
+    ),
+    CodeInfo(
         "CQ401",
         "subscriber-without-publisher",
         "warning",
@@ -510,3 +525,9 @@ _MODEL = (
     ),
 )
 CODES: dict[str, CodeInfo] = {info.code: info for info in (*_READING, *_MODEL)}
+
+
+def find_code(name: str) -> CodeInfo | None:
+    """Return what the core reports under that code, name or alias, or None."""
+    wanted = name.lower()
+    return next((info for info in CODES.values() if wanted in info.spellings), None)

@@ -10,6 +10,7 @@ What a sentence means is said in `cqos_core.evaluate`, how one side of it is sol
 from __future__ import annotations
 
 import ast
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -33,6 +34,8 @@ SCOPES: Final = (
 
 MAXIMUM_TEXT: Final = 10_000
 _MAXIMUM_DEPTH: Final = 60
+_LONGEST_EXCERPT: Final = 60
+_LINE_END: Final = re.compile(r"\r\n|\r|\n")
 
 
 class Node:
@@ -216,6 +219,7 @@ class Apply(Operand):
 
     def __init__(self, name: str, *args: Node) -> None:
         """Apply ``name``; see `OPERAND_FUNCTIONS` for how many arguments it takes."""
+        _refuse_number(name, len(args))
         self.name = name
         self.args = args
         self.key = ("apply", name, *(arg.key for arg in args))
@@ -308,7 +312,8 @@ class Not(Sentence):
 
     def __str__(self) -> str:
         """``~part``."""
-        return f"~{_part(self.part)}"
+        sum_of_flags = isinstance(self.part, Holds) and isinstance(self.part.operand, Arithmetic)
+        return f"~({self.part})" if sum_of_flags else f"~{_part(self.part)}"
 
 
 class Holds(Sentence):
@@ -338,6 +343,7 @@ class Test(Sentence):
 
     def __init__(self, name: str, *args: Node) -> None:
         """Apply ``name``; see `SENTENCE_FUNCTIONS` for how many arguments it takes."""
+        _refuse_number(name, len(args))
         self.name = name
         self.args = args
         self.key = ("test", name, *(arg.key for arg in args))
@@ -387,6 +393,17 @@ AGGREGATES: Final = frozenset({"count", "total", "all_equal", "any_of"})
 """Functions over all publishers or all subscribers of a signal, by the scope of the terms inside."""
 
 
+def _signature(name: str) -> Signature:
+    """The signature of a function; those that packs declare take any number of values."""
+    return OPERAND_FUNCTIONS.get(name) or SENTENCE_FUNCTIONS.get(name) or Signature(0, None)
+
+
+def _refuse_number(name: str, arguments: int) -> None:
+    signature = _signature(name)
+    if arguments < signature.least or (signature.most is not None and arguments > signature.most):
+        raise SentenceError(f"`{name}` does not take {arguments} arguments")
+
+
 def _quote(text: str) -> str:
     escaped = text.encode("unicode_escape").decode("ascii").replace('"', '\\"')
     return f'"{escaped}"'
@@ -411,10 +428,12 @@ def as_operand(value: object) -> Operand:
     raise SentenceError(message)
 
 
-def as_sentence(value: Sentence | Operand) -> Sentence:
+def as_sentence(value: object) -> Sentence:
     """Read a flag operand as a sentence; leave sentences alone."""
     if isinstance(value, Sentence):
         return value
+    if not isinstance(value, Operand) or isinstance(value, Literal):
+        raise SentenceError(f"`{value}` is no sentence: compare it with something")
     return Holds(value)
 
 
@@ -498,9 +517,9 @@ def count(sentence: Sentence | Operand) -> Operand:
     return Apply("count", as_sentence(sentence))
 
 
-def total(operand: Operand, where: Sentence | None = None) -> Operand:
+def total(operand: Operand, where: Sentence | Operand | None = None) -> Operand:
     """The sum of a value over the endpoints of its side, those only for which ``where`` holds."""
-    return Apply("total", operand) if where is None else Apply("total", operand, where)
+    return Apply("total", operand) if where is None else Apply("total", operand, as_sentence(where))
 
 
 def call(name: str, *args: Operand | str | int) -> Sentence:
@@ -518,15 +537,26 @@ class _Reader:
         self.text = text
         self.depth = 0
 
-    def fail(self, message: str, node: ast.AST) -> SentenceError:
-        return SentenceError(message, self.text, getattr(node, "col_offset", None))
+    def fail(self, message: str, node: ast.expr) -> SentenceError:
+        return SentenceError(message, self.text, self.offset(node.lineno, node.col_offset))
+
+    def foreign(self, node: ast.expr) -> SentenceError:
+        start = self.offset(node.lineno, node.col_offset)
+        written = self.text[start : self.offset(node.end_lineno, node.end_col_offset)]
+        shown = written if len(written) <= _LONGEST_EXCERPT else f"{written[:_LONGEST_EXCERPT]}…"
+        return self.fail(_hint(node) or f"`{shown}` is not part of the language of sentences", node)
+
+    def offset(self, line: int | None, column: int | None) -> int:
+        """The offset of a place that the syntax tree gives as a line and a number of UTF-8 bytes."""
+        start = _line_start(self.text, line)
+        return start + len(self.text[start:].encode(errors="replace")[: column or 0].decode(errors="ignore"))
 
     def sentence(self, node: ast.expr) -> Sentence:
         read = self.node(node)
         if isinstance(read, Literal):
             message = f"`{read}` is no sentence: compare it with something"
             raise self.fail(message, node)
-        return as_sentence(read)  # type: ignore[arg-type]
+        return as_sentence(read)
 
     def operand(self, node: ast.expr) -> Operand:
         read = self.node(node)
@@ -549,7 +579,7 @@ class _Reader:
         match node:
             case ast.Constant(value=bool() | int() | str() as value):
                 return Literal(value)
-            case ast.UnaryOp(op=ast.USub(), operand=ast.Constant(value=int() as value)) if value is not True:
+            case ast.UnaryOp(op=ast.USub(), operand=ast.Constant(value=int() as value)) if not isinstance(value, bool):
                 return Literal(-value)
             case ast.Name() | ast.Attribute():
                 return Term("own", self.name(node))
@@ -566,7 +596,7 @@ class _Reader:
                 return Compare(_COMPARISONS[type(op)], self.operand(left), self.operand(right))
             case ast.Call(func=ast.Name(id=name), args=args, keywords=[]):
                 return self.call(name, args, node)
-        raise self.fail(_hint(node), node)
+        raise self.foreign(node)
 
     def name(self, node: ast.expr) -> str:
         if isinstance(node, ast.Attribute):
@@ -582,10 +612,11 @@ class _Reader:
                 message = f"`{name}` takes one policy name"
                 raise self.fail(message, node)
             return Term(name, self.name(args[0]))
-        signature = OPERAND_FUNCTIONS.get(name) or SENTENCE_FUNCTIONS.get(name) or Signature(0, None)
-        if len(args) < signature.least or (signature.most is not None and len(args) > signature.most):
-            message = f"`{name}` does not take {len(args)} arguments"
-            raise self.fail(message, node)
+        signature = _signature(name)
+        try:
+            _refuse_number(name, len(args))
+        except SentenceError as error:
+            raise self.fail(str(error), node) from None
         read = [
             self.sentence(arg) if signature.wants_sentence(index) else self.operand(arg)
             for index, arg in enumerate(args)
@@ -593,7 +624,8 @@ class _Reader:
         return Apply(name, *read) if name in OPERAND_FUNCTIONS else Test(name, *read)
 
 
-def _hint(node: ast.expr) -> str:
+def _hint(node: ast.expr) -> str | None:
+    """What to write instead of something that people try."""
     match node:
         case ast.BoolOp():
             return "use & and | instead of `and` and `or`, each side in parentheses"
@@ -603,7 +635,14 @@ def _hint(node: ast.expr) -> str:
             return "write two comparisons joined by & instead of a chained one"
         case ast.Constant(value=float()):
             return 'write whole numbers, and durations as text with a unit, for instance "1.5s"'
-    return f"`{ast.unparse(node)}` is not part of the language of sentences"
+    return None
+
+
+def _line_start(text: str, line: int | None) -> int:
+    """The offset at which a line begins, after the blanks that `parse` takes away."""
+    blanks = len(text) - len(text.lstrip())
+    starts = [blanks, *(end.end() for end in _LINE_END.finditer(text, blanks))]
+    return starts[min(line or 1, len(starts)) - 1]
 
 
 def parse(text: str) -> Sentence:
@@ -618,8 +657,9 @@ def parse(text: str) -> Sentence:
     try:
         tree = ast.parse(text.strip(), mode="eval")
     except SyntaxError as error:
-        raise SentenceError(f"not valid syntax: {error.msg}", text, max((error.offset or 1) - 1, 0)) from None
+        offset = _line_start(text, error.lineno) + max((error.offset or 1) - 1, 0)
+        raise SentenceError(f"not valid syntax: {error.msg}", text, min(offset, len(text))) from None
     except (ValueError, RecursionError, MemoryError) as error:
         message = f"not valid syntax: {str(error) or 'nested too deeply'}"
         raise SentenceError(message, text[:80]) from None
-    return _Reader(text.strip()).sentence(tree.body)
+    return _Reader(text).sentence(tree.body)

@@ -84,7 +84,7 @@ def _claims(info: ImporterInfo, source: Source, plugins: Plugins) -> bool:
     try:
         return info.load_claim()(source.name, source.data[:HEAD])
     except FAULTS as error:
-        plugins.leave_out("importers", info.name, error)
+        plugins.note_failure("importers", info.name, error, f"could not look at {source.name}")
         return False
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -13,6 +14,7 @@ from cqos_core.problems import InvalidValueError, PackError, SentenceError
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
+    from cqos_core.codes import CodeInfo
     from cqos_core.policy import Meaning
     from cqos_core.rule import Rule
     from cqos_core.system import Endpoint
@@ -111,6 +113,11 @@ def plain_address(participant: str, settings: Mapping[str, str]) -> str:  # noqa
     return participant
 
 
+def shell_pattern(pattern: str, address: str) -> bool:
+    """Read patterns over addresses as the shell reads those over file names."""
+    return fnmatchcase(address, pattern)
+
+
 def only_itself(endpoint: Endpoint) -> tuple[Endpoint, ...]:
     """Every endpoint stands for itself."""
     return (endpoint,)
@@ -124,6 +131,7 @@ class Meeting:
         resolve: puts a written name into the form endpoints meet on.
         address: how files that lay settings over a participant's endpoints name it, from its id and its settings
             (a ROS node's name with its namespace).
+        covers: whether a pattern of such a file covers an address; ``*`` covers all.
         expand: what an endpoint stands for: a service server is one subscriber and one publisher.
         folds: functions from a key to a coarser one; two lonely keys with an equal fold are a near miss.
             Each comes with the words that say how they differ.
@@ -133,11 +141,36 @@ class Meeting:
     resolve: Callable[[str, NameContext], Naming] = plain_name
     expand: Callable[[Endpoint], tuple[Endpoint, ...]] = only_itself
     address: Callable[[str, Mapping[str, str]], str] = plain_address
+    covers: Callable[[str, str], bool] = shell_pattern
     folds: tuple[tuple[str, Callable[[str], str]], ...] = (
         ("differ only in upper and lower case", str.casefold),
         ("differ only in slashes at the ends", lambda key: key.strip("/")),
     )
     described: str = "endpoints on the same topic name"
+
+
+@dataclass(frozen=True, slots=True)
+class Wire:
+    """How endpoints of a protocol look to the protocol that carries them, so that endpoints of both can meet.
+
+    A pair of one endpoint of each is judged by the wire's pack on wire values. Nothing here needs that pack installed.
+
+    Attributes:
+        protocol: id of the wire's pack.
+        topic: from a topic key and the endpoint's plain values by policy name, the topic on the wire; None where the endpoint
+            is not on that wire.
+        policies: own endpoint policy to wire policy; wire policies that none stands for keep their defaults.
+        options: own option to the wire's option or participant setting.
+        words: own value to wire value, where the two spell it differently.
+        type: from a type name to the one on the wire.
+    """
+
+    protocol: str
+    topic: Callable[[str, Mapping[str, str]], str | None]
+    policies: Mapping[str, str]
+    options: Mapping[str, str] = field(default_factory=dict)
+    words: Mapping[str, str] = field(default_factory=dict)
+    type: Callable[[str], str] = str
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,8 +198,10 @@ class RulePack:
         conventions: facts about well-known topics.
         functions: named functions its sentences use.
         meeting: how names are resolved and endpoints expanded.
+        wire: the protocol underneath, where endpoints of this one meet endpoints of that one.
         variants: ``(option, value)`` to the pack that judges when the system's option has that value.
         not_checked: what no QoS check of this protocol can see, for the report.
+        codes: what the importers that come with the pack report.
         source: where the facts come from.
     """
 
@@ -181,8 +216,10 @@ class RulePack:
     conventions: tuple[Convention, ...] = ()
     functions: tuple[Function, ...] = ()
     meeting: Meeting = field(default_factory=Meeting)
+    wire: Wire | None = None
     variants: Mapping[tuple[str, str], RulePack] = field(default_factory=dict)
     not_checked: tuple[str, ...] = ()
+    codes: tuple[CodeInfo, ...] = ()
     source: str = ""
 
     def __post_init__(self) -> None:
@@ -191,7 +228,11 @@ class RulePack:
         Raises:
             PackError: naming every mistake found.
         """
-        mistakes = [*_duplicate_codes(self.rules), *_policy_mistakes(self.policies), *_preset_mistakes(self)]
+        mistakes = [
+            *_duplicate_codes((*self.rules, *self.codes)),
+            *_policy_mistakes(self.policies),
+            *_preset_mistakes(self),
+        ]
         bound = []
         for rule in sorted(self.rules, key=lambda rule: rule.code):
             try:
@@ -261,6 +302,11 @@ class RulePack:
                 return rule
         return None
 
+    def code(self, code_or_name: str) -> CodeInfo | None:
+        """Return what an importer of the pack reports under that code, name or alias, or None."""
+        wanted = code_or_name.lower()
+        return next((info for info in self.codes if wanted in info.spellings), None)
+
     def describe(self) -> dict[str, Any]:
         """Describe the pack for machines: enough to draw a property panel for a protocol never seen before."""
         return {
@@ -278,6 +324,7 @@ class RulePack:
                 {"pattern": c.pattern, "settings": dict(c.settings), "external": c.external, "doc": c.doc}
                 for c in self.conventions
             ],
+            "codes": [describe_code(info) for info in self.codes],
             "not_checked": list(self.not_checked),
         }
 
@@ -318,6 +365,17 @@ def describe_rule(bound: BoundRule) -> dict[str, Any]:
         "aliases": list(rule.aliases),
         "table": rule_table(bound),
         "column_form": column_form(bound),
+    }
+
+
+def describe_code(info: CodeInfo) -> dict[str, Any]:
+    """Describe for machines what is reported under a code."""
+    return {
+        "code": info.code,
+        "name": info.name,
+        "severity": info.severity,
+        "summary": info.summary,
+        "reason": info.reason,
     }
 
 
@@ -366,7 +424,7 @@ def rule_table(bound: BoundRule) -> list[dict[str, str]]:
     return rows
 
 
-def _duplicate_codes(rules: Iterable[Rule]) -> list[str]:
+def _duplicate_codes(rules: Iterable[Rule | CodeInfo]) -> list[str]:
     mistakes = []
     seen: dict[str, str] = {}
     for rule in rules:

@@ -26,6 +26,7 @@ class Members:
     Attributes:
         profile: their values; `settle` may replace it.
         tags: indices of the acceptances that name these endpoints.
+        carried: they are copies from another protocol that meet endpoints of this one only; their own pack judges the rest.
         starts_after: what is up before them, for values that come from peers.
     """
 
@@ -33,7 +34,12 @@ class Members:
     observed: bool
     tags: frozenset[int]
     starts_after: tuple[str, ...]
+    carried: bool = False
     endpoints: list[Resolved] = field(default_factory=list)
+
+    def only(self, endpoints: list[Resolved]) -> Members:
+        """Return a group of some of these endpoints."""
+        return Members(self.profile, self.observed, self.tags, self.starts_after, self.carried, endpoints)
 
     @property
     def first(self) -> Resolved:
@@ -83,10 +89,11 @@ def group(endpoints: Sequence[Resolved], acceptances: Sequence[Acceptance] = ())
         stated = endpoint.endpoint
         tags = accepted_by(endpoint.id, acceptances) if named else frozenset()
         starts = (*stated.starts_after, *endpoint.participant.participant.starts_after)
-        key = (stated.role, endpoint.profile, stated.observed, tags, starts)
+        carried = endpoint.carried is not None
+        key = (stated.role, endpoint.profile, stated.observed, tags, starts, carried)
         members = found.get(key)
         if members is None:
-            members = found[key] = Members(endpoint.profile, stated.observed, tags, starts)
+            members = found[key] = Members(endpoint.profile, stated.observed, tags, starts, carried)
             (topic.publishers if stated.role == PUBLISHER else topic.subscribers).append(members)
         members.endpoints.append(endpoint)
     return topic

@@ -230,26 +230,31 @@ class Origin:
     package: str
 
 
+_NOT_LOADED: Final = "could not be loaded and is left out"
+
+
 @dataclass(frozen=True, slots=True)
 class BrokenPlugin:
-    """A plugin, or something that one registered, that could not be loaded.
+    """A plugin, or something that one registered, that does not work.
 
     Attributes:
         name: of the entry point, or of what was registered.
         distribution: name and version; empty if there is none.
         reason: what went wrong, of several lines perhaps.
         noun: what it is.
+        failed: what it failed to do.
     """
 
     name: str
     distribution: str
     reason: str
     noun: str = "plugin"
+    failed: str = _NOT_LOADED
 
     def __str__(self) -> str:
         """One sentence for a person; further lines of the reason follow it."""
         owner = f" of {self.distribution}" if self.distribution else ""
-        return f"{self.noun} `{self.name}`{owner} could not be loaded and is left out: {self.reason}"
+        return f"{self.noun} `{self.name}`{owner} {self.failed}: {self.reason}"
 
 
 @dataclass(slots=True)
@@ -263,7 +268,7 @@ class Plugins:
     commands: dict[str, CommandInfo] = field(default_factory=dict)
     broken: list[BrokenPlugin] = field(default_factory=list)
     owners: dict[tuple[str, str], Origin] = field(default_factory=dict)
-    _left_out: set[tuple[str, str]] = field(default_factory=set)
+    _failed: set[tuple[str, str]] = field(default_factory=set)
 
     def owner(self, kind: str, name: str) -> str:
         """Distribution and version that registered ``name`` (``kind``: ``packs``, ``importers`` …)."""
@@ -285,19 +290,19 @@ class Plugins:
     def pack(self, pack_id: str) -> RulePack | None:
         """Return the installed pack ``pack_id``, imported on first use; None if there is none, or it is broken."""
         info = self.packs.get(pack_id)
-        if info is None or ("packs", pack_id) in self._left_out:
+        if info is None or ("packs", pack_id) in self._failed:
             return None
         try:
             return _load_pack(info)
         except FAULTS as error:
-            self.leave_out("packs", pack_id, error)
+            self.note_failure("packs", pack_id, error)
             return None
 
-    def leave_out(self, kind: str, name: str, error: BaseException) -> None:
+    def note_failure(self, kind: str, name: str, error: BaseException, failed: str = _NOT_LOADED) -> None:
         """Note in `broken`, once, that something registered failed when it was needed."""
-        if (kind, name) not in self._left_out:
-            self._left_out.add((kind, name))
-            broken = BrokenPlugin(name, self.owner(kind, name), describe(error), KINDS[kind].noun)
+        if (kind, name) not in self._failed:
+            self._failed.add((kind, name))
+            broken = BrokenPlugin(name, self.owner(kind, name), describe(error), KINDS[kind].noun, failed)
             keep_traceback(str(broken), error)
             self.broken.append(broken)
 

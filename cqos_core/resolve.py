@@ -54,12 +54,19 @@ class Stated(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """Settings from one place of the hierarchy, by policy index; ``origin`` says which in a message."""
+    """Settings from one place of the hierarchy, by policy index; ``origin`` says which in a message.
+
+    Attributes:
+        here: they stand at the endpoint itself.
+        counts_as_stated: ``stated(P)`` holds for them.
+        assumed: nobody named them: what the protocol gives an endpoint that says nothing.
+    """
 
     origin: str
     settings: Mapping[int, Stated]
     here: bool = False
     counts_as_stated: bool = True
+    assumed: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,6 +140,14 @@ class ResolvedParticipant:
     external: bool
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Carried:
+    """An endpoint that appears on the wire of another protocol; ``own_index`` leads from wire policies to its own."""
+
+    endpoint: Resolved
+    own_index: Mapping[int, int]
+
+
 @dataclass(slots=True, eq=False)
 class Resolved:
     """One endpoint with its values and the topic it meets on.
@@ -144,6 +159,7 @@ class Resolved:
         shown: the topic as messages print it.
         profile: the values.
         layers: nearest first; where values came from. Endpoints with equal settings share them.
+        carried: the endpoint of another protocol that this one is on the wire.
     """
 
     endpoint: Endpoint
@@ -156,6 +172,7 @@ class Resolved:
     layers: tuple[Layer, ...]
     participant: ResolvedParticipant
     external: bool
+    carried: Carried | None = None
 
     @property
     def role(self) -> str:
@@ -165,6 +182,8 @@ class Resolved:
     def origin(self, index: int) -> tuple[str, Place | None]:
         """Where the value of a policy came from, and its place or the endpoint's."""
         policy = self.pack.policies[index]
+        if self.carried is not None and index in self.carried.own_index:
+            return self.carried.endpoint.origin(self.carried.own_index[index])
         if _enforced_no(self.pack, policy, self.profile.values):
             return "ignored by the middleware", self.endpoint.place
         for layer in (*self.layers, *self.participant.layers):
@@ -182,6 +201,8 @@ class Resolved:
 
     def written(self, index: int) -> str | None:
         """The text the value was written as, where it was."""
+        if self.carried is not None and index in self.carried.own_index:
+            return self.carried.endpoint.written(self.carried.own_index[index])
         for layer in (*self.layers, *self.participant.layers):
             stated = layer.settings.get(index)
             if stated is not None:
@@ -254,6 +275,8 @@ class Resolver:
         self.contexts: dict[tuple[Any, ...], tuple[dict[int, Value], dict[str, str]]] = {}
         self.overlay_layers: dict[tuple[int, int], Layer] = {}
         self.overlays_used: set[int] = set()
+        self.took_effect: set[tuple[int, int]] = set()
+        self.gave_way: dict[tuple[int, int], tuple[str, Stated]] = {}
         self.name_problems: dict[tuple[NameProblem, str, str], list[Endpoint]] = {}
         self.ids: set[str] = set()
         self.clashes = False
@@ -279,17 +302,15 @@ class Resolver:
             self.packless.setdefault(protocol or "", []).append(endpoint)
             return
         for expanded in pack.meeting.expand(endpoint):
-            self._endpoint(expanded, participant, pack, endpoint.id)
+            identifier = self._unique(expanded.id)
+            self.result.endpoints.append(self.resolved(expanded, participant, pack, identifier, endpoint.id))
 
     def report_rest(self) -> None:
         """Report what was read but is judged by nobody."""
         self._report_packless()
         self._report_names()
         self._report_needs()
-        for index, overlay in enumerate(self.system.overlays):
-            if index not in self.overlays_used:
-                message = f"{overlay.name} covers no endpoint: nothing matches {_covering(overlay)}"
-                self._add("CQ214", message, overlay.place, "system")
+        self._report_overlays()
 
     def _pack_of(self, protocol: str | None) -> RulePack | None:
         if protocol is None:
@@ -300,6 +321,21 @@ class Resolver:
         chosen = choose_variant(pack, self.system.options.get(pack.id, {}))
         self.result.packs[chosen.id] = chosen
         return chosen
+
+    def _report_overlays(self) -> None:
+        """Report overlays, and settings of theirs, that are without effect."""
+        for index, overlay in enumerate(self.system.overlays):
+            if index not in self.overlays_used:
+                message = f"{overlay.name} covers no endpoint: nothing matches {_covering(overlay)}"
+                self._add("CQ214", message, overlay.place, "system")
+        for key, (policy, stated) in self.gave_way.items():
+            if key not in self.took_effect:
+                overlay = self.system.overlays[key[0]]
+                message = (
+                    f"{overlay.name} sets `{policy}` to {stated.text}, but every endpoint it covers states a value of its own"
+                )
+                advice = f"state `{overlay.fills[0]}` where it is to decide"
+                self._add("CQ215", message, stated.setting.place or overlay.place, "system", (), advice)
 
     def _report_names(self) -> None:
         """Report what is wrong with names, each once with all endpoints that use it."""
@@ -473,7 +509,7 @@ class Resolver:
                         suggestion(name, known),
                     )
                 continue
-            text = _by_code(pack.policies[index], setting.text, dialect)
+            text = spelled(pack.policies[index], setting.text, dialect)
             if text is None:
                 continue
             if index in found and found[index].text != text and not quiet:
@@ -617,12 +653,14 @@ class Resolver:
 
     # Endpoints
 
-    def _endpoint(self, endpoint: Endpoint, owner: Participant, pack: RulePack, stated_id: str) -> None:
+    def resolved(
+        self, endpoint: Endpoint, owner: Participant, pack: RulePack, identifier: str, stated_id: str
+    ) -> Resolved:
+        """Resolve one endpoint with one pack, under the given id; see `Resolved` for the two ids."""
         participant = self._participant(owner, pack)
         naming = self._name(endpoint, participant)
         written = endpoint.topic or ""
         topic_layers, topic_external = self._topic(written, naming, pack) if naming is not None else ((), False)
-        identifier = self._unique(endpoint.id)
         overlays = tuple(self._overlays(endpoint, naming, participant)) if self.system.overlays else ()
         signature = (
             overlays,
@@ -645,45 +683,89 @@ class Resolver:
                 # Nothing was said of this endpoint, so an equal one has nothing to say either.
                 self.shared[signature] = shared
         profile, layers = shared
-        self.result.endpoints.append(
-            Resolved(
-                endpoint,
-                identifier,
-                stated_id,
-                pack,
-                naming.key if naming is not None else None,
-                naming.shown if naming is not None else "",
-                profile,
-                layers,
-                participant,
-                endpoint.external or owner.external or topic_external,
-            )
+        return Resolved(
+            endpoint,
+            identifier,
+            stated_id,
+            pack,
+            naming.key if naming is not None else None,
+            naming.shown if naming is not None else "",
+            profile,
+            layers,
+            participant,
+            endpoint.external or owner.external or topic_external,
         )
 
     def _overlays(self, endpoint: Endpoint, naming: Naming | None, participant: ResolvedParticipant) -> Iterator[int]:
-        """Yield the indices of the overlays that cover an endpoint."""
+        """Yield the indices of the overlays that cover an endpoint; what was observed is so, whatever files say."""
         pack = participant.pack
-        address = pack.meeting.address(endpoint.participant, participant.texts)
-        topics = [name for name in (endpoint.topic, naming and naming.key, naming and naming.shown) if name]
+        covers = pack.meeting.covers
+        addresses = (pack.meeting.address(endpoint.participant, participant.texts), endpoint.participant)
+        topics = (naming.key or naming.shown, naming.shown) if naming is not None else ()
         for index, overlay in enumerate(self.system.overlays):
             if (
                 overlay.protocol in {None, pack.id}
                 and overlay.role in {None, endpoint.role}
                 and any(fnmatchcase(name, overlay.topic) for name in topics)
-                and any(fnmatchcase(name, overlay.participant) for name in (address, endpoint.participant))
+                and any(covers(overlay.participant, address) for address in addresses)
                 and (overlay.entity is None or overlay.entity == endpoint.id)
-                and self._holds(overlay, pack, participant)
+                and self._holds(overlay, participant) is not False
             ):
                 self.overlays_used.add(index)
-                yield index
+                if not endpoint.observed:
+                    yield index
 
-    def _holds(self, overlay: Overlay, pack: RulePack, participant: ResolvedParticipant) -> bool:
-        """Whether the option under which an overlay holds has its value."""
+    def _holds(self, overlay: Overlay, participant: ResolvedParticipant) -> bool | None:
+        """Whether the option under which an overlay holds has its value; None where that is not known."""
         if overlay.when is None:
             return True
         option, wanted = overlay.when
-        index = pack.vocabulary.indices["option", option]
-        return participant.values[index] == pack.policies[index].domain.parse(wanted)
+        pack = participant.pack
+        index = pack.vocabulary.indices.get(("option", option))
+        if index is None:
+            return False
+        value, expected = participant.values[index], pack.policies[index].domain.parse(wanted)
+        if isinstance(value, Depends):
+            return None if any(case == expected for _, case in value.cases) else False
+        return value == expected if is_plain(value) else None
+
+    def _lay_over(
+        self, layers: Sequence[Layer], overlays: Sequence[int], participant: ResolvedParticipant
+    ) -> tuple[list[Layer], dict[tuple[str, str], list[Layer]]]:
+        """Return ``layers`` with the overlays that hold, and those that hold under a value of an option not known."""
+        own, *beneath = layers
+        covering = [(index, self.system.overlays[index]) for index in overlays]
+        over = [
+            self._overlay_layer(index, participant.pack)
+            for index, overlay in reversed(covering)
+            if not overlay.fills and self._holds(overlay, participant)
+        ]
+        stated = [own, *over, *beneath]
+        certain = list(stated)
+        possible: dict[tuple[str, str], list[Layer]] = {}
+        for index, overlay in covering:
+            layer = self._overlay_layer(index, participant.pack)
+            if overlay.fills:
+                layer = self._filling(index, layer, stated, participant.pack)
+            if not self._holds(overlay, participant):
+                possible.setdefault(overlay.when or ("", ""), []).insert(0, layer)
+            elif overlay.fills:
+                certain.insert(0, layer)
+        return certain, possible
+
+    def _filling(self, overlay: int, layer: Layer, stated: Sequence[Layer], pack: RulePack) -> Layer:
+        """Return what an overlay sets where ``stated`` leaves it to others; to all else it gives way."""
+        fills = self.system.overlays[overlay].fills
+        taken = {}
+        for index, setting in layer.settings.items():
+            policy = pack.policies[index]
+            found = next((one.settings[index].text for one in stated if index in one.settings), None)
+            if found is None or _word(policy, found) in fills:
+                taken[index] = setting
+                self.took_effect.add((overlay, index))
+            elif not _reads_alike(policy, found, setting.text):
+                self.gave_way.setdefault((overlay, index), (policy.name, setting))
+        return Layer(layer.origin, taken)
 
     def _unique(self, identifier: str) -> str:
         """Return ``identifier``, with a number where an endpoint of another source already has it."""
@@ -712,37 +794,30 @@ class Resolver:
         type_index = pack.find(ENDPOINT, "type")
         if endpoint.type is not None and type_index is not None:
             explicit.setdefault(type_index, Stated(endpoint.type, Setting(endpoint.type, endpoint.place)))
+        written = Layer("explicit", explicit, here=True)
         layers = [
             Layer("overlay", overlay, here=True),
-            *(self._overlay_layer(index, pack) for index in reversed(overlays)),
-            Layer("explicit", explicit, here=True),
+            written,
             *self._layers_of(endpoint.profiles, pack, endpoint.dialect, participant),
         ]
         if pack.base_preset is not None and not endpoint.observed:
             settings = self._preset_settings(pack.base_preset, pack)
-            layers.append(Layer(f"preset {pack.base_preset}", settings, counts_as_stated=False))
+            origin = f"preset {pack.base_preset}"
+            layers.append(Layer(origin, settings, counts_as_stated=False, assumed=True))
+        layers, possible = self._lay_over(layers, overlays, participant)
         values: list[Any] = []
         words: list[Written | None] = []
         for index, policy in enumerate(pack.policies):
             words.append(None)
             if policy.level == ENDPOINT:
                 if endpoint.role not in policy.roles:
-                    self._without_effect(policy, index, layers[1], owner, endpoint, identifier)
-                values.append(
-                    self._value(
-                        pack,
-                        index,
-                        policy,
-                        endpoint.role,
-                        layers,
-                        participant.values,
-                        dialect,
-                        owner,
-                        endpoint.place,
-                        observed=endpoint.observed,
-                        member=identifier,
-                    )
-                )
+                    self._without_effect(policy, index, written, owner, endpoint, identifier)
+                value = self._own_value(index, layers, endpoint, participant, identifier)
+                for when, extra in possible.items():
+                    if any(index in layer.settings for layer in extra):
+                        then = self._own_value(index, [*extra, *layers], endpoint, participant, identifier)
+                        value = _either(participant, when, then, value)
+                values.append(value)
                 if index in pack.vocabulary.words_asked:
                     words[index] = _written(policy, index, layers)
             elif policy.level == "topic":
@@ -763,7 +838,32 @@ class Resolver:
                 values.append(self._broker_value(pack, index, policy, participant))
             else:
                 values.append(participant.values[index])
-        return intern(pack, (*values, *words)), (*layers, *topic_layers)
+        beside = (layer for extra in possible.values() for layer in extra)
+        return intern(pack, (*values, *words)), (*beside, *layers, *topic_layers)
+
+    def _own_value(
+        self,
+        index: int,
+        layers: Sequence[Layer],
+        endpoint: Endpoint,
+        participant: ResolvedParticipant,
+        identifier: str,
+    ) -> Value:
+        """Read a value of an endpoint from the nearest of ``layers`` that states it."""
+        pack = participant.pack
+        return self._value(
+            pack,
+            index,
+            pack.policies[index],
+            endpoint.role,
+            layers,
+            participant.values,
+            pack.dialects.get(endpoint.dialect, pack.dialects.get("yaml")),
+            f"{endpoint.role} `{identifier}`",
+            endpoint.place,
+            observed=endpoint.observed,
+            member=identifier,
+        )
 
     def _overlay_layer(self, index: int, pack: RulePack) -> Layer:
         overlay = self.system.overlays[index]
@@ -771,7 +871,13 @@ class Resolver:
         if layer is None:
             dialect = pack.dialects.get(overlay.dialect, pack.dialects.get("yaml"))
             found = self._recognise(pack, (ENDPOINT,), overlay.settings, dialect, overlay.name, "system", [])
-            layer = self.overlay_layers[id(pack), index] = Layer(overlay.name, found)
+            # Values are read in the dialect of the endpoint, which may have another unit.
+            unit = dialect.bare_unit if dialect else None
+            with_unit = {
+                number: stated._replace(text=pack.policies[number].domain.with_unit(stated.text, unit))
+                for number, stated in found.items()
+            }
+            layer = self.overlay_layers[id(pack), index] = Layer(overlay.name, with_unit)
         return layer
 
     def _without_effect(
@@ -938,6 +1044,43 @@ class Resolver:
         return under(options[index])
 
 
+def _word(policy: Policy, text: str) -> str:
+    """The word that ``text`` is, or that its zero stands for."""
+    word = policy.domain.word(text)
+    try:
+        zero = policy.zero is not None and word not in policy.words and policy.domain.parse(text) == 0
+    except InvalidValueError:
+        zero = False
+    return policy.zero if zero and policy.zero is not None else word
+
+
+def _reads_alike(policy: Policy, first: str, second: str) -> bool:
+    """Whether two texts are one value."""
+    try:
+        return policy.domain.parse(first) == policy.domain.parse(second)
+    except InvalidValueError:
+        return policy.domain.word(first) == policy.domain.word(second)
+
+
+def _either(participant: ResolvedParticipant, when: tuple[str, str], then: Value, otherwise: Value) -> Value:
+    """The value ``then`` under a value of an option that is not known, else ``otherwise``."""
+    if then == otherwise:
+        return then
+    pack = participant.pack
+    index = pack.vocabulary.indices["option", when[0]]
+    option = participant.values[index]
+    if not isinstance(option, Depends) or isinstance(otherwise, FromPeers):
+        return Anything(f"it depends on option {when[0]}", told=getattr(option, "told", False))
+    expected = pack.policies[index].domain.parse(when[1])
+    cases = ((name, then if case == expected else otherwise) for name, case in option.cases)
+    return Depends(option.on, tuple((name, _under(value, option.on, name)) for name, value in cases))
+
+
+def _under(value: Value, option: str, case: str) -> Value:
+    """What a value is under one case of an option."""
+    return dict(value.cases)[case] if isinstance(value, Depends) and value.on == option else value
+
+
 def _covering(overlay: Overlay) -> str:
     """What an overlay is meant for, in words."""
     parts = [f"participant `{overlay.participant}`", f"topic `{overlay.topic}`"]
@@ -965,8 +1108,11 @@ def _written(policy: Policy, index: int, layers: Sequence[Layer]) -> Written | N
     return None
 
 
-def _by_code(policy: Policy, text: str, dialect: Dialect | None) -> str | None:
-    """Translate a dialect's integer code; None where its zero means that nobody stated the value."""
+def spelled(policy: Policy, text: str, dialect: Dialect | None) -> str | None:
+    """Return a dialect's text in the spelling of the YAML form: integer codes in words, durations with their unit.
+
+    None where a zero of the dialect means that nobody stated the value.
+    """
     if dialect is None:
         return text
     stripped = text.strip()
@@ -976,7 +1122,7 @@ def _by_code(policy: Policy, text: str, dialect: Dialect | None) -> str | None:
     numeric = isinstance(policy.domain, (Duration, Count))
     if dialect.zero_is_unset and numeric and _is_zero(stripped):
         return None
-    return text
+    return policy.domain.with_unit(text, dialect.bare_unit)
 
 
 def _is_zero(text: str) -> bool:

@@ -6,7 +6,7 @@ import textwrap
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from cqos_core.codes import CODES, CodeInfo
+from cqos_core.codes import CODES, CodeInfo, find_code
 from cqos_core.pack import rule_table
 
 if TYPE_CHECKING:
@@ -194,15 +194,16 @@ def _sentence(text: str) -> str:
 # Codes
 
 
-def code_markdown(info: CodeInfo) -> str:
-    """Return the page of the docs of a code that no rule pack brings."""
-    return as_markdown(code_page(info))
+def code_markdown(info: CodeInfo, pack: RulePack | None = None) -> str:
+    """Return the docs' page of a code."""
+    return as_markdown(code_page(info, pack))
 
 
-def code_page(info: CodeInfo) -> Page:
-    """Derive a page from a code."""
+def code_page(info: CodeInfo, pack: RulePack | None = None) -> Page:
+    """Derive a page from a code of the core, or of the importers that come with ``pack``."""
+    who = "C-QoS itself, whatever the protocol" if pack is None else f"the importers of {pack.title}"
     sections: list[tuple[str, tuple[Block, ...]]] = [
-        ("", (Paragraph(f"{info.severity.capitalize()}. Said by C-QoS itself, whatever the protocol."),)),
+        ("", (Paragraph(f"{info.severity.capitalize()}. Said by {who}."),)),
         ("What it says", (Paragraph(info.summary),)),
     ]
     if info.reason:
@@ -213,21 +214,34 @@ def code_page(info: CodeInfo) -> Page:
 # Finding them
 
 
-def find(name: str, packs: Iterable[RulePack]) -> tuple[BoundRule, RulePack] | CodeInfo | None:
-    """Return what ``name`` stands for: the code, name or alias of a rule, or the code or name of one of `CODES`."""
+@dataclass(frozen=True, slots=True)
+class Reported:
+    """Something that is reported without a rule, by the core or by the importers that come with ``pack``."""
+
+    info: CodeInfo
+    pack: RulePack | None = None
+
+
+def find(name: str, packs: Iterable[RulePack]) -> tuple[BoundRule, RulePack] | Reported | None:
+    """Return what ``name`` spells: a rule of a pack, a code of its importers, or a code of the core."""
     wanted = name.strip().lower()
     for pack in _with_variants(packs):
         rule = pack.rule(wanted)
         if rule is not None:
             return next(bound for bound in pack.bound_rules if bound.rule is rule), pack
-    return next((info for info in CODES.values() if wanted in {info.code.lower(), info.name}), None)
+        info = pack.code(wanted)
+        if info is not None:
+            return Reported(info, pack)
+    own = find_code(wanted)
+    return None if own is None else Reported(own)
 
 
 def names(packs: Iterable[RulePack]) -> list[str]:
     """All names that `find` knows, for suggestions."""
-    rules = [rule for pack in _with_variants(packs) for rule in pack.rules]
-    known = [spelling for rule in rules for spelling in (rule.code, rule.name, *rule.aliases)]
-    return [*known, *(spelling for info in CODES.values() for spelling in (info.code, info.name))]
+    named: list[Rule | CodeInfo] = [*CODES.values()]
+    for pack in _with_variants(packs):
+        named += (*pack.rules, *pack.codes)
+    return [spelling for each in named for spelling in (each.code, each.name, *each.aliases)]
 
 
 def _with_variants(packs: Iterable[RulePack]) -> list[RulePack]:

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 
 from cqos_core.api import Context, SettingValue, as_text, context, exact_places
 from cqos_core.checker import assemble
-from cqos_core.pairing import bucket
 from cqos_core.problems import CqosError
 from cqos_core.resolve import Resolved, Resolver
 from cqos_core.system import Setting, System
 from cqos_core.team import bind_checks
 from cqos_core.topic import TopicResult, check_topic
+from cqos_core.wire import topics
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -167,7 +167,7 @@ class Session:
         """Check what has changed, and report on the whole system."""
         resolver = self._resolve()
         teams, problems = bind_checks(self._system, resolver.result.packs.values())
-        buckets = bucket(resolver.result.endpoints)
+        buckets = topics(resolver)
         self.judged = 0
         results: dict[TopicKey, TopicResult] = {}
         seen: dict[TopicKey, tuple[object, ...]] = {}

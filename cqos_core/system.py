@@ -151,11 +151,13 @@ class Overlay:
         name: what messages call it: ``qos_overrides``, ``Fast DDS profile scan_writer``.
         settings: what it sets.
         role: which endpoints it covers; None for both.
-        topic: shell pattern over the resolved or the written topic name.
-        participant: shell pattern over the participant's address (see `cqos_core.pack.Meeting`) or id.
-        entity: id of the one endpoint among several of its kind that it covers; None for those without an id.
+        topic: shell pattern over the resolved topic name.
+        participant: pattern over the participant's address or id, as the pack reads it (see `cqos_core.pack.Meeting`).
+        entity: id of the one endpoint among several of its kind that it covers; None: all of them.
         protocol: pack id.
         when: option and value under which it holds, for instance ``("rmw", "fastdds")``; None: always.
+        fills: words that it gives a meaning to. It then takes the place only of values that are stated as one of them
+            (``system_default``), or as a zero that stands for one; empty: of every value.
         dialect: which of the pack's dialects reads the settings.
     """
 
@@ -167,6 +169,7 @@ class Overlay:
     entity: str | None = None
     protocol: str | None = None
     when: tuple[str, str] | None = None
+    fills: tuple[str, ...] = ()
     dialect: str = "yaml"
     place: Place | None = None
 

@@ -11,7 +11,6 @@ from cqos_core.expression import Compare, Literal, Sentence, Term, Test, parse
 from cqos_core.findings import Draft, Made, make
 from cqos_core.judge import ask
 from cqos_core.pack import BoundRule
-from cqos_core.pairing import Members
 from cqos_core.problems import CqosError
 from cqos_core.report import Finding, Severity
 from cqos_core.resolve import Resolved, core_finding, suggestion
@@ -95,11 +94,13 @@ def team_findings(topic: Topic, checks: Sequence[TeamCheck]) -> list[Made]:
     for check in checks:
         for role, groups in ((PUBLISHER, topic.publishers), (SUBSCRIBER, topic.subscribers)):
             for members in groups:
+                if members.carried:
+                    continue
                 chosen = [e for e in members.endpoints if _applies(check.rule, e, topic)]
                 spoken = ask(check.bound, members.profile.values, members.profile.values) if chosen else None
                 if spoken is None:
                     continue
-                part = replace_members(members, chosen)
+                part = members.only(chosen)
                 draft = Draft(topic, spoken, tags=members.tags)
                 (draft.publishers if role == PUBLISHER else draft.subscribers)[part] = None
                 one = make(draft)
@@ -125,11 +126,6 @@ def team_findings(topic: Topic, checks: Sequence[TeamCheck]) -> list[Made]:
                 )
                 made.append(replace(one, finding=finding, merge_key=key))
     return made
-
-
-def replace_members(members: Members, endpoints: list[Resolved]) -> Members:
-    """Return a group of some of the members."""
-    return Members(members.profile, members.observed, members.tags, members.starts_after, endpoints)
 
 
 def _applies(rule: TeamRule, endpoint: Resolved, topic: Topic) -> bool:

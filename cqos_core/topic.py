@@ -89,12 +89,14 @@ def check_topic(
     made += team_findings(topic, (checks or {}).get(id(topic.pack), ()))
     made += _within_participants(topic, groups)
     alone = not (topic.publishers and topic.subscribers)
-    return TopicResult(tuple(groups), tuple(made), tuple(topic.endpoints) if alone else ())
+    lonely = tuple(endpoint for endpoint in topic.endpoints if alone and endpoint.carried is None)
+    return TopicResult(tuple(groups), tuple(made), lonely)
 
 
 def _judge_pairs(topic: Topic, drafts: Drafts) -> _Pairs:
     everybody = (1 << len(topic.subscribers)) - 1
-    pairs = _Pairs([everybody] * len(topic.publishers))
+    native = sum(1 << index for index, members in enumerate(topic.subscribers) if not members.carried)
+    pairs = _Pairs([native if members.carried else everybody for members in topic.publishers])
     index_of = {members: index for index, members in enumerate(topic.publishers)}
     for bound in topic.pack.by_scope["meets"]:
         for publishers, subscribers, _ in _spoken_classes(topic, bound):
@@ -288,6 +290,8 @@ def _endpoint_rules(topic: Topic, drafts: Drafts) -> None:
     for role, groups in ((PUBLISHER, topic.publishers), (SUBSCRIBER, topic.subscribers)):
         told: dict[str, int] = {}
         for members in groups:
+            if members.carried:
+                continue
             for spoken in judge_endpoint(members.profile, role, members.observed):
                 if spoken.unknown and spoken.failed is None:
                     continue
@@ -343,10 +347,10 @@ def _splits(topic: Topic, pairs: _Pairs) -> list[Made]:
     found: dict[tuple[Any, ...], tuple[BoundRule, dict[Members, None], dict[Members, None]]] = {}
     for bound, index, hit in pairs.kept_apart:
         publisher = topic.publishers[index]
-        alone = not pairs.met[index]
+        alone = not pairs.met[index] and not publisher.carried
         for subscriber in _at(topic.subscribers, hit):
             left = [publisher] if alone else []
-            if not met_by_any >> topic.subscribers.index(subscriber) & 1:
+            if not subscriber.carried and not met_by_any >> topic.subscribers.index(subscriber) & 1:
                 left.append(subscriber)
             if left and not bound.rule.always and all(_external(members) for members in left):
                 continue

@@ -16,12 +16,14 @@ import click
 import yaml
 
 from cqos_core.cli.app import cli
+from cqos_core.codes import CODES
 from cqos_core.plugins import load_plugins
-from cqos_core.rule_docs import CODES, Example, code_markdown, rule_markdown
+from cqos_core.rule_docs import Example, code_markdown, rule_markdown
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+    from cqos_core.codes import CodeInfo
     from cqos_core.pack import RulePack
 
 DOCS = Path(__file__).resolve().parent
@@ -58,6 +60,8 @@ def pages() -> Iterator[tuple[Path, str]]:
     for pack in packs:
         for bound in pack.bound_rules:
             yield RULES / f"{bound.rule.code}.md", rule_markdown(bound, pack, examples(bound.rule.code))
+        for info in pack.codes:
+            yield RULES / f"{info.code}.md", code_markdown(info, pack)
     for code, info in CODES.items():
         yield RULES / f"{code}.md", code_markdown(info)
     yield RULES / "README.md", index(packs)
@@ -83,10 +87,14 @@ def index(packs: Iterable[RulePack]) -> str:
     ]
     for pack in packs:
         rows = [(b.rule.code, b.rule.name, b.rule.severity, b.rule.because) for b in pack.bound_rules]
-        parts += [f"## {pack.title}", listing(rows)]
-    codes = [(info.code, info.name, info.severity, info.summary.rstrip(".")) for _, info in sorted(CODES.items())]
-    parts += ["## C-QoS itself", listing(codes)]
+        parts += [f"## {pack.title}", listing([*rows, *map(row, pack.codes)])]
+    parts += ["## C-QoS itself", listing(row(info) for _, info in sorted(CODES.items()))]
     return "\n\n".join(parts) + "\n"
+
+
+def row(info: CodeInfo) -> tuple[str, str, str, str]:
+    """The row of a code in that table."""
+    return info.code, info.name, info.severity, info.summary.rstrip(".")
 
 
 def listing(rows: Iterable[tuple[str, str, str, str]]) -> str:

@@ -80,7 +80,7 @@ def test_an_importer_that_fails_to_look_claims_nothing(monkeypatch):
 
     plugins = load_plugins()
     monkeypatch.setattr(plugins, "broken", [])
-    monkeypatch.setattr(plugins, "_left_out", set())
+    monkeypatch.setattr(plugins, "_failed", set())
     monkeypatch.setattr("cqos_core.importers.detect.claims_bpmn", fail)
     for _ in range(2):
         info = recognise(Source("x.yaml", b"cqos: 1\n"), plugins)

@@ -123,6 +123,7 @@ def _pack_as_text(pack: RulePack) -> str:
     options = [policy for policy in pack.policies if policy.level == "option"]
     presets = [(name, preset.doc, _needs(preset.needs)) for name, preset in pack.presets.items()]
     rules = [(bound.rule.code, bound.rule.name, bound.rule.severity) for bound in pack.bound_rules]
+    codes = [(info.code, info.name, info.severity) for info in pack.codes]
     plain = [(function.name, function.doc, "") for function in pack.functions if not function.column]
     blocks = [
         "\n".join(part for part in (f"{pack.title} ({pack.id})", pack.summary) if part),
@@ -131,6 +132,7 @@ def _pack_as_text(pack: RulePack) -> str:
         _section("Options, for `--option` and `options:`", [_policy_row(policy) for policy in options]),
         _section("Presets", presets),
         _section("Rules, see `cqos rule CODE`", rules),
+        _section("What its importers say, see `cqos rule CODE`", codes),
         _section("Functions without a column form", plain),
         _section("Not checked", [(text, "", "") for text in pack.not_checked]),
     ]

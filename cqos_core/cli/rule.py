@@ -10,13 +10,13 @@ import click
 from cqos_core.cli.parameters import debug_option, nearest
 from cqos_core.cli.reading import read_packs
 from cqos_core.cli.streams import emit, width
-from cqos_core.pack import describe_rule
+from cqos_core.pack import describe_code, describe_rule
 from cqos_core.plugins import load_plugins
 from cqos_core.rule_docs import as_markdown, as_text, code_page, find, names, rule_page
 
 if TYPE_CHECKING:
-    from cqos_core.codes import CodeInfo
     from cqos_core.pack import BoundRule, RulePack
+    from cqos_core.rule_docs import Reported
 
 
 @click.command()
@@ -57,17 +57,17 @@ def rule(*, code: str, form: str, pack_files: tuple[str, ...]) -> None:
     emit(_as_json(found) if form == "json" else _page(found, form))
 
 
-def _page(found: tuple[BoundRule, RulePack] | CodeInfo, form: str) -> str:
-    page = rule_page(*found) if isinstance(found, tuple) else code_page(found)
+def _page(found: tuple[BoundRule, RulePack] | Reported, form: str) -> str:
+    page = rule_page(*found) if isinstance(found, tuple) else code_page(found.info, found.pack)
     return as_markdown(page) if form == "markdown" else as_text(page, width())
 
 
-def _as_json(found: tuple[BoundRule, RulePack] | CodeInfo) -> str:
+def _as_json(found: tuple[BoundRule, RulePack] | Reported) -> str:
     description: dict[str, Any]
     if isinstance(found, tuple):
         bound, pack = found
         description = {"pack": pack.id, **describe_rule(bound)}
     else:
-        keys = ("code", "name", "severity", "summary", "reason")
-        description = {"pack": None, **{key: getattr(found, key) for key in keys}}
+        owner = found.pack.id if found.pack is not None else None
+        description = {"pack": owner, **describe_code(found.info)}
     return json.dumps({"version": 1, **description}, indent=2) + "\n"

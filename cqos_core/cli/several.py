@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.codes import CODES
+from cqos_core.api import context
 from cqos_core.report import Finding, Report, Severity, Side, Verdict
 
 if TYPE_CHECKING:
@@ -78,9 +78,10 @@ def _sources(reports: Iterable[Report], problems: Iterable[Problem]) -> Iterator
 
 
 def _finding(problem: Problem) -> Finding:
+    info = context().find_rule(problem.code)
     return Finding(
         code=problem.code,
-        name=CODES[problem.code].name if problem.code in CODES else "unreadable-input",
+        name=info.name if info is not None else "unreadable-input",
         severity=Severity.ERROR,
         message=problem.message,
         sides=(Side("system", (), place=problem.place),),

@@ -135,7 +135,7 @@ def test_a_pack_that_cannot_be_imported_is_left_out(real, plugins, files):
     assert done.code == 2
     assert "CQ201" in done.out
     assert "error[ROS101]" in done.out
-    assert "plugin `half` of half_plugin 1.2.3 could not be loaded and is left out: ModuleNotFoundError" in done.err
+    assert "rule pack `half` of half_plugin 1.2.3 could not be loaded and is left out: ModuleNotFoundError" in done.err
     assert real("rule", "ROS101", **plugins).code == 0
 
 
@@ -159,15 +159,15 @@ def test_a_command_that_cannot_be_imported(real, plugins):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["check", "fits.yaml", "--format", "crash"], "while formatter `crash` (fine_plugin 1.2.3) was writing"),
-        (["check", "crash.csv"], "while importer `csv` (fine_plugin 1.2.3) was reading crash.csv"),
+        (["check", "fits.yaml", "--format", "crash"], "formatter `crash` of fine_plugin 1.2.3 failed: ZeroDivision"),
+        (["check", "crash.csv"], "crash.csv: importer `csv` of fine_plugin 1.2.3 failed: KeyError: 'x'\n"),
     ],
     ids=["formatter", "importer"],
 )
 def test_a_plugin_that_fails_is_named(real, plugins, files, arguments, said):
     (files / "crash.csv").write_text("crash")
     done = real(*arguments, **plugins)
-    assert done.code == 3
+    assert done.code == 2
     assert said in done.err
     assert "Traceback" not in done.err
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft202012Validator
 
-from cqos_core.rule_docs import CODES
+from cqos_core.codes import CODES
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 

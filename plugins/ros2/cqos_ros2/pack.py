@@ -9,10 +9,12 @@ from cqos_core.pack import Meeting, RulePack
 from cqos_ros2 import interfaces, names
 from cqos_ros2.conventions import CONVENTIONS
 from cqos_ros2.dialects import DIALECTS
+from cqos_ros2.importers.codes import CODES
 from cqos_ros2.policies import POLICIES
 from cqos_ros2.presets import PRESETS
 from cqos_ros2.raw import RAW_POLICIES, RAW_RULES
 from cqos_ros2.rules import RULES
+from cqos_ros2.wire import WIRE
 
 NOT_CHECKED: Final = (
     "whether access control (SROS 2) lets the endpoints talk to each other",
@@ -42,7 +44,9 @@ SEMANTIC: Final = RulePack(
         described="endpoints with one full topic name after namespaces and remappings, on one domain and one wire, "
         "with one type",
     ),
+    wire=WIRE,
     not_checked=NOT_CHECKED,
+    codes=CODES,
     source="ROS 2 documentation, rmw, rmw_dds_common, rmw_zenoh, rclcpp, rclpy, REP 2003",
 )
 

@@ -1,0 +1,48 @@
+"""What ROS 2 endpoints are on the wire of DDS, so that nodes meet plain DDS programs.
+
+Sources: design.ros2.org, topic and service name mapping; rmw_cyclonedds, rmw_fastrtps (`make_fqtopic`); rosidl_typesupport
+(type name mangling).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.pack import Wire
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+def topic(key: str, values: Mapping[str, str]) -> str | None:
+    """``/scan`` is ``rt/scan`` on the wire; services and actions have their prefix already."""
+    if values.get("rmw") == "zenoh":
+        return None
+    if not key.startswith("/") or values.get("avoid_ros_namespace_conventions") == "true":
+        return key
+    return f"rt{key}"
+
+
+def type_name(name: str) -> str:
+    """``sensor_msgs/msg/LaserScan`` is ``sensor_msgs::msg::dds_::LaserScan_`` on the wire."""
+    package, *kind, message = name.split("/")
+    return "::".join([package, *(kind or ["msg"]), "dds_", f"{message}_"]) if "/" in name else name
+
+
+WIRE: Final = Wire(
+    protocol="dds",
+    topic=topic,
+    policies={
+        "reliability": "reliability",
+        "durability": "durability",
+        "deadline": "deadline",
+        "liveliness": "liveliness",
+        "liveliness_lease_duration": "liveliness.lease_duration",
+        "lifespan": "lifespan",
+        "history": "history",
+        "depth": "history.depth",
+    },
+    options={"domain": "domain", "rmw": "implementation"},
+    words={"manual_by_node": "manual_by_participant", "micro_ros": "fastdds"},
+    type=type_name,
+)

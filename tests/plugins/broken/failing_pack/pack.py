@@ -1,0 +1,38 @@
+"""One rule that works beside one whose function fails; and a pack that cannot resolve a name."""
+
+from dataclasses import replace
+
+from cqos_core.evaluate import Function
+from cqos_core.expression import call, offered, requested
+from cqos_core.pack import Meeting, RulePack
+from cqos_core.policy import Choice, Policy, Text
+from cqos_core.rule import requires
+
+SPEED = Policy("speed", Choice("slow", "fast"), default="slow")
+LABEL = Policy("label", Text(), default="none")
+
+
+def same_group(offered_label, requested_label):
+    return {"none": True}[offered_label] and {"none": True}[requested_label]
+
+
+def resolve(written, context):
+    return written.table[context]
+
+
+JUDGING = RulePack(
+    id="judging",
+    title="Judging",
+    policies=(SPEED, LABEL),
+    rules=(
+        requires(offered(SPEED) >= requested(SPEED), code="JUD101", name="too-slow", because="it waits"),
+        requires(
+            call("same_group", offered(LABEL), requested(LABEL)),
+            code="JUD102",
+            name="in-another-group",
+            because="groups keep to themselves",
+        ),
+    ),
+    functions=(Function("same_group", same_group, "Whether two labels are of one group."),),
+)
+NAMING = replace(JUDGING, id="naming", title="Naming", meeting=Meeting(resolve=resolve))

@@ -1,0 +1,19 @@
+"""A pack with a bad default, a sentence about a policy that it has not, and a preset of another."""
+
+from cqos_core.expression import offered, requested
+from cqos_core.pack import Preset, RulePack
+from cqos_core.policy import Choice, Policy
+from cqos_core.rule import requires
+
+SPEED = Policy("speed", Choice("slow", "fast"), default="medium")
+
+PACK = RulePack(
+    id="malformed",
+    title="Malformed",
+    policies=(SPEED,),
+    rules=(
+        requires(offered("sped") >= requested("sped"), code="MAL101", name="too-slow", because="it waits"),
+        requires(offered(SPEED) >= requested(SPEED), code="MAL102", name="too-slow", because="it waits"),
+    ),
+    presets={"quick": Preset({"haste": "much"})},
+)

@@ -1,0 +1,224 @@
+"""The documentation does what it says: its commands and examples run, its links lead somewhere, its lists are complete.
+
+A page is followed from top to bottom, in a folder of its own that has the examples in it:
+
+- a block with a title, as in ``` ```yaml title="robot.yaml" ```, is written to that file;
+- a `console` block is executed. A line with `$ ` in front is a command, what follows is its output. There, `…` stands
+  for any text within a line, and alone on a line for any lines. `echo $?` prints the exit code of the command before;
+- a `python` block with prompts is a doctest. All of a page share their variables;
+- a `sentence` block has one sentence of the rule language per line, in its one text form.
+
+`python tests/test_docs.py` writes the output of commands that have another one now into the pages.
+"""
+
+from __future__ import annotations
+
+import doctest
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import pytest
+
+from cqos_core import expression
+from cqos_core.expression import parse
+from cqos_core.plugins import Hooks
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+ROOT = Path(__file__).resolve().parents[1]
+FOLLOWED = (
+    "README.md",
+    "docs/quick-start.md",
+    "docs/library.md",
+    "docs/sentences.md",
+    "docs/packs.md",
+    "docs/plugins.md",
+    "examples/README.md",
+)
+PAGES = (*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("examples/*.md"))
+BLOCK = re.compile(r'^```(?P<kind>\w+)(?: title="(?P<title>[^"]+)")?\n(?P<text>.*?)^```$', re.MULTILINE | re.DOTALL)
+
+
+class Said(NamedTuple):
+    """What a command of a page printed, beside what the page says at `start` to `end`."""
+
+    command: str
+    start: int
+    end: int
+    expected: str
+    actual: str
+
+
+# Following a page ---------------------------------------------------------------------------------------------------
+
+
+def follow(page: str, folder: Path) -> Iterator[Said]:
+    """Do everything that a page says; yield what its commands print."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    shutil.copytree(ROOT / "examples", folder / "examples")
+    variables: dict[str, object] = {}
+    code = 0
+    for block in BLOCK.finditer(text):
+        if block["title"]:
+            file = folder / block["title"]
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(block["text"], encoding="utf-8")
+        elif block["kind"] == "console":
+            for command, start, end in commands(block):
+                code, printed = execute(command, folder, code)
+                yield Said(command, start, end, text[start:end], printed)
+        elif block["kind"] == "python":
+            run_doctest(block["text"], variables, page, text.count("\n", 0, block.start()), folder)
+        elif block["kind"] == "sentence":
+            for line in block["text"].splitlines():
+                assert str(parse(line)) == line
+
+
+def commands(block: re.Match[str]) -> Iterator[tuple[str, int, int]]:
+    """Yield every command of a console block, and where its output begins and ends."""
+    found = list(re.finditer(r"^\$ (.+)\n", block["text"], re.MULTILINE))
+    assert found, "a console block begins with a command"
+    assert found[0].start() == 0, "a console block begins with a command"
+    ends = [*(match.start() for match in found[1:]), len(block["text"])]
+    offset = block.start("text")
+    for match, end in zip(found, ends, strict=True):
+        yield match[1], offset + match.end(), offset + end
+
+
+def execute(command: str, folder: Path, code: int) -> tuple[int, str]:
+    """Run one command of a page as a reader would; return its exit code and all that it prints."""
+    site = folder / ".site"
+    # Whoever follows the page installs into an environment of their own; this is one.
+    command = command.replace(
+        "pip install", f"{sys.executable} -m pip install --no-build-isolation --no-deps --no-index --target {site}"
+    )
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    python_path = os.pathsep.join(filter(None, [str(site), os.environ.get("PYTHONPATH")]))
+    kept = {name: value for name, value in os.environ.items() if name not in {"COLUMNS", "CQOS_DEBUG", "FORCE_COLOR"}}
+    done = subprocess.run(
+        ["sh", "-c", f"(exit {code}); {command}"],
+        cwd=folder,
+        env=kept | {"PATH": path, "PYTHONPATH": python_path, "PIP_DISABLE_PIP_VERSION_CHECK": "1"},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        encoding="utf-8",
+        check=False,
+        timeout=120,
+    )
+    return done.returncode, "".join(f"{line.rstrip()}\n" for line in done.stdout.splitlines())
+
+
+def run_doctest(text: str, variables: dict[str, object], page: str, line: int, folder: Path) -> None:
+    assert ">>> " in text, f"{page}: a block of Python without a title has prompts, so that it can be executed"
+    test = doctest.DocTestParser().get_doctest(text, variables, page, page, line)
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE, verbose=False)
+    said: list[str] = []
+    before = Path.cwd()
+    os.chdir(folder)
+    try:
+        runner.run(test, out=said.append, clear_globs=False)
+    finally:
+        os.chdir(before)
+    variables.update(test.globs)
+    assert not runner.failures, "".join(said)
+
+
+def agrees(expected: str, actual: str) -> bool:
+    """Whether a command printed what the page says."""
+    lines = ("(?:.*\n)*?" if line == "…" else re.escape(line).replace("…", ".*?") + "\n" for line in expected.splitlines())
+    return re.fullmatch("".join(lines), actual) is not None
+
+
+def rewrite(page: str) -> None:
+    """Write into a page what its commands print, where it says something else."""
+    with tempfile.TemporaryDirectory() as folder:
+        outputs = list(follow(page, Path(folder)))
+    text = (ROOT / page).read_text(encoding="utf-8")
+    for said in reversed(outputs):
+        if not agrees(said.expected, said.actual):
+            print(f"{page}: {said.command}")
+            text = text[: said.start] + said.actual + text[said.end :]
+    (ROOT / page).write_text(text, encoding="utf-8")
+
+
+# Tests --------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the pages are written for a POSIX shell")
+@pytest.mark.parametrize("page", FOLLOWED)
+def test_a_page_can_be_followed(page, tmp_path):
+    for said in follow(page, tmp_path):
+        assert agrees(said.expected, said.actual), (
+            f"{page} says that `{said.command}` prints\n\n{said.expected}\nbut it prints\n\n{said.actual}\n"
+            "if that is right, run: python tests/test_docs.py"
+        )
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_somewhere(page):
+    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if "://" in target:
+            continue
+        path, _, anchor = target.partition("#")
+        file = (page.parent / path).resolve() if path else page
+        assert file.exists(), f"{target} does not exist"
+        if anchor:
+            assert anchor in headings(file), f"{target}: there is no such heading"
+
+
+def headings(file: Path) -> set[str]:
+    """The anchors of a page, as GitHub and zensical make them."""
+    text = re.sub(r"^```.*?^```$", "", file.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    titles = re.findall(r"^#+ (.+)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_pages_name_no_machine(page):
+    assert not re.search(r"/(?:work|tmp|home|root|Users)/", page.read_text(encoding="utf-8"))
+
+
+def test_every_page_is_in_the_index():
+    index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
+    pages = {page.name for page in (ROOT / "docs").glob("*.md")} - {"README.md"}
+    assert pages == {page for page in pages if f"]({page})" in index}
+
+
+def test_every_example_is_described():
+    text = (ROOT / "examples" / "README.md").read_text(encoding="utf-8")
+    names = {path.name for path in (ROOT / "examples").iterdir()} - {"README.md"}
+    assert names == {name for name in names if f"]({name}" in text}
+
+
+def test_every_word_of_the_language_is_explained():
+    text = (ROOT / "docs" / "sentences.md").read_text(encoding="utf-8")
+    words = {*expression.SCOPES, *expression.OPERAND_FUNCTIONS, *expression.SENTENCE_FUNCTIONS} - {"own"}
+    assert words == {word for word in words if f"`{word}(" in text}
+
+
+def test_every_hook_is_explained():
+    text = (ROOT / "docs" / "plugins.md").read_text(encoding="utf-8")
+    hooks = {name for name in vars(Hooks) if name.startswith("register_")}
+    assert hooks == {name for name in hooks if f"`{name}`" in text}
+
+
+def test_the_map_of_the_house_has_every_room():
+    text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    core = ROOT / "cqos_core"
+    files = {file.name for file in core.glob("*.py")} - {"__init__.py"}
+    rooms = {f"{folder.parent.name}/" for folder in core.glob("*/__init__.py")}
+    assert files | rooms == {name for name in files | rooms if f"`{name}`" in text}
+
+
+if __name__ == "__main__":
+    for each in FOLLOWED:
+        rewrite(each)

@@ -1,0 +1,323 @@
+"""A small world to test the core in: a made-up protocol, and few words to build systems of it.
+
+The protocol is the post. Who sends letters to a box offers how they are treated, who empties the box requests it;
+letters go by a carrier, which is the option that others have for their middleware. It has a policy of every kind
+and a rule of every scope, so that the core is tested without any real protocol.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.api import as_text, context
+from cqos_core.checker import Context, check_system
+from cqos_core.evaluate import Function
+from cqos_core.expression import all_equal, call, count, offered, option, overlaps, publisher, requested, stated
+from cqos_core.expression import subscriber as its_subscriber
+from cqos_core.expression import topic as of_topic
+from cqos_core.pack import Convention, Dialect, Preset, RulePack
+from cqos_core.policy import (
+    Anything,
+    Choice,
+    Count,
+    Duration,
+    Flag,
+    FromPeers,
+    Names,
+    PerRole,
+    Policy,
+    Text,
+    by_option,
+)
+from cqos_core.rule import forbids, meets, requires
+from cqos_core.system import Endpoint, Participant, Place, Profile, ProfileRef, Setting, System, Topic
+
+if TYPE_CHECKING:
+    from cqos_core.report import Finding, Report
+    from cqos_core.system import Role, Settings
+
+# What an endpoint sets
+
+CARE: Final = Policy(
+    "care",
+    Choice("plain", "signed", "insured", affixes=("care_",), synonyms={"registered": "signed"}),
+    "plain",
+    "How carefully letters are treated.",
+    "Postal code, 1",
+    aliases=("treatment",),
+    words={
+        "usual": by_option("carrier", bike="plain", train="signed", otherwise="insured"),
+        "best": PerRole(publisher="insured", subscriber=FromPeers(alone="insured", peers="strongest_if_all")),
+        "unknown": Anything("nobody wrote it down"),
+    },
+)
+DELAY: Final = Policy(
+    "delay",
+    Duration(),
+    "infinite",
+    "The longest time a letter takes.",
+    "Postal code, 2",
+    words={"unspecified": "infinite"},
+    zero="unspecified",
+    enforced={"carrier": {"pigeon": "no"}},
+    promise=True,
+)
+COPIES: Final = Policy("copies", Count(1, 100, unlimited=("all",)), "10", "How many letters the box holds.")
+SEALED: Final = Policy(
+    "sealed", Flag(), "false", "Whether letters are sealed.", enforced={"carrier": {"pigeon": "unmatched"}}
+)
+STREETS: Final = Policy("streets", Names(), "[]", "Where letters are delivered; nothing stands for everywhere.")
+STAMP: Final = Policy("stamp", Text(), None, "What is printed on the stamp.")
+RETURNED: Final = Policy("returned", Flag(), "false", "Whether letters come back.", roles=("publisher",))
+
+# What is known of a box, and of the deployment
+
+INTERVAL: Final = Policy("interval", Duration(), None, "The time between two letters.", level="topic")
+URGENT: Final = Policy("urgent", Flag(), "false", "Whether letters must not lie about.", level="topic")
+CARRIER: Final = Policy(
+    "carrier",
+    Choice("bike", "train", "ship", "pigeon", ordered=False),
+    None,
+    "Who carries the letters.",
+    level="option",
+    assume=("bike", "train", "ship"),
+    aliases=("CARRIER",),
+)
+YEAR: Final = Policy(
+    "year", Choice("y1990", "y2000", "y2010"), None, "Of which year the rules are.", level="option", fallback="y2010"
+)
+TOWN: Final = Policy("town", Count(0, 99), "0", "Letters do not leave the town.", level="option")
+
+POLICIES: Final = (CARE, DELAY, COPIES, SEALED, STREETS, STAMP, RETURNED, INTERVAL, URGENT, CARRIER, YEAR, TOWN)
+
+RULES: Final = (
+    requires(
+        offered(CARE) >= requested(CARE),
+        code="POST101",
+        name="care-below-requested",
+        because="letters are treated worse than the reader asks for",
+        clause="Postal code, 1",
+        aliases=("POST001",),
+    ),
+    requires(
+        offered(DELAY) <= requested(DELAY),
+        code="POST102",
+        name="delay-above-requested",
+        because="letters may come later than the reader waits",
+    ),
+    requires(
+        offered(SEALED) | ~requested(SEALED),
+        code="POST103",
+        name="unsealed",
+        because="the reader wants sealed letters",
+    ),
+    forbids(
+        (offered(CARE) == "insured") & (requested(CARE) == "plain"),
+        code="POST201",
+        name="care-wasted",
+        because="nobody asked for so much care",
+        severity="note",
+    ),
+    forbids(
+        (offered(COPIES) > requested(COPIES)) & of_topic(URGENT),
+        code="POST202",
+        name="box-too-small",
+        says="{publisher} fills box `{topic}` with {offered copies}, {subscriber} takes {requested copies}",
+        because="letters are dropped",
+    ),
+    forbids(
+        (CARE == "insured") & ~SEALED,
+        code="POST301",
+        name="insured-unsealed",
+        because="nobody insures what is open",
+    ),
+    forbids(
+        stated(DELAY) & (DELAY < "1s"),
+        code="POST302",
+        name="delay-absurd",
+        says="{endpoint} wants {delay}",
+        because="nobody is that fast",
+        severity="error",
+        creation=True,
+        fixes=("delay",),
+    ),
+    forbids(
+        offered(DELAY) < of_topic(INTERVAL),
+        code="POST303",
+        name="delay-below-interval",
+        because="the writer promises more than it writes",
+        fixes=("delay",),
+    ),
+    forbids(
+        (option(YEAR) <= "y1990") & stated(SEALED),
+        code="POST304",
+        name="seal-before-2000",
+        because="there was no wax before 2000",
+    ),
+    meets(
+        publisher(TOWN) == its_subscriber(TOWN),
+        code="POST401",
+        name="town-split",
+        because="letters do not leave the town",
+    ),
+    meets(
+        overlaps(offered(STREETS), requested(STREETS)) | call("both_everywhere", offered(STREETS), requested(STREETS)),
+        code="POST402",
+        name="streets-split",
+        because="they have no street in common",
+    ),
+    meets(
+        offered(STAMP) == requested(STAMP),
+        code="POST403",
+        name="stamps-differ",
+        because="letters with another stamp are thrown away",
+        severity="error",
+        always=True,
+    ),
+    forbids(
+        ~all_equal(offered(CARE)),
+        code="POST501",
+        name="writers-differ",
+        because="some letters arrive and others do not",
+        severity="note",
+        help="treat all alike",
+    ),
+    forbids(
+        of_topic(URGENT) & (count(requested(CARE) >= "signed") > 2),
+        code="POST502",
+        name="many-careful-readers",
+        because="the postman has to ring too often",
+    ),
+)
+
+
+def both_everywhere(left: tuple[str, ...], right: tuple[str, ...]) -> bool:
+    """Whether neither side names a street."""
+    return not left and not right
+
+
+POST: Final = RulePack(
+    id="post",
+    title="Post",
+    summary="Letters and boxes.",
+    policies=POLICIES,
+    rules=RULES,
+    presets={
+        "standard": Preset({"care": "plain", "copies": "20"}, "What anybody sends."),
+        "careful": Preset({"care": "insured", "sealed": "true"}, "Valuable letters.", aliases=("VALUE",)),
+        "modern": Preset({"delay": "1h"}, "Fast letters.", needs=("year", "y2000")),
+        "as_usual": Preset({"care": "usual"}, "As the carrier likes it."),
+    },
+    base_preset="standard",
+    dialects={
+        "yaml": Dialect(),
+        "form": Dialect(
+            names={"sorgfalt": "care"},
+            codes={"care": {"1": "plain", "2": "signed"}},
+            bare_unit="s",
+            zero_is_unset=True,
+            ignore=frozenset({"colour"}),
+        ),
+    },
+    conventions=(
+        Convention("*/urgent", {"urgent": "true"}, doc="A box for what cannot wait."),
+        Convention("archive", external=True),
+    ),
+    functions=(Function("both_everywhere", both_everywhere, "Neither side names a street."),),
+    not_checked=("whether the postman is ill",),
+    source="made up",
+)
+CONTEXT: Final = context([POST])
+
+
+# Words to build systems with
+
+
+def settings(**stated_values: Any) -> Settings:
+    """Settings as if somebody had written them down."""
+    return {name: Setting(as_text(value)) for name, value in stated_values.items()}
+
+
+def endpoint(
+    role: Role, topic: str | None, name: str, *profiles: str, more: Any = None, **stated_values: Any
+) -> Endpoint:
+    """One endpoint; its participant is what stands before the first slash of its name; ``more`` are its other fields."""
+    made = Endpoint(
+        name,
+        role,
+        topic,
+        name.split("/", maxsplit=1)[0],
+        settings(**stated_values),
+        tuple(ProfileRef(profile) for profile in profiles),
+    )
+    return replace(made, **(more or {}))
+
+
+def writer(topic: str | None, name: str = "writer", *profiles: str, more: Any = None, **stated_values: Any) -> Endpoint:
+    """A publisher."""
+    return endpoint("publisher", topic, name, *profiles, more=more, **stated_values)
+
+
+def reader(topic: str | None, name: str = "reader", *profiles: str, more: Any = None, **stated_values: Any) -> Endpoint:
+    """A subscriber."""
+    return endpoint("subscriber", topic, name, *profiles, more=more, **stated_values)
+
+
+def world(*parts: Any, protocol: str | None = "post", options: dict[str, Any] | None = None, **fields: Any) -> System:
+    """A system of endpoints, participants, profiles and topics; participants not given are added."""
+    system = System(name="world", protocol=protocol, **fields)
+    system.options = {"post": settings(**(options or {}))}
+    for part in parts:
+        match part:
+            case Endpoint():
+                system.endpoints.append(part)
+            case Participant():
+                system.participants[part.id] = part
+            case Profile():
+                system.profiles[part.name] = part
+            case Topic():
+                system.topics[part.name] = part
+    for each in system.endpoints:
+        system.participants.setdefault(each.participant, Participant(each.participant))
+    return system
+
+
+def participant(name: str, more: Any = None, **stated_values: Any) -> Participant:
+    """A participant with settings; ``more`` are its other fields."""
+    return replace(Participant(name, settings=settings(**stated_values)), **(more or {}))
+
+
+def profile(name: str, *base: str, **stated_values: Any) -> Profile:
+    """A profile, based on others."""
+    return Profile(name, settings(**stated_values), tuple(ProfileRef(each) for each in base))
+
+
+def box(name: str, external: bool = False, **stated_values: Any) -> Topic:
+    """What is stated about a topic."""
+    return Topic(name, settings(**stated_values), external)
+
+
+def place(line: int, column: int | None = None) -> Place:
+    """A place in a file."""
+    return Place("world.yaml", line, column)
+
+
+def checked(*parts: Any, where: Context = CONTEXT, **fields: Any) -> Report:
+    """The report on a system, or on the parts of one."""
+    system = parts[0] if len(parts) == 1 and isinstance(parts[0], System) else world(*parts, **fields)
+    return check_system(system, where)
+
+
+def codes(report: Report) -> list[str]:
+    """The codes of all findings, in order."""
+    return [finding.code for finding in report.findings]
+
+
+def only(report: Report, code: str) -> Finding:
+    """The one finding with this code."""
+    found = [finding for finding in report.findings if finding.code == code]
+    assert len(found) == 1, (
+        f"{code} {len(found)} times; the report has {[str(f.code) + ' ' + f.message for f in report.findings]}"
+    )
+    return found[0]
