@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
 from datetime import timedelta
 from os import PathLike, fspath
@@ -58,8 +59,10 @@ def context(extra_packs: Iterable[RulePack] = (), default_protocol: str | None =
     return Context(find_pack, find_rule, default_protocol)
 
 
-def read(*inputs: Input, importer: str | None = None) -> System:
+def read(*inputs: Input, importer: str | None = None, protocol: str | None = None) -> System:
     """Read paths, directories, bytes or ready systems into one system; the format is detected.
+
+    ``protocol`` is meant where an input states none. Systems are copied, the caller's stay as they are.
 
     Raises:
         InputError: with every problem of every input.
@@ -68,17 +71,17 @@ def read(*inputs: Input, importer: str | None = None) -> System:
     problems: list[Problem] = []
     for each in inputs:
         if isinstance(each, System):
-            systems.append(each)
+            systems.append(replace(deepcopy(each), protocol=each.protocol or protocol))
             continue
         try:
             if isinstance(each, bytes):
-                systems.append(read_source(Source("<bytes>", each), importer))
+                systems.append(read_source(Source("<bytes>", each), importer, protocol=protocol))
             elif Path(each).is_dir():
-                loaded = load_paths([fspath(each)], importer)
+                loaded = load_paths([fspath(each)], importer, protocol=protocol)
                 problems += loaded.problems
                 systems += [system for _, system in loaded.systems]
             else:
-                systems.append(read_source(read_path(fspath(each)), importer, from_disk=True))
+                systems.append(read_source(read_path(fspath(each)), importer, from_disk=True, protocol=protocol))
         except InputError as error:
             problems += error.problems
     if problems or not systems:
@@ -105,20 +108,24 @@ def check(
     Raises:
         InputError: an input cannot be read; every problem is listed.
     """
-    system = with_options(read(*inputs, importer=importer), options or {})
-    if protocol is not None:
-        system = replace(system, protocol=protocol)
-    return exact_places(check_system(system, context(packs, protocol)), system.sources)
+    where = context(packs, protocol)
+    system = with_options(read(*inputs, importer=importer, protocol=protocol), options or {}, where)
+    return exact_places(check_system(system, where), system.sources)
 
 
-def with_options(system: System, options: Mapping[str, Mapping[str, SettingValue]]) -> System:
-    """Return ``system`` with options laid over its own."""
-    if not options:
-        return system
-    joined = {pack: dict(settings) for pack, settings in system.options.items()}
-    for pack, settings in options.items():
-        place = Place("options")
-        joined.setdefault(pack, {}).update({name: Setting(as_text(v), place) for name, v in settings.items()})
+def with_options(
+    system: System, options: Mapping[str, Mapping[str, SettingValue]], where: Context, place: Place | None = None
+) -> System:
+    """Return ``system`` with options laid over its own, in whatever spelling it states them."""
+    joined = {pack_id: dict(settings) for pack_id, settings in system.options.items()}
+    for pack_id, settings in options.items():
+        pack, stated = where.find_pack(pack_id), joined.setdefault(pack_id, {})
+        for name, value in settings.items():
+            for other in [
+                other for other in stated if pack and pack.find("option", other) == pack.find("option", name)
+            ]:
+                del stated[other]
+            stated[name] = Setting(as_text(value), place or Place("options"))
     return replace(system, options=joined)
 
 
@@ -251,8 +258,9 @@ def explain(
         InputError: an input cannot be read.
         CqosError: there is no such endpoint, or the two are on different topics.
     """
-    system = with_options(read(*inputs), options or {})
-    return explain_pair(system, publisher, subscriber, context(packs, protocol))
+    where = context(packs, protocol)
+    system = with_options(read(*inputs, protocol=protocol), options or {}, where)
+    return explain_pair(system, publisher, subscriber, where)
 
 
 def explain_pair(system: System, publisher: str, subscriber: str, where: Context) -> PairReport:

@@ -527,7 +527,9 @@ _MODEL = (
 CODES: dict[str, CodeInfo] = {info.code: info for info in (*_READING, *_MODEL)}
 
 
+_SPELLINGS = {spelling: info for info in CODES.values() for spelling in info.spellings}
+
+
 def find_code(name: str) -> CodeInfo | None:
     """Return what the core reports under that code, name or alias, or None."""
-    wanted = name.lower()
-    return next((info for info in CODES.values() if wanted in info.spellings), None)
+    return _SPELLINGS.get(name.lower())

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.evaluate import Bound, Function, Vocabulary, bind, role_of, scope_of
-from cqos_core.policy import ENDPOINT, LEVELS, Choice, PerRole, Policy, normalise
+from cqos_core.policy import ENDPOINT, LEVELS, Choice, OneOf, PerRole, Policy, normalise
 from cqos_core.problems import InvalidValueError, PackError, SentenceError
 
 if TYPE_CHECKING:
@@ -343,6 +343,8 @@ def describe_policy(policy: Policy) -> dict[str, Any]:
         "aliases": list(policy.aliases),
         "enforced": {option: dict(by_value) for option, by_value in policy.enforced.items()},
         "fact": policy.default is None,
+        "entities": list(policy.entities),
+        "changeable": policy.changeable,
         "doc": policy.doc,
         "clause": policy.clause,
     }
@@ -447,7 +449,7 @@ def _policy_mistakes(policies: Iterable[Policy]) -> list[str]:
                 mistakes.append(f"`{spelling}` spells both policy `{other}` and policy `{policy.name}`")
         texts = [policy.default_for(role) for role in policy.roles]
         texts += [text for meaning in policy.words.values() for text in _texts(meaning)]
-        for text in texts:
+        for text in dict.fromkeys(texts):
             mistakes += _text_mistake(policy, text)
         if isinstance(policy.domain, Choice):
             mistakes += [
@@ -464,6 +466,8 @@ def _texts(meaning: Meaning) -> list[str]:
         return [meaning]
     if isinstance(meaning, PerRole):
         return [*_texts(meaning.publisher), *_texts(meaning.subscriber)]
+    if isinstance(meaning, OneOf):
+        return list(meaning.values)
     inner = [part for _, part in getattr(meaning, "meanings", ())]
     otherwise = getattr(meaning, "otherwise", None)
     parts = [text for part in (*inner, otherwise) if part is not None for text in _texts(part)]

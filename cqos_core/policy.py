@@ -55,6 +55,13 @@ class FromPeers:
     peers: str
 
 
+@dataclass(frozen=True, slots=True)
+class OneOf:
+    """A word of an option that leaves open which of several values it has: a vendor's name without its version."""
+
+    values: tuple[str, ...]
+
+
 Plain: TypeAlias = int | str | tuple[str, ...]
 Value: TypeAlias = Plain | Anything | Depends | FromPeers
 
@@ -82,7 +89,7 @@ class ByOption:
 
 
 ANYTHING: Final = Anything("its value is not known")
-Meaning: TypeAlias = str | PerRole | ByOption | Anything | FromPeers
+Meaning: TypeAlias = str | PerRole | ByOption | Anything | FromPeers | OneOf
 
 
 def by_option(option: str, otherwise: Meaning | None = None, **meanings: Meaning) -> ByOption:
@@ -95,19 +102,29 @@ def normalise(text: str) -> str:
     return re.sub(r"[\s\-]+", "_", text.strip()).lower()
 
 
-def flow(text: str) -> Any:
+def flow(text: str, expected: str = "") -> Any:
     """Read YAML flow spelling with every scalar left as text.
 
     Raises:
-        InvalidValueError: where the text is no YAML.
+        InvalidValueError: where the text is no YAML, or nested so deep that the parser's stack might not hold it.
     """
     import yaml
 
+    depth = deepest = 0
+    for bracket in _BRACKETS.findall(text):
+        depth += 1 if bracket in "[{" else -1
+        deepest = max(deepest, depth)
+    if deepest > _MAXIMUM_DEPTH:
+        raise InvalidValueError(f"`{text[:60]}` is nested deeper than {_MAXIMUM_DEPTH} levels", expected)
     try:
         return yaml.load(text, Loader=getattr(yaml, "CBaseLoader", yaml.BaseLoader))  # noqa: S506 - makes text only
-    except (yaml.YAMLError, RecursionError) as error:
+    except (yaml.YAMLError, UnicodeError) as error:
         message = f"`{text[:60]}` cannot be read: {str(error).splitlines()[0]}"
-        raise InvalidValueError(message) from None
+        raise InvalidValueError(message, expected) from None
+
+
+_BRACKETS: Final = re.compile(r"[\[{}\]]")
+_MAXIMUM_DEPTH: Final = 200
 
 
 class Domain:
@@ -293,16 +310,16 @@ class Duration(Domain):
         except InvalidOperation:
             message = f"`{text}` is not a number"
             raise InvalidValueError(message, self.expected()) from None
-        if unit is None and number != 0:
+        if number == 0:
+            return 0
+        if unit is None:
             message = f"`{text}` has no unit"
             raise InvalidValueError(message, f"a unit after it, for instance {text}s or {text}ms")
         if number.adjusted() > _LARGEST_EXPONENT:
             return INFINITE
-        return _nanoseconds(
-            str(number) if abs(number.adjusted()) > _LARGEST_EXPONENT else f"{number:f}",
-            _UNITS[unit or "s"],
-            text,
-        )
+        if number.adjusted() < -_LARGEST_EXPONENT:
+            raise _too_fine(text)
+        return _nanoseconds(f"{number:f}", _UNITS[unit], text)
 
     def with_unit(self, text: str, unit: str | None) -> str:
         """Add ``unit`` to a bare number."""
@@ -331,15 +348,22 @@ _LARGEST_EXPONENT: Final = 30
 
 
 def _nanoseconds(number: str, unit: int, text: str) -> int:
-    exact = Decimal(number) * unit
-    if exact != exact.to_integral_value():
-        message = f"`{text}` is finer than a nanosecond"
-        raise InvalidValueError(message, "whole nanoseconds")
-    return int(exact)
+    whole, _, fraction = number.partition(".")
+    fraction = fraction.rstrip("0")
+    if len(fraction) > _LARGEST_EXPONENT:
+        raise _too_fine(text)
+    exact, rest = divmod(int(whole + fraction) * unit, 10 ** len(fraction))
+    if rest:
+        raise _too_fine(text)
+    return exact
+
+
+def _too_fine(text: str) -> InvalidValueError:
+    return InvalidValueError(f"`{text}` is finer than a nanosecond", "whole nanoseconds")
 
 
 def _from_fields(text: str) -> int:
-    fields = flow(text)
+    fields = flow(text, "{sec: 2, nsec: 0}")
     if not isinstance(fields, dict) or not fields:
         message = f"`{text}` is not a duration"
         raise InvalidValueError(message, "{sec: 2, nsec: 0}")
@@ -439,7 +463,7 @@ class Names(Domain):
         """Read ``[a, b]``; a single bare name is a list of one."""
         if not text.strip().startswith("["):
             return (text.strip(),) if text.strip() else ()
-        read = flow(text)
+        read = flow(text, self.expected())
         if not isinstance(read, list) or not all(isinstance(item, str) for item in read):
             message = f"`{text}` is not a list of names"
             raise InvalidValueError(message, self.expected())
@@ -451,12 +475,20 @@ class Names(Domain):
 
         names: tuple[str, ...] = value  # type: ignore[assignment]
         plain = re.compile(r"[A-Za-z_/][\w/.]*")
-        words = (n if plain.fullmatch(n) else json.dumps(n, ensure_ascii=False) for n in names)
+        words = (n if plain.fullmatch(n) else _escaped(json.dumps(n, ensure_ascii=False)) for n in names)
         return f"[{', '.join(words)}]"
 
     def expected(self) -> str:
         """Give an example."""
         return "a list of names such as [a, b]"
+
+
+def _escaped(text: str) -> str:
+    """Write out what YAML allows only as an escape; it has none for pairs of surrogates, which JSON writes."""
+    return "".join(c if c.isprintable() or ord(c) > _LARGEST_ESCAPE else f"\\u{ord(c):04x}" for c in text)
+
+
+_LARGEST_ESCAPE: Final = 0xFFFF
 
 
 class Text(Domain):
@@ -505,6 +537,8 @@ class Policy(Term):
         promise: a stronger offer is a promise the program must keep, so that remedies on it need code.
         assume: for options: the values taken into account while it is unset; empty means all.
         fallback: for options: the value that stands in for one this pack does not know yet, with a warning.
+        entities: what it is set on, in the words of the standard, where that is more than an endpoint.
+        changeable: whether it may change while the endpoint lives; None where the standard does not say.
     """
 
     name: str
@@ -521,6 +555,8 @@ class Policy(Term):
     promise: bool = False
     assume: tuple[str, ...] = ()
     fallback: str | None = None
+    entities: tuple[str, ...] = ()
+    changeable: bool | None = None
 
     def __post_init__(self) -> None:
         """Make it the term it is."""

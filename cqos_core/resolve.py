@@ -7,6 +7,7 @@ value came from is not stored: `Resolved.origin` finds it again in the layers, f
 from __future__ import annotations
 
 import difflib
+import json
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -26,6 +27,7 @@ from cqos_core.policy import (
     Duration,
     FromPeers,
     Meaning,
+    OneOf,
     PerRole,
     Policy,
     Value,
@@ -117,15 +119,26 @@ def intern(pack: RulePack, values: Values) -> QosProfile:
 
 
 def _enforcement(pack: RulePack, policy: Policy, values: Values) -> str:
-    """How the middleware chosen by plain option values treats ``policy``; undetermined options enforce."""
+    """How the middleware chosen by option values treats ``policy``; options under which it differs enforce it."""
     for option, by_value in policy.enforced.items():
         index = pack.vocabulary.indices["option", option]
-        value = values[index]
-        if is_plain(value):
-            treated = by_value.get(pack.policies[index].domain.format(value))
-            if treated is not None:
-                return treated
+        treated = _treated(by_value, pack.policies[index], values[index])
+        if treated is not None:
+            return treated
     return "yes"
+
+
+def _treated(by_value: Mapping[str, str], option: Policy, value: Value) -> str | None:
+    """What a table by option value says; of an undetermined option, what it says of every value in play."""
+    if isinstance(value, Depends):
+        found = {_treated(by_value, option, case) for _, case in value.cases}
+        return found.pop() if len(found) == 1 else None
+    return by_value.get(option.domain.format(value)) if is_plain(value) else None  # type: ignore[arg-type]
+
+
+def _depends(pack: RulePack, option: Policy, names: Iterable[str]) -> Depends:
+    """The value of an option that may have any of these values."""
+    return Depends(f"{pack.id}.{option.name}", tuple((name, option.domain.parse(name)) for name in names))
 
 
 @dataclass(slots=True, eq=False)
@@ -332,7 +345,7 @@ class Resolver:
             if key not in self.took_effect:
                 overlay = self.system.overlays[key[0]]
                 message = (
-                    f"{overlay.name} sets `{policy}` to {stated.text}, but every endpoint it covers states a value of its own"
+                    f"{overlay.name} sets `{policy}` to {stated.text}, but every endpoint that it covers sets it too"
                 )
                 advice = f"state `{overlay.fills[0]}` where it is to decide"
                 self._add("CQ215", message, stated.setting.place or overlay.place, "system", (), advice)
@@ -454,6 +467,9 @@ class Resolver:
             stated = layer.settings.get(index)
             if stated is None:
                 continue
+            meaning = policy.words.get(normalise(stated.text))
+            if isinstance(meaning, OneOf):
+                return _depends(pack, policy, meaning.values)
             try:
                 return policy.domain.parse(stated.text)
             except InvalidValueError as problem:
@@ -469,7 +485,7 @@ class Resolver:
         names = policy.assume or tuple(policy.domain.format(value) for value in policy.domain.candidates())
         if not policy.assume:
             return Anything(f"option {policy.name} is not set")
-        return Depends(f"{pack.id}.{policy.name}", tuple((name, policy.domain.parse(name)) for name in names))
+        return _depends(pack, policy, names)
 
     def _add_once(self, code: str, message: str, place: Place | None, expected: str) -> None:
         finding = core_finding(code, message, place=place, help=f"expected {expected}" if expected else None)
@@ -494,11 +510,12 @@ class Resolver:
         for name, setting in settings.items():
             if dialect is not None and normalise(name) in dialect.ignore:
                 continue
+            if fields := _expand(pack, levels, name, setting):
+                found.update(fields)
+                continue
             index = next((i for level in levels if (i := pack.find(level, name, dialect)) is not None), None)
             if index is None:
-                if _expanded := _expand(pack, levels, name, setting):
-                    found.update(_expanded)
-                elif not quiet:
+                if not quiet:
                     known = [p.name for p in pack.policies if p.level in levels]
                     self._add(
                         "CQ202",
@@ -988,10 +1005,8 @@ class Resolver:
         for option, by_value in policy.enforced.items():
             index = pack.vocabulary.indices["option", option]
             value = options.get(index)
-            if value is not None and is_plain(value):
-                name = pack.policies[index].domain.format(value)  # type: ignore[arg-type]
-                if by_value.get(name) == NO:
-                    return f"{option} {name}"
+            if value is not None and _treated(by_value, pack.policies[index], value) == NO:
+                return f"{option} {pack.policies[index].format(value)}"
         return None
 
     def _read(
@@ -1021,6 +1036,8 @@ class Resolver:
                 return self._meaning(pack, policy, getattr(meaning, role), role, options)
             case ByOption():
                 return self._by_option(pack, policy, meaning, role, options)
+            case OneOf(values):
+                return Anything(f"it is one of {', '.join(values)}")
         return meaning
 
     def _by_option(
@@ -1140,9 +1157,10 @@ def _expand(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setting
     found = {}
     for key, value in fields.items() if isinstance(fields, dict) else ():
         index = next((i for level in levels if (i := pack.find(level, f"{name}.{key}")) is not None), None)
-        if index is None or not isinstance(value, str):
+        if index is None:
             return {}
-        found[index] = Stated(value, Setting(value, setting.place), name)
+        text = value if isinstance(value, str) else json.dumps(value)
+        found[index] = Stated(text, Setting(text, setting.place), name)
     return found
 
 

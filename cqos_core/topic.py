@@ -145,11 +145,10 @@ def _spoken_classes(topic: Topic, bound: BoundRule) -> Iterator[tuple[_Class, _C
 
 
 def _unmatched(bound: BoundRule, a: QosProfile, b: QosProfile) -> bool:
-    """Whether the rule requires something on which the middleware of either side does not match."""
-    unmatched = a.unmatched or b.unmatched
-    if not unmatched or bound.rule.kind != "requires":
+    """Whether the rule requires something on which the middleware of neither side matches: either may refuse a pair."""
+    if not a.unmatched or not b.unmatched or bound.rule.kind != "requires":
         return False
-    return any(use.index in a.unmatched or use.index in b.unmatched for use in bound.bound.uses)
+    return any(use.index in a.unmatched and use.index in b.unmatched for use in bound.bound.uses)
 
 
 def _few(

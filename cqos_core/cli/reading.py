@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import click
 
-from cqos_core.api import context
+from cqos_core.api import context, with_options
 from cqos_core.cli.parameters import Assignment, AssignmentType, ImporterName, nearest
 from cqos_core.loading import STDIN, STDIN_NAME, load_paths, merge, read_path, read_stream
 from cqos_core.plugins import load_plugins
 from cqos_core.problems import InputError, InvalidValueError, Problem
-from cqos_core.system import Place, Setting
+from cqos_core.system import Place
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -148,16 +148,9 @@ class Reader:
         # The configuration is no source of the system: it is not what was checked.
         system = replace(self.config.apply_to(merged), sources=merged.sources)
         for pack_id, name, value in self.options.assumptions:
-            settings = system.options.setdefault(pack_id, {})
-            pack = self.context.find_pack(pack_id)
-            for spelling in [other for other in settings if pack and _same_option(pack, name, other)]:
-                del settings[spelling]
-            settings[name] = Setting(value, Place("the command line", path=f"--option {pack_id}.{name}"))
+            place = Place("the command line", path=f"--option {pack_id}.{name}")
+            system = with_options(system, {pack_id: {name: value}}, self.context, place)
         return system
-
-
-def _same_option(pack: RulePack, one: str, other: str) -> bool:
-    return pack.find("option", one) == pack.find("option", other)
 
 
 def prepare(options: ReadingOptions, paths: Sequence[str]) -> Reader:

@@ -52,12 +52,14 @@ class MappingNode:
     Attributes:
         entries: the text of a key to the key and its value.
         end: one-based line on which something else begins, None where the format's parser does not tell.
+        repeated: further keys and values of names that are among the entries, in a format that allows them.
     """
 
     line: int | None
     column: int | None
     entries: dict[str, tuple[ScalarNode, Node]] = field(default_factory=dict)
     end: int | None = None
+    repeated: list[tuple[ScalarNode, Node]] | None = None
 
 
 Node: TypeAlias = ScalarNode | SequenceNode | MappingNode

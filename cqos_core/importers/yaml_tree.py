@@ -61,13 +61,14 @@ class Tree:
     glued: list[ScalarNode] = field(default_factory=list)
 
 
-def read_tree(reading: Reading) -> Tree:
+def read_tree(reading: Reading, *, keep_repeated: bool = False) -> Tree:
     """Read the source as YAML, or as JSON where it is JSON that YAML refuses (tabs, surrogate pairs, long keys).
 
-    What is wrong is in ``reading.problems``; the tree then holds the documents before the fault.
+    What is wrong is in ``reading.problems``; the tree then holds the documents before the fault. A key that stands twice
+    in one map is a problem, unless ``keep_repeated`` says that the format's own reader takes both.
     """
     before = len(reading.problems)
-    composer = _Composer(reading)
+    composer = _Composer(reading, keep_repeated=keep_repeated)
     try:
         # Both in here: the pure parser reads the first bytes when it is made, the C parser at the first event.
         parser = getattr(yaml, "CSafeLoader", yaml.SafeLoader)(reading.source.data)
@@ -138,8 +139,9 @@ class _Anchored:
 class _Composer:
     """Turns a stream of events into a `Tree`."""
 
-    def __init__(self, reading: Reading) -> None:
+    def __init__(self, reading: Reading, *, keep_repeated: bool = False) -> None:
         self.reading = reading
+        self.keep_repeated = keep_repeated
         self.tree = Tree()
         self.anchors: dict[str, _Anchored] = {}
         self.size = 0
@@ -253,7 +255,10 @@ class _Composer:
                 self.reading.problem("CQ009", "a key must be a text, found a list or map", key)
                 continue
             name = key.text
-            if name in entries:
+            if name in entries and self.keep_repeated:
+                node.repeated = node.repeated or []
+                node.repeated.append((key, value))
+            elif name in entries:
                 self.duplicate(key, entries[name][0])
             elif name == _MERGE and key.plain:
                 if merge is not None:

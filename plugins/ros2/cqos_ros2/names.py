@@ -59,9 +59,7 @@ class _Node:
     """What the names of one node are resolved with."""
 
     def __init__(self, context: NameContext) -> None:
-        # A participant may be named in full (`/robot/driver`).
-        above, _, name = context.participant.rstrip("/").rpartition("/")
-        namespace = context.settings.get("namespace", above).strip().strip("/")
+        namespace, name = _placed(context.participant, context.settings)
         self.free_text = context.dialect in FREE_TEXT
         self.name = legal_name(name)
         self.namespace = "/" + (legal_name(namespace) if namespace and self.free_text else namespace)
@@ -73,6 +71,39 @@ class _Node:
     def full_name(self, text: str) -> str:
         """Return the full name of ``text``."""
         return _expand(legal_name(text) if self.rewrites(text) else text, self.namespace, self.name)
+
+
+def _placed(participant: str, settings: Mapping[str, str]) -> tuple[str, str]:
+    """Return a node's namespace, without slashes around it, and its name; it may be named in full (`/robot/driver`)."""
+    above, _, name = participant.rstrip("/").rpartition("/")
+    return settings.get("namespace", above).strip().strip("/"), name
+
+
+def address(participant: str, settings: Mapping[str, str]) -> str:
+    """Return the full name of a node, as parameter files name it: ``/robot/driver``."""
+    namespace, name = _placed(participant, settings)
+    return f"/{namespace}/{name}" if namespace else f"/{name}"
+
+
+def covers(pattern: str, node: str) -> bool:
+    """Whether a pattern of a parameter file covers the full name of a node (rclcpp, parameter_map).
+
+    ``/*`` stands for one part of the name, ``/**`` for any number of them; ``*`` alone covers every node.
+    """
+    if pattern == "*":
+        return True
+    if not node.startswith("/"):
+        return False
+    parts = node[1:].split("/")
+    matched = {0}  # how many parts of the name the pattern can have used so far
+    for part in pattern.strip("/").split("/"):
+        if part == "**":
+            matched = set(range(min(matched), len(parts) + 1))
+        else:
+            matched = {n + 1 for n in matched if n < len(parts) and part in {"*", parts[n]}}
+        if not matched:
+            return False
+    return len(parts) in matched
 
 
 def _expand(name: str, namespace: str, node: str) -> str:

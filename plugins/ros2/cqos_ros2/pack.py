@@ -37,6 +37,8 @@ SEMANTIC: Final = RulePack(
     meeting=Meeting(
         names.resolve,
         interfaces.expand,
+        names.address,
+        names.covers,
         folds=(
             ("differ only in upper and lower case", str.casefold),
             ("differ only in their namespace", names.without_namespace),

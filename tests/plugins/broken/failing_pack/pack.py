@@ -9,11 +9,11 @@ from cqos_core.policy import Choice, Policy, Text
 from cqos_core.rule import requires
 
 SPEED = Policy("speed", Choice("slow", "fast"), default="slow")
-LABEL = Policy("label", Text(), default="none")
+GROUP = Policy("group", Text(), default="none")
 
 
-def same_group(offered_label, requested_label):
-    return {"none": True}[offered_label] and {"none": True}[requested_label]
+def same_group(offered_group, requested_group):
+    return {"none": True}[offered_group] and {"none": True}[requested_group]
 
 
 def resolve(written, context):
@@ -23,16 +23,16 @@ def resolve(written, context):
 JUDGING = RulePack(
     id="judging",
     title="Judging",
-    policies=(SPEED, LABEL),
+    policies=(SPEED, GROUP),
     rules=(
         requires(offered(SPEED) >= requested(SPEED), code="JUD101", name="too-slow", because="it waits"),
         requires(
-            call("same_group", offered(LABEL), requested(LABEL)),
+            call("same_group", offered(GROUP), requested(GROUP)),
             code="JUD102",
             name="in-another-group",
             because="groups keep to themselves",
         ),
     ),
-    functions=(Function("same_group", same_group, "Whether two labels are of one group."),),
+    functions=(Function("same_group", same_group, "Whether two groups are one."),),
 )
 NAMING = replace(JUDGING, id="naming", title="Naming", meeting=Meeting(resolve=resolve))

@@ -1,0 +1,113 @@
+"""What an exporter is given and what it returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
+
+from cqos_core.resolve import Resolver
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from cqos_core.pack import RulePack
+    from cqos_core.resolve import Resolved
+    from cqos_core.system import Endpoint, System
+
+
+@dataclass(frozen=True, slots=True)
+class ExportContext:
+    """What a writer may use beside the system.
+
+    Attributes:
+        find_pack: returns the rule pack of an id, or None.
+        default_protocol: judges endpoints for which the system states none.
+        settings: of the exporter, by name; each has a value that the exporter allows.
+        changed: ids of endpoints and policies that were changed to mend the system, which has the changes already; an
+            exporter of settings writes nothing else then. None: everything is to be written.
+    """
+
+    find_pack: Callable[[str], RulePack | None]
+    default_protocol: str | None = None
+    settings: Mapping[str, str] = field(default_factory=dict)
+    changed: frozenset[tuple[str, str]] | None = None
+
+    def wants(self, endpoint_id: str, policy: str | None = None) -> bool:
+        """Whether an endpoint, or one policy of it, is to be written."""
+        if self.changed is None:
+            return True
+        return any(endpoint == endpoint_id and policy in {None, name} for endpoint, name in self.changed)
+
+
+@dataclass(frozen=True, slots=True)
+class Exported:
+    """What a writer wrote.
+
+    Attributes:
+        text: the whole file.
+        expressed: how many endpoints, or topics, are in it; 0: nothing of the system could be expressed.
+        notes: what the form cannot say and was left out, one sentence each.
+    """
+
+    text: str
+    expressed: int
+    notes: tuple[str, ...] = ()
+
+
+class Writer(Protocol):
+    """Writes a system down in one form."""
+
+    def __call__(self, system: System, context: ExportContext) -> Exported:
+        """Return the file; neither ``system`` nor anything in it is changed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """An endpoint as it was stated, with what its pack makes of it.
+
+    Attributes:
+        id: unique in the system, unlike the stated one.
+        parts: itself, or what it stands for (the topics of a service); empty where no pack judges it.
+        overlays: indices of the system's overlays that cover it, the nearest last.
+    """
+
+    endpoint: Endpoint
+    id: str
+    parts: tuple[Resolved, ...]
+    overlays: tuple[int, ...] = ()
+
+    @property
+    def whole(self) -> Resolved | None:
+        """The endpoint itself, where it does not stand for several."""
+        return self.parts[0] if len(self.parts) == 1 else None
+
+
+def judged(system: System, context: ExportContext) -> list[Judged]:
+    """Return the endpoints of ``system`` in their order, each with the values that its pack sees."""
+    resolver = Resolver(system, context.find_pack, context.default_protocol)
+    found = []
+    ids: set[str] = set()
+    for endpoint in system.endpoints:
+        before = len(resolver.result.endpoints)
+        resolver.stated(endpoint)
+        parts = tuple(resolver.result.endpoints[before:])
+        alone = parts[0].id if len(parts) == 1 else endpoint.id
+        found.append(Judged(endpoint, _unique(alone, ids), parts, _covering(parts, resolver)))
+    return found
+
+
+def _unique(wanted: str, taken: set[str]) -> str:
+    name, number = wanted, 2
+    while name in taken:
+        name, number = f"{wanted}~{number}", number + 1
+    taken.add(name)
+    return name
+
+
+def _covering(parts: tuple[Resolved, ...], resolver: Resolver) -> tuple[int, ...]:
+    """Indices of the overlays that cover all parts of an endpoint."""
+    if not parts or not resolver.overlay_layers:
+        return ()
+    index_of = {id(layer): index for (_, index), layer in resolver.overlay_layers.items()}
+    covering = [{index_of[id(layer)] for layer in part.layers if id(layer) in index_of} for part in parts]
+    return tuple(sorted(set.intersection(*covering)))
