@@ -126,7 +126,12 @@ def lint_steps() -> list[tuple[str, list[str]]]:
     """Names and commands of the static checks."""
     packages = [argument for project in projects() for name in packages_of(project) for argument in ("-p", name)]
     tests = [project / "tests" for project in projects()]
-    scripts = [*ROOT.glob("*.py"), *ROOT.glob("docs/*.py"), *(path for path in tests if path.is_dir())]
+    scripts = [
+        *ROOT.glob("*.py"),
+        *ROOT.glob("docs/*.py"),
+        ROOT / "examples",
+        *(path for path in tests if path.is_dir()),
+    ]
     return [
         ("ruff check", [tool("ruff"), "check", "."]),
         ("ruff format", [tool("ruff"), "format", "--check", "."]),

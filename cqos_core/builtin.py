@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.plugins import CommandInfo, FormatterInfo, ImporterInfo, hookimpl
+from cqos_core.plugins import CommandInfo, ExporterInfo, FormatterInfo, ImporterInfo, hookimpl
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,6 +36,12 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
 
 
 @hookimpl
+def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
+    """The YAML system form."""
+    register(ExporterInfo("yaml", "a C-QoS system file", ".yaml", "cqos_core.exporters.yaml_form:write"))
+
+
+@hookimpl
 def register_formatters(register: Callable[[FormatterInfo], None]) -> None:
     """The output formats of ``cqos check``."""
     for name, summary in (
@@ -58,6 +64,8 @@ def register_commands(register: Callable[[CommandInfo], None]) -> None:
     for name, summary in (
         ("check", "Check designs: what fits, what does not, what cannot be known."),
         ("explain", "Explain one publisher and one subscriber, policy by policy."),
+        ("convert", "Write a system in another form: as a design in YAML, as parameters, as code."),
+        ("diff", "Say what two systems say differently about the same topics and endpoints."),
         ("rule", "Say what a rule or code means, why, and what to do."),
         ("packs", "List rule packs, file formats and other plugins."),
         ("schema", "Print the JSON schema of the YAML system file."),

@@ -10,9 +10,9 @@ from cqos_core.acceptance import RuleFinder, with_acceptances, with_severities
 from cqos_core.codes import CODES
 from cqos_core.findings import Made, merged
 from cqos_core.report import Finding, Report, Severity, Side, Verdict
-from cqos_core.resolve import Resolved, ResolvedSystem, Resolver, core_finding, suggestion
+from cqos_core.resolve import Resolved, ResolvedSystem, Resolver, core_finding, packs_in_use, suggestion
 from cqos_core.system import PUBLISHER, SUBSCRIBER
-from cqos_core.team import bind_checks
+from cqos_core.team import bind_checks, words_asked
 from cqos_core.topic import TopicResult, check_topic
 from cqos_core.wire import topics
 
@@ -254,9 +254,9 @@ def check_system(
         context: the packs, and what is assumed where the system says nothing.
         step: told before each topic how many of how many are judged.
     """
-    resolver = Resolver(system, context.find_pack, context.default_protocol)
+    teams, problems = bind_checks(system, packs_in_use(system, context.find_pack, context.default_protocol))
+    resolver = Resolver(system, context.find_pack, context.default_protocol, words_asked(teams))
     resolved = resolver.run()
-    teams, problems = bind_checks(system, resolved.packs.values())
     by_topic = topics(resolver)
     results = {}
     for number, (key, endpoints) in enumerate(by_topic.items()):

@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from itertools import product
+from types import NoneType
 from typing import Any, Final, NamedTuple, TypeAlias
 
 from cqos_core.expression import (
@@ -125,7 +126,6 @@ class Vocabulary:
         self.functions = {function.name: function for function in functions}
         self.size = len(self.policies)
         self.indices = {(policy.level, policy.name): index for index, policy in enumerate(self.policies)}
-        self.words_asked: set[int] = set()
         if len(self.indices) != self.size:
             message = "a policy is declared twice: " + ", ".join(p.name for p in self.policies)
             raise PackError(message)
@@ -171,6 +171,8 @@ class Bound:
         plain: judges two tuples whose used values are all known.
         open: judges any two tuples without `Depends`, answers None for unknown.
         uses: the terms outside aggregates; `aggregate_uses` those within.
+        asked: indices of the policies of which it asks how they were written.
+        partial: whether it may be unknown even of known values (a quotient by zero, a pack's own function).
     """
 
     sentence: Sentence
@@ -179,21 +181,25 @@ class Bound:
     open: Judge = field(repr=False)
     uses: tuple[Use, ...] = ()
     aggregate_uses: tuple[Use, ...] = ()
+    asked: frozenset[int] = frozenset()
+    partial: bool = False
     reads: tuple[tuple[Use, int], ...] = field(init=False, repr=False, default=())
+    options: tuple[int, ...] = field(init=False, repr=False, default=())
     memory: dict[Values, Outcome] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         """Number everything the sentence reads: values and how they were written, options on both sides."""
         size = self.vocabulary.size
         both = [Use(True, use.index, use.term) for use in self.uses if use.term.scope == "option"]
-        reads = tuple((use, at) for use in (*self.uses, *both) for at in (use.index, use.index + size))
-        object.__setattr__(self, "reads", reads)
+        reads = [(use, use.index) for use in (*self.uses, *both)]
+        reads += [(use, index + size) for use, index in reads if index in self.asked]
+        object.__setattr__(self, "reads", tuple(reads))
+        object.__setattr__(self, "options", tuple(use.index for use in both))
 
     @property
     def infallible(self) -> bool:
-        """Whether judging cannot raise: the sentence calls no function of the pack's own, and no aggregate."""
-        functions = self.vocabulary.functions
-        return not self.aggregate_uses and not any(getattr(n, "name", "") in functions for n in self.sentence.walk())
+        """Whether judging known values cannot raise and leaves nothing open, whichever two endpoints have them."""
+        return not (self.partial or self.aggregate_uses or self.options)
 
     def is_plain(self, values: Values) -> bool:
         """Whether everything the sentence may read of ``values`` is known."""
@@ -201,8 +207,10 @@ class Bound:
 
     def judge(self, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> Outcome:
         """Judge two value tuples, each assumption in play taken apart (at most 64 worlds, set reasoning beyond)."""
-        if not self.aggregate_uses and all(
-            type(b[use.index] if use.second else a[use.index]) in _PLAIN for use in self.uses
+        if (
+            not self.aggregate_uses
+            and all(type(b[use.index] if use.second else a[use.index]) in _PLAIN for use in self.uses)
+            and (a is b or all(a[index] == b[index] for index in self.options))
         ):
             return Outcome(self.plain(a, b, NO_SIGNAL))
         if self.aggregate_uses:
@@ -358,7 +366,9 @@ def _open_arithmetic(combine: Callable[[int, int], int]) -> Callable[[Any, Any],
         if x is None or y is None:
             return None
         # Both operations are monotone, values are never negative.
-        return Range(combine(x.lo, y.lo), combine(x.hi, y.hi))
+        # ... save for a negative constant, which turns the ends round.
+        ends = [combine(i, j) for i in x for j in y]
+        return Range(min(ends), max(ends))
 
     return apply
 
@@ -421,6 +431,8 @@ class _Binder:
         self.open_form = open_form
         self.uses: dict[tuple[bool, int], Use] = {}
         self.aggregate_uses: dict[tuple[bool, int], Use] = {}
+        self.asked: set[int] = set()
+        self.partial = False
         self.aggregating = False
 
     # Sentences
@@ -474,14 +486,11 @@ class _Binder:
         return lambda a, b, s: compare(f(a, b, s), g(a, b, s))
 
     def check_comparable(self, node: Compare, left: Domain | None, right: Domain | None, domain: Domain) -> None:
-        if node.op not in {"==", "!="} and not domain.ordered:
-            message = f"`{node}` compares by order, but {domain.kind} values here have none"
+        if left is not None and right is not None and not _alike(left, right):
+            message = f"`{node}` compares {left.kind} with {right.kind} values that have nothing in common"
             raise SentenceError(message)
-        if left is not None and right is not None:
-            same_kind = left.kind == right.kind
-            if not same_kind or getattr(left, "names", None) != getattr(right, "names", None):
-                message = f"`{node}` compares {left.kind} with {right.kind} values that have nothing in common"
-                raise SentenceError(message)
+        if node.op not in {"==", "!="}:
+            _check_ordered(node, domain)
 
     def test(self, node: Test) -> Judge:
         name = node.name
@@ -490,10 +499,7 @@ class _Binder:
         if name in AGGREGATES:
             return self.aggregate_test(node)
         if name == "in_":
-            operand = node.args[0]
-            domain = self.domain(operand)  # type: ignore[arg-type]
-            judges = [self.operand(arg, domain) for arg in node.args]  # type: ignore[arg-type]
-            return self.applied(_open_in if self.open_form else _in, judges, opens=True)
+            return self.contained(node)
         if name == "overlaps":
             for arg in node.args:
                 if not isinstance(self.domain(arg), Names):  # type: ignore[arg-type]
@@ -501,13 +507,32 @@ class _Binder:
                     raise SentenceError(message)
             return self.applied(_overlaps, [self.operand(arg) for arg in node.args])  # type: ignore[arg-type]
         if name == "matches":
+            for arg in node.args:
+                if not isinstance(self.domain(arg), (Text, NoneType)):  # type: ignore[arg-type]
+                    raise SentenceError(f"`{node}` needs text")
             return self.applied(fnmatchcase, [self.operand(arg, Text()) for arg in node.args])  # type: ignore[arg-type]
         function = self.vocabulary.functions.get(name)
         if function is None:
             known = ", ".join(sorted(self.vocabulary.functions)) or "none"
             message = f"`{name}` is neither of the language nor a function of the pack (its own: {known})"
             raise SentenceError(message)
+        self.partial = True
         return self.applied(function.call, [self.operand(arg, Text()) for arg in node.args])  # type: ignore[arg-type]
+
+    def contained(self, node: Test) -> Judge:
+        """Whether a value is one of those listed, or one of a list of names."""
+        operand, *listed = (arg for arg in node.args if isinstance(arg, Operand))
+        sought = self.domain(operand)
+        if isinstance(sought, Names):
+            raise SentenceError(f"`{node}` looks for a list; `overlaps` compares lists")
+        if len(listed) == 1 and isinstance(self.domain(listed[0]), Names) and isinstance(sought, (Text, NoneType)):
+            judges = [self.operand(arg, Text()) for arg in (operand, *listed)]
+        else:
+            domain = self.together(node, [operand, *listed])
+            if domain is None:
+                raise SentenceError(f"`{node}` compares constants")
+            judges = [self.operand(arg, domain) for arg in (operand, *listed)]
+        return self.applied(_open_in if self.open_form else _in, judges, opens=True)
 
     def applied(self, call: Callable[..., Any], judges: Sequence[Judge], *, opens: bool = False) -> Judge:
         """Apply ``call`` to operands; in the open form an operand that is not known makes the answer None."""
@@ -526,7 +551,7 @@ class _Binder:
             message = f"`{node}` asks for a policy, not for `{term}`"
             raise SentenceError(message)
         index = self.use(term)
-        self.vocabulary.words_asked.add(index)
+        self.asked.add(index)
         second, at = term.scope in _SECOND, self.vocabulary.size + index
         if node.name == "stated_here":
             return lambda a, b, s: (b if second else a)[at] is not None and (b if second else a)[at].here
@@ -595,6 +620,7 @@ class _Binder:
             amount: Judge = lambda a, b, s: 1  # noqa: E731 - one line says it
         else:
             amount = self.within(lambda: self.operand(node.args[0]), node)  # type: ignore[arg-type]
+            _check_numbers(node, self.domain(node.args[0]))  # type: ignore[arg-type]
             where = (
                 self.within(lambda: self.sentence(node.args[1]), node)  # type: ignore[arg-type]
                 if len(node.args) > 1
@@ -631,8 +657,8 @@ class _Binder:
             case Term():
                 return self.term(node)
             case Arithmetic(op=op, left=left, right=right):
-                own = self.domain(node)
-                f, g = self.operand(left, own), self.operand(right, own)
+                own = self.domain(node) or domain
+                f, g = self.term_of(op, left, right, own), self.term_of(op, right, left, own)
                 combine: Callable[..., Any] = _add if op == "+" else _multiply
                 if self.open_form:
                     combine = _open_arithmetic(combine)
@@ -641,18 +667,30 @@ class _Binder:
                 return self.aggregate_operand(node)
             case Apply(name="ceil"):
                 self.domain(node)
-                shared = self.domain(node.args[0]) or self.domain(node.args[1])  # type: ignore[arg-type]
+                self.partial = True
+                shared = self.together(node, node.args)
+                if shared is None:
+                    raise SentenceError(f"`{node}` reckons with constants only")
                 judges = [self.operand(arg, shared) for arg in node.args]  # type: ignore[arg-type]
                 return self.applied(_open_ceil if self.open_form else _ceil, judges, opens=True)
             case Apply(name="first"):
+                self.partial = True
                 return self.applied(_first, [self.operand(node.args[0])])  # type: ignore[arg-type]
             case Apply(name=name):
-                own = self.domain(node)
+                own = self.domain(node) or domain
                 choose = min if name == "min" else max
                 judges = [self.operand(arg, own) for arg in node.args]  # type: ignore[arg-type]
                 return self.applied(_open_extreme(choose) if self.open_form else choose, judges, opens=True)
         message = f"`{node}` is no value of the language"
         raise SentenceError(message)
+
+    def term_of(self, op: str, node: Operand, other: Operand, domain: Domain | None) -> Judge:
+        """One of the two operands of a sum or a product, read as ``domain``; what a duration is multiplied by is a number."""
+        if op == "*" and isinstance(domain, Duration) and self.domain(node) is None:
+            number = isinstance(node, Literal) and isinstance(node.value, int)
+            if number or self.domain(other) is not None:
+                domain = Count(maximum=INFINITE)
+        return self.operand(node, domain)
 
     def term(self, node: Term) -> Judge:
         index = self.use(node)
@@ -678,7 +716,8 @@ class _Binder:
             return int(value) if isinstance(value, bool) else value
         if isinstance(value, int):
             if isinstance(domain, Duration) and value != 0:
-                return value
+                message = f'`{value}` has no unit; expected a unit after it, for instance "{value}s" or "{value}ms"'
+                raise SentenceError(message)
             if domain.kind not in {"count", "duration", "flag"}:
                 message = f"`{value}` is no {domain.kind} value; expected {domain.expected()}"
                 raise SentenceError(message)
@@ -699,14 +738,31 @@ class _Binder:
                 return self.vocabulary.policies[self.vocabulary.find(node)].domain
             case Arithmetic(left=left, right=right):
                 return self.arithmetic_domain(node, self.domain(left), self.domain(right))
-            case Apply(name="ceil" | "count"):
+            case Apply(name="count"):
                 return Count(maximum=INFINITE)
-            case Apply(name="first"):
+            case Apply(name="ceil", args=args):
+                _check_numbers(node, self.together(node, args))
+                return Count(maximum=INFINITE)
+            case Apply(name="first", args=(names,)):
+                if not isinstance(self.domain(names), Names):  # type: ignore[arg-type]
+                    raise SentenceError(f"`{node}` needs a list of names")
                 return Text()
+            case Apply(name="total", args=(amount, *_)):
+                return self.domain(amount)  # type: ignore[arg-type]
             case Apply(args=args):
-                found = (self.domain(arg) for arg in args if isinstance(arg, Operand))
-                return next((domain for domain in found if domain is not None), None)
+                domain = self.together(node, args)
+                if domain is not None:
+                    _check_ordered(node, domain)
+                return domain
         return None
+
+    def together(self, node: Node, parts: Sequence[Node]) -> Domain | None:
+        """The kind of value that all of ``parts`` have; None for nothing but literals."""
+        found = [domain for part in parts if isinstance(part, Operand) and (domain := self.domain(part)) is not None]
+        for other in found[1:]:
+            if not _alike(found[0], other):
+                raise SentenceError(f"`{node}` puts {found[0].kind} and {other.kind} values together")
+        return found[0] if found else None
 
     def arithmetic_domain(self, node: Arithmetic, left: Domain | None, right: Domain | None) -> Domain | None:
         kinds = {domain.kind for domain in (left, right) if domain is not None}
@@ -716,7 +772,24 @@ class _Binder:
         if node.op == "+" and len(kinds) > 1:
             message = f"`{node}` adds a duration to a count"
             raise SentenceError(message)
+        if node.op == "*" and isinstance(left, Duration) and isinstance(right, Duration):
+            raise SentenceError(f"`{node}` multiplies a duration by a duration")
         return next((d for d in (left, right) if d is not None and d.kind == "duration"), left or right)
+
+
+def _alike(left: Domain, right: Domain) -> bool:
+    """Whether values of both can be compared."""
+    return left.kind == right.kind and getattr(left, "names", None) == getattr(right, "names", None)
+
+
+def _check_ordered(node: Node, domain: Domain) -> None:
+    if not domain.ordered:
+        raise SentenceError(f"`{node}` compares by order, but {domain.kind} values here have none")
+
+
+def _check_numbers(node: Node, domain: Domain | None) -> None:
+    if domain is not None and domain.kind not in {"duration", "count"}:
+        raise SentenceError(f"`{node}` reckons with values that are no numbers")
 
 
 def _first(names: tuple[str, ...]) -> str | None:
@@ -731,13 +804,17 @@ def bind(sentence: Sentence, vocabulary: Vocabulary) -> Bound:
     """
     plain = _Binder(vocabulary, open_form=False)
     opened = _Binder(vocabulary, open_form=True)
+    plain_form, open_form = plain.sentence(sentence), opened.sentence(sentence)
     return Bound(
         sentence,
         vocabulary,
-        plain.sentence(sentence),
-        opened.sentence(sentence),
+        # Where known values may leave the answer open, only the open form can say so.
+        open_form if plain.partial else plain_form,
+        open_form,
         tuple(plain.uses.values()),
         tuple(plain.aggregate_uses.values()),
+        frozenset(plain.asked),
+        plain.partial,
     )
 
 

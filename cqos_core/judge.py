@@ -12,7 +12,7 @@ from cqos_core.report import Verdict
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from cqos_core.evaluate import Values
+    from cqos_core.evaluate import Use, Values
     from cqos_core.pack import BoundRule
     from cqos_core.pairing import Members
     from cqos_core.resolve import QosProfile
@@ -104,12 +104,12 @@ def judge_signal(
     for bound in rules:
         read = bound.bound.aggregate_uses
         signal = Signal(
-            _distinct(publishers, [use.index for use in read]),
-            _distinct(subscribers, [use.index for use in read]),
+            _distinct(publishers, _read_by(bound, read)),
+            _distinct(subscribers, _read_by(bound, read)),
         )
         single = any(use.term.scope in _ENDS for use in bound.bound.uses)
         speaking = publishers if bound.role == "publisher" else subscribers
-        indices = [use.index for use in bound.bound.uses]
+        indices = _read_by(bound, bound.bound.uses)
         for members in classes(speaking, indices) if single else [[(*publishers, *subscribers)[0]]]:
             values = members[0].profile.values
             each = ask(bound, values, values, signal)
@@ -118,13 +118,19 @@ def judge_signal(
     return found
 
 
+def _read_by(bound: BoundRule, uses: Iterable[Use]) -> list[int]:
+    """Where a rule looks in an endpoint's values: at those it uses, and at how they were written where it asks."""
+    indices = [use.index for use in uses]
+    size = bound.bound.vocabulary.size
+    return indices + [index + size for index in indices if index in bound.bound.asked]
+
+
 def classes(groups: Sequence[Members], indices: Sequence[int]) -> list[list[Members]]:
-    """Sort groups by the values at ``indices`` and how they were written, and by who excuses them."""
+    """Sort groups by what stands at ``indices``, and by who excuses them."""
     found: dict[Any, list[Members]] = {}
     for members in groups:
         values = members.profile.values
-        size = len(values) // 2
-        key = (tuple((values[index], values[index + size]) for index in indices), members.tags)
+        key = (tuple(values[index] for index in indices), members.tags)
         found.setdefault(key, []).append(members)
     return list(found.values())
 

@@ -253,6 +253,11 @@ class RulePack:
         return Vocabulary(self.policies, self.functions)
 
     @cached_property
+    def asked(self) -> frozenset[int]:
+        """Indices of the policies of which a rule asks how they were written."""
+        return frozenset(index for each in self.bound_rules for index in each.bound.asked)
+
+    @cached_property
     def by_scope(self) -> Mapping[str, tuple[BoundRule, ...]]:
         """Rules by scope; meeting conditions under ``meets``."""
         found: dict[str, list[BoundRule]] = {"meets": []}

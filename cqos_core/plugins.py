@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
     import click
 
+    from cqos_core.exporters.contract import Writer
     from cqos_core.formatters.style import Style
     from cqos_core.importers.source import Claim, Reader
     from cqos_core.pack import RulePack
     from cqos_core.report import Report
-    from cqos_core.system import System
 
 GROUP: Final = "cqos"
 LOAD_VARIABLE: Final = "CQOS_LOAD_PLUGINS"
@@ -111,16 +111,28 @@ class ImporterInfo:
 
 @dataclass(frozen=True, slots=True)
 class ExporterInfo:
-    """A format that can be written; ``writer`` names a function from a `System` to text."""
+    """A form that systems can be written in.
+
+    Attributes:
+        suffix: ending that its files usually have.
+        writer: ``"module:function"``, a `Writer`.
+        settings: what may be chosen, as ``name=value|value``; the first value is taken where none is chosen.
+    """
 
     name: str
     summary: str
     suffix: str
     writer: str
+    settings: tuple[str, ...] = ()
 
-    def load(self) -> Callable[[System], str]:
+    def load(self) -> Writer:
         """Import the writer."""
         return Lazy[Any](self.writer)()  # type: ignore[no-any-return]
+
+    def choices(self) -> dict[str, tuple[str, ...]]:
+        """Return the values of each setting, the one that is taken by default first."""
+        parted = (text.partition("=") for text in self.settings)
+        return {name: tuple(values.split("|")) for name, _, values in parted}
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,7 +216,7 @@ KINDS: Final = {
     for kind in (
         _Kind("packs", "rule pack", "register_rule_packs", RulePackInfo, ("pack",), ("default_for",)),
         _Kind("importers", "importer", "register_importers", ImporterInfo, ("claims", "reader"), ("suffixes",)),
-        _Kind("exporters", "exporter", "register_exporters", ExporterInfo, ("writer",)),
+        _Kind("exporters", "exporter", "register_exporters", ExporterInfo, ("writer",), ("settings",)),
         _Kind("formatters", "formatter", "register_formatters", FormatterInfo, ("renderer",)),
         _Kind("commands", "command", "register_commands", CommandInfo, ("command",)),
     )
@@ -313,7 +325,7 @@ def _load_pack(info: RulePackInfo) -> RulePack:
 
     pack = info.load()
     if not isinstance(pack, RulePack):
-        raise PackError(f"`{info.pack}` is a {type(pack).__name__}, not a RulePack")
+        raise PackError(f"`{info.pack}` is a value of type {type(pack).__name__}, not a RulePack")
     if pack.id != info.id:
         raise PackError(f"`{info.pack}` has the id `{pack.id}`, but is registered as `{info.id}`")
     return pack

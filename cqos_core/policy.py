@@ -47,12 +47,14 @@ class FromPeers:
 
     Attributes:
         alone: the value without any peer, as text.
-        peers: how the peers' values are put together: ``weakest``, ``strongest``, ``largest_stated``,
-            ``smallest_stated``, ``strongest_if_all`` or ``constant`` (always ``alone``).
+        peers: how the peers' values are put together: ``largest``, ``largest_stated``, ``smallest_stated``,
+            ``strongest_if_all``, ``strongest_if_any`` or ``constant`` (always ``alone``).
+        waits: the endpoint is created only when a peer is there, so ``alone`` counts only where peers differ.
     """
 
     alone: str
     peers: str
+    waits: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -352,7 +354,8 @@ def _nanoseconds(number: str, unit: int, text: str) -> int:
     fraction = fraction.rstrip("0")
     if len(fraction) > _LARGEST_EXPONENT:
         raise _too_fine(text)
-    exact, rest = divmod(int(whole + fraction) * unit, 10 ** len(fraction))
+    parts: int = 10 ** len(fraction)
+    exact, rest = divmod(int(whole + fraction) * unit, parts)
     if rest:
         raise _too_fine(text)
     return exact

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import difflib
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 from cqos_core.codes import CODES
 from cqos_core.evaluate import Values, Written
@@ -62,6 +62,7 @@ class Layer:
         here: they stand at the endpoint itself.
         counts_as_stated: ``stated(P)`` holds for them.
         assumed: nobody named them: what the protocol gives an endpoint that says nothing.
+        overlay: they are laid over the endpoint's own from elsewhere: ``holds``, or ``may_hold`` where that is not known.
     """
 
     origin: str
@@ -69,6 +70,7 @@ class Layer:
     here: bool = False
     counts_as_stated: bool = True
     assumed: bool = False
+    overlay: Literal["no", "holds", "may_hold"] = "no"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -274,10 +276,18 @@ def suggestion(name: str, known: Iterable[str]) -> str:
 class Resolver:
     """Resolves one system; everything that endpoints can share is resolved once."""
 
-    def __init__(self, system: System, find_pack: Callable[[str], RulePack | None], default: str | None) -> None:
+    def __init__(
+        self,
+        system: System,
+        find_pack: Callable[[str], RulePack | None],
+        default: str | None,
+        asked: Mapping[int, frozenset[int]] | None = None,
+    ) -> None:
+        """``asked`` has, by id of a pack, further policies of which somebody asks how they were written."""
         self.system = system
         self.find_pack = find_pack
         self.default = default
+        self.asked = asked or {}
         self.result = ResolvedSystem(system)
         self.profile_layers: dict[tuple[int, str, str], tuple[Layer, ...]] = {}
         self.topic_layers: dict[tuple[int, str, str], tuple[tuple[Layer, ...], bool]] = {}
@@ -782,7 +792,7 @@ class Resolver:
                 self.took_effect.add((overlay, index))
             elif not _reads_alike(policy, found, setting.text):
                 self.gave_way.setdefault((overlay, index), (policy.name, setting))
-        return Layer(layer.origin, taken)
+        return replace(layer, settings=taken)
 
     def _unique(self, identifier: str) -> str:
         """Return ``identifier``, with a number where an endpoint of another source already has it."""
@@ -824,6 +834,7 @@ class Resolver:
         layers, possible = self._lay_over(layers, overlays, participant)
         values: list[Any] = []
         words: list[Written | None] = []
+        asked = pack.asked | self.asked.get(id(pack), frozenset())
         for index, policy in enumerate(pack.policies):
             words.append(None)
             if policy.level == ENDPOINT:
@@ -835,7 +846,7 @@ class Resolver:
                         then = self._own_value(index, [*extra, *layers], endpoint, participant, identifier)
                         value = _either(participant, when, then, value)
                 values.append(value)
-                if index in pack.vocabulary.words_asked:
+                if index in asked:
                     words[index] = _written(policy, index, layers)
             elif policy.level == "topic":
                 values.append(
@@ -855,7 +866,7 @@ class Resolver:
                 values.append(self._broker_value(pack, index, policy, participant))
             else:
                 values.append(participant.values[index])
-        beside = (layer for extra in possible.values() for layer in extra)
+        beside = (replace(layer, overlay="may_hold") for extra in possible.values() for layer in extra)
         return intern(pack, (*values, *words)), (*beside, *layers, *topic_layers)
 
     def _own_value(
@@ -888,13 +899,7 @@ class Resolver:
         if layer is None:
             dialect = pack.dialects.get(overlay.dialect, pack.dialects.get("yaml"))
             found = self._recognise(pack, (ENDPOINT,), overlay.settings, dialect, overlay.name, "system", [])
-            # Values are read in the dialect of the endpoint, which may have another unit.
-            unit = dialect.bare_unit if dialect else None
-            with_unit = {
-                number: stated._replace(text=pack.policies[number].domain.with_unit(stated.text, unit))
-                for number, stated in found.items()
-            }
-            layer = self.overlay_layers[id(pack), index] = Layer(overlay.name, with_unit)
+            layer = self.overlay_layers[id(pack), index] = Layer(overlay.name, found, overlay="holds")
         return layer
 
     def _without_effect(
@@ -1111,8 +1116,6 @@ def _covering(overlay: Overlay) -> str:
 
 
 def _with_help(finding: Finding, help_text: str) -> Finding:
-    from dataclasses import replace
-
     return replace(finding, help=help_text)
 
 
@@ -1180,6 +1183,17 @@ def choose_variant(pack: RulePack, options: Settings) -> RulePack:
         if setting is not None and normalise(setting.text) == value:
             return variant
     return pack
+
+
+def packs_in_use(
+    system: System, find_pack: Callable[[str], RulePack | None], default_protocol: str | None
+) -> list[RulePack]:
+    """The packs that judge what the system states, by id."""
+    of = {participant.id: participant.protocol for participant in system.participants.values()}
+    stated = {*of.values(), *(endpoint.protocol or of[endpoint.participant] for endpoint in system.endpoints)}
+    protocols = {protocol or system.protocol or default_protocol for protocol in stated}
+    found = (find_pack(protocol) for protocol in sorted(filter(None, protocols)))
+    return [choose_variant(pack, system.options.get(pack.id, {})) for pack in found if pack is not None]
 
 
 def resolve(

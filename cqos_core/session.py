@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING
 from cqos_core.api import Context, SettingValue, as_text, context, exact_places
 from cqos_core.checker import assemble
 from cqos_core.problems import CqosError
-from cqos_core.resolve import Resolved, Resolver
+from cqos_core.resolve import Resolved, Resolver, packs_in_use
 from cqos_core.system import Setting, System
-from cqos_core.team import bind_checks
+from cqos_core.team import bind_checks, words_asked
 from cqos_core.topic import TopicResult, check_topic
 from cqos_core.wire import topics
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from cqos_core.pack import RulePack
     from cqos_core.report import Report
@@ -165,8 +165,9 @@ class Session:
 
     def report(self) -> Report:
         """Check what has changed, and report on the whole system."""
-        resolver = self._resolve()
-        teams, problems = bind_checks(self._system, resolver.result.packs.values())
+        packs = packs_in_use(self._system, self._context.find_pack, self._context.default_protocol)
+        teams, problems = bind_checks(self._system, packs)
+        resolver = self._resolve(words_asked(teams))
         buckets = topics(resolver)
         self.judged = 0
         results: dict[TopicKey, TopicResult] = {}
@@ -186,18 +187,18 @@ class Session:
     def _forget(self) -> None:
         self._resolver = None
 
-    def _resolve(self) -> Resolver:
+    def _resolve(self, asked: Mapping[int, frozenset[int]]) -> Resolver:
         """Resolve the touched endpoints, or all where more than endpoints has changed or anything was wrong."""
         resolver = self._resolver
         touched, self._touched = self._touched, {}
         ids = [endpoint.id for endpoint in self._system.endpoints]
-        incremental = resolver is not None and not self._system.overlays and len(ids) == len(set(ids))
-        if incremental and resolver is not None and not resolver.result.findings:
+        incremental = not self._system.overlays and len(ids) == len(set(ids))
+        if incremental and resolver is not None and not resolver.result.findings and resolver.asked == asked:
             self._resolve_touched(resolver, touched)
             if not resolver.result.findings and not resolver.clashes:
                 return resolver
         # A finding may belong to something that several endpoints share, so that only a fresh start tells who has it now.
-        resolver = Resolver(self._system, self._context.find_pack, self._context.default_protocol)
+        resolver = Resolver(self._system, self._context.find_pack, self._context.default_protocol, asked)
         resolver.run()
         self._resolver = resolver
         self._resolved = {}

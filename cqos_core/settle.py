@@ -48,7 +48,8 @@ def settle(topic: Topic) -> None:
             # What a peer that takes its value from us has when it was there first: its own lone value.
             seen = [_lone(policy, original[peer].values[index]) for peer in peers]
             beside = _combine(policy, taken, seen)
-            changes[index] = _by_order(alone, beside, members, peers, publisher=publisher)
+            agreed = taken.waits and len(set(seen)) == 1
+            changes[index] = beside if agreed else _by_order(alone, beside, members, peers, publisher=publisher)
         members.profile = profile.with_values(changes)
 
 
@@ -124,6 +125,8 @@ def _reduce(policy: Policy, taken: FromPeers, seen: Sequence[Value]) -> Value:
             return strongest if all(value == strongest for value in values) else weakest
         case "strongest_if_any":
             return strongest if any(value == strongest for value in values) else weakest
+        case "largest":
+            return max(values)
         case "largest_stated":
             return max((value for value in values if value < INFINITE), default=INFINITE)
         case "smallest_stated":

@@ -61,6 +61,14 @@ def bind_checks(system: System, packs: Iterable[RulePack]) -> tuple[Mapping[int,
     return teams, findings
 
 
+def words_asked(teams: Mapping[int, Sequence[TeamCheck]]) -> dict[int, frozenset[int]]:
+    """By id of a pack, the policies of which the team's rules ask how they were written."""
+    return {
+        pack: frozenset(index for check in checks for index in check.bound.bound.asked)
+        for pack, checks in teams.items()
+    }
+
+
 _RELATIONS: Final = {"exactly": "==", "at_least": ">=", "at_most": "<=", "not": "!="}
 
 

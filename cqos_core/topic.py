@@ -172,7 +172,7 @@ def _classes(groups: Sequence[Members], bound: BoundRule, *, second: bool) -> li
     size = bound.bound.vocabulary.size
     # An option may differ between participants, so a rule over one reads it on both sides.
     indices = {use.index for use in bound.bound.uses if use.second is second or use.term.scope == "option"}
-    indices |= {index + size for index in indices}
+    indices |= {index + size for index in indices & bound.bound.asked}
     found: dict[Any, _Class] = {}
     for position, members in enumerate(groups):
         values = members.profile.values

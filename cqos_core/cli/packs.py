@@ -109,10 +109,15 @@ def _inventory_as_text(plugins: Plugins, extra: dict[str, RulePack]) -> str:
     blocks.append(
         _section(
             "Broken plugins",
-            [(each["name"], each["reason"], each["distribution"]) for each in inventory["broken"]],
+            [(each["name"], _in_one_line(each["reason"]), each["distribution"]) for each in inventory["broken"]],
         )
     )
     return _joined(blocks)
+
+
+def _in_one_line(reason: str) -> str:
+    first, *more = (line.strip() for line in reason.splitlines())
+    return f"{first} {'; '.join(more)}"
 
 
 # One pack

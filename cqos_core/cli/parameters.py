@@ -67,6 +67,12 @@ class ImporterName(_Registered):
     name, kind, noun = "importer", "importers", "importer"
 
 
+class ExporterName(_Registered):
+    """The name of an exporter."""
+
+    name, kind, noun = "exporter", "exporters", "exporter"
+
+
 class Assignment(NamedTuple):
     """``owner.name=value``, taken apart."""
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from cqos_core.pack import RulePack
     from cqos_core.resolve import Resolved
-    from cqos_core.system import Endpoint, System
+    from cqos_core.system import Endpoint, Overlay, System
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,13 +68,11 @@ class Judged:
     Attributes:
         id: unique in the system, unlike the stated one.
         parts: itself, or what it stands for (the topics of a service); empty where no pack judges it.
-        overlays: indices of the system's overlays that cover it, the nearest last.
     """
 
     endpoint: Endpoint
     id: str
     parts: tuple[Resolved, ...]
-    overlays: tuple[int, ...] = ()
 
     @property
     def whole(self) -> Resolved | None:
@@ -82,8 +80,16 @@ class Judged:
         return self.parts[0] if len(self.parts) == 1 else None
 
 
-def judged(system: System, context: ExportContext) -> list[Judged]:
-    """Return the endpoints of ``system`` in their order, each with the values that its pack sees."""
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """The endpoints of a system in their order, and the overlays that cover none of them."""
+
+    endpoints: tuple[Judged, ...]
+    idle: tuple[Overlay, ...]
+
+
+def judged(system: System, context: ExportContext) -> Judgement:
+    """Return the endpoints of ``system``, each with the values that its pack sees."""
     resolver = Resolver(system, context.find_pack, context.default_protocol)
     found = []
     ids: set[str] = set()
@@ -92,22 +98,15 @@ def judged(system: System, context: ExportContext) -> list[Judged]:
         resolver.stated(endpoint)
         parts = tuple(resolver.result.endpoints[before:])
         alone = parts[0].id if len(parts) == 1 else endpoint.id
-        found.append(Judged(endpoint, _unique(alone, ids), parts, _covering(parts, resolver)))
-    return found
+        found.append(Judged(endpoint, unique(alone, ids), parts))
+    idle = tuple(each for index, each in enumerate(system.overlays) if index not in resolver.overlays_used)
+    return Judgement(tuple(found), idle)
 
 
-def _unique(wanted: str, taken: set[str]) -> str:
+def unique(wanted: str, taken: set[str]) -> str:
+    """Return ``wanted``, with a number where it is taken, and take it."""
     name, number = wanted, 2
     while name in taken:
         name, number = f"{wanted}~{number}", number + 1
     taken.add(name)
     return name
-
-
-def _covering(parts: tuple[Resolved, ...], resolver: Resolver) -> tuple[int, ...]:
-    """Indices of the overlays that cover all parts of an endpoint."""
-    if not parts or not resolver.overlay_layers:
-        return ()
-    index_of = {id(layer): index for (_, index), layer in resolver.overlay_layers.items()}
-    covering = [{index_of[id(layer)] for layer in part.layers if id(layer) in index_of} for part in parts]
-    return tuple(sorted(set.intersection(*covering)))

@@ -118,18 +118,19 @@ def flow_text(node: Node) -> str:
 
 def _flow(node: Node) -> str:
     if isinstance(node, ScalarNode):
-        return _flow_scalar(node)
+        return quoted_where_needed(node)
     if isinstance(node, SequenceNode):
         return f"[{', '.join(map(_flow, node.items))}]"
     return f"{{{', '.join(f'{_flow_key(key)}: {_flow(value)}' for key, value in node.entries.values())}}}"
 
 
 def _flow_key(key: ScalarNode) -> str:
-    text = _flow_scalar(key)
+    text = quoted_where_needed(key)
     return text if len(text) < _LONGEST_SIMPLE_KEY else f"? {text} "
 
 
-def _flow_scalar(node: ScalarNode) -> str:
+def quoted_where_needed(node: ScalarNode) -> str:
+    """Return a scalar as it may stand in a flow collection, from which the same scalar is read back."""
     text = node.text
     seen_as = kind_of(ScalarNode(text, None, None, plain=True))
     if seen_as == "text":

@@ -28,18 +28,18 @@ def site(tmp_path):
     return folder
 
 
-@pytest.fixture
-def cqos(tmp_path, site):
-    """Run the command in an empty folder, with the plugins of ``site``."""
-    work = tmp_path / "work"
-    work.mkdir()
+class Runner(NamedTuple):
+    """Runs the command in ``folder``, with the plugins of ``site``."""
 
-    def run(*arguments, **environ):
+    folder: Path
+    site: Path
+
+    def __call__(self, *arguments, **environ):
         kept = {name: value for name, value in os.environ.items() if name not in UNWANTED}
         done = subprocess.run(
             [COMMAND, *map(str, arguments)],
-            cwd=work,
-            env=kept | {"PYTHONPATH": str(site), "PYTHONDONTWRITEBYTECODE": "1"} | environ,
+            cwd=self.folder,
+            env=kept | {"PYTHONPATH": str(self.site), "PYTHONDONTWRITEBYTECODE": "1"} | environ,
             stdin=subprocess.DEVNULL,
             capture_output=True,
             check=False,
@@ -47,5 +47,10 @@ def cqos(tmp_path, site):
         )
         return Done(done.returncode, done.stdout.decode(), done.stderr.decode())
 
-    run.folder = work
-    return run
+
+@pytest.fixture
+def cqos(tmp_path, site):
+    """What runs the command, in an empty folder."""
+    folder = tmp_path / "work"
+    folder.mkdir()
+    return Runner(folder, site)

@@ -107,6 +107,9 @@ def test_a_malformed_pack_is_told_with_all_its_mistakes_when_it_is_used(cqos, si
     for mistake in ("`too-slow` names both", "`medium` is no", "`haste`, which is no", "rule MAL101 `offered(sped)"):
         assert mistake in reason
     assert "not well formed" in cqos("packs", "malformed").err
+    listed = " ".join(cqos("packs").out.partition("Broken plugins")[2].split())
+    assert listed.startswith("malformed rule pack `malformed` is not well formed: ")
+    assert "\\n" not in listed
 
 
 def test_a_rule_whose_function_raises_is_a_finding_and_the_rest_is_judged(cqos, site):

@@ -54,6 +54,8 @@ DIALECTS: Final = {
     "yaml": Dialect(),
     # Attributes of BPMN events: durations in seconds, and a zero is what the editor writes for nothing.
     "bpmn": Dialect(codes=BPMN_CODES, bare_unit="s", zero_is_unset=True),
+    # What `ros2 topic info --verbose` prints: words, and durations with their unit.
+    "topic_info": Dialect(codes={"depth": {"0": "unknown"}}),
     # Recordings: words or the integers of rmw, durations as {sec, nsec}.
     "rosbag": Dialect(codes=RMW_CODES),
     # Node parameters `qos_overrides.…`: durations in nanoseconds.

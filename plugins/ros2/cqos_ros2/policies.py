@@ -45,6 +45,17 @@ def duration() -> Duration:
     return Duration(infinities=(fast_dds, connext))
 
 
+# What a bridge does that copies a policy (domain_bridge): it waits for the publishers that it relays, asks them for as
+# much as all of them offer, and offers the same on its other side, which nobody here can see.
+FROM_PUBLISHERS: Final = "from_publishers"
+RELAYED: Final = Anything("the bridge takes it from the publishers on its other side")
+
+
+def relayed(alone: str, peers: str) -> PerRole:
+    """What `FROM_PUBLISHERS` means; ``alone`` is what it would be without any publisher."""
+    return PerRole(publisher=RELAYED, subscriber=FromPeers(alone, peers, waits=True))
+
+
 # How middlewares that are no DDS treat a policy; DDS enforces everything.
 # Zenoh: "any publisher can match any subscription"; reliability and durability work, the rest is not
 # implemented (rmw_zenoh, docs/design.md, "Quality of Service"). micro-ROS: XRCE carries durability,
@@ -94,6 +105,7 @@ RELIABILITY: Final = Policy(
         "best_available": PerRole(
             publisher="reliable", subscriber=FromPeers(alone="reliable", peers="strongest_if_all")
         ),
+        FROM_PUBLISHERS: relayed("reliable", "strongest_if_all"),
         "unknown": REPORTED_UNKNOWN,
     },
     enforced=NEVER_STOPS_A_MATCH,
@@ -118,6 +130,7 @@ DURABILITY: Final = Policy(
             publisher="transient_local",
             subscriber=FromPeers(alone="transient_local", peers="strongest_if_all"),
         ),
+        FROM_PUBLISHERS: relayed("transient_local", "strongest_if_all"),
         "unknown": REPORTED_UNKNOWN,
     },
     enforced=NEVER_STOPS_A_MATCH,
@@ -134,7 +147,7 @@ DEADLINE: Final = Policy(
     "The longest time between two samples that a publisher promises or a subscription puts up with.",
     "DDS 1.4, 2.2.3.7",
     aliases=("deadline_duration",),
-    words={**UNSPECIFIED, "best_available": PERIOD_OF_PEERS},
+    words={**UNSPECIFIED, "best_available": PERIOD_OF_PEERS, FROM_PUBLISHERS: relayed("infinite", "largest")},
     zero="unspecified",
     enforced=ONLY_IN_DDS,
     promise=True,
@@ -146,7 +159,7 @@ LIFESPAN: Final = Policy(
     "How old a sample may be when it is delivered; older ones are dropped.",
     "DDS 1.4, 2.2.3.16",
     aliases=("lifespan_duration",),
-    words=UNSPECIFIED,
+    words={**UNSPECIFIED, FROM_PUBLISHERS: PerRole(publisher=RELAYED, subscriber="infinite")},
     zero="unspecified",
     enforced=NOT_IN_ZENOH,
 )

@@ -16,10 +16,12 @@ from cqos_core.rule import requires
 from cqos_ros2.policies import (
     DEADLINE,
     DURABILITY,
+    FROM_PUBLISHERS,
     LEASE,
     LIVELINESS,
     MANUAL_BY_NODE,
     POLICIES,
+    RELAYED,
     RELIABILITY,
     REPORTED_UNKNOWN,
     RMW,
@@ -29,15 +31,16 @@ from cqos_ros2.rules import NAMES, REQUEST_OFFER
 
 if TYPE_CHECKING:
     from cqos_core.expression import Sentence
-    from cqos_core.policy import ByOption, Plain, Policy
+    from cqos_core.policy import ByOption, Meaning, Plain, Policy
 
 _FIELD: Final = 64
 _SECOND: Final = 1_000_000_000
-_WORDS: Final = {
+_WORDS: Final[dict[str, Meaning]] = {
     "unspecified": "{sec: 0, nsec: 0}",
     "default": "{sec: 0, nsec: 0}",
     "system_default": "{sec: 0, nsec: 0}",
     "best_available": "{sec: 9223372036, nsec: 854775806}",
+    FROM_PUBLISHERS: RELAYED,
 }
 
 
@@ -78,7 +81,7 @@ def _fits_everything(weak: str, strong: str) -> ByOption:
 
 def _raw_kind(policy: Policy, weak: str, strong: str, *unmentioned: str) -> Policy:
     words = {word: _fits_everything(weak, strong) for word in ("best_available", *unmentioned)}
-    words |= {word: _undetermined(weak, strong) for word in ("system_default", "unknown")}
+    words |= {word: _undetermined(weak, strong) for word in ("system_default", "unknown", FROM_PUBLISHERS)}
     return replace(policy, words=words, enforced={})
 
 

@@ -1,6 +1,6 @@
 """What the importers of ROS 2 files report, beside what all importers do (``CQ0xx``).
 
-ROS900-ROS929: what was observed (snapshots and recordings); ROS930-ROS959: what is configured.
+ROS900-ROS929: what was observed (snapshots and recordings); ROS930-ROS969: what is configured.
 """
 
 from __future__ import annotations
@@ -80,13 +80,6 @@ OBSERVED: Final = (
     ),
     CodeInfo(
         "ROS913",
-        "unplayable-value",
-        "warning",
-        "A recorded value is `unknown`, with which no publisher can be created, so the player leaves the topic out.",
-        "State what it shall offer in a file for `--qos-profile-overrides-path`.",
-    ),
-    CodeInfo(
-        "ROS914",
         "layout-of-another-version",
         "warning",
         "Recorded profiles are written in another way than the version of the file says.",
@@ -94,14 +87,131 @@ OBSERVED: Final = (
         "other one. Converters and files edited by hand often have it.",
     ),
     CodeInfo(
-        "ROS915",
+        "ROS914",
         "newer-recording",
         "note",
         "The description of the recording has a newer version than any that C-QoS knows.",
         "It is read like the newest known one.",
     ),
 )
-CONFIGURED: Final[tuple[CodeInfo, ...]] = ()
+CONFIGURED: Final = (
+    CodeInfo(
+        "ROS930",
+        "override-is-no-parameter",
+        "warning",
+        "A `qos_overrides` parameter has a name that no node declares.",
+        "It is silently without effect. The name is `qos_overrides.<full topic>.<publisher|subscription>[_<id>].<policy>`.",
+    ),
+    CodeInfo(
+        "ROS931",
+        "override-value-refused",
+        "error",
+        "A `qos_overrides` parameter has a value that the node refuses.",
+        "The node ends with an error when it creates the endpoint. Policies are words in lower case, durations whole "
+        "nanoseconds.",
+    ),
+    CodeInfo(
+        "ROS932",
+        "override-needs-opt-in",
+        "note",
+        "A policy is overridden that nodes do not let be overridden by default.",
+        "By default a node that allows overrides at all allows those of history, depth and reliability. Others take effect "
+        "only if its `QosOverridingOptions` name them.",
+    ),
+    CodeInfo(
+        "ROS933",
+        "override-outside-parameters",
+        "error",
+        "`qos_overrides` stands outside of `ros__parameters`.",
+        "ROS 2 refuses such a file. Parameters stand below a node's name and `ros__parameters`.",
+    ),
+    CodeInfo(
+        "ROS940",
+        "displays-not-enabled",
+        "note",
+        "An RViz configuration has displays that are not enabled.",
+        "They subscribe to nothing until somebody enables them, so they are not checked.",
+    ),
+    CodeInfo(
+        "ROS941",
+        "rviz-of-ros-1",
+        "warning",
+        "An RViz configuration has displays of ROS 1.",
+        "RViz 2 does not load them. Their classes begin with `rviz_default_plugins/` in ROS 2.",
+    ),
+    CodeInfo(
+        "ROS942",
+        "rviz-value-not-known",
+        "warning",
+        "An RViz configuration has a QoS value that RViz does not know.",
+        "RViz silently takes its default instead: keep last 5, reliable, volatile.",
+    ),
+    CodeInfo(
+        "ROS943",
+        "topic-filled-in-at-launch",
+        "note",
+        "A topic has a placeholder that a launch file fills in.",
+        "Its name is not known here, so it is not checked.",
+    ),
+    CodeInfo(
+        "ROS944",
+        "qos-not-in-configuration",
+        "note",
+        "A display of another plugin names a topic, but its QoS is not in the configuration.",
+        "What it requests is in the plugin's source, so it is not checked.",
+    ),
+    CodeInfo(
+        "ROS950",
+        "bridge-refuses",
+        "error",
+        "A bridge does not start with this configuration, or leaves an entry out.",
+        "What is meant to be bridged is not.",
+    ),
+    CodeInfo(
+        "ROS951",
+        "bridge-ignores",
+        "warning",
+        "A bridge ignores something that its configuration states.",
+        "What it does instead is in the message.",
+    ),
+    CodeInfo(
+        "ROS955",
+        "model-part-not-read",
+        "note",
+        "A component model has parts that say nothing about quality of service.",
+        "They are passed over.",
+    ),
+    CodeInfo(
+        "ROS960",
+        "fastdds-elements-not-read",
+        "note",
+        "Fast DDS profiles have elements that ROS 2 has no policy for.",
+        "They are passed over.",
+    ),
+    CodeInfo(
+        "ROS961",
+        "fastdds-profile-never-used",
+        "warning",
+        "A Fast DDS profile has a name that ROS 2 never looks up.",
+        "ROS 2 asks for profiles by the full name of the topic, with its leading slash, then for the default profile.",
+    ),
+    CodeInfo(
+        "ROS962",
+        "fastdds-profiles-decide-little",
+        "note",
+        "Fast DDS profiles decide only what a node leaves to the middleware.",
+        "They are read by rmw_fastrtps only, from the file in `FASTRTPS_DEFAULT_PROFILES_FILE`. Whatever a node sets to "
+        "something else than system_default wins over them, also with `RMW_FASTRTPS_USE_QOS_FROM_XML=1`, which adds but the "
+        "memory policy and the publication mode.",
+    ),
+    CodeInfo(
+        "ROS963",
+        "fastdds-splits-topic",
+        "warning",
+        "A Fast DDS profile sets partitions or ownership, which can keep endpoints of one topic apart.",
+        "ROS 2 has no such policy, so this is not judged: see that both sides set the same.",
+    ),
+)
 
 CODES: Final = (*OBSERVED, *CONFIGURED)
 _BY_CODE: Final = {info.code: info for info in CODES}

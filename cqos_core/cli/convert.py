@@ -1,0 +1,171 @@
+"""``cqos convert``: a system, or what mends it, written in another form."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import click
+
+from cqos_core.cli.parameters import ExporterName, color_option, debug_option, nearest
+from cqos_core.cli.progress import Progress
+from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.sinks import check_targets
+from cqos_core.cli.streams import emit, say, say_problems, write_file
+from cqos_core.exporters.contract import ExportContext
+from cqos_core.formatters.wording import plural
+from cqos_core.plugins import load_plugins
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+    from typing import Literal
+
+    from cqos_core.cli.reading import Reader
+    from cqos_core.exporters.contract import Exported
+    from cqos_core.mending import Mended
+    from cqos_core.plugins import ExporterInfo
+    from cqos_core.system import ImportNote, System
+
+_UNUSABLE: Final = 2
+_MOST_NOTES: Final = 50
+
+
+@click.command(
+    epilog="Exit codes: 0 written, or nothing to mend; 2 wrong usage, input that cannot be read, or nothing of it can be "
+    "expressed; 3 internal error."
+)
+@click.argument("paths", nargs=-1, required=True, metavar="PATH...")
+@click.option("--to", "exporter", type=ExporterName(), required=True, help="The form to write.")
+@click.option("--output", metavar="FILE", help="Write there rather than to standard output, whole or not at all.")
+@click.option(
+    "--set",
+    "settings",
+    metavar="NAME=VALUE",
+    multiple=True,
+    help="A setting of the form; `cqos packs` lists them. Can be repeated.",
+)
+@click.option(
+    "--remedies",
+    type=click.Choice(["first", "configuration"]),
+    help="Mend the system before it is written: for each error the first remedy, or the first that needs no change of "
+    "the program. Forms that hold nothing but settings get only what was changed.",
+)
+@reading_options
+@color_option
+@debug_option
+@click.pass_context
+def convert(
+    ctx: click.Context,
+    *,
+    paths: tuple[str, ...],
+    exporter: str,
+    output: str | None,
+    settings: tuple[str, ...],
+    remedies: Literal["first", "configuration"] | None,
+    reading: ReadingOptions,
+    color: str,
+) -> None:
+    """Write a system in another form: as a design in YAML, as parameters, as code.
+
+    All paths are taken together as one system. What the form cannot express is told on standard error.
+
+    \b
+    Examples:
+      cqos convert model.bpmn --to yaml --output system.yaml
+      cqos convert bag/metadata.yaml --to yaml
+      cqos convert system.yaml --to qos_overrides --remedies configuration
+    """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    info = load_plugins().exporters[exporter]
+    chosen = _settings(info, settings)
+    reader = prepare(reading, paths)
+    check_targets("--output", [] if output is None else [output], paths)
+    with Progress() as progress:
+        progress.start("reading")
+        loaded = reader.load(paths, progress.step)
+        say_problems(loaded.problems, color)
+        if loaded.problems or not loaded.systems:
+            if not loaded.problems:
+                say("no file there is a design that C-QoS reads", severity="error", choice=color)
+            # Half of a system would pass for the whole of it.
+            ctx.exit(_UNUSABLE)
+        system = reader.whole([system for _, system in loaded.systems])
+        progress.start("mending")
+        mended = _mended(system, reader, remedies)
+    _say_import_notes(system.notes, color)
+    if mended is not None and not _say_mended(mended, color):
+        return
+    exported = _export(info, system if mended is None else mended.system, reader, chosen, mended)
+    _say_notes(exported.notes, color)
+    if not exported.expressed:
+        say(f"nothing of it can be expressed as {info.name}, so nothing is written", severity="error", choice=color)
+        ctx.exit(_UNUSABLE)
+    if output is None:
+        emit(exported.text)
+    else:
+        write_file(output, exported.text)
+
+
+def _settings(info: ExporterInfo, stated: Iterable[str]) -> dict[str, str]:
+    """Return the settings of an exporter: those stated, the others by default."""
+    choices = info.choices()
+    chosen = {name: values[0] for name, values in choices.items()}
+    for text in stated:
+        name, equals, value = text.partition("=")
+        if name not in choices or not equals:
+            known = nearest(name, choices) if choices else ": it has no settings."
+            raise click.BadParameter(f"{info.name} has no setting `{text}`{known}", param_hint="'--set'")
+        if value not in choices[name]:
+            message = f"`{name}` is one of {', '.join(choices[name])}, not `{value}`."
+            raise click.BadParameter(message, param_hint="'--set'")
+        chosen[name] = value
+    return chosen
+
+
+def _mended(system: System, reader: Reader, remedies: Literal["first", "configuration"] | None) -> Mended | None:
+    if remedies is None:
+        return None
+    from cqos_core.mending import mend
+
+    return mend(system, reader.context, remedies)
+
+
+def _export(
+    info: ExporterInfo, system: System, reader: Reader, settings: dict[str, str], mended: Mended | None
+) -> Exported:
+    where = reader.context
+    changed = None if mended is None else mended.changed
+    try:
+        return info.load()(system, ExportContext(where.find_pack, where.default_protocol, settings, changed))
+    except Exception as error:
+        error.add_note(f"exporter `{info.name}` ({load_plugins().owner('exporters', info.name)}) was writing")
+        raise
+
+
+def _say_import_notes(notes: Iterable[ImportNote], color: str) -> None:
+    """Repeat what importers warned of: the report that would hold it is not made here."""
+    for note in notes:
+        if note.severity != "note":
+            where = "" if note.place is None else f"{note.place}: "
+            say(f"{where}{note.message}", head=f"{note.severity}[{note.code}]", choice=color)
+
+
+def _say_mended(mended: Mended, color: str) -> bool:
+    """Say what was changed and what was not; return whether anything was."""
+    for error in mended.left:
+        say(f"still there: {error.message} ({error.code})", severity="warning", choice=color)
+    if mended.applied:
+        for each in mended.applied:
+            say(f"{each.remedy.text} (for {each.code})", head="mended:", choice=color)
+        return True
+    if mended.left:
+        count = plural(len(mended.left), "error")
+        say(f"no such remedy is known for {count}, so nothing is written", severity="warning", choice=color)
+    else:
+        say("there is no error to mend, so nothing is written", severity="note", choice=color)
+    return False
+
+
+def _say_notes(notes: Sequence[str], color: str) -> None:
+    for note in notes[:_MOST_NOTES]:
+        say(note, severity="note", choice=color)
+    if len(notes) > _MOST_NOTES:
+        say(f"{len(notes) - _MOST_NOTES} more like these", severity="note", choice=color)

@@ -1,0 +1,301 @@
+"""Any system as one that the YAML form can say: every setting in its words, overlays laid over, ids told apart.
+
+What an importer reads may be written in a dialect (integer codes, bare seconds, names in free text) or lie in a file of
+its own (overlays). Here all of that becomes what a person would have written into a system file, and what cannot is noted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.exporters.contract import judged, unique
+from cqos_core.pack import NameContext
+from cqos_core.policy import ENDPOINT, normalise
+from cqos_core.resolve import spelled
+from cqos_core.system import ProfileRef, Setting, System
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from cqos_core.exporters.contract import ExportContext, Judged
+    from cqos_core.pack import Dialect, RulePack
+    from cqos_core.resolve import Resolved
+    from cqos_core.system import Acceptance, Endpoint, Profile, Settings, TeamRule, Topic
+
+KINDS: Final = frozenset({"message", "service_server", "service_client", "action_server", "action_client"})
+YAML: Final = "yaml"
+
+
+@dataclass(slots=True)
+class Design:
+    """A system in the words of the YAML form.
+
+    Attributes:
+        comments: what is worth saying beside an endpoint, by its id: where an overlaid value comes from.
+        notes: what the form cannot say and was left out.
+    """
+
+    system: System
+    comments: dict[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+def design_of(system: System, context: ExportContext) -> Design:
+    """Return ``system`` as a design; nothing in ``system`` is changed."""
+    return _Designer(system, context).run()
+
+
+@dataclass(frozen=True, slots=True)
+class _Tongue:
+    """What the settings of some endpoints are written in: the dialect of a pack, or None where that is the form's own."""
+
+    pack: RulePack | None
+    dialect: Dialect | None
+    name: str
+
+    @property
+    def foreign(self) -> bool:
+        """Whether there is anything to translate."""
+        return self.pack is not None and self.dialect is not None and self.name != YAML
+
+    def translated(self, settings: Settings) -> Settings:
+        """Return settings in the words of the form; what the pack does not know stays as it is written."""
+        pack, dialect = self.pack, self.dialect
+        if pack is None or dialect is None or not self.foreign:
+            return dict(settings)
+        found: Settings = {}
+        for name, setting in settings.items():
+            index = pack.find(ENDPOINT, name, dialect)
+            if index is None:
+                if normalise(name) not in dialect.ignore:
+                    found[name] = setting
+                continue
+            text = spelled(pack.policies[index], setting.text, dialect)
+            if text is not None:
+                found[pack.policies[index].name] = Setting(text, setting.place)
+        return found
+
+
+class _Designer:
+    """Makes the design of one system."""
+
+    def __init__(self, system: System, context: ExportContext) -> None:
+        self.system = system
+        judgement = judged(system, context)
+        self.endpoints = judgement.endpoints
+        self.idle = judgement.idle
+        self.profiles = _Profiles(system)
+        self.names: dict[str, str] = {}
+        self.kept_names: set[str] = set()
+        self.comments: dict[str, str] = {}
+        self.notes: dict[str, None] = {}
+
+    def run(self) -> Design:
+        """Put the parts together."""
+        endpoints = [made for each in self.endpoints if (made := self._endpoint(each)) is not None]
+        for overlay in self.idle:
+            self.notes[f"{overlay.name}{_at(overlay)} covers no endpoint"] = None
+        templates = {each.endpoint.template for each in self.endpoints} - {None}
+        if templates:
+            self.notes[f"`instances` are written out: {len(templates)} templates as single endpoints"] = None
+        system = replace(
+            self.system,
+            profiles=self.profiles.made(),
+            topics=self._topics(),
+            endpoints=endpoints,
+            overlays=[],
+            participants={name: replace(each, template=None) for name, each in self.system.participants.items()},
+            checks=[self._check(each) for each in self.system.checks],
+            accept=[self._acceptance(each) for each in self.system.accept],
+            notes=[],
+        )
+        return Design(system, self.comments, tuple(self.notes))
+
+    # Endpoints
+
+    def _endpoint(self, each: Judged) -> Endpoint | None:
+        endpoint = each.endpoint
+        if not endpoint.topic:
+            self.notes[f"endpoint `{each.id}` names no topic, so there is no place for it"] = None
+            return None
+        if endpoint.kind not in KINDS:
+            self.notes[f"endpoint `{each.id}` is a {endpoint.kind}, for which the form has no key"] = None
+            return None
+        tongue = _tongue(each)
+        settings = tongue.translated(endpoint.settings)
+        self._lay_over(each, tongue, settings)
+        return replace(
+            endpoint,
+            id=each.id,
+            topic=self._topic_name(each, tongue),
+            settings=settings,
+            profiles=self.profiles.used(endpoint.profiles, tongue),
+            overlay={},
+            type=endpoint.type or None,
+            dialect=YAML,
+            topic_is_guess=False,
+            template=None,
+        )
+
+    def _lay_over(self, each: Judged, tongue: _Tongue, settings: Settings) -> None:
+        """Put what is laid over an endpoint into its own settings, and say where it comes from."""
+        laid = dict(_laid_over(each))
+        for name, setting in tongue.translated(each.endpoint.overlay).items():
+            laid[name] = ("", setting)
+        if any(layer.overlay == "may_hold" for part in each.parts for layer in part.layers):
+            self.notes[f"endpoint `{each.id}`: overlays under an option that is not set are left out"] = None
+        for name, (_, setting) in laid.items():
+            for other in [other for other in settings if _same_policy(tongue.pack, other, name)]:
+                del settings[other]
+            settings[name] = setting
+        if laid:
+            said = (f"{name} from {_origin(origin, setting)}" for name, (origin, setting) in laid.items())
+            self.comments[each.id] = ", ".join(said)
+
+    def _topic_name(self, each: Judged, tongue: _Tongue) -> str:
+        """Return a name that means in a system file the topic that the endpoint is on."""
+        written = each.endpoint.topic or ""
+        if not tongue.foreign:
+            self._keep_name(each, written)
+            return written
+        meant = [part.key for part in each.parts]
+        names = [written, each.parts[0].key] if each.whole is not None else [written]
+        for name in names:
+            if name and [_key(part, name) for part in each.parts] == meant:
+                if name == written:
+                    self._keep_name(each, written)
+                else:
+                    self.names |= dict.fromkeys((written, each.parts[0].shown), name)
+                return name
+        self.notes[f"endpoint `{each.id}`: `{written}` means another topic in a system file"] = None
+        return written
+
+    def _keep_name(self, each: Judged, written: str) -> None:
+        self.kept_names |= {written, *(part.shown for part in each.parts)}
+
+    # What speaks of topics by their names
+
+    def _topics(self) -> dict[str, Topic]:
+        """Return what is known of topics, under the names they now have."""
+        found: dict[str, Topic] = {}
+        for name, topic in self.system.topics.items():
+            renamed = self.names.get(name)
+            if renamed is not None:
+                known = self.system.topics.get(renamed) or found.get(renamed)
+                merged = {**known.settings, **topic.settings} if known is not None else dict(topic.settings)
+                external = topic.external or (known is not None and known.external)
+                found[renamed] = replace(topic, name=renamed, settings=merged, external=external)
+            if renamed is None or name in self.kept_names:
+                found.setdefault(name, topic)
+        return found
+
+    def _check(self, check: TeamRule) -> TeamRule:
+        where = tuple((key, self._pattern(text) if key == "topic" else text) for key, text in check.where)
+        return replace(check, where=where)
+
+    def _acceptance(self, acceptance: Acceptance) -> Acceptance:
+        return replace(acceptance, topic=None if acceptance.topic is None else self._pattern(acceptance.topic))
+
+    def _pattern(self, text: str) -> str:
+        """Return a pattern over topics; one that is the name of a topic becomes its new name."""
+        return self.names.get(text, text)
+
+
+def _tongue(each: Judged) -> _Tongue:
+    if not each.parts:
+        return _Tongue(None, None, each.endpoint.dialect)
+    pack = each.parts[0].pack
+    return _Tongue(pack, pack.dialects.get(each.endpoint.dialect), each.endpoint.dialect)
+
+
+def _laid_over(each: Judged) -> Iterator[tuple[str, tuple[str, Setting]]]:
+    """Yield policies whose value an overlay gives, alike for all that the endpoint stands for."""
+    found = [
+        {name: said for index in _overlaid(part) if (said := _over(part, index)) for name in [_name(part, index)]}
+        for part in each.parts
+    ]
+    for name, said in found[0].items() if found else ():
+        if all(other.get(name) == said for other in found):
+            yield name, said
+
+
+def _overlaid(part: Resolved) -> Iterable[int]:
+    return dict.fromkeys(index for layer in part.layers if layer.overlay == "holds" for index in layer.settings)
+
+
+def _over(part: Resolved, index: int) -> tuple[str, Setting] | None:
+    """The overlay that gives a policy its value, and the value; None where something nearer does."""
+    layer = next(each for each in part.layers if each.overlay != "may_hold" and index in each.settings)
+    if layer.overlay == "no":
+        return None
+    stated = layer.settings[index]
+    return layer.origin, Setting(stated.text, stated.setting.place)
+
+
+def _name(part: Resolved, index: int) -> str:
+    return part.pack.policies[index].name
+
+
+def _key(part: Resolved, name: str) -> str | None:
+    """The topic that ``name`` means in a system file, at the participant of ``part``."""
+    owner = part.participant
+    stated = owner.participant
+    kind = part.endpoint.kind
+    context = NameContext(stated.id, stated.label, owner.texts, stated.remap, kind, YAML)
+    return part.pack.meeting.resolve(name, context).key
+
+
+def _same_policy(pack: RulePack | None, one: str, other: str) -> bool:
+    if pack is None:
+        return one == other
+    index = pack.find(ENDPOINT, one)
+    return index is not None and index == pack.find(ENDPOINT, other)
+
+
+def _origin(overlay: str, setting: Setting) -> str:
+    if not overlay:
+        return "an overlay" if setting.place is None else str(setting.place)
+    return overlay + _at(setting)
+
+
+def _at(stated: object) -> str:
+    place = getattr(stated, "place", None)
+    return "" if place is None else f" ({place})"
+
+
+class _Profiles:
+    """The profiles of a system; one that is used in several dialects becomes one for each in which it reads differently."""
+
+    def __init__(self, system: System) -> None:
+        self.stated = system.profiles
+        self.forms: dict[str, dict[tuple[tuple[str, str], ...], str]] = {}
+        self.made_of: dict[str, Profile] = {}
+        self.names: dict[tuple[str, int, str], str] = {}
+        self.taken = set(system.profiles)
+
+    def used(self, refs: Iterable[ProfileRef], tongue: _Tongue) -> tuple[ProfileRef, ...]:
+        """Return references to the profiles as they read in ``tongue``."""
+        return tuple(ProfileRef(self._name(ref.name, tongue, ()), ref.place) for ref in refs)
+
+    def _name(self, name: str, tongue: _Tongue, above: tuple[str, ...]) -> str:
+        key = (name, id(tongue.pack), tongue.name)
+        known = self.names.get(key)
+        if known is not None:
+            return known
+        profile = self.stated.get(name)
+        if profile is None or name in above:
+            return name
+        base = tuple(ProfileRef(self._name(r.name, tongue, (*above, name)), r.place) for r in profile.base)
+        made = replace(profile, settings=tongue.translated(profile.settings), base=base)
+        form = (*((key, setting.text) for key, setting in made.settings.items()), *(("", ref.name) for ref in base))
+        forms = self.forms.setdefault(name, {})
+        if form not in forms:
+            forms[form] = name if not forms else unique(f"{name}-{tongue.name}", self.taken)
+            self.made_of[forms[form]] = replace(made, name=forms[form])
+        self.names[key] = forms[form]
+        return forms[form]
+
+    def made(self) -> dict[str, Profile]:
+        """Return all profiles, those that nobody uses as they were stated."""
+        return {**self.stated, **self.made_of}

@@ -1,0 +1,328 @@
+"""Writes any system as a C-QoS system file: what an importer read becomes a design that a person goes on with."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.exporters.contract import Exported
+from cqos_core.exporters.design import design_of
+from cqos_core.exporters.yaml_text import Block, Raw, document, scalar, value
+from cqos_core.importers.yaml_form import BROKER, ENDPOINT, PARTICIPANT, PROFILE_FORM, TOPIC, VERSION
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from cqos_core.exporters.contract import ExportContext
+    from cqos_core.exporters.design import Design
+    from cqos_core.exporters.yaml_text import Node
+    from cqos_core.importers.forms import Form
+    from cqos_core.system import (
+        Acceptance,
+        Bound,
+        Broker,
+        Endpoint,
+        Participant,
+        Profile,
+        ProfileRef,
+        Settings,
+        System,
+        TeamRule,
+        Topic,
+    )
+
+_TRUE: Final = Raw("true")
+_SHOWN_SOURCES: Final = 10
+_KEYS: Final = {
+    "publisher": "publishes",
+    "subscriber": "subscribes",
+    "service_server": "serves",
+    "service_client": "calls",
+    "action_server": "action_servers",
+    "action_client": "action_clients",
+}
+
+
+def write(system: System, context: ExportContext) -> Exported:
+    """Write ``system`` in the YAML form; reading it again gives the same verdicts and findings."""
+    design = design_of(system, context)
+    form = _Form(design)
+    text = document(form.document(), _head(system))
+    return Exported(text, len(design.system.endpoints), (*design.notes, *form.notes))
+
+
+def _head(system: System) -> list[str]:
+    sources = list(system.sources)
+    more = f" and {len(sources) - _SHOWN_SOURCES} more" if len(sources) > _SHOWN_SOURCES else ""
+    return [f"From {', '.join(sources[:_SHOWN_SOURCES])}{more}"] if sources else []
+
+
+class _Form:
+    """Writes one design; whatever the form cannot hold is in `notes`."""
+
+    def __init__(self, design: Design) -> None:
+        self.system = design.system
+        self.comments = design.comments
+        self.notes: dict[str, None] = {}
+        self.ids = _given_ids(design.system)
+        endpoints = design.system.endpoints
+        self.observed = bool(endpoints) and all(endpoint.observed for endpoint in endpoints)
+
+    def document(self) -> Block:
+        """Return the whole document."""
+        system = self.system
+        head: dict[str, Node] = {"cqos": Raw(str(VERSION))}
+        if system.name:
+            head["system"] = self._only("the name of the system", system.name)
+        if system.protocol:
+            head["protocol"] = self._only("the protocol", system.protocol)
+        if self.observed:
+            head["observed"] = _TRUE
+        if options := self._options():
+            head["options"] = options
+        parts: dict[str, dict[str, Node]] = {
+            "profiles": {name: _profile(each) for name, each in system.profiles.items()},
+            "topics": {name: _topic(each) for name, each in system.topics.items()},
+            "participants": self._participants(),
+            "brokers": {name: _broker(each) for name, each in system.brokers.items()},
+            "bridges": {name: _settings(each.settings) for name, each in system.bridges.items()},
+        }
+        document = Block(head, apart=True)
+        document.entries |= {
+            name: Block({_escaped(key): node for key, node in part.items()}) for name, part in parts.items() if part
+        }
+        checks = [self._check(each) for each in system.checks]
+        if stated := [each for each in checks if each is not None]:
+            document.entries["checks"] = stated
+        if system.accept:
+            document.entries["accept"] = [_acceptance(each) for each in system.accept]
+        if system.severities:
+            document.entries["severities"] = {name: value(level) for name, level in system.severities.items()}
+        return document
+
+    def _only(self, what: str, text: str) -> Raw:
+        """Return a text of which there is one in the whole system, and which therefore can mention no variable."""
+        if "${" in text:
+            self.notes[f"{what} `{text}` loses its `$`, which would begin a variable"] = None
+            text = text.replace("${", "{")
+        return value(text)
+
+    def _options(self) -> dict[str, Node]:
+        return {
+            pack: {name: self._only(f"option `{name}`", each.text) for name, each in settings.items()}
+            for pack, settings in self.system.options.items()
+            if settings
+        }
+
+    # Participants and endpoints
+
+    def _participants(self) -> dict[str, Node]:
+        of: dict[str, list[Endpoint]] = {}
+        for endpoint in self.system.endpoints:
+            of.setdefault(endpoint.participant, []).append(endpoint)
+        return {name: self._participant(each, of.get(name, ())) for name, each in self.system.participants.items()}
+
+    def _participant(self, participant: Participant, endpoints: Sequence[Endpoint]) -> Node:
+        own: dict[str, Node] = {}
+        if participant.label:
+            own["label"] = _text(participant.label)
+        if participant.protocol:
+            own["protocol"] = _text(participant.protocol)
+        if participant.external:
+            own["external"] = _TRUE
+        if participant.starts_after:
+            own["starts_after"] = _texts(participant.starts_after)
+        client: dict[str, Node] = {}
+        for name, setting in participant.settings.items():
+            # What is named like a key of the form stands where everything is a setting.
+            (client if name in PARTICIPANT.keys else own)[_escaped(name)] = _value(setting.text)
+        if client:
+            own["client"] = client
+        if participant.remap:
+            own["remap"] = {_escaped(old): _text(new) for old, new in participant.remap.items()}
+        if not endpoints:
+            return own
+        return Block({**own, **self._endpoints(endpoints)})
+
+    def _endpoints(self, endpoints: Iterable[Endpoint]) -> dict[str, Node]:
+        by_key: dict[str, dict[str, list[Endpoint]]] = {}
+        for endpoint in endpoints:
+            topics = by_key.setdefault(_KEYS[_word(endpoint)], {})
+            topics.setdefault(endpoint.topic or "", []).append(endpoint)
+        found: dict[str, Node] = {}
+        for key in _KEYS.values():
+            if key in by_key:
+                entries: dict[str, Node] = {}
+                comments = {}
+                for topic, members in by_key[key].items():
+                    nodes = [self._endpoint(each) for each in members]
+                    entries[_escaped(topic)] = nodes[0] if len(nodes) == 1 else nodes
+                    said = [self.comments[each.id] for each in members if each.id in self.comments]
+                    if said:
+                        comments[_escaped(topic)] = "; ".join(said)
+                found[key] = Block(entries, comments)
+        return found
+
+    def _endpoint(self, endpoint: Endpoint) -> Node:
+        own: dict[str, Node] = {}
+        if endpoint.id in self.ids:
+            own["id"] = _text(endpoint.id)
+        if endpoint.label:
+            own["label"] = _text(endpoint.label)
+        if endpoint.protocol:
+            own["protocol"] = _text(endpoint.protocol)
+        if endpoint.profiles:
+            own["profile"] = _refs(endpoint.profiles)
+        if endpoint.type:
+            own["type"] = _text(endpoint.type)
+        own |= _own_settings(endpoint.settings, ENDPOINT)
+        if endpoint.needs:
+            own["needs"] = _settings(endpoint.needs)
+        if endpoint.external:
+            own["external"] = _TRUE
+        if endpoint.starts_after:
+            own["starts_after"] = _texts(endpoint.starts_after)
+        if endpoint.observed and not self.observed:
+            own["observed"] = _TRUE
+        return own["profile"] if list(own) == ["profile"] and isinstance(own["profile"], Raw) else own
+
+    # The team's rules
+
+    def _check(self, check: TeamRule) -> Node | None:
+        own: dict[str, Node] = {"name": _text(check.name)}
+        if check.where:
+            own["where"] = {key: _text(pattern) for key, pattern in check.where}
+        if check.require:
+            own["require"] = self._bounds(check)
+        if check.sentence:
+            own["sentence"] = _text(check.sentence)
+        if len(own) == 1 or not own.get("require", True):
+            self.notes[f"check `{check.name}` requires nothing"] = None
+            return None
+        if check.severity != "error":
+            own["severity"] = _text(check.severity)
+        own["because"] = _text(check.because)
+        return own
+
+    def _bounds(self, check: TeamRule) -> dict[str, Node]:
+        by_policy: dict[str, dict[str, Bound]] = {}
+        for bound in check.require:
+            relations = by_policy.setdefault(bound.policy, {})
+            if bound.relation in relations:
+                self.notes[f"check `{check.name}`: only the first `{bound.relation}` of `{bound.policy}` is kept"] = (
+                    None
+                )
+            relations.setdefault(bound.relation, bound)
+        return {_escaped(policy): _relations(relations) for policy, relations in by_policy.items()}
+
+
+def _relations(relations: Mapping[str, Bound]) -> Node:
+    exactly = relations.get("exactly")
+    if exactly is not None and len(relations) == 1 and not exactly.values[0].startswith("{"):
+        return _value(exactly.values[0])
+    return {name: _bound(bound) for name, bound in relations.items()}
+
+
+def _bound(bound: Bound) -> Node:
+    values: list[Node] = [_value(text) for text in bound.values]
+    return values[0] if len(values) == 1 and bound.relation != "one_of" else values
+
+
+def _acceptance(acceptance: Acceptance) -> Node:
+    stated = {
+        "rule": acceptance.rule,
+        "topic": acceptance.topic,
+        "endpoint": acceptance.endpoint,
+        "until": acceptance.until,
+        "because": acceptance.because,
+    }
+    return {name: _text(text) for name, text in stated.items() if text is not None}
+
+
+# What has a name
+
+
+def _profile(profile: Profile) -> Node:
+    base: dict[str, Node] = {"profile": _refs(profile.base)} if profile.base else {}
+    return {**base, **_own_settings(profile.settings, PROFILE_FORM)}
+
+
+def _topic(topic: Topic) -> Node:
+    own = _own_settings(topic.settings, TOPIC)
+    if topic.external:
+        own["external"] = _TRUE
+    if topic.protocol:
+        own["protocol"] = _text(topic.protocol)
+    return own["type"] if list(own) == ["type"] else own
+
+
+def _broker(broker: Broker) -> Node:
+    own: dict[str, Node] = {}
+    if broker.protocol:
+        own["protocol"] = _text(broker.protocol)
+    if broker.profiles:
+        own["profile"] = _refs(broker.profiles)
+    return {**own, **_own_settings(broker.settings, BROKER)}
+
+
+def _own_settings(settings: Settings, form: Form) -> dict[str, Node]:
+    """Return settings that stand beside the keys of a form; one named like a key is told from it by a capital.
+
+    Names of settings are read whatever their case, keys are not.
+    """
+    return {_escaped(name.title() if name in form.keys else name): _value(each.text) for name, each in settings.items()}
+
+
+def _settings(settings: Settings) -> dict[str, Node]:
+    return {_escaped(name): _value(each.text) for name, each in settings.items()}
+
+
+def _word(endpoint: Endpoint) -> str:
+    """What an endpoint is, as it stands in ids that are made up."""
+    return endpoint.role if endpoint.kind == "message" else endpoint.kind
+
+
+# Texts
+
+
+def _escaped(text: str) -> str:
+    """Return a text in which nothing is taken for a variable."""
+    return text.replace("${", "$${")
+
+
+def _text(text: str) -> Raw:
+    return scalar(_escaped(text))
+
+
+def _texts(texts: Sequence[str]) -> Node:
+    return _text(texts[0]) if len(texts) == 1 else [_text(text) for text in texts]
+
+
+def _refs(refs: Sequence[ProfileRef]) -> Node:
+    return _texts([ref.name for ref in refs])
+
+
+def _value(text: str) -> Raw:
+    return value(_escaped(text))
+
+
+# Ids
+
+
+def _given_ids(system: System) -> frozenset[str]:
+    """The ids that have to be written, because the reader would make up others.
+
+    Without an id an endpoint is called ``participant/role/topic``, further ones of that name ``…#2``, ``…#3``.
+    """
+    made_up: dict[str, list[Endpoint]] = {}
+    slots: dict[str, set[tuple[str, str, str | None]]] = {}
+    for endpoint in system.endpoints:
+        word = _word(endpoint)
+        name = f"{endpoint.participant}/{word}/{endpoint.topic}"
+        made_up.setdefault(name, []).append(endpoint)
+        slots.setdefault(name, set()).add((endpoint.participant, word, endpoint.topic))
+    given: set[str] = set()
+    for name, endpoints in made_up.items():
+        numbered = [name, *(f"{name}#{number}" for number in range(2, len(endpoints) + 1))]
+        if len(slots[name]) > 1 or [endpoint.id for endpoint in endpoints] != numbered:
+            given.update(endpoint.id for endpoint in endpoints)
+    return frozenset(given)

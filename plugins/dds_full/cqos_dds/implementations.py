@@ -1,0 +1,93 @@
+"""The implementations of DDS that the pack knows to depart from the standard, and how sentences speak of them.
+
+Each end of a connection judges it by itself, so an end that does not compare a policy does not keep the other
+from refusing.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.expression import in_, publisher, subscriber
+from cqos_core.policy import Choice, OneOf, Policy
+
+if TYPE_CHECKING:
+    from cqos_core.expression import Sentence
+
+FAST_DDS: Final = ("fastdds_2_9", "fastdds_3_1", "fastdds_3_6")
+_FAST_DDS_SPELLINGS: Final = (
+    "fastdds",
+    "fast_dds",
+    "fastrtps",
+    "fast_rtps",
+    "rmw_fastrtps_cpp",
+    "rmw_fastrtps_dynamic_cpp",
+)
+
+IMPLEMENTATION: Final = Policy(
+    "implementation",
+    Choice(
+        "standard",
+        "cyclonedds",
+        *FAST_DDS,
+        "opendds",
+        "connext",
+        "dust",
+        "rustdds",
+        ordered=False,
+        synonyms={
+            **dict.fromkeys(_FAST_DDS_SPELLINGS, FAST_DDS[-1]),
+            "fastdds_2": "fastdds_2_9",
+            "fastdds_3": "fastdds_3_6",
+            "cyclone": "cyclonedds",
+            "cyclone_dds": "cyclonedds",
+            "rmw_cyclonedds_cpp": "cyclonedds",
+            "open_dds": "opendds",
+            "rti": "connext",
+            "rti_connext": "connext",
+            "connextdds": "connext",
+            "connext_dds": "connext",
+            "rmw_connextdds": "connext",
+            "dust_dds": "dust",
+            "dustdds": "dust",
+            "rust_dds": "rustdds",
+        },
+    ),
+    "standard",
+    "The implementation of DDS, which may differ between participants; `standard` judges by the texts of the standard. "
+    "Fast DDS differs by version; `fastdds` alone leaves open which one it is.",
+    level="option",
+    aliases=("vendor", "rmw"),
+    words=dict.fromkeys(_FAST_DDS_SPELLINGS, OneOf(FAST_DDS)),
+    fallback="standard",
+)
+
+
+def publisher_is(*names: str) -> Sentence:
+    """The publisher's implementation is one of these."""
+    return in_(publisher(IMPLEMENTATION), *names)
+
+
+def subscriber_is(*names: str) -> Sentence:
+    """The subscriber's implementation is one of these."""
+    return in_(subscriber(IMPLEMENTATION), *names)
+
+
+def is_on(*names: str) -> Sentence:
+    """The endpoint's own implementation is one of these."""
+    return in_(IMPLEMENTATION, *names)
+
+
+def both_are(*names: str) -> Sentence:
+    """Both ends are of these implementations."""
+    return publisher_is(*names) & subscriber_is(*names)
+
+
+def either_is(*names: str) -> Sentence:
+    """At least one end is of these implementations."""
+    return publisher_is(*names) | subscriber_is(*names)
+
+
+def only_one_is(*names: str) -> Sentence:
+    """One end is of these implementations and the other is not."""
+    return (publisher_is(*names) & ~subscriber_is(*names)) | (subscriber_is(*names) & ~publisher_is(*names))

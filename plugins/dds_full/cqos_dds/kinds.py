@@ -1,0 +1,83 @@
+"""Kinds of value as DDS writes them: enumerations with their IDL names, `Duration_t`, lengths, data representations."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from cqos_core.policy import Choice, Count, Duration, Names, flow, normalise
+from cqos_core.problems import InvalidValueError
+
+_S: Final = 1_000_000_000
+_LONG: Final = 2**31 - 1
+_INFINITE: Final = re.compile(r"(?:dds_)?duration_(?:infinite|infinity)(?:_n?sec)?", re.IGNORECASE)
+
+
+def choice(idl: str, *values: str, ordered: bool = True, **synonyms: str) -> Choice:
+    """List the values of a policy, weakest first, read also as ``RELIABLE_RELIABILITY_QOS``, ``DDS_…`` and in camel case.
+
+    Args:
+        idl: what stands behind the value in the IDL, between underscores: ``RELIABILITY`` in ``RELIABLE_RELIABILITY_QOS``.
+        values: canonical names.
+        ordered: whether a later value is a stronger one.
+        synonyms: other spellings.
+    """
+    camel = {value.replace("_", ""): value for value in values if "_" in value}
+    return Choice(
+        *values, ordered=ordered, affixes=("dds_", f"_{idl.lower()}_qos", "_qos"), synonyms={**camel, **synonyms}
+    )
+
+
+class IdlDuration(Duration):
+    """A duration, infinite also in the words and numbers that IDL, XML and the wire have for it."""
+
+    def parse(self, text: str) -> int:
+        """Read ``2s``, ``{sec: 2, nanosec: 0}``, ``DURATION_INFINITE`` and ``{sec: 2147483647, nanosec: 2147483647}``."""
+        fields = flow(text) if text.lstrip().startswith("{") else None
+        seconds = fields.get("sec", "") if isinstance(fields, dict) else text.strip()
+        return super().parse("infinite" if _INFINITE.fullmatch(str(seconds)) else text)
+
+
+def duration() -> Duration:
+    """Return the domain of a `Duration_t`."""
+    in_idl, on_the_wire = _LONG * _S + _LONG, _LONG * _S + 2**32 - 1
+    return IdlDuration(infinities=(in_idl, on_the_wire))
+
+
+def length(unit: str = "samples") -> Count:
+    """Return the domain of a length: unlimited is also ``-1`` and ``LENGTH_UNLIMITED``."""
+    return Count(unlimited=("unlimited", "-1", "length_unlimited", "dds_length_unlimited"), unit=unit)
+
+
+def number() -> Count:
+    """Return the domain of an IDL ``long``."""
+    return Count(-_LONG - 1, _LONG)
+
+
+class Representations(Names):
+    """A list of data representations, in order of preference; names in any spelling, or their numbers."""
+
+    known: Final = ("xcdr1", "xml", "xcdr2")
+
+    def parse(self, text: str) -> tuple[str, ...]:
+        """Read ``[XCDR2_DATA_REPRESENTATION]``, ``[2]`` or ``xcdr2``; what is named twice counts once."""
+        return tuple(dict.fromkeys(map(self._one, super().parse(text))))
+
+    def _one(self, written: str) -> str:
+        name = normalise(written).removeprefix("dds_").removesuffix("_data_representation")
+        if name in {"0", "1", "2"}:
+            return self.known[int(name)]
+        name = {"xcdr": "xcdr1", "cdr": "xcdr1"}.get(name, name)
+        if name not in self.known:
+            message = f"`{written}` is no data representation"
+            raise InvalidValueError(message, self.expected())
+        return name
+
+    def word(self, text: str) -> str:
+        """Read an empty list, however it is written, as the word ``default``."""
+        inner = text.strip().removeprefix("[").removesuffix("]").strip()
+        return normalise(text) if inner else "default"
+
+    def expected(self) -> str:
+        """Give the names."""
+        return f"a list of {', '.join(self.known)}"

@@ -1,0 +1,49 @@
+"""The DDS pack: policies, rules, dialects and meeting, put together as one value."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from cqos_core.evaluate import Function
+from cqos_core.pack import Convention, Meeting, RulePack
+from cqos_dds import partitions
+from cqos_dds.dialects import DIALECTS
+from cqos_dds.policies import POLICIES
+from cqos_dds.rules import RULES
+
+CONVENTIONS: Final = (
+    Convention("DCPS*", external=True, doc="Built-in topics, which every participant writes and tools read."),
+)
+
+FUNCTIONS: Final = (
+    Function(
+        "partitions_meet",
+        partitions.meet,
+        "Whether an end of the given implementation takes two lists of partitions for a match.",
+    ),
+)
+
+NOT_CHECKED: Final = (
+    "whether DDS Security lets the participants talk to each other",
+    "whether discovery works: multicast, initial peers, discovery servers",
+    "samples written while endpoints are still discovering each other at start-up",
+    "whether data types of one name are assignable to each other",
+    "policies that only one implementation has, such as disable_positive_acks",
+)
+
+PACK: Final = RulePack(
+    id="dds",
+    title="DDS",
+    summary="Data distribution by DDS 1.4 and DDS-XTypes 1.3, by the standard or as an implementation of it judges.",
+    policies=POLICIES,
+    rules=RULES,
+    dialects=DIALECTS,
+    conventions=CONVENTIONS,
+    functions=FUNCTIONS,
+    meeting=Meeting(
+        described="endpoints on one topic name, of one data type where both state it, in one domain and with a partition "
+        "in common"
+    ),
+    not_checked=NOT_CHECKED,
+    source="OMG DDS 1.4, DDS-XTypes 1.3; sources and manuals of the implementations; Cyclone DDS by running it",
+)

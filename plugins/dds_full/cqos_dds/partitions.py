@@ -1,0 +1,123 @@
+"""Which partitions meet, as the standard says and as implementations do it (DDS 1.4, 2.2.3.13).
+
+Two lists meet when some name of one matches some name of the other. A name with wildcards is an expression; it matches
+names without any, but not another expression.
+"""
+
+from __future__ import annotations
+
+import re
+from fnmatch import fnmatchcase, translate
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+from cqos_dds.implementations import FAST_DDS, IMPLEMENTATION
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+Names: TypeAlias = tuple[str, ...]
+NO_NAME: Final = ("",)
+"""What an empty list stands for."""
+
+
+def meet(writer: Names, reader: Names, implementation: int) -> bool:
+    """Whether an end of this implementation takes the partitions of writer and reader for a match."""
+    name = IMPLEMENTATION.domain.format(implementation)
+    return _meet(writer, reader, name)
+
+
+@lru_cache(maxsize=10_000)
+def _meet(writer: Names, reader: Names, implementation: str) -> bool:
+    return OTHERS.get(implementation, as_the_standard_says)(writer, reader)
+
+
+def as_the_standard_says(writer: Names, reader: Names) -> bool:
+    """Compare by POSIX `fnmatch`: ``*``, ``?``, ``[abc]``, ``[!a-z]``."""
+    return _some(writer or NO_NAME, reader or NO_NAME, _is_expression, fnmatchcase)
+
+
+def as_cyclone_dds_does(writer: Names, reader: Names) -> bool:
+    """Compare with ``*`` and ``?`` only; brackets are plain characters."""
+    return _some(writer or NO_NAME, reader or NO_NAME, _has_star_or_mark, _star_and_mark)
+
+
+def as_opendds_does(writer: Names, reader: Names) -> bool:
+    """Compare as the standard says, with a backslash before a wildcard that is meant as it stands."""
+    return _some(writer or NO_NAME, reader or NO_NAME, _is_unescaped_expression, _with_escapes)
+
+
+def as_fast_dds_does(writer: Names, reader: Names) -> bool:
+    """Compare in both directions, so that two expressions may match; an empty list meets only what names nothing."""
+    if not writer or not reader:
+        return "" in (writer or NO_NAME) and "" in (reader or NO_NAME)
+    return any(fnmatchcase(a, b) or fnmatchcase(b, a) for a in writer for b in reader)
+
+
+def as_dust_dds_does(writer: Names, reader: Names) -> bool:
+    """Compare as regular expressions in both directions, ``+`` among them; an empty list meets an empty list only."""
+    if not writer or not reader:
+        return writer == reader
+    return any(a == b or _as_regular_expression(a, b) or _as_regular_expression(b, a) for a in writer for b in reader)
+
+
+def everybody_meets(writer: Names, reader: Names) -> bool:  # noqa: ARG001 - the signature of all
+    """Compare nothing: the implementation has no partitions."""
+    return True
+
+
+OTHERS: Final[dict[str, Callable[[Names, Names], bool]]] = {
+    "cyclonedds": as_cyclone_dds_does,
+    "opendds": as_opendds_does,
+    "dust": as_dust_dds_does,
+    "rustdds": everybody_meets,
+    **dict.fromkeys(FAST_DDS, as_fast_dds_does),
+}
+
+
+def _some(
+    writer: Names, reader: Names, is_expression: Callable[[str], bool], matches: Callable[[str, str], bool]
+) -> bool:
+    """Whether some name of one list matches some name of the other, two expressions never."""
+    return any(_one(a, b, is_expression, matches) for a in writer for b in reader)
+
+
+def _one(a: str, b: str, is_expression: Callable[[str], bool], matches: Callable[[str, str], bool]) -> bool:
+    if is_expression(a) and is_expression(b):
+        return False
+    if is_expression(a):
+        return matches(b, a)
+    return matches(a, b)
+
+
+_WILDCARD: Final = re.compile(r"[*?]|\[!?\]?[^\]]*\]")
+_ESCAPED: Final = re.compile(r"\\(.)", re.DOTALL)
+
+
+def _is_expression(name: str) -> bool:
+    return _WILDCARD.search(name) is not None
+
+
+def _has_star_or_mark(name: str) -> bool:
+    return "*" in name or "?" in name
+
+
+def _star_and_mark(name: str, expression: str) -> bool:
+    return fnmatchcase(name, expression.replace("[", "[[]"))
+
+
+def _is_unescaped_expression(name: str) -> bool:
+    return _is_expression(_ESCAPED.sub("", name))
+
+
+def _with_escapes(name: str, expression: str) -> bool:
+    """Match with escaped wildcards taken as they stand, in the name as well."""
+    pattern = _ESCAPED.sub(lambda match: f"[{match[1]}]" if match[1] in "*?[" else match[1], expression)
+    return fnmatchcase(_ESCAPED.sub(r"\1", name), pattern)
+
+
+def _as_regular_expression(name: str, expression: str) -> bool:
+    try:
+        return re.fullmatch(translate(expression).replace(r"\+", "+"), name) is not None
+    except re.error:
+        return False

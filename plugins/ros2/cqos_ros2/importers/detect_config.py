@@ -1,0 +1,93 @@
+"""Recognises configuration files of ROS 2 tools from a name and the first bytes, without importing a parser."""
+
+from __future__ import annotations
+
+import re
+from pathlib import PurePath
+from typing import Final
+
+from cqos_core.importers.detect import claims_yaml
+
+_WIDE: Final = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
+_YAML_SUFFIXES: Final = frozenset((".yaml", ".yml", ".json", ""))
+_FIRST: Final = re.compile(r"(?:\s++|#[^\n]*+|%[^\n]*+|---(?=\s))*+(\S)")
+
+
+def _key(names: str, before: str = r"[^#\n]*\b") -> re.Pattern[str]:
+    """Find one of ``names`` as a key; ``before`` is what may stand before it on its line."""
+    return re.compile(rf"""^{before}["']?(?:{names})["']?[ \t]*:""", re.MULTILINE)
+
+
+_TOP: Final = r"[ \t{]*"
+_PARAMETERS: Final = _key("ros__parameters")
+_OVERRIDES: Final = re.compile(r"^[^#\n]*\bqos_overrides\b", re.MULTILINE)
+_VISUALIZATION: Final = _key("Visualization Manager", "")
+_GZ_ENTRY: Final = _key("(?:ros|gz|ign)_(?:topic|type)_name|gz_req_type_name")
+_SERVICES_OF_ROS1: Final = _key("services_1_to_2|services_2_to_1", _TOP)
+_TOPICS: Final = _key("topics", _TOP)
+_TOPIC: Final = _key("topic")
+_QUEUE: Final = _key("queue_size")
+_BRIDGED: Final = _key("topics|services|actions", _TOP)
+_DOMAINS: Final = _key("from_domain|to_domain")
+_ROOT: Final = re.compile(rb"(?:[^<]|<[?!])*?<(?:[^\s<>/!?:]+:)?(dds|profiles)(?=[\s>/])")
+_PROFILES: Final = re.compile(rb"<(?:[^\s<>/!?:]+:)?(?:profiles|data_writer|data_reader)[\s>]")
+
+
+def claims_qos_overrides(name: str, head: bytes) -> bool:
+    """Say whether these are parameters of ROS 2 nodes with ``qos_overrides`` among them."""
+    text = _yaml(name, head)
+    return _OVERRIDES.search(text) is not None and _PARAMETERS.search(text) is not None
+
+
+def claims_rviz(name: str, head: bytes) -> bool:
+    """Say whether this is a configuration of RViz."""
+    return name.lower().endswith(".rviz") or _VISUALIZATION.search(_yaml(name, head)) is not None
+
+
+def claims_gz_bridge(name: str, head: bytes) -> bool:
+    """Say whether this is a list of topics for ros_gz_bridge, or ros_ign_bridge."""
+    text = _yaml(name, head)
+    first = _FIRST.match(text)
+    return first is not None and first[1] in "-[" and _GZ_ENTRY.search(text) is not None
+
+
+def claims_ros1_bridge(name: str, head: bytes) -> bool:
+    """Say whether these are the parameters of the parameter bridge of ros1_bridge."""
+    text = _yaml(name, head)
+    if _is_domain_bridge(text):
+        return False
+    if _SERVICES_OF_ROS1.search(text):
+        return True
+    return all(key.search(text) for key in (_TOPICS, _TOPIC, _QUEUE))
+
+
+def claims_domain_bridge(name: str, head: bytes) -> bool:
+    """Say whether this is a configuration of domain_bridge."""
+    return _is_domain_bridge(_yaml(name, head))
+
+
+def _is_domain_bridge(text: str) -> bool:
+    return _BRIDGED.search(text) is not None and _DOMAINS.search(text) is not None
+
+
+def claims_ros2_model(name: str, head: bytes) -> bool:  # noqa: ARG001 - the signature of all claims
+    """Say whether this is a component model of RosTooling."""
+    return name.lower().endswith(".ros2")
+
+
+def claims_fastdds(name: str, head: bytes) -> bool:  # noqa: ARG001
+    """Say whether these are XML profiles of Fast DDS; ``dds`` with a ``qos_library`` is the form of the OMG."""
+    text = head.replace(b"\0", b"")  # UTF-16 becomes readable enough
+    if not text.lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n").startswith(b"<") or b"<qos_library" in text:
+        return False
+    root = _ROOT.match(text)
+    return root is not None and _PROFILES.search(text) is not None
+
+
+def _yaml(name: str, head: bytes) -> str:
+    """Return the text of what may be YAML of a ROS 2 tool: of nothing else, and of no system file of C-QoS."""
+    if not name.startswith("<") and PurePath(name).suffix.lower() not in _YAML_SUFFIXES:
+        return ""
+    if claims_yaml(name, head):
+        return ""
+    return head.decode(_WIDE.get(head[:2], "utf-8"), "ignore").lstrip("\ufeff")

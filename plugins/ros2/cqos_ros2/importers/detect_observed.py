@@ -1,0 +1,47 @@
+"""Recognises snapshots, recordings and overrides of them from their first bytes, without importing a parser."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+_WIDE: Final = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
+_COUNT: Final = re.compile(r"^[ \t]*(?:Publisher|Subscri(?:ption|ber)) count: *\d", re.MULTILINE)
+_ENDPOINT: Final = re.compile(r"^[ \t]*Endpoint type: *(?:PUBLISHER|SUBSCRIPTION|INVALID)\b", re.MULTILINE)
+_BEFORE: Final = r"(?:\s++|\#[^\n]*+|%[^\n]*+|---)*+"
+_BAG: Final = re.compile(_BEFORE + r"""(?:\{\s*)?(["']?)rosbag2_bagfile_information\1\s*:""")
+_KEY: Final = re.compile(r"""^(?:"[^"\n]*"[ \t]*|'[^'\n]*'[ \t]*|[^\s#:'"%\-][^\n]*?):(?=\s)""", re.MULTILINE)
+_ABSOLUTE: Final = re.compile(r"""["']?/[^*\n]*:?""")
+_POLICY: Final = re.compile(
+    r"""[\s{,](["']?)(?:history|depth|reliability|durability|deadline|lifespan|liveliness|liveliness_lease_duration"""
+    r"""|avoid_ros_namespace_conventions)\1\s*:"""
+)
+_FLOW: Final = re.compile(_BEFORE + r"""\{\s*["']?/[^*\n]*?:\s*\{""")
+_PARAMETERS: Final = "ros__parameters"
+
+
+def claims_topic_info(name: str, head: bytes) -> bool:  # noqa: ARG001 - the signature of all claims
+    """Say whether `ros2 topic info` printed this, perhaps among other things."""
+    text = _text(head)
+    return _COUNT.search(text) is not None or _ENDPOINT.search(text) is not None
+
+
+def claims_rosbag2(name: str, head: bytes) -> bool:  # noqa: ARG001
+    """Say whether this is the description of a rosbag2 recording, whatever the file is called."""
+    return _BAG.match(_text(head)) is not None
+
+
+def claims_rosbag2_overrides(name: str, head: bytes) -> bool:  # noqa: ARG001
+    """Say whether this is a file for `--qos-profile-overrides-path`: full topic names with policies below them."""
+    text = _text(head)
+    if _PARAMETERS in text or _POLICY.search(text) is None:
+        return False
+    if _FLOW.match(text) is not None:
+        return True
+    keys = [found[0] for found in _KEY.finditer(text)]
+    return bool(keys) and all(map(_ABSOLUTE.fullmatch, keys))
+
+
+def _text(head: bytes) -> str:
+    """Decode what can be: a shell of Windows writes UTF-16."""
+    return head.decode(_WIDE.get(head[:2], "utf-8"), "ignore").lstrip("\ufeff")

@@ -1,0 +1,73 @@
+"""YAML within a text of a YAML document, as rosbag2 wrote it up to version 8, with places in the outer document."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.importers.reading import Reading, shown
+from cqos_core.importers.source import Source
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
+from cqos_core.importers.yaml_tree import read_tree
+from cqos_core.problems import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from cqos_core.importers.tree import Node
+
+_NEAR: Final = 400
+"""How far apart two words of such a text may stand."""
+
+
+def read_embedded(text: ScalarNode, reading: Reading, name: str) -> Node | None:
+    """Return the document in ``text``, the value of ``name``; None if there is none, or it is no YAML, which is told."""
+    data = text.text.encode("utf-8", "surrogatepass")
+    inner = Reading(Source(reading.source.name, data), [], [])
+    try:
+        documents = read_tree(inner).documents
+    except InputError as error:
+        inner.problems[:] = error.problems
+    if inner.problems:
+        first = inner.problems[0]
+        line = f", in line {first.place.line} of it" if first.place is not None and first.place.line else ""
+        reading.problem(first.code, f"the text of {shown(name)}{line}: {first.message}", text, first.help)
+        return None
+    if not documents:
+        return None
+    _relocate(documents[0], text, reading)
+    return documents[0]
+
+
+def _relocate(document: Node, text: ScalarNode, reading: Reading) -> None:
+    """Give all nodes below ``document`` the places where their words stand in the outer source.
+
+    However the text is quoted, folded or escaped, its words follow each other there as they do in the text.
+    """
+    lines = reading.lines
+    start = lines.start(text.line or 0)
+    cursor = (start or 0) + (text.column or 1) - 1
+    for node in _in_order(document):
+        node.line, node.column = text.line, text.column
+        if start is not None and isinstance(node, ScalarNode) and node.text:
+            found = lines.text.find(node.text, cursor, cursor + len(node.text) + _NEAR)
+            if found >= 0:
+                node.line, node.column = lines.position(found)
+                cursor = found + len(node.text)
+
+
+def _in_order(document: Node) -> Iterator[Node]:
+    """Yield every node once, in the order of the text."""
+    seen: set[int] = set()
+    waiting = [document]
+    while waiting:
+        node = waiting.pop()
+        if id(node) in seen:
+            continue
+        seen.add(id(node))
+        yield node
+        inner: list[Node] = []
+        if isinstance(node, MappingNode):
+            inner = [part for entry in node.entries.values() for part in entry]
+        elif isinstance(node, SequenceNode):
+            inner = node.items
+        waiting += reversed(inner)

@@ -1,0 +1,195 @@
+"""Reads ``qos_overrides`` among the parameters of ROS 2 nodes, as overlays over what the nodes state themselves.
+
+A parameter is ``qos_overrides.<full topic>.<publisher|subscription>[_<id>].<policy>``, its parts nested as maps or joined
+with dots. What cannot take effect is told, with the reason (rclcpp: qos_parameters.hpp, parameter_map.cpp).
+"""
+
+from __future__ import annotations
+
+import glob
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from cqos_core.importers.forms import described
+from cqos_core.importers.reading import collector_paused, did_you_mean, listed, shown
+from cqos_core.importers.tree import MappingNode, ScalarNode, is_null
+from cqos_core.system import PUBLISHER, SUBSCRIBER, Overlay
+from cqos_ros2.importers.configuration import Configuration, as_flag, as_integer
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.importers.tree import Node
+    from cqos_core.system import Role, Setting, Settings, System
+
+PARAMETERS: Final = "ros__parameters"
+OVERRIDES: Final = "qos_overrides"
+_FORM: Final = "qos_overrides.<full topic>.<publisher|subscription>[_<id>].<policy>"
+_ROLES: Final[dict[str, Role]] = {"publisher": PUBLISHER, "subscription": SUBSCRIBER}
+_WORDS: Final = {
+    "history": ("keep_last", "keep_all", "system_default"),
+    "reliability": ("reliable", "best_effort", "system_default", "best_available"),
+    "durability": ("volatile", "transient_local", "system_default", "best_available"),
+    "liveliness": ("automatic", "manual_by_topic", "system_default", "best_available", "manual_by_node"),
+}
+_DURATIONS: Final = ("deadline", "lifespan", "liveliness_lease_duration")
+_FLAG: Final = "avoid_ros_namespace_conventions"
+_POLICIES: Final = (*_WORDS, "depth", *_DURATIONS, _FLAG)
+_BY_DEFAULT: Final = frozenset(("history", "depth", "reliability"))
+_EVENTS: Final = "/parameter_events"
+
+
+class _Parameter(NamedTuple):
+    """A parameter below ``qos_overrides``: its name from there on, the key nearest to the value, and the value."""
+
+    name: str
+    key: ScalarNode
+    value: Node
+
+
+class _Entity(NamedTuple):
+    """Whose policies are overridden: patterns of nodes, and the parts of a parameter's name."""
+
+    node: str
+    topic: str
+    role: Role
+    id: str | None
+
+
+def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - nothing is included
+    """Read a parameter file; parameters other than ``qos_overrides`` are passed over.
+
+    Raises:
+        InputError: it is no YAML, or no parameter file.
+    """
+    reader = _Reader(source)
+    with collector_paused():
+        reader.nodes(reader.a_map(reader.document(), "parameters"), "")
+    # Where an endpoint has an id, what is meant for it alone is nearer than what is meant for all.
+    reader.system.overlays.sort(key=lambda overlay: overlay.entity is not None)
+    return reader.finish()
+
+
+class _Reader(Configuration):
+    """Finds the overrides of all nodes in one file."""
+
+    def nodes(self, entries: MappingNode, above: str) -> None:
+        """Read the nodes of a namespace; what is written later in the file wins."""
+        for name, (key, value) in entries.entries.items():
+            if name == PARAMETERS:
+                self.parameters(self.a_map(value, name), above or "/**")
+            elif name.partition(".")[0] == OVERRIDES:
+                message = f"{shown(name)} stands outside of `{PARAMETERS}`"
+                advice = f"write `NODE: {{{PARAMETERS}: {{{OVERRIDES}: …}}}}`, or `/**` for all nodes"
+                self.note("ROS933", message, key, advice)
+            elif isinstance(value, MappingNode):
+                self.nodes(value, f"{above}/{name.strip('/')}")
+
+    def parameters(self, entries: MappingNode, node: str) -> None:
+        """Read the overrides of one node, or of those that a pattern covers."""
+        found: dict[_Entity, Settings] = {}
+        keys: dict[_Entity, ScalarNode] = {}
+        for parameter in _overrides(entries):
+            told = self.entity(parameter, node)
+            if told is None:
+                continue
+            entity, policy = told
+            setting = self.value(parameter, policy)
+            if setting is not None:
+                found.setdefault(entity, {})[policy] = setting
+                keys.setdefault(entity, parameter.key)
+        for entity, settings in found.items():
+            self.opt_in(entity, settings)
+            self.system.overlays.append(
+                Overlay(
+                    OVERRIDES,
+                    settings,
+                    entity.role,
+                    glob.escape(entity.topic),
+                    entity.node,
+                    entity.id,
+                    "ros2",
+                    dialect="parameters",
+                    place=self.place(keys[entity]),
+                )
+            )
+
+    def entity(self, parameter: _Parameter, node: str) -> tuple[_Entity, str] | None:
+        """Take a parameter's name apart; tell why it is none that a node declares."""
+        topic, _, rest = parameter.name.partition(".")
+        side, dot, policy = rest.rpartition(".")
+        kind, _, identifier = side.partition("_")
+        wrong, advice = None, f"the form is `{_FORM}`"
+        if not dot or not topic:
+            wrong = "it names no policy of a publisher or subscription"
+            if topic and rest in _POLICIES:
+                advice = f"write `{OVERRIDES}.{topic}.publisher.{rest}` or `{OVERRIDES}.{topic}.subscription.{rest}`"
+        elif not topic.startswith("/"):
+            wrong = f"{shown(topic)} is no full topic name"
+            advice = f"write `/{topic}`, with its namespace if it has one"
+        elif kind not in _ROLES:
+            wrong = f"{shown(side)} is neither `publisher` nor `subscription`"
+            advice = "subscribers are called `subscription` here" if kind.startswith("subscr") else advice
+        elif policy not in _POLICIES:
+            wrong = f"there is no policy {shown(policy)}{did_you_mean(policy, _POLICIES)}"
+            advice = f"there are {listed(_POLICIES, 'and')}"
+        elif policy == "lifespan" and kind == "subscription":
+            wrong = "a subscription has no parameter `lifespan`"
+            advice = "samples expire at the publisher: set it there"
+        if wrong is not None:
+            self.note("ROS930", f"`{OVERRIDES}.{parameter.name}` has no effect: {wrong}", parameter.key, advice)
+            return None
+        return _Entity(node, topic, _ROLES[kind], identifier or None), policy
+
+    def value(self, parameter: _Parameter, policy: str) -> Setting | None:
+        """Return a value as text with its unit; tell one that the node refuses."""
+        node = parameter.value
+        expected = None
+        text = None
+        if policy in _WORDS:
+            words = _WORDS[policy]
+            expected = listed(words)
+            text = node.text if isinstance(node, ScalarNode) and node.text in words else None
+        elif policy == _FLAG:
+            expected = "true or false"
+            flag = as_flag(node)
+            text = None if flag is None else str(flag).lower()
+        else:
+            expected = "whole nanoseconds" if policy in _DURATIONS else "a whole number"
+            number = as_integer(node)
+            text = None if number is None or number < 0 else str(number)
+        if text is None:
+            message = f"`{OVERRIDES}.{parameter.name}` is {described(node)}, with which the node ends with an error"
+            self.note("ROS931", message, node, f"expected {expected}")
+            return None
+        return self.setting(node, text)
+
+    def opt_in(self, entity: _Entity, settings: Settings) -> None:
+        """Tell policies that a node does not let be overridden by default."""
+        allowed = _BY_DEFAULT | {"durability"} if entity.topic == _EVENTS else _BY_DEFAULT
+        further = [policy for policy in settings if policy not in allowed]
+        if further:
+            names = listed((f"`{policy}`" for policy in further), "and")
+            message = (
+                f"the override of {names} on `{entity.topic}` takes effect only if the node allows it; by default a node "
+                "that allows overrides allows those of history, depth and reliability"
+            )
+            place = settings[further[0]].place
+            if place is not None:
+                self.note("ROS932", message, place, "name the policies in the node's `QosOverridingOptions`")
+
+
+def _overrides(entries: MappingNode) -> Iterator[_Parameter]:
+    """Yield the parameters below ``qos_overrides``, however their names are written."""
+    for name, (key, value) in entries.entries.items():
+        first, _, rest = name.partition(".")
+        if first == OVERRIDES and (rest or not is_null(value)):
+            yield from _leaves(rest, key, value)
+
+
+def _leaves(name: str, key: ScalarNode, value: Node) -> Iterator[_Parameter]:
+    if not isinstance(value, MappingNode):
+        yield _Parameter(name, key, value)
+        return
+    for part, (inner, below) in value.entries.items():
+        yield from _leaves(f"{name}.{part}" if name else part, inner, below)

@@ -1,0 +1,329 @@
+"""Reads `metadata.yaml` of a rosbag2 recording, of every version: as what plays it, records anew, or was recorded.
+
+As the player (if nothing else is asked for), every topic has one publisher with what `ros2 bag play` offers: what the
+recorded publishers offered where they agree, else the default profile. As the recorder, every topic has one subscription
+with what `ros2 bag record` requests. As what was recorded, every topic has the publishers that were there.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.importers.forms import described
+from cqos_core.importers.reading import Reading, collector_paused, listed, shown
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, is_null, whole_number
+from cqos_core.importers.yaml_tree import read_tree
+from cqos_core.policy import normalise
+from cqos_core.problems import InputError, InvalidValueError
+from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, System
+from cqos_ros2.dialects import RMW_CODES
+from cqos_ros2.importers.codes import note
+from cqos_ros2.importers.embedded import read_embedded
+from cqos_ros2.importers.switches import read_switches
+from cqos_ros2.policies import (
+    AVOID_CONVENTIONS,
+    DEADLINE,
+    DEPTH,
+    DURABILITY,
+    FROM_PUBLISHERS,
+    HISTORY,
+    LEASE,
+    LIFESPAN,
+    LIVELINESS,
+    RAW_SETTINGS,
+    RELIABILITY,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.importers.tree import Node
+    from cqos_core.policy import Policy
+    from cqos_core.system import Place, Role, Settings
+
+PLAYER: Final = "rosbag2_player"
+RECORDER: Final = "rosbag2_recorder"
+RECORDED: Final = "rosbag2_recorded"
+NODES: Final = {"player": PLAYER, "recorder": RECORDER, "recorded": RECORDED}
+SWITCHES: Final = {"as": tuple(NODES)}
+
+_ROOT: Final = "rosbag2_bagfile_information"
+_PROFILES: Final = "offered_qos_profiles"
+_AS_TEXT, _AS_LIST, _NEWEST = 4, 9, 9
+"""The first version with profiles, which are a text with YAML in it; the first with a list; the newest known one."""
+
+_OFFERED: Final = (RELIABILITY, DURABILITY, DEADLINE, LIFESPAN, LIVELINESS, LEASE, AVOID_CONVENTIONS)
+_COMPARED: Final = (RELIABILITY, DURABILITY, DEADLINE, LIVELINESS, LEASE)
+_KNOWN: Final = frozenset(policy.name for policy in (HISTORY, DEPTH, *_OFFERED))
+_REQUIRED: Final = tuple(policy.name for policy in (HISTORY, *_OFFERED))
+_DEFAULT_HISTORY: Final = {HISTORY.name: "keep_last", DEPTH.name: "10"}
+_FEW: Final = 3
+
+
+def read(source: Source, context: ReadContext) -> System:
+    """Read the description of a recording.
+
+    Raises:
+        InputError: it is none, or something in it is not what it must be; with every problem.
+    """
+    wanted = read_switches("rosbag2", context, SWITCHES).get("as", "player")
+    reading = Reading(source, [], [])
+    with collector_paused():
+        bag = _read_bag(reading)
+    if bag is None or reading.problems:
+        raise InputError(reading.problems)
+    system = System(PurePath(source.name).parent.name, "ros2", sources={source.name: source.data}, notes=reading.notes)
+    node = NODES[wanted]
+    system.participants[node] = Participant(node, place=bag.place)
+    made = {"player": _played, "recorder": _requested, "recorded": _published}[wanted]
+    numbers: Counter[str] = Counter()
+    for topic in bag.topics:
+        for endpoint in made(topic, system):
+            numbers[endpoint.id] += 1
+            if numbers[endpoint.id] > 1:
+                endpoint.id += f"#{numbers[endpoint.id]}"
+            system.endpoints.append(endpoint)
+    return system
+
+
+@dataclass(frozen=True, slots=True)
+class _Topic:
+    """One recorded topic; ``profiles`` is what its publishers offered, empty where that is not known."""
+
+    name: str
+    place: Place
+    type: str | None
+    messages: int
+    profiles: tuple[Settings, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Bag:
+    """What a description says, and where."""
+
+    place: Place
+    topics: tuple[_Topic, ...]
+
+
+# What the file says
+
+
+def _read_bag(reading: Reading) -> _Bag | None:
+    """Read the document; None where there is nothing to read in it, which is told."""
+    documents = read_tree(reading).documents
+    if reading.problems:
+        return None
+    root = documents[0] if documents else ScalarNode("", 1, 1, plain=True)
+    entries = _map(root, reading, "the file")
+    found = entries.get(_ROOT)
+    if found is None:
+        if isinstance(root, MappingNode):
+            reading.problem("CQ010", f"a recording's description needs `{_ROOT}`", root)
+        return None
+    information = _map(found, reading, _ROOT)
+    version = _version(information.get("version"), reading)
+    topics = information.get("topics_with_message_count")
+    if topics is None:
+        if isinstance(found, MappingNode):
+            reading.problem("CQ010", f"`{_ROOT}` needs `topics_with_message_count`", found)
+        return None
+    if not isinstance(topics, SequenceNode):
+        message = f"`topics_with_message_count` must be a list, found {described(topics)}"
+        reading.problem("CQ009", message, topics)
+        return None
+    _check_layout(topics, version, reading)
+    read = [topic for item in topics.items if (topic := _topic(item, reading)) is not None]
+    _check_whole(information.get("message_count"), read, reading)
+    _say_unknown(read, reading)
+    return _Bag(reading.place(found), tuple(read))
+
+
+def _map(node: Node, reading: Reading, name: str) -> dict[str, Node]:
+    """Return what a map states, by key; of anything else nothing, which is told."""
+    if isinstance(node, MappingNode):
+        return {key: value for key, (_, value) in node.entries.items() if not is_null(value)}
+    reading.problem("CQ009", f"{shown(name)} must be a map, found {described(node)}", node)
+    return {}
+
+
+def _version(node: Node | None, reading: Reading) -> int | None:
+    """Return the version, None where none is stated."""
+    number = whole_number(node) if isinstance(node, ScalarNode) else None
+    if node is None or number is None:
+        if node is not None:
+            reading.problem("CQ011", f"`version` must be a whole number, found {described(node)}", node)
+        return None
+    if number > _NEWEST:
+        message = f"version {number} is newer than version {_NEWEST}, like which it is read"
+        reading.notes.append(note("ROS914", message, reading.place(node)))
+    return number
+
+
+def _check_layout(topics: SequenceNode, version: int | None, reading: Reading) -> None:
+    """Say where profiles are written in the way of another version: rosbag2 goes by the version alone."""
+    if version is None or version < _AS_TEXT:
+        return
+    wrong = ScalarNode if version >= _AS_LIST else SequenceNode
+    for profiles in filter(None, map(_profiles_of, topics.items)):
+        if isinstance(profiles, wrong):
+            found, wanted = ("a text", "a list") if wrong is ScalarNode else ("a list", "a text with YAML in it")
+            message = f"`{_PROFILES}` is {found}, in version {version} it must be {wanted}: rosbag2 cannot read this"
+            reading.notes.append(note("ROS913", message, reading.place(profiles)))
+            return
+
+
+def _profiles_of(item: Node) -> Node | None:
+    """Return what an item of the list of topics states as its profiles."""
+    for key in ("topic_metadata", _PROFILES):
+        entry = item.entries.get(key) if isinstance(item, MappingNode) else None
+        if entry is None:
+            return None
+        item = entry[1]
+    return item
+
+
+def _topic(item: Node, reading: Reading) -> _Topic | None:
+    """Read one item of the list of topics; None where it has no name, which is told."""
+    stated = _map(item, reading, "topics_with_message_count")
+    metadata = stated.get("topic_metadata")
+    if metadata is None:
+        if isinstance(item, MappingNode):
+            reading.problem("CQ010", "a recorded topic needs `topic_metadata`", item)
+        return None
+    described_by = _map(metadata, reading, "topic_metadata")
+    name, kind = described_by.get("name"), described_by.get("type")
+    if not isinstance(name, ScalarNode) or not name.text:
+        if isinstance(metadata, MappingNode):
+            reading.problem("CQ010", "`topic_metadata` needs a `name`", name or metadata)
+        return None
+    count = stated.get("message_count")
+    return _Topic(
+        name.text,
+        reading.place(name),
+        kind.text if isinstance(kind, ScalarNode) and kind.text else None,
+        (whole_number(count) if isinstance(count, ScalarNode) else None) or 0,
+        tuple(_profiles(described_by.get(_PROFILES), reading)),
+    )
+
+
+def _profiles(node: Node | None, reading: Reading) -> Iterator[Settings]:
+    """Yield what each recorded publisher offered."""
+    if isinstance(node, ScalarNode):
+        node = read_embedded(node, reading, _PROFILES) if node.text.strip() else None
+    if node is None:
+        return
+    if not isinstance(node, SequenceNode):
+        message = f"`{_PROFILES}` must be a list of profiles, found {described(node)}"
+        reading.problem("CQ009", message, node)
+        return
+    for item in node.items:
+        if not isinstance(item, MappingNode):
+            reading.problem("CQ009", f"a recorded profile must be a map, found {described(item)}", item)
+            continue
+        yield dict(_settings(item, reading))
+        if missing := [f"`{name}`" for name in _REQUIRED if name not in item.entries]:
+            message = f"the recorded profile lacks {listed(missing, 'and')}: rosbag2 cannot read this"
+            reading.notes.append(note("ROS912", message, reading.place(item)))
+
+
+def _settings(profile: MappingNode, reading: Reading) -> Iterator[tuple[str, Setting]]:
+    """Yield what a recorded profile states."""
+    for name, (key, value) in profile.entries.items():
+        if name not in _KNOWN:
+            message = f"{shown(name)} is no policy that rosbag2 is known to record"
+            reading.notes.append(note("ROS905", message, reading.place(key)))
+        elif not is_null(value):
+            yield name, Setting(flow_text(value), reading.place(value))
+
+
+def _check_whole(total: Node | None, topics: list[_Topic], reading: Reading) -> None:
+    """Say if topics are missing at the end: the number of all messages stands before them."""
+    number = whole_number(total) if isinstance(total, ScalarNode) else None
+    counted = sum(topic.messages for topic in topics)
+    if total is not None and number is not None and counted < number:
+        message = f"the recording has {number} messages, its topics only {counted}: some of them are missing"
+        reading.notes.append(note("ROS904", message, reading.place(total)))
+
+
+def _say_unknown(topics: list[_Topic], reading: Reading) -> None:
+    """Say of which topics it is not known what was offered."""
+    unknown = [topic for topic in topics if not topic.profiles]
+    if unknown:
+        names = [f"`{topic.name}`" for topic in unknown[:_FEW]]
+        if len(unknown) > _FEW:
+            names.append(f"{len(unknown) - _FEW} more")
+        message = f"what the publishers of {listed(names, 'and')} offered was not recorded"
+        reading.notes.append(note("ROS910", message, unknown[0].place))
+
+
+# What it stands for
+
+
+def _endpoint(topic: _Topic, node: str, role: Role, settings: Settings, *, observed: bool = False) -> Endpoint:
+    return Endpoint(
+        id=f"{node}/{role}/{topic.name}",
+        role=role,
+        topic=topic.name,
+        participant=node,
+        settings=settings,
+        type=topic.type,
+        dialect="rosbag",
+        observed=observed,
+        place=topic.place,
+    )
+
+
+def _played(topic: _Topic, system: System) -> Iterator[Endpoint]:
+    """Yield the publisher of `ros2 bag play` (rosbag2, `Rosbag2QoS::adapt_offer_to_recorded_offers`)."""
+    settings: Settings = {}
+    differing = [policy.name for policy in _COMPARED if len({_value(policy, each) for each in topic.profiles}) > 1]
+    if differing:
+        names = listed((f"`{name}`" for name in differing), "and")
+        message = (
+            f"the recorded publishers of `{topic.name}` differ in {names}, so the player offers the default profile"
+        )
+        system.notes.append(note("ROS911", message, topic.place))
+    elif topic.profiles:
+        first = topic.profiles[0]
+        settings = {policy.name: first[policy.name] for policy in _OFFERED if policy.name in first}
+        if "unknown" in (_value(policy, first) for policy in _COMPARED):
+            # Nothing can be created with it, which is only said of settings that are known to go to rclcpp as they are.
+            stated = {**_DEFAULT_HISTORY, RAW_SETTINGS.name: "true"}
+            settings |= {name: Setting(text, topic.place) for name, text in stated.items()}
+    yield _endpoint(topic, PLAYER, PUBLISHER, settings)
+
+
+def _requested(topic: _Topic, system: System) -> Iterator[Endpoint]:  # noqa: ARG001 - the signature of all three
+    """Yield the subscription of `ros2 bag record` (rosbag2, `Rosbag2QoS::adapt_request_to_offers`)."""
+    settings = {policy.name: Setting(FROM_PUBLISHERS, topic.place) for policy in (RELIABILITY, DURABILITY)}
+    yield _endpoint(topic, RECORDER, SUBSCRIBER, settings)
+
+
+def _published(topic: _Topic, system: System) -> Iterator[Endpoint]:  # noqa: ARG001
+    """Yield the publishers that were recorded; where messages came from nobody known, there was one at least."""
+    for profile in topic.profiles:
+        kept = {name: setting for name, setting in profile.items() if name != DEPTH.name or _keeps_last(profile)}
+        yield _endpoint(topic, RECORDED, PUBLISHER, kept, observed=True)
+    if topic.messages and not topic.profiles:
+        yield _endpoint(topic, RECORDED, PUBLISHER, {}, observed=True)
+
+
+def _keeps_last(profile: Settings) -> bool:
+    """Whether a depth means anything in a profile."""
+    return _value(HISTORY, profile) == HISTORY.domain.parse("keep_last")
+
+
+def _value(policy: Policy, profile: Settings) -> object:
+    """Return what a profile says about a policy so that equal values are equal; words without a value stay words."""
+    setting = profile.get(policy.name)
+    if setting is None:
+        return None
+    text = RMW_CODES.get(policy.name, {}).get(setting.text.strip(), setting.text)
+    try:
+        return policy.domain.parse(text)
+    except InvalidValueError:
+        return normalise(policy.domain.word(text))

@@ -1,0 +1,177 @@
+"""Reads the file for `--qos-profile-overrides-path` of `ros2 bag play` and `ros2 bag record`, as an overlay.
+
+A profile in it replaces what the player would offer, or the recorder request, on its topic: policies that it does not
+state have their defaults, whatever was recorded. What `ros2 bag` refuses is refused here.
+"""
+
+from __future__ import annotations
+
+import glob
+import re
+from decimal import Decimal
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.importers.forms import described
+from cqos_core.importers.reading import Reading, collector_paused, did_you_mean, listed, shown
+from cqos_core.importers.tree import MappingNode, ScalarNode, flag, is_null, whole_number
+from cqos_core.importers.yaml_tree import read_tree
+from cqos_core.problems import InputError
+from cqos_core.system import PUBLISHER, SUBSCRIBER, Overlay, Setting, System
+from cqos_ros2.importers.rosbag2 import PLAYER, RECORDER, SWITCHES
+from cqos_ros2.importers.switches import read_switches
+from cqos_ros2.policies import (
+    AVOID_CONVENTIONS,
+    DEADLINE,
+    DEPTH,
+    DURABILITY,
+    HISTORY,
+    LEASE,
+    LIFESPAN,
+    LIVELINESS,
+    RAW_SETTINGS,
+    RELIABILITY,
+)
+from cqos_ros2.presets import PRESETS
+
+if TYPE_CHECKING:
+    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.importers.tree import Node
+    from cqos_core.system import Settings
+
+# What rclpy reads by name, in any case.
+_WORDS: Final = {
+    HISTORY.name: ("system_default", "keep_last", "keep_all", "unknown"),
+    RELIABILITY.name: ("system_default", "reliable", "best_effort", "unknown", "best_available"),
+    DURABILITY.name: ("system_default", "transient_local", "volatile", "unknown", "best_available"),
+    LIVELINESS.name: ("system_default", "automatic", "manual_by_node", "manual_by_topic", "unknown", "best_available"),
+}
+_DURATIONS: Final = (DEADLINE.name, LIFESPAN.name, LEASE.name)
+_FIELDS: Final = {"sec": 1_000_000_000, "nsec": 1}
+_KNOWN: Final = (*_WORDS, DEPTH.name, *_DURATIONS, AVOID_CONVENTIONS.name)
+_NUMBER: Final = re.compile(r"[-+]?\d{1,20}(?:\.\d{0,20})?", re.ASCII)
+_LARGEST: Final = 2**63 - 1
+
+
+def read(source: Source, context: ReadContext) -> System:
+    """Read a file of overrides.
+
+    Raises:
+        InputError: `ros2 bag` would refuse the file; with every problem.
+    """
+    wanted = read_switches("rosbag2", context, SWITCHES).get("as", "player")
+    node, role = (RECORDER, SUBSCRIBER) if wanted == "recorder" else (PLAYER, PUBLISHER)
+    reading = Reading(source, [], [])
+    system = System(protocol="ros2", sources={source.name: source.data}, notes=reading.notes)
+    with collector_paused():
+        documents = read_tree(reading).documents
+    for key, profile in _topics(documents[0], reading) if documents and not reading.problems else ():
+        system.overlays.append(
+            Overlay(
+                name=f"the override of `{key.text}`",
+                settings=_profile(key, profile, reading),
+                role=role,
+                topic=glob.escape(key.text),
+                participant=f"*{node}",
+                protocol="ros2",
+                place=reading.place(key),
+            )
+        )
+    if not reading.problems and not system.overlays:
+        reading.problem("CQ010", "there is no topic in this file", ScalarNode("", 1, 1, plain=True))
+    if reading.problems:
+        raise InputError(reading.problems)
+    return system
+
+
+def _topics(root: Node, reading: Reading) -> list[tuple[ScalarNode, MappingNode]]:
+    """Return the topics of the file with their profiles."""
+    if not isinstance(root, MappingNode):
+        reading.problem("CQ009", f"the file must be a map of topics, found {described(root)}", root)
+        return []
+    topics = []
+    for key, profile in root.entries.values():
+        if isinstance(profile, MappingNode):
+            topics.append((key, profile))
+        else:
+            message = f"{shown(key.text)} must be a map of policies, found {described(profile)}"
+            reading.problem("CQ009", message, profile)
+    return topics
+
+
+def _profile(topic: ScalarNode, profile: MappingNode, reading: Reading) -> Settings:
+    """Return all settings of a profile, those among them that have their defaults."""
+    place = reading.place(topic)
+    settings = {name: Setting(text, place) for name, text in PRESETS["default"].settings.items()}
+    # Values go to rclpy as they stand, so `unknown`, which it reads, is one that nothing can be created with.
+    settings[RAW_SETTINGS.name] = Setting("true", place)
+    for name, (key, value) in profile.entries.items():
+        if name not in _KNOWN:
+            message = f"an override has no policy {shown(name)}{did_you_mean(name, _KNOWN)}"
+            reading.problem("CQ006", message, key, f"allowed: {', '.join(_KNOWN)}")
+        elif (text := _text(name, value, reading)) is not None:
+            settings[name] = Setting(text, reading.place(value))
+    history, depth = (profile.entries.get(policy.name) for policy in (HISTORY, DEPTH))
+    if depth is None and (history is None or settings[HISTORY.name].text == "keep_last"):
+        needed = f"a `{DEPTH.name}` beside history keep_last" if history else f"`{HISTORY.name}` or `{DEPTH.name}`"
+        reading.problem("CQ010", f"the override of {shown(topic.text)} needs {needed}", topic)
+    return settings
+
+
+def _text(name: str, value: Node, reading: Reading) -> str | None:
+    """Return the value of a policy in our spelling; None where it is refused, which is told."""
+    if name in _WORDS:
+        return _word(name, value, reading)
+    if name in _DURATIONS:
+        return _duration(name, value, reading)
+    if name == DEPTH.name:
+        return _depth(value, reading)
+    stated = flag(value) if isinstance(value, ScalarNode) else None
+    if stated is None:
+        reading.problem("CQ011", f"{shown(name)} must be true or false, found {described(value)}", value)
+        return None
+    return "true" if stated else "false"
+
+
+def _word(name: str, value: Node, reading: Reading) -> str | None:
+    word = value.text.lower() if isinstance(value, ScalarNode) else ""
+    if word in _WORDS[name]:
+        return word
+    hint = did_you_mean(word, _WORDS[name])
+    message = f"{shown(name)} must be {listed(_WORDS[name])}, found {described(value)}{hint}"
+    reading.problem("CQ011", message, value)
+    return None
+
+
+def _depth(value: Node, reading: Reading) -> str | None:
+    number = whole_number(value) if isinstance(value, ScalarNode) else None
+    if number is None or number < 0:
+        message = f"`{DEPTH.name}` must be a whole number that is not negative, found {described(value)}"
+        reading.problem("CQ011", message, value)
+        return None
+    return str(number)
+
+
+def _duration(name: str, value: Node, reading: Reading) -> str | None:
+    """Return a duration in nanoseconds; an empty one is not specified."""
+    if is_null(value) or (isinstance(value, MappingNode) and not value.entries):
+        return "unspecified"
+    if not isinstance(value, MappingNode):
+        message = f"{shown(name)} must be `{{sec: 0, nsec: 0}}`, found {described(value)}"
+        reading.problem("CQ009", message, value)
+        return None
+    total = 0
+    for part, unit in _FIELDS.items():
+        if part not in value.entries:
+            reading.problem("CQ010", f"{shown(name)} needs `{part}`: it must have both `sec` and `nsec`", value)
+            return None
+        _, node = value.entries[part]
+        if not isinstance(node, ScalarNode) or not node.plain or not _NUMBER.fullmatch(node.text):
+            reading.problem("CQ011", f"`{part}` must be a number, found {described(node)}", node)
+            return None
+        total += int(Decimal(node.text) * unit)
+    if not 0 <= total <= _LARGEST:
+        wrong = "is negative" if total < 0 else "is longer than any that ROS 2 has"
+        reading.problem("CQ011", f"{shown(name)} {wrong}", value)
+        return None
+    return f"{total}ns"
+

@@ -1,0 +1,217 @@
+"""Reads configurations of RViz 2: its displays subscribe, its tools publish, and it always listens to transforms.
+
+What a display leaves open is what RViz itself takes: keep last 5, reliable, volatile (rviz_common: qos_profile_property,
+ros_topic_display). Displays that are not enabled subscribe to nothing.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.importers.reading import collector_paused, listed, shown
+from cqos_core.importers.tree import MappingNode, ScalarNode, is_null
+from cqos_core.system import PUBLISHER, SUBSCRIBER, ProfileRef, Setting
+from cqos_ros2.importers.configuration import Configuration, as_integer, stated
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.importers.tree import Node, SequenceNode
+    from cqos_core.system import Role, Settings, System
+
+NODE: Final = "rviz2"
+MANAGER: Final = "Visualization Manager"
+_OURS: Final = "rviz_default_plugins/"
+_ROS1: Final = "rviz/"
+_DEPTH: Final = "5"
+# As RViz spells them, and no other way; the first is its default.
+_POLICIES: Final = {
+    "History Policy": ("history", ("Keep Last", "Keep All", "System Default")),
+    "Reliability Policy": ("reliability", ("Reliable", "Best Effort", "System Default")),
+    "Durability Policy": ("durability", ("Volatile", "Transient Local", "System Default")),
+}
+# What the displays and tools that come with RViz subscribe to and publish; a display has one type for all its topics.
+_TYPES: Final = {
+    "Accel": "geometry_msgs/msg/AccelStamped",
+    "Camera": "sensor_msgs/msg/Image",
+    "Effort": "sensor_msgs/msg/JointState",
+    "FluidPressure": "sensor_msgs/msg/FluidPressure",
+    "GridCells": "nav_msgs/msg/GridCells",
+    "Illuminance": "sensor_msgs/msg/Illuminance",
+    "Image": "sensor_msgs/msg/Image",
+    "LaserScan": "sensor_msgs/msg/LaserScan",
+    "Map": "nav_msgs/msg/OccupancyGrid",
+    "Marker": "visualization_msgs/msg/Marker",
+    "MarkerArray": "visualization_msgs/msg/MarkerArray",
+    "Odometry": "nav_msgs/msg/Odometry",
+    "Path": "nav_msgs/msg/Path",
+    "PointCloud": "sensor_msgs/msg/PointCloud",
+    "PointCloud2": "sensor_msgs/msg/PointCloud2",
+    "PointStamped": "geometry_msgs/msg/PointStamped",
+    "Polygon": "geometry_msgs/msg/PolygonStamped",
+    "Pose": "geometry_msgs/msg/PoseStamped",
+    "PoseArray": "geometry_msgs/msg/PoseArray",
+    "PoseWithCovariance": "geometry_msgs/msg/PoseWithCovarianceStamped",
+    "Range": "sensor_msgs/msg/Range",
+    "RelativeHumidity": "sensor_msgs/msg/RelativeHumidity",
+    "RobotModel": "std_msgs/msg/String",
+    "Temperature": "sensor_msgs/msg/Temperature",
+    "TwistStamped": "geometry_msgs/msg/TwistStamped",
+    "Wrench": "geometry_msgs/msg/WrenchStamped",
+    "PublishPoint": "geometry_msgs/msg/PointStamped",
+    "SetGoal": "geometry_msgs/msg/PoseStamped",
+    "SetInitialPose": "geometry_msgs/msg/PoseWithCovarianceStamped",
+}
+_MAP_UPDATES: Final = "map_msgs/msg/OccupancyGridUpdate"
+_TRANSFORMS: Final = (("/tf", "tf_dynamic"), ("/tf_static", "tf_static_listener"))
+
+
+def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - nothing is included
+    """Read a configuration as the endpoints of the node ``rviz2``.
+
+    Raises:
+        InputError: it is no YAML, or no configuration of RViz.
+    """
+    reader = _Reader(source)
+    with collector_paused():
+        reader.configuration(reader.a_map(reader.document(), "configuration"))
+    return reader.finish()
+
+
+class _Reader(Configuration):
+    """Finds the topics of one configuration."""
+
+    def __init__(self, source: Source) -> None:
+        super().__init__(source)
+        self.disabled: list[ScalarNode] = []
+
+    def configuration(self, entries: MappingNode) -> None:
+        """Read displays and tools."""
+        manager = stated(entries, MANAGER)
+        if manager is None:
+            self.problem("CQ010", f"a configuration of RViz needs `{MANAGER}`", entries)
+            return
+        manager = self.a_map(manager, MANAGER)
+        for node in self.listed(manager, "Displays"):
+            self.display(node, enabled=True)
+        for node in self.listed(manager, "Tools"):
+            self.topics(node, PUBLISHER)
+        if self.disabled:
+            what = "display that is" if len(self.disabled) == 1 else "displays that are"
+            message = f"{len(self.disabled)} {what} not enabled: {listed(self.names(), 'and')}"
+            self.note("ROS940", message, self.disabled[0], "set `Enabled: true` to have them checked")
+        if all(said.code != "ROS941" for said in self.notes):
+            self.transforms(manager)
+
+    def listed(self, manager: MappingNode, name: str) -> Iterator[MappingNode]:
+        """Yield the maps in a list."""
+        node = stated(manager, name)
+        items: SequenceNode | tuple[()] = () if node is None else self.a_list(node, name)
+        for item in items.items if items else ():
+            yield self.a_map(item, name)
+
+    def names(self) -> list[str]:
+        """The names of displays that are not enabled, a few of them."""
+        names = [shown(node.text) for node in self.disabled]
+        most = 5
+        return names if len(names) <= most else [*names[:most], f"{len(names) - most} more"]
+
+    def display(self, node: MappingNode, *, enabled: bool) -> None:
+        """Read a display; a group has displays of its own, which are as enabled as it is."""
+        enabled = self.a_flag(node, "Enabled", otherwise=True) and enabled
+        for inner in self.listed(node, "Displays"):
+            self.display(inner, enabled=enabled)
+        if enabled:
+            self.topics(node, SUBSCRIBER)
+        elif any(self.topic(value) for _, value in _topics(node)):
+            name = stated(node, "Name") or stated(node, "Class")
+            self.disabled.append(name if isinstance(name, ScalarNode) else _topics_of(node))
+
+    # Topics
+
+    def topics(self, node: MappingNode, role: Role) -> None:
+        """Read the topics of an enabled display, or of a tool."""
+        plugin = self.a_text(node, "Class")
+        if plugin.startswith(_ROS1):
+            message = f"{shown(plugin)} is a class of ROS 1, which RViz 2 does not have"
+            self.note("ROS941", message, node, f"for instance `{_OURS}{plugin.removeprefix(_ROS1)}`")
+            return
+        for key, value in _topics(node):
+            name = self.topic(value)
+            if name is None or (key.text == "Description Topic" and self.a_text(node, "Description Source") == "File"):
+                continue
+            if "<" in name.text:
+                message = f"the topic {shown(name.text)} is filled in when RViz is launched"
+                self.note("ROS943", message, name, "give the file that is left then")
+            elif isinstance(value, ScalarNode) and not plugin.startswith(_OURS):
+                message = f"what {shown(plugin)} requests on {shown(name.text)} is not in this file"
+                self.note("ROS944", message, name)
+            else:
+                self.add(node, key, value, name, role)
+
+    def topic(self, value: Node) -> ScalarNode | None:
+        """Return the node that names a topic; None where none is named."""
+        name = stated(value, "Value") if isinstance(value, MappingNode) else value
+        return name if isinstance(name, ScalarNode) and name.text and not is_null(name) else None
+
+    def add(self, node: MappingNode, key: ScalarNode, value: Node, name: ScalarNode, role: Role) -> None:
+        """Add the endpoint of one topic."""
+        settings = self.qos(value) if isinstance(value, MappingNode) else {}
+        if isinstance(value, ScalarNode) and self.a_flag(node, "Unreliable", otherwise=False):
+            settings["reliability"] = Setting("best_effort", self.place(value))
+        settings.setdefault("depth", Setting(_DEPTH, self.place(value)))
+        plugin = self.a_text(node, "Class").removeprefix(_OURS)
+        type_name = _MAP_UPDATES if key.text == "Update Topic" else _TYPES.get(plugin, "")
+        label = self.a_text(node, "Name") or plugin
+        participant = self.participant(NODE, node)
+        self.endpoint(participant, role, name.text, name, settings, type_name=type_name, label=label or None)
+
+    def qos(self, entries: MappingNode) -> Settings:
+        """Read the policies of a topic."""
+        settings: Settings = {}
+        for name, (policy, words) in _POLICIES.items():
+            node = stated(entries, name)
+            if isinstance(node, ScalarNode) and node.text in words:
+                settings[policy] = self.setting(node)
+            elif node is not None:
+                message = (
+                    f"RViz knows no {name.lower()} {shown(getattr(node, 'text', 'of this kind'))}, and takes {words[0]}"
+                )
+                self.note("ROS942", message, node, f"it knows {listed(words, 'and')}")
+        depth = stated(entries, "Depth")
+        if depth is not None:
+            if as_integer(depth) is None:
+                self.note("ROS942", f"the depth is no whole number, so RViz takes {_DEPTH}", depth)
+            else:
+                settings["depth"] = self.setting(depth)
+        return settings
+
+    def transforms(self, manager: MappingNode) -> None:
+        """Add what RViz listens to whatever it shows."""
+        participant = self.participant(NODE, manager)
+        place = self.place(manager)
+        for topic, preset in _TRANSFORMS:
+            self.endpoint(
+                participant,
+                SUBSCRIBER,
+                topic,
+                manager,
+                {},
+                presets=(ProfileRef(preset, place),),
+                type_name="tf2_msgs/msg/TFMessage",
+                label="transform listener",
+                implied=True,
+            )
+
+
+def _topics(node: MappingNode) -> Iterator[tuple[ScalarNode, Node]]:
+    """Yield what may name topics: ``Topic``, ``Description Topic``, ``Update Topic`` and the like."""
+    for name, (key, value) in node.entries.items():
+        if name == "Topic" or name.endswith(" Topic"):
+            yield key, value
+
+
+def _topics_of(node: MappingNode) -> ScalarNode:
+    """The first key that may name a topic, of a display without a name."""
+    return next(key for key, _ in _topics(node))
