@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from cqos_core.acceptance import RuleFinder, with_acceptances, with_severities
 from cqos_core.codes import CODES
-from cqos_core.findings import Made, merged
+from cqos_core.findings import Made, merged, of_participants
+from cqos_core.judge import ask
 from cqos_core.report import Finding, Report, Severity, Side, Verdict
 from cqos_core.resolve import Resolved, ResolvedSystem, Resolver, core_finding, packs_in_use, suggestion
 from cqos_core.system import PUBLISHER, SUBSCRIBER
@@ -19,7 +20,7 @@ from cqos_core.wire import topics
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from cqos_core.pack import RulePack
+    from cqos_core.pack import BoundRule, RulePack
     from cqos_core.system import Endpoint, Participant, System
 
 
@@ -134,6 +135,25 @@ def _collapses(endpoints: Iterable[Resolved]) -> list[Finding]:
     return findings
 
 
+def _participant_rules(endpoints: Iterable[Resolved]) -> list[Finding]:
+    """Judge rules over participants, brokers and options, once per distinct values they read."""
+    found: dict[tuple[Any, ...], tuple[BoundRule, list[Resolved]]] = {}
+    for endpoint in endpoints:
+        for scope in ("participant", "broker", "system"):
+            for bound in endpoint.pack.by_scope.get(scope, ()):
+                if bound.rule.kind == "meets" or (bound.rule.creation and endpoint.endpoint.observed):
+                    continue
+                read = tuple(endpoint.profile.values[use.index] for use in bound.bound.uses)
+                found.setdefault((id(bound), read), (bound, []))[1].append(endpoint)
+    findings = []
+    for bound, alike in found.values():
+        values = alike[0].profile.values
+        spoken = ask(bound, values, values)
+        if spoken is not None and not (spoken.unknown and spoken.failed is None):
+            findings.append(of_participants(bound, spoken, alike))
+    return findings
+
+
 def _starts(system: System) -> list[Finding]:
     known = {*system.participants, *(endpoint.id for endpoint in system.endpoints)}
     findings = []
@@ -179,6 +199,7 @@ def assemble(
         *resolved.findings,
         *team_problems,
         *_starts(system),
+        *_participant_rules(resolved.endpoints),
         *_collapses(resolved.endpoints),
         *_partners(results, packs),
         *_unknown_severities(system, context),

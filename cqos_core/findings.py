@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.evaluate import Use
+    from cqos_core.pack import BoundRule
     from cqos_core.pairing import Members, Topic
     from cqos_core.policy import Plain, Policy
     from cqos_core.resolve import QosProfile, Resolved
@@ -158,7 +159,10 @@ def headline(spoken: Spoken, sides: Sequence[Side], topic: str, because: Sequenc
     if spoken.unknown:
         policies = " and ".join(dict.fromkeys(each.policy for side in stated for each in side.facts))
         subjects = " and ".join(subject(side) for side in reversed(stated))
-        return f"whether {subjects} fit in {policies} is not known: {_why_unknown(spoken, because)}"
+        fit = f"whether {subjects} fit in {policies}"
+        if tuple(because) == (START_ORDER,):
+            return f"depends on start order: {fit}"
+        return f"{fit} is not known: {_why_unknown(spoken, because)}"
     if rule.says:
         return _fill(rule.says, _template_words(sides, topic))
     if spoken.bound.scope == "pair":
@@ -285,8 +289,6 @@ def make(draft: Draft) -> Made:
     message = headline(spoken, sides, topic.shown, because)
     if draft.more:
         message = f"{draft.more} further combinations of values break the rule, for instance: {message}"
-    if START_ORDER in because:
-        message = f"depends on start order: {message}"
     finding = Finding(
         code="CQ701" if spoken.failed else rule.code,
         name="rule-failed" if spoken.failed else rule.name,
@@ -331,6 +333,16 @@ def _merge_key(draft: Draft, finding: Finding, because: tuple[str, ...]) -> tupl
         templates = frozenset(e.endpoint.template or e.id for e in endpoints)
         values = tuple((s.role, f.policy, f.value) for s in finding.sides for f in s.facts)
         return ("template", rule.code, templates, values, draft.tags)
+    if draft.spoken.bound.scope == "endpoint" and any(e.stated_id != e.id for e in endpoints):
+        # What is wrong with a service is stated once, though it has several topics.
+        stated = frozenset(e.stated_id for e in endpoints)
+        return (
+            "stated",
+            rule.code,
+            stated,
+            tuple((f.policy, f.value) for s in finding.sides for f in s.facts),
+            draft.tags,
+        )
     # A new object equals nothing else; an id would be used again once the draft is gone.
     return ("own", object())
 
@@ -486,3 +498,26 @@ def _sum(counts: Iterable[int | None]) -> int | None:
     """The sum, unless one of the numbers was not counted."""
     known = list(counts)
     return None if None in known else sum(count for count in known if count is not None)
+
+
+def of_participants(bound: BoundRule, spoken: Spoken, endpoints: Sequence[Resolved]) -> Finding:
+    """Turn what a rule says of participants, brokers or options into a finding; ``endpoints`` are those it holds for."""
+    rule, first = bound.rule, min(endpoints, key=lambda endpoint: endpoint.participant.participant.id)
+    members = tuple(sorted({endpoint.participant.participant.id for endpoint in endpoints}))
+    facts = tuple(fact(first, first.profile, use.index) for use in bound.bound.uses)
+    side = Side("participant", members, "set here", facts, first.participant.participant.place)
+    told = _fill(rule.says, _template_words([side], "")) if rule.says else ""
+    verb = "has" if len(members) == 1 else "have"
+    return Finding(
+        code="CQ701" if spoken.failed else rule.code,
+        name="rule-failed" if spoken.failed else rule.name,
+        severity=Severity.ERROR if spoken.failed else _severity(spoken),
+        message=f"rule {rule.code} could not be judged: {spoken.failed}"
+        if spoken.failed
+        else told or f"{subject(side)} {verb} {_values(facts)}: {rule.because}",
+        source=first.pack.id,
+        sides=(side,),
+        because=rule.because,
+        clause=rule.clause,
+        help=rule.help or None,
+    )

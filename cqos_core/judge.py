@@ -74,7 +74,7 @@ def verdict_of(spoken: Iterable[Spoken]) -> Verdict:
 @lru_cache(maxsize=_CACHE)
 def judge_pair(publisher: QosProfile, subscriber: QosProfile) -> Judgement:
     """Judge two profiles that meet."""
-    unmatched = publisher.unmatched & subscriber.unmatched
+    unmatched = publisher.unmatched | subscriber.unmatched
     spoken = []
     for bound in publisher.pack.by_scope.get("pair", ()):
         if unmatched and bound.rule.kind == "requires" and any(use.index in unmatched for use in bound.bound.uses):

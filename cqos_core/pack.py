@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
     from cqos_core.codes import CodeInfo
-    from cqos_core.policy import Meaning
+    from cqos_core.evaluate import Use
+    from cqos_core.policy import Meaning, Plain
     from cqos_core.rule import Rule
     from cqos_core.system import Endpoint
 
@@ -400,16 +401,18 @@ _SAMPLES: Final = {"duration": ("1s", "2s", "infinite"), "count": ("1", "2")}
 def rule_table(bound: BoundRule) -> list[dict[str, str]]:
     """Derive the table of a pair rule: every combination of its values (samples for durations and counts), and the answer.
 
-    Each row maps ``offered NAME`` / ``requested NAME`` to a value, and ``compatible`` to Yes or No. Rules over other
-    scopes, and over values that cannot be enumerated, have no table.
+    Each row maps ``offered NAME`` / ``requested NAME`` to a value, and ``compatible`` to Yes or No, options at their defaults.
+    Rules over other scopes, and over values that cannot be enumerated, have no table.
     """
     from itertools import product
 
     vocabulary = bound.bound.vocabulary
-    if bound.scope != "pair" or any(use.term.scope not in {"offered", "requested"} for use in bound.bound.uses):
+    compared = [use for use in bound.bound.uses if use.term.scope in {"offered", "requested"}]
+    assumed = assumed_options(bound)
+    if bound.scope != "pair" or len(compared) + len(assumed) < len(bound.bound.uses):
         return []
     columns = []
-    for use in sorted(bound.bound.uses, key=lambda use: use.second):
+    for use in sorted(compared, key=lambda use: use.second):
         domain = vocabulary.policies[use.index].domain
         values = domain.candidates() or tuple(domain.parse(text) for text in _SAMPLES.get(domain.kind, ()))
         columns.append([(use, value, domain.format(value)) for value in values])
@@ -422,6 +425,8 @@ def rule_table(bound: BoundRule) -> list[dict[str, str]]:
     for chosen in product(*columns):
         sides: list[list[Any]] = [[0] * vocabulary.size + [None] * vocabulary.size for _ in range(2)]
         row = {}
+        for use, value in assumed:
+            sides[use.second][use.index] = value
         for use, value, text in chosen:
             sides[use.second][use.index] = value
             row[f"{use.term.scope} {use.term.name}"] = text
@@ -429,6 +434,16 @@ def rule_table(bound: BoundRule) -> list[dict[str, str]]:
         fits = holds if bound.rule.kind != "forbids" else not holds
         rows.append({**row, "compatible": "Yes" if fits else "No"})
     return rows
+
+
+def assumed_options(bound: BoundRule) -> list[tuple[Use, Plain]]:
+    """Options that a rule reads, with the defaults they have."""
+    policies = bound.bound.vocabulary.policies
+    return [
+        (use, policies[use.index].domain.parse(default))
+        for use in bound.bound.uses
+        if policies[use.index].level == "option" and isinstance(default := policies[use.index].default, str)
+    ]
 
 
 def _duplicate_codes(rules: Iterable[Rule | CodeInfo]) -> list[str]:

@@ -157,6 +157,10 @@ class Domain:
         """All values where they are few, else nothing."""
         return ()
 
+    def has(self, value: Plain) -> bool:
+        """Whether ``value`` is one of this domain's values."""
+        return not isinstance(value, int) or self.lowest <= value <= self.highest
+
     def expected(self) -> str:
         """What is allowed, for messages."""
         return "text"
@@ -409,6 +413,11 @@ class Count(Domain):
             message = f"`{text}` is out of range"
             raise InvalidValueError(message, self.expected())
         return number
+
+    def has(self, value: Plain) -> bool:
+        """Whether it is within the bounds, or unlimited where that is allowed."""
+        number = int(value)  # type: ignore[arg-type]
+        return self.lowest <= number <= self.maximum or (bool(self.unlimited) and number == INFINITE)
 
     def format(self, value: Plain) -> str:
         """Print the number, or the first word for unlimited."""

@@ -156,10 +156,10 @@ class Finding:
 
     @property
     def place(self) -> Place | None:
-        """The best place to send a person to: the primary side's first value that was stated, else the side itself."""
+        """The best place to send a person to: where the primary side states a value itself, else the side."""
         for side in self.sides:
             for fact in side.facts:
-                if fact.place is not None and fact.origin != "default":
+                if fact.place is not None and fact.origin in {"explicit", "overlay"}:
                     return fact.place
             if side.place is not None:
                 return side.place

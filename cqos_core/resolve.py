@@ -355,7 +355,7 @@ class Resolver:
             if key not in self.took_effect:
                 overlay = self.system.overlays[key[0]]
                 message = (
-                    f"{overlay.name} sets `{policy}` to {stated.text}, but every endpoint that it covers sets it too"
+                    f"{overlay.name} sets `{policy}` to {stated.text}, but all endpoints that it covers have their own"
                 )
                 advice = f"state `{overlay.fills[0]}` where it is to decide"
                 self._add("CQ215", message, stated.setting.place or overlay.place, "system", (), advice)
@@ -486,9 +486,11 @@ class Resolver:
                 place = stated.setting.place or participant.place
                 if policy.fallback is not None:
                     message = f"option `{policy.name}`: {problem.message}; `{policy.fallback}` stands in"
-                    self._add_once("CQ208", message, place, problem.expected)
+                    self._add_once("CQ208", message, place, f"expected {problem.expected}")
                     return policy.domain.parse(policy.fallback)
-                self._add_once("CQ203", f"option `{policy.name}`: {problem.message}", place, problem.expected)
+                self._add_once(
+                    "CQ203", f"option `{policy.name}`: {problem.message}", place, f"expected {problem.expected}"
+                )
                 return Anything(f"option {policy.name} has no valid value", told=True)
         if isinstance(policy.default, str):
             return policy.domain.parse(policy.default)
@@ -497,8 +499,8 @@ class Resolver:
             return Anything(f"option {policy.name} is not set")
         return _depends(pack, policy, names)
 
-    def _add_once(self, code: str, message: str, place: Place | None, expected: str) -> None:
-        finding = core_finding(code, message, place=place, help=f"expected {expected}" if expected else None)
+    def _add_once(self, code: str, message: str, place: Place | None, help_text: str = "") -> None:
+        finding = core_finding(code, message, place=place, help=help_text or None)
         if finding not in self.result.findings:
             self.result.findings.append(finding)
 
@@ -572,8 +574,7 @@ class Resolver:
             if preset_name is None:
                 known = (*self.system.profiles, *pack.presets)
                 message = f"profile `{ref.name}` is neither defined nor a preset of {pack.title}"
-                self._add_once("CQ204", message, ref.place, "")
-                self.result.findings[-1] = _with_help(self.result.findings[-1], suggestion(ref.name, known))
+                self._add_once("CQ204", message, ref.place, suggestion(ref.name, known))
                 return ()
             return (self._preset(preset_name, pack, ref, participant),)
         key = (id(pack), dialect_name, ref.name)
@@ -1113,10 +1114,6 @@ def _covering(overlay: Overlay) -> str:
     if overlay.when is not None:
         parts.append(f"{overlay.when[0]} {overlay.when[1]}")
     return ", ".join(parts)
-
-
-def _with_help(finding: Finding, help_text: str) -> Finding:
-    return replace(finding, help=help_text)
 
 
 def _written(policy: Policy, index: int, layers: Sequence[Layer]) -> Written | None:

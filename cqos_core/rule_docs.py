@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from cqos_core.codes import CODES, CodeInfo, find_code
-from cqos_core.pack import rule_table
+from cqos_core.pack import assumed_options, rule_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -88,8 +88,10 @@ def rule_page(bound: BoundRule, pack: RulePack, examples: Iterable[Example] = ()
     ]
     if (grid := derived_table(bound)) is not None:
         samples = any(bound.bound.vocabulary.policies[use.index].domain.kind in _SAMPLED for use in bound.bound.uses)
-        note = (Paragraph("Durations and counts are examples."),) if samples else ()
-        sections.append(("Which values fit", (grid, *note)))
+        notes = ["Durations and counts are examples."] if samples else []
+        if assumed := dict.fromkeys(f"{use.term.name} `{value}`" for use, value in assumed_texts(bound)):
+            notes.append(f"This is the table for {', '.join(assumed)}.")
+        sections.append(("Which values fit", (grid, *map(Paragraph, notes))))
     if changes := _changes(bound):
         sections.append(("What to do", (Listing(changes),)))
     for example in examples:
@@ -101,6 +103,14 @@ def rule_page(bound: BoundRule, pack: RulePack, examples: Iterable[Example] = ()
 
 
 _SAMPLED: Final = frozenset({"duration", "count"})
+
+
+def assumed_texts(bound: BoundRule) -> Iterable[tuple[Use, str]]:
+    """The options that a table assumes, with their values as text."""
+    policies = bound.bound.vocabulary.policies
+    return ((use, policies[use.index].format(value)) for use, value in assumed_options(bound))
+
+
 _SIDES: Final = {"offered": "Publisher", "requested": "Subscriber"}
 
 

@@ -12,6 +12,8 @@ from cqos_core.policy import INFINITE, Plain, Policy, normalise
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from cqos_core.policy import Domain
+
 
 @dataclass(frozen=True, slots=True)
 class Change:
@@ -101,20 +103,25 @@ def _candidates(bound: Bound, use: Use, policy: Policy, a: Values, b: Values) ->
             target = _value(bound, there, here, a, b)
             for value in _isolate(here, use.term, target, bound, a, b):
                 values[value] = None
-    highest = getattr(policy.domain, "highest", INFINITE)
-    return [v for v in values if not isinstance(v, int) or policy.domain.lowest <= v <= highest]
+    if policy.domain.ordered:
+        # Where nothing else will do, or nothing is known of the other side.
+        values |= dict.fromkeys((policy.domain.lowest, policy.domain.highest))
+    return [value for value in values if policy.domain.has(value)]
 
 
 def _value(bound: Bound, node: Operand, beside: Operand, a: Values, b: Values) -> Plain | None:
     """The plain value of an operand, a constant read as the kind of the operand ``beside`` it; None where it is open."""
-    term = next((part for part in beside.walk() if isinstance(part, Term)), None)
-    if isinstance(node, Literal) and isinstance(node.value, str) and term is not None:
-        return bound.vocabulary.policies[bound.vocabulary.find(term)].domain.parse(node.value)
-    return next(_reckon(node, bound, a, b), None)
+    return next(_reckon(node, bound, a, b, _domain(beside, bound, None)), None)
 
 
-def _reckon(node: Operand, bound: Bound, a: Values, b: Values) -> Iterator[Plain]:
-    """Yield the plain value of an operand over known values, or nothing."""
+def _domain(node: Operand, bound: Bound, otherwise: Domain | None) -> Domain | None:
+    """The kind of the policies within an operand."""
+    term = next((part for part in node.walk() if isinstance(part, Term)), None)
+    return bound.vocabulary.policies[bound.vocabulary.find(term)].domain if term is not None else otherwise
+
+
+def _reckon(node: Operand, bound: Bound, a: Values, b: Values, domain: Domain | None) -> Iterator[Plain]:
+    """Yield the plain value of an operand over known values, or nothing; text is read as a value of ``domain``."""
     if isinstance(node, Term):
         index = bound.vocabulary.find(node)
         value = (b if node.scope in {"requested", "subscriber"} else a)[index]
@@ -122,11 +129,15 @@ def _reckon(node: Operand, bound: Bound, a: Values, b: Values) -> Iterator[Plain
             yield value
         return
     if isinstance(node, Literal):
-        yield int(node.value) if isinstance(node.value, int) else node.value
+        if isinstance(node.value, int):
+            yield int(node.value)
+        else:
+            yield node.value if domain is None else domain.parse(node.value)
         return
     if not isinstance(node, (Arithmetic, Apply)):
         return
-    parts = [next(_reckon(child, bound, a, b), None) for child in node.children() if isinstance(child, Operand)]
+    domain = _domain(node, bound, domain)
+    parts = [next(_reckon(child, bound, a, b, domain), None) for child in node.children() if isinstance(child, Operand)]
     numbers = [part for part in parts if isinstance(part, int)]
     if len(numbers) != len(parts) or not numbers:
         return
@@ -152,8 +163,11 @@ def _isolate(node: Operand, term: Term, target: Plain | None, bound: Bound, a: V
     for child in node.children():
         if not isinstance(child, Operand) or term.key not in {part.key for part in child.walk()}:
             continue
+        domain = _domain(node, bound, None)
         others = [
-            next(_reckon(o, bound, a, b), None) for o in node.children() if o is not child and isinstance(o, Operand)
+            next(_reckon(o, bound, a, b, domain), None)
+            for o in node.children()
+            if o is not child and isinstance(o, Operand)
         ]
         other = others[0] if others and isinstance(others[0], int) else None
         for goal in _goals(node, child, target, other):

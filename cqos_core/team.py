@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.evaluate import bind
+from cqos_core.evaluate import bind, role_of, scope_of
 from cqos_core.expression import Compare, Literal, Sentence, Term, Test, parse
 from cqos_core.findings import Draft, Made, make
 from cqos_core.judge import ask
@@ -50,7 +50,8 @@ def bind_checks(system: System, packs: Iterable[RulePack]) -> tuple[Mapping[int,
                     because=team_rule.because.rstrip(".") or "the team requires it",
                     severity=team_rule.severity,
                 )
-                bound = BoundRule(rule, bind(sentence, pack.vocabulary), "endpoint", None)
+                bound = BoundRule(rule, bind(sentence, pack.vocabulary), scope_of(sentence), role_of(sentence))
+                _refuse_wider(bound)
             except CqosError as error:
                 errors.append(str(error))
                 continue
@@ -69,6 +70,7 @@ def words_asked(teams: Mapping[int, Sequence[TeamCheck]]) -> dict[int, frozenset
     }
 
 
+_ONE_ENDPOINT: Final = "write bare policy names, or only `offered` or only `requested` values"
 _RELATIONS: Final = {"exactly": "==", "at_least": ">=", "at_most": "<=", "not": "!="}
 
 
@@ -79,6 +81,12 @@ def _team_sentence(team_rule: TeamRule, pack: RulePack) -> Sentence:
     for part in parts[1:]:
         sentence = sentence & part
     return sentence
+
+
+def _refuse_wider(bound: BoundRule) -> None:
+    """Refuse a sentence about more than one endpoint, which would be judged of each by itself and always hold."""
+    if bound.scope != "endpoint":
+        raise CqosError(f"`{bound.rule.sentence}` speaks of a {bound.scope}, a check of one endpoint: {_ONE_ENDPOINT}")
 
 
 def _bound_sentence(required: Bound, pack: RulePack) -> Sentence:
@@ -102,7 +110,7 @@ def team_findings(topic: Topic, checks: Sequence[TeamCheck]) -> list[Made]:
     for check in checks:
         for role, groups in ((PUBLISHER, topic.publishers), (SUBSCRIBER, topic.subscribers)):
             for members in groups:
-                if members.carried:
+                if members.carried or check.bound.role not in {None, role}:
                     continue
                 chosen = [e for e in members.endpoints if _applies(check.rule, e, topic)]
                 spoken = ask(check.bound, members.profile.values, members.profile.values) if chosen else None

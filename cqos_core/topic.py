@@ -145,10 +145,11 @@ def _spoken_classes(topic: Topic, bound: BoundRule) -> Iterator[tuple[_Class, _C
 
 
 def _unmatched(bound: BoundRule, a: QosProfile, b: QosProfile) -> bool:
-    """Whether the rule requires something on which the middleware of neither side matches: either may refuse a pair."""
-    if not a.unmatched or not b.unmatched or bound.rule.kind != "requires":
+    """Whether the rule requires something on which the middleware of either side does not match."""
+    unmatched = a.unmatched or b.unmatched
+    if not unmatched or bound.rule.kind != "requires":
         return False
-    return any(use.index in a.unmatched and use.index in b.unmatched for use in bound.bound.uses)
+    return any(use.index in a.unmatched or use.index in b.unmatched for use in bound.bound.uses)
 
 
 def _few(
@@ -424,7 +425,11 @@ def _within_participants(topic: Topic, groups: Sequence[Group]) -> list[Made]:
         code="CQ406",
         name=CODES["CQ406"].name,
         severity=Severity.NOTE,
-        message=f"participant `{owners[0]}`{more} subscribes to `{topic.shown}`, which it publishes itself",
+        message=(
+            f"participant `{owners[0]}` subscribes to `{topic.shown}`, which it publishes itself"
+            if not more
+            else f"participants `{owners[0]}`{more} subscribe to `{topic.shown}`, which they publish themselves"
+        ),
         topic=topic.shown,
         sides=(
             Side(SUBSCRIBER, tuple(sorted(s.id for _, s in inside)), place=inside[0][1].endpoint.place),

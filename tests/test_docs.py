@@ -35,9 +35,11 @@ ROOT = Path(__file__).resolve().parents[1]
 FOLLOWED = (
     "README.md",
     "docs/quick-start.md",
+    "docs/ros2-files.md",
     "docs/library.md",
     "docs/sentences.md",
     "docs/packs.md",
+    "docs/plugins.md",
     "examples/README.md",
 )
 PAGES = (*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("examples/*.md"))

@@ -72,9 +72,9 @@ class _Form:
         system = self.system
         head: dict[str, Node] = {"cqos": Raw(str(VERSION))}
         if system.name:
-            head["system"] = self._only("the name of the system", system.name)
+            head["system"] = scalar(self._only("the name of the system", system.name))
         if system.protocol:
-            head["protocol"] = self._only("the protocol", system.protocol)
+            head["protocol"] = scalar(self._only("the protocol", system.protocol))
         if self.observed:
             head["observed"] = _TRUE
         if options := self._options():
@@ -99,16 +99,16 @@ class _Form:
             document.entries["severities"] = {name: value(level) for name, level in system.severities.items()}
         return document
 
-    def _only(self, what: str, text: str) -> Raw:
+    def _only(self, what: str, text: str) -> str:
         """Return a text of which there is one in the whole system, and which therefore can mention no variable."""
         if "${" in text:
             self.notes[f"{what} `{text}` loses its `$`, which would begin a variable"] = None
             text = text.replace("${", "{")
-        return value(text)
+        return text
 
     def _options(self) -> dict[str, Node]:
         return {
-            pack: {name: self._only(f"option `{name}`", each.text) for name, each in settings.items()}
+            pack: {name: value(self._only(f"option `{name}`", each.text)) for name, each in settings.items()}
             for pack, settings in self.system.options.items()
             if settings
         }
@@ -133,8 +133,9 @@ class _Form:
             own["starts_after"] = _texts(participant.starts_after)
         client: dict[str, Node] = {}
         for name, setting in participant.settings.items():
-            # What is named like a key of the form stands where everything is a setting.
-            (client if name in PARTICIPANT.keys else own)[_escaped(name)] = _value(setting.text)
+            # A map, and what is named like a key of the form, stands where everything is a setting.
+            node = _value(setting.text)
+            (client if name in PARTICIPANT.keys or node.text.startswith("{") else own)[_escaped(name)] = node
         if client:
             own["client"] = client
         if participant.remap:

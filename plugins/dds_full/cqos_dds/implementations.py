@@ -62,6 +62,13 @@ IMPLEMENTATION: Final = Policy(
     fallback="standard",
 )
 
+# What they announce, but never refuse a match for.
+NO_PRESENTATION: Final = FAST_DDS
+NO_LATENCY_BUDGET: Final = FAST_DDS
+NO_DESTINATION_ORDER: Final = (*FAST_DDS, "opendds")
+NO_LIVELINESS_KIND: Final = ("rustdds",)
+NO_REPRESENTATION: Final = ("fastdds_2_9", "rustdds")
+
 
 def publisher_is(*names: str) -> Sentence:
     """The publisher's implementation is one of these."""

@@ -21,12 +21,7 @@ TOPIC_WRITER_READER: Final = ("topic", "writer", "reader")
 TOPIC_WRITER: Final = ("topic", "writer")
 GROUPS: Final = ("publisher", "subscriber")
 
-# What an implementation does not do as the standard says. `unmatched`: it announces the policy, but never refuses a
-# match for it. `no`: it does not have it at all.
-NOT_COMPARED_BY_FAST_DDS: Final = {"implementation": dict.fromkeys(FAST_DDS, "unmatched")}
-NOT_COMPARED_BY_FAST_DDS_AND_OPENDDS: Final = {"implementation": dict.fromkeys((*FAST_DDS, "opendds"), "unmatched")}
-NOT_COMPARED_BY_RUSTDDS: Final = {"implementation": {"rustdds": "unmatched"}}
-REPRESENTATION_NOT_COMPARED: Final = {"implementation": {"fastdds_2_9": "unmatched", "rustdds": "unmatched"}}
+# What an implementation does not have at all; what it has and does not compare is said by the rules.
 NOT_IN_FAST_DDS: Final = {"implementation": dict.fromkeys(FAST_DDS, "no")}
 NOT_IN_RUSTDDS: Final = {"implementation": {"rustdds": "no"}}
 
@@ -88,7 +83,6 @@ LATENCY_BUDGET: Final = Policy(
     "How long the delivery of a sample may be put off, for instance to send several together; a hint.",
     "DDS 1.4, 2.2.3.8",
     aliases=("latency_budget.duration",),
-    enforced=NOT_COMPARED_BY_FAST_DDS,
     entities=TOPIC_WRITER_READER,
     changeable=True,
 )
@@ -99,7 +93,6 @@ LIVELINESS: Final = Policy(
     "Who says that a writer is alive: the middleware, the participant, or the program for each topic.",
     "DDS 1.4, 2.2.3.11",
     aliases=("liveliness.kind",),
-    enforced=NOT_COMPARED_BY_RUSTDDS,
     promise=True,
     entities=TOPIC_WRITER_READER,
     changeable=False,
@@ -132,7 +125,6 @@ DESTINATION_ORDER: Final = Policy(
     "Which of two samples is the newer one: the one that arrived later, or the one that was written later.",
     "DDS 1.4, 2.2.3.17",
     aliases=("destination_order.kind",),
-    enforced=NOT_COMPARED_BY_FAST_DDS_AND_OPENDDS,
     entities=TOPIC_WRITER_READER,
     changeable=False,
 )
@@ -149,7 +141,6 @@ ACCESS_SCOPE: Final = Policy(
             subscriber=by_option("implementation", connext="instance"),
         )
     },
-    enforced=NOT_COMPARED_BY_FAST_DDS,
     entities=GROUPS,
     changeable=False,
 )
@@ -160,7 +151,6 @@ COHERENT: Final = Policy(
     "Whether a set of changes is seen as a whole or not at all.",
     "DDS 1.4, 2.2.3.6",
     aliases=("coherent_access",),
-    enforced=NOT_COMPARED_BY_FAST_DDS,
     promise=True,
     entities=GROUPS,
     changeable=False,
@@ -172,7 +162,6 @@ ORDERED: Final = Policy(
     "Whether changes are seen in the order in which they were made.",
     "DDS 1.4, 2.2.3.6",
     aliases=("ordered_access",),
-    enforced=NOT_COMPARED_BY_FAST_DDS,
     entities=GROUPS,
     changeable=False,
 )
@@ -196,7 +185,6 @@ DATA_REPRESENTATION: Final = Policy(
         ),
         "auto": by_option("implementation", connext="[xcdr1]"),
     },
-    enforced=REPRESENTATION_NOT_COMPARED,
     entities=TOPIC_WRITER_READER,
     changeable=False,
 )

@@ -30,6 +30,11 @@ from cqos_core.rule import forbids, meets, requires
 from cqos_dds.implementations import (
     FAST_DDS,
     IMPLEMENTATION,
+    NO_DESTINATION_ORDER,
+    NO_LATENCY_BUDGET,
+    NO_LIVELINESS_KIND,
+    NO_PRESENTATION,
+    NO_REPRESENTATION,
     both_are,
     either_is,
     is_on,
@@ -113,7 +118,7 @@ REQUEST_OFFER: Final = (
         clause="DDS 1.4, 2.2.3.7",
     ),
     requires(
-        LIVELINESS_FITS,
+        LIVELINESS_FITS | both_are(*NO_LIVELINESS_KIND),
         code="DDS104",
         name="liveliness-weaker-than-requested",
         because="the reader wants a sign of life from nearer to the program than the writer gives one",
@@ -127,7 +132,7 @@ REQUEST_OFFER: Final = (
         clause="DDS 1.4, 2.2.3.11",
     ),
     requires(
-        LATENCY_FITS,
+        LATENCY_FITS | both_are(*NO_LATENCY_BUDGET),
         code="DDS106",
         name="latency-budget-longer-than-requested",
         because="the writer may put samples off for longer than the reader accepts",
@@ -141,35 +146,35 @@ REQUEST_OFFER: Final = (
         clause="DDS 1.4, 2.2.3.9",
     ),
     requires(
-        DESTINATION_ORDER_FITS,
+        DESTINATION_ORDER_FITS | both_are(*NO_DESTINATION_ORDER),
         code="DDS108",
         name="destination-order-weaker-than-requested",
         because="the reader orders samples by when they were written, which this writer does not offer",
         clause="DDS 1.4, 2.2.3.17",
     ),
     requires(
-        SCOPE_FITS,
+        SCOPE_FITS | both_are(*NO_PRESENTATION),
         code="DDS109",
         name="access-scope-narrower-than-requested",
         because="the reader wants coherence or order over more than the publisher keeps together",
         clause="DDS 1.4, 2.2.3.6",
     ),
     requires(
-        COHERENCE_FITS,
+        COHERENCE_FITS | both_are(*NO_PRESENTATION),
         code="DDS110",
         name="coherent-access-not-offered",
         because="the reader wants sets of changes as a whole, which the publisher does not mark",
         clause="DDS 1.4, 2.2.3.6",
     ),
     requires(
-        ORDER_FITS,
+        ORDER_FITS | both_are(*NO_PRESENTATION),
         code="DDS111",
         name="ordered-access-not-offered",
         because="the reader wants changes in the order in which they were made, which the publisher does not record",
         clause="DDS 1.4, 2.2.3.6",
     ),
     requires(
-        ENCODING_FITS | (both_are("opendds") & SOME_ENCODING_FITS),
+        ENCODING_FITS | (both_are("opendds") & SOME_ENCODING_FITS) | both_are(*NO_REPRESENTATION),
         code="DDS112",
         name="data-representation-not-accepted",
         because="the writer encodes by the first representation of its list, which the reader does not understand",
@@ -335,10 +340,11 @@ PAIRS: Final = (
         severity="note",
     ),
     forbids(
-        (only_one_is(*FAST_DDS) & ~(SCOPE_FITS & COHERENCE_FITS & ORDER_FITS & LATENCY_FITS & DESTINATION_ORDER_FITS))
-        | (only_one_is(*FAST_DDS, "opendds") & ~DESTINATION_ORDER_FITS)
-        | (only_one_is("rustdds") & ~LIVELINESS_FITS)
-        | (only_one_is("fastdds_2_9", "rustdds") & ~ENCODING_FITS)
+        (only_one_is(*NO_PRESENTATION) & ~(SCOPE_FITS & COHERENCE_FITS & ORDER_FITS))
+        | (only_one_is(*NO_LATENCY_BUDGET) & ~LATENCY_FITS)
+        | (only_one_is(*NO_DESTINATION_ORDER) & ~DESTINATION_ORDER_FITS)
+        | (only_one_is(*NO_LIVELINESS_KIND) & ~LIVELINESS_FITS)
+        | (only_one_is(*NO_REPRESENTATION) & ~ENCODING_FITS)
         | (only_one_is("opendds") & SOME_ENCODING_FITS & ~ENCODING_FITS)
         | (only_one_is("dust") & (DUST_ALONE_REFUSES | DUST_ALONE_ACCEPTS)),
         code="DDS221",

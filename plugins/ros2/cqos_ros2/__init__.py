@@ -20,13 +20,24 @@ def register_rule_packs(register: Callable[[RulePackInfo], None]) -> None:
 @hookimpl
 def register_importers(register: Callable[[ImporterInfo], None]) -> None:
     """Register the files that ROS 2 people have."""
-    for name, summary, suffixes, module in _OBSERVED:
-        claim = f"cqos_ros2.importers.detect_observed:claims_{name}"
-        register(ImporterInfo(name, summary, suffixes, claim, f"cqos_ros2.importers.{module}:read"))
+    for detect, importers in (("detect_observed", _OBSERVED), ("detect_config", _CONFIGURED)):
+        for name, summary, suffixes, module in importers:
+            claim = f"cqos_ros2.importers.{detect}:claims_{name}"
+            register(ImporterInfo(name, summary, suffixes, claim, f"cqos_ros2.importers.{module}:read"))
 
 
 _OBSERVED = (
     ("topic_info", "What `ros2 topic info --verbose` prints", (".txt",), "topic_info"),
     ("rosbag2", "rosbag2 recordings (metadata.yaml)", ("metadata.yaml",), "rosbag2"),
     ("rosbag2_overrides", "QoS overrides of ros2 bag play and record", (".yaml", ".yml"), "rosbag2_overrides"),
+)
+_YAML = (".yaml", ".yml")
+_CONFIGURED = (
+    ("qos_overrides", "`qos_overrides` among the parameters of nodes", _YAML, "qos_overrides"),
+    ("rviz", "Configurations of RViz", (".rviz",), "rviz"),
+    ("gz_bridge", "Topics for ros_gz_bridge", _YAML, "gz_bridge"),
+    ("ros1_bridge", "Parameters of the parameter bridge of ros1_bridge", _YAML, "ros1_bridge"),
+    ("domain_bridge", "Configurations of domain_bridge", _YAML, "domain_bridge"),
+    ("ros2_model", "Component models of RosTooling", (".ros2",), "ros2_model"),
+    ("fastdds", "XML profiles of Fast DDS", (".xml",), "fastdds_xml"),
 )

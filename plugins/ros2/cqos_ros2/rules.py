@@ -133,22 +133,23 @@ PAIRS: Final = (
         fixes=("depth",),
     ),
     forbids(
-        topic(ACCUMULATED)
-        & (requested(DURABILITY) >= "transient_local")
-        & (requested(HISTORY) == "keep_last")
-        & (
+        (
             requested(DEPTH)
             < total(
                 offered(DEPTH),
                 (offered(DURABILITY) >= "transient_local") & (offered(HISTORY) == "keep_last"),
             )
-        ),
+        )
+        & (requested(HISTORY) == "keep_last")
+        & (requested(DURABILITY) >= "transient_local")
+        & topic(ACCUMULATED),
         code="ROS204",
         name="depth-below-latched-publishers",
         says="{subscriber} with depth {requested depth} has no room for what all publishers of `{topic}` replay to it",
         because="when it starts late, all publishers replay at once, and what exceeds its depth is lost",
         clause="tf2_ros, QoS of the static listener",
         fixes=("depth",),
+        help="request a depth with room for what all of them keep; the listener of tf2_ros has 100",
     ),
     forbids(
         ~(
@@ -371,9 +372,9 @@ ENDPOINTS: Final = (
         fixes=("depth", "lifespan"),
     ),
     forbids(
-        (offered(RELIABILITY) == "reliable")
+        (offered(DEPTH) < ceil(RESENDING, topic(PERIOD)) + DEPTH_MARGIN)
         & (offered(HISTORY) == "keep_last")
-        & (offered(DEPTH) < ceil(RESENDING, topic(PERIOD)) + DEPTH_MARGIN),
+        & (offered(RELIABILITY) == "reliable"),
         code="ROS320",
         name="reliable-shallow",
         says="{endpoint} with depth {depth}, period {period} and round trip {round_trip_time}: lost samples are overwritten before they are sent again",

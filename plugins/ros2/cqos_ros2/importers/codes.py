@@ -177,9 +177,9 @@ CONFIGURED: Final = (
     CodeInfo(
         "ROS955",
         "model-part-not-read",
-        "note",
-        "A component model has parts that say nothing about quality of service.",
-        "They are passed over.",
+        "warning",
+        "A component model has a part that C-QoS does not know.",
+        "It is passed over. If it is misspelt, RosTooling does not read it either.",
     ),
     CodeInfo(
         "ROS960",

@@ -90,9 +90,11 @@ class _Reader(Configuration):
         for key, node in self.topics(topics) if topics is not None else ():
             self.topic(key, self.a_map(node, key.text), entries)
         for name in _SERVICES:
-            node = stated(entries, name)
-            if node is not None:
-                self.note("ROS951", f"domain_bridge reads no {shown(name)} from a file: bridge them in a program", node)
+            others = stated(entries, name)
+            if others is not None:
+                self.note(
+                    "ROS951", f"domain_bridge reads no {shown(name)} from a file: bridge them in a program", others
+                )
 
     def topics(self, node: Node) -> Iterator[tuple[ScalarNode, Node]]:
         """Yield every topic, of which one name may stand several times."""
@@ -109,14 +111,17 @@ class _Reader(Configuration):
     def once(self, entries: MappingNode) -> None:
         """Refuse keys that stand twice, but for names of topics."""
         waiting: list[tuple[str, Node]] = [("", entries)]
+        seen: set[int] = set()
         while waiting:
             above, node = waiting.pop()
-            if not isinstance(node, MappingNode):
+            if not isinstance(node, MappingNode) or id(node) in seen:
                 continue
-            for key, _ in node.repeated or () if above != "topics" else ():
-                self.problem("CQ005", f"key {shown(key.text)} stands twice in one map", key, "keep one of them")
-            repeated = [(key.text, value) for key, value in node.repeated or ()]
-            waiting += [*((name, value) for name, (_, value) in node.entries.items()), *repeated]
+            seen.add(id(node))
+            repeated = node.repeated or []
+            if above != "topics":
+                for key, _ in repeated:
+                    self.problem("CQ005", f"key {shown(key.text)} stands twice in one map", key, "keep one of them")
+            waiting += [(key.text, value) for key, value in (*node.entries.values(), *repeated)]
 
     def refused(self, message: str, where: Node, advice: str) -> None:
         """Tell why the bridge does not start."""
@@ -184,8 +189,11 @@ class _Reader(Configuration):
         for policy in _WORDS:
             self.word(stated_qos, policy, settings)
         depth = stated(stated_qos, "depth")
-        if depth is not None and (self.a_count(stated_qos, "depth") or 0) >= 0:
+        number = None if depth is None else as_integer(depth)
+        if number is not None and number >= 0 and depth is not None:
             settings["depth"] = self.setting(depth)
+        elif depth is not None:
+            self.refused(f"{described(depth)} is no depth", depth, "expected a whole number")
         for policy in _DURATIONS:
             self.duration(stated_qos, policy, settings)
         known = (*_WORDS, "depth", *_DURATIONS)

@@ -41,18 +41,23 @@ def read_embedded(text: ScalarNode, reading: Reading, name: str) -> Node | None:
 def _relocate(document: Node, text: ScalarNode, reading: Reading) -> None:
     """Give all nodes below ``document`` the places where their words stand in the outer source.
 
-    However the text is quoted, folded or escaped, its words follow each other there as they do in the text.
+    However the text is quoted, folded or escaped, its words follow each other there as they do in the text. A list or
+    map begins with its first word.
     """
     lines = reading.lines
     start = lines.start(text.line or 0)
     cursor = (start or 0) + (text.column or 1) - 1
+    begun: list[Node] = []
     for node in _in_order(document):
         node.line, node.column = text.line, text.column
+        begun.append(node)
         if start is not None and isinstance(node, ScalarNode) and node.text:
             found = lines.text.find(node.text, cursor, cursor + len(node.text) + _NEAR)
             if found >= 0:
-                node.line, node.column = lines.position(found)
+                for each in begun:
+                    each.line, each.column = lines.position(found)
                 cursor = found + len(node.text)
+            begun.clear()
 
 
 def _in_order(document: Node) -> Iterator[Node]:

@@ -38,7 +38,7 @@ from cqos_ros2.policies import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
@@ -77,6 +77,8 @@ def read(source: Source, context: ReadContext) -> System:
     if bag is None or reading.problems:
         raise InputError(reading.problems)
     system = System(PurePath(source.name).parent.name, "ros2", sources={source.name: source.data}, notes=reading.notes)
+    if wanted == "player":
+        _say_unknown(bag.topics, system)
     node = NODES[wanted]
     system.participants[node] = Participant(node, place=bag.place)
     made = {"player": _played, "recorder": _requested, "recorded": _published}[wanted]
@@ -138,7 +140,6 @@ def _read_bag(reading: Reading) -> _Bag | None:
     _check_layout(topics, version, reading)
     read = [topic for item in topics.items if (topic := _topic(item, reading)) is not None]
     _check_whole(information.get("message_count"), read, reading)
-    _say_unknown(read, reading)
     return _Bag(reading.place(found), tuple(read))
 
 
@@ -249,17 +250,6 @@ def _check_whole(total: Node | None, topics: list[_Topic], reading: Reading) -> 
         reading.notes.append(note("ROS904", message, reading.place(total)))
 
 
-def _say_unknown(topics: list[_Topic], reading: Reading) -> None:
-    """Say of which topics it is not known what was offered."""
-    unknown = [topic for topic in topics if not topic.profiles]
-    if unknown:
-        names = [f"`{topic.name}`" for topic in unknown[:_FEW]]
-        if len(unknown) > _FEW:
-            names.append(f"{len(unknown) - _FEW} more")
-        message = f"what the publishers of {listed(names, 'and')} offered was not recorded"
-        reading.notes.append(note("ROS910", message, unknown[0].place))
-
-
 # What it stands for
 
 
@@ -273,8 +263,20 @@ def _endpoint(topic: _Topic, node: str, role: Role, settings: Settings, *, obser
         type=topic.type,
         dialect="rosbag",
         observed=observed,
+        external=node == RECORDER,  # it subscribes to what is published, and to nothing else
         place=topic.place,
     )
+
+
+def _say_unknown(topics: Sequence[_Topic], system: System) -> None:
+    """Say of which topics it is not known what was offered."""
+    unknown = [topic for topic in topics if not topic.profiles]
+    if unknown:
+        names = [f"`{topic.name}`" for topic in unknown[:_FEW]]
+        if len(unknown) > _FEW:
+            names.append(f"{len(unknown) - _FEW} more")
+        message = f"what the publishers of {listed(names, 'and')} offered was not recorded"
+        system.notes.append(note("ROS910", message, unknown[0].place))
 
 
 def _played(topic: _Topic, system: System) -> Iterator[Endpoint]:

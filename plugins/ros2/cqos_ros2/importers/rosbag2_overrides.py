@@ -67,11 +67,11 @@ def read(source: Source, context: ReadContext) -> System:
     for key, profile in _topics(documents[0], reading) if documents and not reading.problems else ():
         system.overlays.append(
             Overlay(
-                name=f"the override of `{key.text}`",
+                name="rosbag2 override",
                 settings=_profile(key, profile, reading),
                 role=role,
                 topic=glob.escape(key.text),
-                participant=f"*{node}",
+                participant=node,
                 protocol="ros2",
                 place=reading.place(key),
             )
@@ -174,4 +174,3 @@ def _duration(name: str, value: Node, reading: Reading) -> str | None:
         reading.problem("CQ011", f"{shown(name)} {wrong}", value)
         return None
     return f"{total}ns"
-

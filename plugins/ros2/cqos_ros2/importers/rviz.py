@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.importers.forms import described
 from cqos_core.importers.reading import collector_paused, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, is_null
 from cqos_core.system import PUBLISHER, SUBSCRIBER, ProfileRef, Setting
@@ -125,8 +126,7 @@ class _Reader(Configuration):
         if enabled:
             self.topics(node, SUBSCRIBER)
         elif any(self.topic(value) for _, value in _topics(node)):
-            name = stated(node, "Name") or stated(node, "Class")
-            self.disabled.append(name if isinstance(name, ScalarNode) else _topics_of(node))
+            self.disabled.append(_named(node))
 
     # Topics
 
@@ -175,9 +175,7 @@ class _Reader(Configuration):
             if isinstance(node, ScalarNode) and node.text in words:
                 settings[policy] = self.setting(node)
             elif node is not None:
-                message = (
-                    f"RViz knows no {name.lower()} {shown(getattr(node, 'text', 'of this kind'))}, and takes {words[0]}"
-                )
+                message = f"{described(node)} is no {name.lower()} that RViz knows, so it takes {words[0]}"
                 self.note("ROS942", message, node, f"it knows {listed(words, 'and')}")
         depth = stated(entries, "Depth")
         if depth is not None:
@@ -212,6 +210,7 @@ def _topics(node: MappingNode) -> Iterator[tuple[ScalarNode, Node]]:
             yield key, value
 
 
-def _topics_of(node: MappingNode) -> ScalarNode:
-    """The first key that may name a topic, of a display without a name."""
-    return next(key for key, _ in _topics(node))
+def _named(node: MappingNode) -> ScalarNode:
+    """What a display is called: its name or class, else its first key that may name a topic."""
+    names = [stated(node, "Name"), stated(node, "Class"), *(key for key, _ in _topics(node))]
+    return next(name for name in names if isinstance(name, ScalarNode) and name.text)

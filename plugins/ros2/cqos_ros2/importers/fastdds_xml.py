@@ -1,0 +1,147 @@
+"""Reads XML profiles of Fast DDS as what they are to ROS 2: values for what a node leaves to the middleware.
+
+rmw_fastrtps begins with the profile named like the topic, else with the default profile, else with Fast DDS's own
+defaults, and then sets everything that the node does not leave at system_default or unspecified. A profile replaces the
+one before it as a whole. The variable RMW_FASTRTPS_USE_QOS_FROM_XML changes none of that: with it, the memory policy and
+the publication mode are taken from the profile too (rmw_fastrtps: README, publisher.cpp, qos.cpp).
+"""
+
+from __future__ import annotations
+
+import glob
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.importers.reading import collector_paused, listed, shown
+from cqos_core.system import PUBLISHER, SUBSCRIBER, ImportNote, Overlay, Place, Setting, System
+from cqos_ros2.importers.codes import note
+from cqos_ros2.importers.fastdds_profiles import read_fastdds_profiles
+
+if TYPE_CHECKING:
+    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.system import Role, Settings
+    from cqos_ros2.importers.fastdds_profiles import FastDdsProfile
+
+# Policies of DDS to those of ROS 2, and what Fast DDS has where a profile says nothing; durability and reliability
+# differ by side.
+_POLICIES: Final = {
+    "history": "history",
+    "history.depth": "depth",
+    "reliability": "reliability",
+    "durability": "durability",
+    "deadline": "deadline",
+    "lifespan": "lifespan",
+    "liveliness": "liveliness",
+    "liveliness.lease_duration": "liveliness_lease_duration",
+}
+_DEFAULTS: Final = {
+    "history": "keep_last",
+    "depth": "1",
+    "deadline": "infinite",
+    "lifespan": "infinite",
+    "liveliness": "automatic",
+    "liveliness_lease_duration": "infinite",
+}
+_SIDES: Final[dict[Role, dict[str, str]]] = {
+    PUBLISHER: {"reliability": "reliable", "durability": "transient_local"},
+    SUBSCRIBER: {"reliability": "best_effort", "durability": "volatile"},
+}
+_LEFT_OPEN: Final = ("system_default", "unspecified", "default")
+_APART: Final = ("partition", "ownership")
+_ONLY_WITH: Final = ("rmw", "fastdds")
+# The topics of services: what a server and a client read and write.
+_SERVICES: Final[dict[str, dict[Role, str]]] = {
+    "service": {SUBSCRIBER: "rq/*Request", PUBLISHER: "rr/*Reply"},
+    "client": {PUBLISHER: "rq/*Request", SUBSCRIBER: "rr/*Reply"},
+}
+_FULL: Final = ("/", "rq/", "rr/")
+_ANY: Final = "*"
+
+
+def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - nothing is included
+    """Read profiles as overlays that hold with Fast DDS.
+
+    Raises:
+        InputError: it is no XML, holds no profiles, or a value that Fast DDS refuses.
+    """
+    with collector_paused():
+        found = read_fastdds_profiles(source)
+    system = System(protocol="ros2", sources={source.name: source.data})
+    for profile in found.profiles:
+        _tell(profile, system.notes)
+    ordered = [(_topic(profile), profile) for profile in found.profiles]
+    # A later one wins: the default, then those of services as such, then those of single topics.
+    ordered.sort(key=lambda pair: (pair[0] != _ANY, _ANY not in pair[0]))
+    for topic, profile in ordered:
+        below = [before for pattern, before in ordered if before is not profile and _under(topic, profile, pattern)]
+        settings = _replacing(profile, below)
+        if topic and settings:
+            system.overlays.append(_overlay(profile, topic, settings))
+    if system.overlays:
+        place = Place(source.name, 1, 1)
+        message = (
+            "these profiles take effect with Fast DDS only, and only where a node leaves a policy to the middleware"
+        )
+        system.notes.append(note("ROS962", message, place, advice="state `--option ros2.rmw=fastdds` if it is in use"))
+    if found.unread:
+        paths = sorted(found.unread)
+        message = f"elements that ROS 2 has no policy for: {listed(map(shown, paths), 'and')}"
+        first = min(found.unread.values(), key=lambda place: place.line or 0)
+        system.notes.append(note("ROS960", message, first))
+    return system
+
+
+def _topic(profile: FastDdsProfile) -> str:
+    """Return the pattern of the topics that a profile is for, empty where there are none."""
+    if profile.is_default:
+        return _ANY
+    if profile.name in _SERVICES:
+        return _SERVICES[profile.name][profile.role]
+    return glob.escape(profile.name) if profile.name.startswith(_FULL) else ""
+
+
+def _under(topic: str, profile: FastDdsProfile, pattern: str) -> bool:
+    """Whether a profile takes the place of another one, whose topics are those of ``pattern``."""
+    return topic != _ANY and (pattern in {_ANY, topic} or fnmatchcase(profile.name, pattern))
+
+
+def _tell(profile: FastDdsProfile, notes: list[ImportNote]) -> None:
+    """Tell a profile that is never used, and policies that keep endpoints apart."""
+    if not _topic(profile):
+        message = f"ROS 2 never looks up the profile {shown(profile.name)}, which is no full topic name"
+        notes.append(
+            note("ROS961", message, profile.place, advice=f"name it `/{profile.name}` if it is for that topic")
+        )
+    for policy in _APART:
+        setting = profile.settings.get(policy)
+        if setting is not None and setting.text != "SHARED":
+            message = f"the profile {shown(profile.name)} sets `{policy}`, which is not judged here"
+            notes.append(note("ROS963", message, setting.place, advice="see that both sides of the topic set the same"))
+
+
+def _replacing(profile: FastDdsProfile, below: list[FastDdsProfile]) -> Settings:
+    """Return what a profile sets, and Fast DDS's default for what it does not set but one that it replaces does."""
+    defaults = {**_DEFAULTS, **_SIDES[profile.role]}
+    settings = {
+        _POLICIES[name]: Setting(defaults[_POLICIES[name]], profile.place)
+        for other in below
+        if other.role == profile.role
+        for name in other.settings
+        if name in _POLICIES
+    }
+    own = {_POLICIES[name]: setting for name, setting in profile.settings.items() if name in _POLICIES}
+    return settings | {name: Setting(setting.text.lower(), setting.place) for name, setting in own.items()}
+
+
+def _overlay(profile: FastDdsProfile, topic: str, settings: Settings) -> Overlay:
+    named = "default profile" if profile.is_default else f"profile `{profile.name}`"
+    return Overlay(
+        f"Fast DDS {named}",
+        settings,
+        profile.role,
+        topic,
+        protocol="ros2",
+        when=_ONLY_WITH,
+        fills=_LEFT_OPEN,
+        place=profile.place,
+    )

@@ -1,0 +1,52 @@
+"""What an importer made of a file, as text that people can check line by line."""
+
+import pytest
+
+from cqos_core.system import System
+
+
+def _at(place):
+    return f"@{place.line}:{place.column}" if place.column is not None else f"@{place.line} {place.path}"
+
+
+def _settings(settings):
+    return [f"  {name} = {setting.text} {_at(setting.place)}" for name, setting in settings.items()]
+
+
+def _participant(participant):
+    return [f"participant {participant.id} {_at(participant.place)}", *_settings(participant.settings)]
+
+
+def _endpoint(endpoint):
+    kind = endpoint.role if endpoint.kind == "message" else endpoint.kind
+    more = [f"({endpoint.label})" if endpoint.label else "", "external" if endpoint.external else ""]
+    words = [kind, endpoint.topic, endpoint.type or "?", *filter(None, more), _at(endpoint.place)]
+    presets = [f"  preset {ref.name} {_at(ref.place)}" for ref in endpoint.profiles]
+    return [f"{endpoint.id}: {' '.join(words)}", *presets, *_settings(endpoint.settings)]
+
+
+def _overlay(overlay):
+    words = [overlay.name, "for", overlay.participant, overlay.role, overlay.topic]
+    words += [f"entity {overlay.entity}"] if overlay.entity else []
+    words += [f"when {'='.join(overlay.when)}"] if overlay.when else []
+    return [f"overlay {' '.join(words)} {_at(overlay.place)}", *_settings(overlay.settings)]
+
+
+def describe(system: System) -> str:
+    """Return everything a system of an importer states, with lines and columns."""
+    lines = []
+    for participant in system.participants.values():
+        lines += _participant(participant)
+    for endpoint in system.endpoints:
+        lines += _endpoint(endpoint)
+    for overlay in system.overlays:
+        lines += _overlay(overlay)
+    for note in system.notes:
+        lines.append(f"{note.severity} {note.code} {_at(note.place)} {note.message}")
+        lines += [f"  help: {note.help}"] if note.help else []
+    return "\n".join(lines) + "\n"
+
+
+@pytest.fixture(name="describe")
+def _describe():
+    return describe

@@ -1,0 +1,154 @@
+"""Configuration files as people have them: what each becomes, line by line, and what is said of files that are broken.
+
+`expected/` holds what was read by hand: every endpoint, overlay and note, each value with its line and column.
+"""
+
+from pathlib import Path
+
+import pytest
+
+from cqos_core.importers.source import ReadContext, Source
+from cqos_core.loading import recognise
+from cqos_core.plugins import load_plugins
+from cqos_core.problems import InputError
+
+HERE = Path(__file__).parent
+IMPORTERS = ("qos_overrides", "rviz", "gz_bridge", "ros1_bridge", "domain_bridge", "ros2_model", "fastdds")
+FILES = [file for name in IMPORTERS for file in sorted((HERE / "cases" / name).iterdir())]
+
+
+def read(importer, data, name="file"):
+    source = Source(name, data if isinstance(data, bytes) else data.encode())
+    return load_plugins().importers[importer].load_reader()(source, ReadContext())
+
+
+def problems(importer, data):
+    with pytest.raises(InputError) as refused:
+        read(importer, data)
+    return [str(problem) for problem in refused.value.problems]
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: f"{file.parent.name}/{file.name}")
+def test_every_case(file, describe):
+    source = Source(file.name, file.read_bytes())
+    info = recognise(source, load_plugins())
+    assert info.name == file.parent.name
+    expected = (HERE / "expected" / file.parent.name / f"{file.name}.txt").read_text(encoding="utf-8")
+    assert describe(info.load_reader()(source, ReadContext())) == expected
+
+
+def test_every_expectation_has_its_case():
+    expected = {f"{file.parent.name}/{file.name.removesuffix('.txt')}" for file in (HERE / "expected").rglob("*.txt")}
+    assert expected == {f"{file.parent.name}/{file.name}" for file in FILES}
+
+
+@pytest.mark.parametrize("importer", IMPORTERS)
+@pytest.mark.parametrize("file", FILES, ids=lambda file: f"{file.parent.name}/{file.name}")
+def test_a_file_of_another_kind_or_cut_anywhere_is_read_or_refused_with_places(importer, file):
+    data = file.read_bytes()
+    cuts = range(0, len(data), 97) if importer == file.parent.name else [len(data)]
+    for cut in cuts:
+        try:
+            read(importer, data[:cut])
+        except InputError as refused:
+            assert all(problem.place.line >= 1 for problem in refused.problems)
+
+
+YAML = tuple(name for name in IMPORTERS if name not in {"ros2_model", "fastdds"})
+
+
+@pytest.mark.parametrize("importer", YAML)
+@pytest.mark.parametrize(
+    ("data", "expected"),
+    [
+        ("", "file:1:1: there is nothing in this file"),
+        ("# only a comment\n", "file:1:1: there is nothing in this file"),
+        ("a: [1", "file:1:4: this is not YAML: the list or map that begins on line 1 is not continued"),
+        ("a: 1\n---\nb: 2\n", "file:3:1: another document begins here; only one is read"),
+        ("\x00", "file:1:1: this is not YAML: the control character U+0000 is not allowed in YAML"),
+        (b"a: \xff", "file:1:4: this is not YAML: the bytes here are no text"),
+        ("&a [*a]", "file:1:5: `*a` stands within `&a`, which it repeats"),
+        ("[" * 100, "file:1:66: lists and maps are nested deeper than 64 here, which is refused"),
+        ("a: !!python/object:os.system x", "file:1:4: the tag `!!python/object:os.system` means nothing here"),
+    ],
+    ids=["empty", "comment", "cut", "two", "nul", "bytes", "itself", "deep", "tag"],
+)
+def test_what_is_no_document_is_refused_with_its_place(importer, data, expected):
+    assert problems(importer, data)[0].startswith(expected)
+
+
+@pytest.mark.parametrize(
+    ("importer", "data", "expected"),
+    [
+        ("qos_overrides", "[a]", ["file:1:1: `parameters` must be a map, found a list"]),
+        ("qos_overrides", "n: {ros__parameters: [1]}", ["file:1:22: `ros__parameters` must be a map, found a list"]),
+        (
+            "qos_overrides",
+            "n: {ros__parameters: {a: 1}}\nn: {ros__parameters: {a: 2}}",
+            ["file:2:1: key `n` stands twice in one map, first on line 1, column 1 (keep one of them)"],
+        ),
+        ("rviz", "Panels: []", ["file:1:1: a configuration of RViz needs `Visualization Manager`"]),
+        (
+            "rviz",
+            "Visualization Manager: {Displays: [1, {Enabled: maybe}], Tools: 3}",
+            [
+                "file:1:36: `Displays` must be a map, found `1`",
+                "file:1:49: `Enabled` must be true or false, found `maybe`",
+                "file:1:65: `Tools` must be a list, found `3`",
+            ],
+        ),
+        ("rviz", "Visualization Manager: x", ["file:1:24: `Visualization Manager` must be a map, found `x`"]),
+        ("gz_bridge", "a: 1", ["file:1:1: `configuration` must be a list, found a map"]),
+        (
+            "gz_bridge",
+            "- [1]\n- x",
+            ["file:1:3: `entry` must be a map, found a list", "file:2:3: `entry` must be a map, found `x`"],
+        ),
+        (
+            "gz_bridge",
+            "- {topic_name: [1], ros_type_name: a/B, direction: GZ_TO_ROS, publisher_queue: many}",
+            [
+                "file:1:16: `topic_name` must be a text, found a list",
+                "file:1:80: `publisher_queue` must be a whole number, found `many`",
+            ],
+        ),
+        ("ros1_bridge", "topics: {a: 1}", ["file:1:9: `topics` must be a list, found a map"]),
+        ("ros1_bridge", "topics:\n- {type: a/B}", ["file:2:3: an entry of `topics` needs `topic`"]),
+        (
+            "ros1_bridge",
+            "services_1_to_2: [1, {}]",
+            [
+                "file:1:18: `services_1_to_2` must be a map, found `1`",
+                "file:1:18: an entry of `services_1_to_2` needs `service`",
+                "file:1:22: an entry of `services_1_to_2` needs `service`",
+            ],
+        ),
+        ("domain_bridge", "topics: 3", ["file:1:9: `topics` must be a map, found `3`"]),
+        (
+            "domain_bridge",
+            "from_domain: x\nto_domain: 1\ntopics: {/a: 5, /b: {type: a/B}}",
+            [
+                "file:1:14: `from_domain` must be a whole number, found `x`",
+                "file:1:14: `from_domain` must be a whole number, found `x`",
+                "file:3:14: `/a` must be a map, found `5`",
+            ],
+        ),
+        (
+            "domain_bridge",
+            "name: a\nname: b\ntopics: {/a: {type: a/B, type: a/C, from_domain: 1, to_domain: 2}}",
+            [
+                "file:2:1: key `name` stands twice in one map (keep one of them)",
+                "file:3:26: key `type` stands twice in one map (keep one of them)",
+            ],
+        ),
+    ],
+)
+def test_parts_of_another_kind_are_all_told(importer, data, expected):
+    assert problems(importer, data) == expected
+
+
+def test_a_map_of_one_name_a_million_times_is_read_in_linear_time():
+    names = "".join("  a: {type: a/B}\n" for _ in range(20_000))
+    system = read("domain_bridge", f"from_domain: 1\nto_domain: 2\ntopics:\n{names}")
+    assert len(system.endpoints) == 2
+    assert len(system.notes) == 19_999

@@ -1,0 +1,179 @@
+"""Fast DDS profiles: they decide what a node leaves to the middleware, with Fast DDS, and nothing else."""
+
+import pytest
+
+from cqos_core import check
+from cqos_core.importers.source import ReadContext, Source
+from cqos_core.loading import merge, read_source
+from cqos_core.problems import InputError
+from cqos_ros2.importers.fastdds_profiles import read_fastdds_profiles
+from cqos_ros2.importers.fastdds_xml import read
+
+DEADLINE = "<deadline><period><sec>2</sec><nanosec>0</nanosec></period></deadline>"
+BEST_EFFORT = "<reliability><kind>BEST_EFFORT</kind></reliability>"
+
+
+def profiles(*elements):
+    return f"<dds><profiles>{''.join(elements)}</profiles></dds>"
+
+
+def writer(name, qos, more=""):
+    return f'<data_writer profile_name="{name}" {more}><qos>{qos}</qos></data_writer>'
+
+
+def checked(xml, publishes="/scan: default", subscribes="/scan: {deadline: 1s}", **options):
+    design = (
+        f"cqos: 1\nprotocol: ros2\nparticipants:\n  driver: {{publishes: {{{publishes}}}}}\n"
+        f"  planner: {{subscribes: {{{subscribes}}}}}\n"
+    )
+    sources = (Source("d.yaml", design.encode()), Source("p.xml", xml.encode()))
+    return check(merge([read_source(source) for source in sources]), options={"ros2": options})
+
+
+def codes(report):
+    return sorted(finding.code for finding in report.findings if finding.severity != "note")
+
+
+def problems(xml):
+    with pytest.raises(InputError) as refused:
+        read(Source("p.xml", xml if isinstance(xml, bytes) else xml.encode()), ReadContext())
+    return [str(problem) for problem in refused.value.problems]
+
+
+class TestEffect:
+    def test_a_deadline_that_no_node_states_comes_from_the_profile(self):
+        report = checked(profiles(writer("/scan", DEADLINE)), rmw="fastdds")
+        (finding,) = [finding for finding in report.findings if finding.code == "ROS103"]
+        assert "offers deadline 2s" in finding.message
+        (offered,) = [
+            fact for side in finding.sides for fact in side.facts if fact.origin == "Fast DDS profile `/scan`"
+        ]
+        assert (offered.place.source, offered.place.line, offered.place.column) == ("p.xml", 1, 65)
+
+    def test_without_a_middleware_both_are_possible(self):
+        xml = profiles(writer("/scan", DEADLINE))
+        assert checked(xml, subscribes="/scan: {deadline: 3s}").verdict == "unknown"
+        report = checked(xml, subscribes="/scan: {deadline: 3s}")
+        (finding,) = [finding for finding in report.findings if finding.code == "ROS103"]
+        assert "fits with fastdds; not with cyclonedds, connext" in finding.notes
+
+    def test_with_another_middleware_it_is_without_effect(self):
+        report = checked(profiles(writer("/scan", DEADLINE)), subscribes="/scan: default", rmw="cyclonedds")
+        assert codes(report) == ["CQ214"]
+        assert report.verdict == "compatible"
+
+    def test_what_a_node_sets_itself_wins(self):
+        report = checked(profiles(writer("/scan", BEST_EFFORT)), subscribes="/scan: default", rmw="fastdds")
+        assert report.verdict == "compatible"
+        (finding,) = [finding for finding in report.findings if finding.code == "CQ215"]
+        assert finding.message == (
+            "Fast DDS profile `/scan` sets `reliability` to best_effort, but all endpoints that it covers have their own"
+        )
+
+    @pytest.mark.parametrize("stated", ["reliability: system_default", "profile: system_default"])
+    def test_what_a_node_leaves_open_is_filled(self, stated):
+        xml = profiles(writer("/scan", BEST_EFFORT))
+        report = checked(xml, f"/scan: {{{stated}}}", "/scan: default", rmw="fastdds")
+        assert codes(report) == ["ROS101"]
+        assert checked(xml, f"/scan: {{{stated}}}", "/scan: default").verdict == "unknown"
+
+    def test_a_setting_that_agrees_needs_no_word(self):
+        xml = profiles(writer("/scan", BEST_EFFORT.replace("BEST_EFFORT", "RELIABLE")))
+        assert codes(checked(xml, subscribes="/scan: default", rmw="fastdds")) == []
+
+    def test_one_endpoint_that_leaves_it_open_is_enough(self):
+        xml = profiles(writer("/scan", BEST_EFFORT))
+        publishes = "/scan: [default, {reliability: system_default}]"
+        assert codes(checked(xml, publishes, "/scan: sensor_data", rmw="fastdds")) == []
+
+    def test_the_default_profile_holds_where_none_has_the_topic_s_name(self):
+        default = writer("any name", DEADLINE, 'is_default_profile="true"')
+        assert codes(checked(profiles(default), rmw="fastdds")) == ["ROS103"]
+        # A profile replaces the default as a whole: what it does not set is Fast DDS's own default.
+        named = writer("/scan", "<lifespan><duration><sec>5</sec></duration></lifespan>")
+        report = checked(profiles(default, named), subscribes="/scan: {deadline: 3s}", rmw="fastdds")
+        (finding,) = [finding for finding in report.findings if finding.code == "ROS103"]
+        assert "offers deadline infinite" in finding.message
+
+    def test_the_order_in_the_file_does_not_matter(self):
+        default = writer("d", DEADLINE, 'is_default_profile="1"')
+        named = writer("/scan", DEADLINE.replace("2", "1"))
+        for xml in (profiles(default, named), profiles(named, default)):
+            assert codes(checked(xml, rmw="fastdds")) == []
+
+    def test_services_have_profiles_of_their_own(self):
+        design = (
+            "cqos: 1\nprotocol: ros2\noptions: {ros2: {rmw: fastdds}}\nparticipants:\n"
+            "  server: {serves: {/add: {type: a/srv/B}}}\n  client: {calls: {/add: {type: a/srv/B}}}\n"
+        )
+        xml = profiles(
+            f'<data_reader profile_name="service"><qos>{DEADLINE}</qos></data_reader>',
+            f'<data_writer profile_name="rr/addReply"><qos>{DEADLINE}</qos></data_writer>',
+        )
+        sources = (Source("d.yaml", design.encode()), Source("p.xml", xml.encode()))
+        report = check(merge([read_source(source) for source in sources]))
+        found = [finding for finding in report.findings if finding.code == "ROS103"]
+        assert [finding.topic for finding in found] == ["/add (request)"]
+        assert "CQ214" not in codes(report)
+
+
+class TestReading:
+    @pytest.mark.parametrize(
+        ("xml", "expected"),
+        [
+            ("", ["p.xml:1:1: the file is empty"]),
+            ("<dds><profiles>", ["p.xml:1:16: the file ends too early: <profiles> from line 1 is never closed"]),
+            ("<qos/>", ["p.xml:1:1: this is no file of Fast DDS profiles: its first element is `qos`"]),
+            (
+                profiles("<data_writer><qos/></data_writer>"),
+                ["p.xml:1:16: a data_writer profile needs a `profile_name`"],
+            ),
+            (
+                profiles(writer("/a", "<reliability><kind>SURE</kind></reliability>")),
+                [
+                    "p.xml:1:65: `reliability` cannot be `SURE`, so Fast DDS refuses the file (expected BEST_EFFORT or RELIABLE)"
+                ],
+            ),
+            (
+                profiles(writer("/a", "<deadline><period><sec>-1</sec><nanosec>x</nanosec></period></deadline>")),
+                [
+                    "p.xml:1:70: `deadline.sec` cannot be `-1`, so Fast DDS refuses the file",
+                    "p.xml:1:83: `deadline.nanosec` cannot be `x`, so Fast DDS refuses the file",
+                ],
+            ),
+            (
+                profiles(writer("/a", "<deadline>soon</deadline><lifespan><duration/></lifespan>")),
+                ["p.xml:1:52: `deadline` cannot be `soon`, so Fast DDS refuses the file"],
+            ),
+            (
+                '<profiles><data_reader profile_name="/a"><topic><historyQos><depth/></historyQos></topic></data_reader></profiles>',
+                ["p.xml:1:61: `history.depth` cannot be empty, so Fast DDS refuses the file (expected a whole number)"],
+            ),
+            (
+                '<!DOCTYPE dds [<!ENTITY a "b">]><dds><profiles/></dds>',
+                ["p.xml:1:1: the DOCTYPE declares entities or a grammar of its own, which is refused"],
+            ),
+            (
+                "<dds><profiles>&a;</profiles></dds>",
+                ["p.xml:1:19: this is not well-formed XML: Entity 'a' not defined"],
+            ),
+            ("<dds>" * 300, ["p.xml:1:1281: elements are nested deeper than 256, which is refused"]),
+        ],
+    )
+    def test_what_is_wrong_is_told_with_its_place(self, xml, expected):
+        found = problems(xml)
+        assert len(found) == len(expected)
+        assert [one for one, start in zip(found, expected, strict=True) if not one.startswith(start)] == []
+
+    def test_the_reader_knows_nothing_of_ros_2(self):
+        qos = "<ownershipStrength><value>7</value></ownershipStrength><liveliness><lease_duration>DURATION_INFINITY</lease_duration></liveliness>"
+        found = read_fastdds_profiles(Source("p.xml", profiles(writer("w", qos)).encode()))
+        (profile,) = found.profiles
+        assert {name: setting.text for name, setting in profile.settings.items()} == {
+            "ownership_strength": "7",
+            "liveliness.lease_duration": "infinite",
+        }
+
+    def test_a_file_without_profiles_states_nothing(self):
+        system = read(Source("p.xml", b"<dds><profiles/><log/></dds>"), ReadContext())
+        assert (system.endpoints, system.overlays, system.notes) == ([], [], [])

@@ -1,0 +1,521 @@
+"""Recordings: every layout of `metadata.yaml`, what the player makes of it, and what the recorder asks for."""
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cqos_core import check
+from cqos_core.cli.app import cli
+from cqos_core.importers.detect import claims_yaml
+from cqos_core.importers.source import ReadContext, Source
+from cqos_core.loading import find_files, read_source, recognise
+from cqos_core.plugins import load_plugins
+from cqos_core.problems import InputError, Problem
+from cqos_core.resolve import Resolver
+from cqos_core.system import System
+from cqos_ros2.importers.detect_observed import claims_rosbag2
+from cqos_ros2.importers.rosbag2 import read
+from cqos_ros2.pack import PACK
+
+CASES = Path(__file__).parent / "cases" / "rosbag2"
+FILES = sorted(CASES.iterdir())
+POLICIES = (
+    *("history", "depth", "reliability", "durability", "deadline", "lifespan", "liveliness"),
+    *("liveliness_lease_duration", "avoid_ros_namespace_conventions"),
+)
+
+
+def bag(text, seen_as=None, name="run/metadata.yaml"):
+    options = {} if seen_as is None else {"rosbag2": {"as": seen_as}}
+    return read(Source(name, text.encode()), ReadContext(options=options))
+
+
+def from_case(name, seen_as=None):
+    return bag((CASES / name).read_text(), seen_as)
+
+
+def rows(system):
+    """Each topic with its type and values, `?` for what is not known."""
+    resolved = Resolver(system, {"ros2": PACK}.get, None).run()
+    assert not resolved.findings
+    return {
+        endpoint.id.partition("/")[2]: " ".join(value(endpoint, name) for name in POLICIES)
+        for endpoint in resolved.endpoints
+    }
+
+
+def value(endpoint, name):
+    index = PACK.find("endpoint", name)
+    found = endpoint.profile.values[index]
+    return PACK.policies[index].domain.format(found) if isinstance(found, int) else "?"
+
+
+def said(system):
+    return [
+        f"{note.code} {note.severity} {note.place.line}:{note.place.column} {note.message}" for note in system.notes
+    ]
+
+
+def problems(text, **how):
+    with pytest.raises(InputError) as error:
+        bag(text, **how)
+    return [(each.code, each.place.line, each.place.column) for each in error.value.problems]
+
+
+SENSOR = "keep_last 10 best_effort volatile infinite infinite automatic infinite false"
+LATCHED = "keep_last 10 reliable transient_local infinite infinite automatic infinite false"
+DEFAULT = "keep_last 10 reliable volatile infinite infinite automatic infinite false"
+IMU = {"publisher//imu": SENSOR}
+
+# Every layout, as the player
+
+EXPECTED = {
+    **{f"v{version}_no_qos.yaml": {"publisher//chatter": DEFAULT, "publisher//tf": DEFAULT} for version in (1, 2, 3)},
+    **{f"v4_foxy_{rmw}.yaml": IMU for rmw in ("fastdds", "connext", "cyclonedds")},
+    "v4_galactic.yaml": {"publisher//ros_can/twist": DEFAULT},
+    "v5_humble.yaml": {
+        **IMU,
+        "publisher//map": LATCHED,
+        "publisher//pose": "keep_last 10 reliable volatile 200ms 1s manual_by_topic 2s false",
+        "publisher//mixed": DEFAULT,
+        "publisher//quiet": DEFAULT,
+    },
+    "v6_in_between.yaml": IMU,
+    "v7_iron.yaml": {**IMU, "publisher//left": DEFAULT},
+    "v8_in_between.yaml": IMU,
+    "v9_jazzy.yaml": {
+        **IMU,
+        "publisher//map": LATCHED,
+        "publisher//rosout": DEFAULT,
+        "publisher//odd": "keep_last 10 ? ? infinite infinite ? infinite false",
+    },
+    "v9_integer_codes.yaml": IMU,
+    "no_version_codes.yaml": IMU,
+    "no_version_words.yaml": IMU,
+    "v5_words_in_block_text.yaml": IMU,
+    "v5_list_of_a_converter.yaml": {"publisher//imu": DEFAULT},
+}
+SAID = {
+    **{
+        f"v{version}_no_qos.yaml": [
+            "ROS910 note 11:15 what the publishers of `/chatter` and `/tf` offered was not recorded"
+        ]
+        for version in (1, 2, 3)
+    },
+    "v5_humble.yaml": [
+        "ROS910 note 35:15 what the publishers of `/quiet` offered was not recorded",
+        "ROS911 note 29:15 the recorded publishers of `/mixed` differ in `reliability` and `durability`, so the player offers the default profile",
+    ],
+    "v7_iron.yaml": ["ROS910 note 18:15 what the publishers of `/left` offered was not recorded"],
+    "v9_jazzy.yaml": ["ROS910 note 70:15 what the publishers of `/rosout` offered was not recorded"],
+    "v5_list_of_a_converter.yaml": [
+        "ROS913 warning 14:31 `offered_qos_profiles` is a list, in version 5 it must be a text with YAML in it: rosbag2 cannot read this",
+        "ROS910 note 11:15 what the publishers of `/imu` offered was not recorded",
+    ],
+}
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_what_the_player_offers(file):
+    assert rows(from_case(file.name)) == EXPECTED[file.name]
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_what_is_said_of_every_layout(file):
+    assert said(from_case(file.name)) == SAID.get(file.name, [])
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_every_layout_is_recognised_by_its_content(file):
+    found = recognise(Source("whatever.yaml", file.read_bytes()[:65536]), load_plugins())
+    assert found is not None
+    assert found.name == "rosbag2"
+    assert not claims_yaml("metadata.yaml", file.read_bytes())
+
+
+@pytest.mark.parametrize(
+    ("text", "claimed"),
+    [
+        ("# recorded\n---\nrosbag2_bagfile_information:\n", True),
+        ('{"rosbag2_bagfile_information": {}}', True),
+        ("\ufeffrosbag2_bagfile_information :\n", True),
+        ("rosbag2_bagfile_informations:\n", False),
+        ("a: b\nrosbag2_bagfile_information:\n", False),
+        ("# Bags\n\nA description begins with\n\nrosbag2_bagfile_information:\n", False),
+        ("", False),
+    ],
+)
+def test_what_is_claimed(text, claimed):
+    assert claims_rosbag2("metadata.yaml", text.encode()) is claimed
+
+
+def test_a_bag_is_found_in_a_directory(tmp_path):
+    folder = tmp_path / "bag"
+    folder.mkdir()
+    (folder / "metadata.yaml").write_bytes((CASES / "v5_humble.yaml").read_bytes())
+    (folder / "run_0.db3").write_bytes(b"SQLite format 3\0")
+    found = find_files([str(folder)], load_plugins(), "rosbag2")
+    assert [Path(file.path).name for file in found.files] == ["metadata.yaml"]
+
+
+def test_the_player_is_one_participant_with_places_of_values_in_the_text():
+    system = from_case("v5_humble.yaml")
+    assert list(system.participants) == ["rosbag2_player"]
+    assert system.name == "run"
+    imu, _, pose, mixed, _ = system.endpoints
+    assert (imu.id, imu.topic, imu.type) == ("rosbag2_player/publisher//imu", "/imu", "sensor_msgs/msg/Imu")
+    assert not imu.observed
+    assert str(imu.place) == "run/metadata.yaml:11:15"
+    lines = (CASES / "v5_humble.yaml").read_text().split("\n")
+    for name, wanted in (
+        ("reliability", "2\\n  durab"),
+        ("lifespan", "sec: 9223372036\\n    nsec: 854775807\\n  live"),
+    ):
+        place = imu.settings[name].place
+        assert place.line == 14
+        assert lines[13][place.column - 1 :].startswith(wanted)
+    assert imu.settings["deadline"].text == "{sec: 9223372036, nsec: 854775807}"
+    deadline = pose.settings["deadline"].place
+    assert lines[deadline.line - 1][deadline.column - 1 :].startswith("sec: 0\\n    nsec: 200")
+    assert mixed.settings == {}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "|\n            - history: keep_last\n              reliability: best_effort",
+        "|-\n\n            # before\n            - history: keep_last\n              reliability: best_effort",
+        "'- {history: keep_last, reliability: best_effort}'",
+        '"- history: keep_last\\n  reliability: \\\n            best_effort"',
+        '"[{history: keep_last,\n\n            reliability: best_effort}]"',
+        "\n          - history: keep_last\n            reliability: best_effort",
+        "[{history: keep_last, reliability: best_effort}]",
+    ],
+)
+def test_places_in_every_way_to_write_a_profile(text):
+    content = minimal(text)
+    setting = bag(content).endpoints[0].settings["reliability"]
+    assert setting.text == "best_effort"
+    line = content.split("\n")[setting.place.line - 1]
+    assert line[setting.place.column - 1 :].startswith("best_effort")
+
+
+def minimal(profiles, version=""):
+    return (
+        f"rosbag2_bagfile_information:\n{version}  topics_with_message_count:\n    - topic_metadata:\n"
+        f"        name: /t\n        offered_qos_profiles: {profiles}\n      message_count: 2\n"
+    )
+
+
+def profile(**changes):
+    forever = {"sec": 9223372036, "nsec": 854775807}
+    stated = {
+        "history": "unknown",
+        "depth": 0,
+        "reliability": "reliable",
+        "durability": "volatile",
+        "deadline": forever,
+        "lifespan": forever,
+        "liveliness": "automatic",
+        "liveliness_lease_duration": forever,
+        "avoid_ros_namespace_conventions": "false",
+    }
+    return str({**stated, **changes}).replace("'", "")
+
+
+# The rule of the player: rosbag2, test_qos.cpp
+
+SOON, LATER = {"sec": 1, "nsec": 0}, {"sec": 2, "nsec": 0}
+
+
+@pytest.mark.parametrize(
+    ("second", "agrees"),
+    [
+        ({}, True),
+        ({"history": "keep_last", "depth": 3}, True),
+        ({"lifespan": LATER}, True),
+        ({"avoid_ros_namespace_conventions": "true"}, True),
+        ({"reliability": 2}, True),
+        ({"reliability": "reliable"}, False),
+        ({"durability": "transient_local"}, False),
+        ({"deadline": LATER}, False),
+        ({"liveliness": "manual_by_topic"}, False),
+        ({"liveliness_lease_duration": SOON}, False),
+        ({"deadline": {"sec": 0, "nsec": 0}}, False),
+        ({"deadline": {"sec": 2147483647, "nsec": 4294967295}}, True),
+        ({"deadline": {"sec": 2147483647, "nsec": 2147483647}}, True),
+    ],
+)
+def test_when_recorded_publishers_agree(second, agrees):
+    system = bag(
+        minimal(f"[{profile(reliability='best_effort')}, {profile(**{'reliability': 'best_effort', **second})}]")
+    )
+    assert rows(system)["publisher//t"] == (SENSOR if agrees else DEFAULT)
+    assert [note.code for note in system.notes] == ([] if agrees else ["ROS911"])
+
+
+def test_the_lifespan_is_that_of_the_first():
+    first, second = profile(lifespan=SOON), profile(lifespan=LATER)
+    assert rows(bag(minimal(f"[{first}, {second}]")))["publisher//t"].split()[5] == "1s"
+
+
+@pytest.mark.parametrize("policy", ["reliability", "durability", "liveliness"])
+def test_what_was_recorded_as_unknown_cannot_be_played(policy):
+    report = check(bag(minimal(f"[{profile(**{policy: 'unknown'})}]")))
+    assert [finding.code for finding in report.findings if finding.severity == "error"] == ["ROS305"]
+    assert not [finding.code for finding in check(bag(minimal(f"[{profile()}]"))).findings if "ROS3" in finding.code]
+
+
+def test_the_marker_of_best_available_is_read():
+    """No running publisher has it, but files edited by hand may."""
+    marker = {"sec": 9223372036, "nsec": 854775806}
+    system = bag(minimal(f"[{profile(deadline=marker, reliability=4)}]"))
+    assert rows(system)["publisher//t"].startswith("keep_last 10 reliable volatile ?")
+
+
+@pytest.mark.parametrize("policy", ["reliability", "history", "durability", "liveliness"])
+def test_codes_that_mean_nothing_are_findings_with_their_place(policy):
+    content = minimal(f"[{profile(**{policy: 42})}]")
+    report = check(bag(content, "recorded"))
+    (place,) = (str(each.place) for each in report.findings if each.code == "CQ203")
+    line, column = map(int, place.split(":")[1:3])
+    assert content.split("\n")[line - 1][column - 1 :].startswith("42")
+
+
+# As the recorder, and as what was recorded
+
+
+def test_the_recorder_takes_what_all_publishers_offer():
+    stack = b"""
+cqos: 1
+protocol: ros2
+participants:
+  a: {publishes: {/t: {durability: transient_local}}}
+  b: {publishes: {/t: {reliability: best_effort, durability: transient_local}}}
+"""
+    recorder = bag(minimal("[]"), "recorder")
+    assert [endpoint.id for endpoint in recorder.endpoints] == ["rosbag2_recorder/subscriber//t"]
+    assert recorder.endpoints[0].external
+    one = read_source(Source("a.yaml", stack.replace(b"  b:", b"  # b:")))
+    assert check(one, recorder).verdict == "compatible"
+    both = read_source(Source("a.yaml", stack))
+    # Whom the recorder sees first decides, as its own warning says.
+    assert check(both, bag(minimal("[]"), "recorder")).verdict == "unknown"
+
+
+def test_a_recorder_that_nobody_feeds_is_no_finding():
+    report = check(bag(minimal("[]"), "recorder"))
+    assert [finding.code for finding in report.findings] == ["CQ404"]
+
+
+def test_what_was_recorded_is_observed():
+    system = from_case("v5_humble.yaml", "recorded")
+    assert rows(system) == {
+        "publisher//imu": "? ? best_effort volatile infinite infinite automatic infinite false",
+        "publisher//map": "? ? reliable transient_local infinite infinite automatic infinite false",
+        "publisher//pose": "? ? reliable volatile 200ms 1s manual_by_topic 2s false",
+        "publisher//pose#2": "keep_last 7 reliable volatile 200ms 3s manual_by_topic 2s false",
+        "publisher//mixed": "? ? reliable transient_local infinite infinite automatic infinite false",
+        "publisher//mixed#2": "? ? best_effort volatile infinite infinite automatic infinite false",
+    }
+    assert all(endpoint.observed for endpoint in system.endpoints)
+    assert not system.notes
+
+
+def test_messages_without_profiles_came_from_somebody():
+    assert rows(bag(minimal("[]"), "recorded")) == {"publisher//t": "? ? ? ? ? ? ? ? ?"}
+    depth = bag(minimal("[{history: unknown, depth: 10}]"), "recorded")
+    assert rows(depth)["publisher//t"].startswith("? ? ")
+
+
+@pytest.mark.parametrize("switches", [{"as": "both"}, {"is": "player"}])
+def test_switches_that_make_no_sense_are_refused(switches):
+    with pytest.raises(InputError) as error:
+        read(Source("x", b""), ReadContext(options={"rosbag2": switches}))
+    assert [each.code for each in error.value.problems] == ["CQ047"]
+
+
+# Odd, cut off, mixed and hostile files
+
+
+@pytest.mark.parametrize("version", ["", "  version: 5\n", "  version: 9\n"])
+@pytest.mark.parametrize("nothing", ['""', "''", "[]", "'[]'", "", "~", "null", '"# nothing"', "|\n"])
+def test_every_way_to_say_that_nothing_is_known(nothing, version):
+    assert rows(bag(minimal(nothing, version))) == {"publisher//t": DEFAULT}
+
+
+@pytest.mark.parametrize(
+    ("version", "text", "code"),
+    [(8, "''", None), (8, "[]", "ROS913"), (9, "[]", None), (9, "''", "ROS913"), (3, "[]", None), (10, "[]", "ROS914")],
+)
+def test_layouts_of_another_version(version, text, code):
+    codes = [note.code for note in bag(minimal(text, f"  version: {version}\n"), "recorded").notes]
+    assert codes == ([] if code is None else [code])
+
+
+def test_what_is_odd_is_said():
+    system = bag(minimal("[{history: keep_last, depth: 1, colour: red, durability: ~}]"))
+    assert said(system) == [
+        "ROS905 warning 5:63 `colour` is no policy that rosbag2 is known to record",
+        "ROS912 warning 5:32 the recorded profile lacks `reliability`, `deadline`, `lifespan`, `liveliness`, `liveliness_lease_duration` and `avoid_ros_namespace_conventions`: rosbag2 cannot read this",
+    ]
+
+
+def test_topics_that_are_cut_off_are_missed():
+    text = (CASES / "v5_humble.yaml").read_text()
+    cut = text[: text.index("    - topic_metadata:\n        name: /mixed")]
+    assert said(bag(cut)) == [
+        "ROS904 warning 8:18 the recording has 22 messages, its topics only 17: some of them are missing"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("", [("CQ009", 1, 1)]),
+        ("a: 1\n", [("CQ010", 1, 1)]),
+        ("- a\n", [("CQ009", 1, 1)]),
+        ("rosbag2_bagfile_information:\n", [("CQ010", 1, 1)]),
+        ("rosbag2_bagfile_information: []\n", [("CQ009", 1, 30)]),
+        ("rosbag2_bagfile_information: {version: 5}\n", [("CQ010", 1, 30)]),
+        ("rosbag2_bagfile_information: {topics_with_message_count: {}}\n", [("CQ009", 1, 58)]),
+        ("rosbag2_bagfile_information: {version: five, topics_with_message_count: []}\n", [("CQ011", 1, 40)]),
+        ("rosbag2_bagfile_information: {topics_with_message_count: [a, {}, {topic_metadata: b}]}\n", [
+            ("CQ009", 1, 59), ("CQ010", 1, 62), ("CQ009", 1, 83)]),
+        ("rosbag2_bagfile_information: {topics_with_message_count: [{topic_metadata: {}}]}\n", [("CQ010", 1, 76)]),
+        ("rosbag2_bagfile_information: {topics_with_message_count: [{topic_metadata: {name: []}}]}\n", [("CQ010", 1, 83)]),
+        (minimal("{history: 3}"), [("CQ009", 5, 31)]),
+        (minimal("[3]"), [("CQ009", 5, 32)]),
+        (minimal("'- 3'"), [("CQ009", 5, 34)]),
+        (minimal("a text"), [("CQ009", 5, 31)]),
+        (minimal("'- {history: 3'"), [("CQ001", 5, 31)]),
+        (minimal('"- history: 3\\n- \\u0000"'), [("CQ001", 5, 31)]),
+        (minimal('"- &a [*a]"'), [("CQ002", 5, 31)]),
+        (minimal(f'"{"[" * 200}"'), [("CQ002", 5, 31)]),
+        ("rosbag2_bagfile_information:\n\ttopics: 1\n", [("CQ001", 2, 1)]),
+        ("rosbag2_bagfile_information: {a: 1, a: 2}\n", [("CQ005", 1, 37)]),
+        ((CASES / "v5_humble.yaml").read_text().partition("  durability")[0], [("CQ001", 14, 31)]),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_said_with_its_place(text, expected):
+    assert problems(text) == expected
+
+
+def test_a_text_with_a_thousand_faults_is_one_problem():
+    many = "\\n".join(f"a{number}: *b" for number in range(1200))
+    assert problems(minimal(f'"{many}"')) == [("CQ017", 5, 31)]
+
+
+SNIPPETS = [
+    *(
+        "",
+        "\n",
+        "\t",
+        " ",
+        ":",
+        "- ",
+        '"',
+        "'",
+        "\\n",
+        "\\",
+        "[",
+        "]",
+        "{",
+        "}",
+        "&a ",
+        "*a",
+        "<<: ",
+        "!!int ",
+        "|\n",
+        "#",
+    ),
+    *("~", "null", "99999999999999999999999", "-1", "unknown", "\x00", "\ufeff", "\u2028", "\\ud800", "version: 9\n"),
+]
+
+
+@settings(deadline=None)
+@given(
+    st.sampled_from([file.read_text() for file in FILES]),
+    st.lists(st.tuples(st.integers(0, 3000), st.integers(0, 80), st.sampled_from(SNIPPETS)), max_size=5),
+    st.sampled_from(["player", "recorder", "recorded"]),
+)
+def test_whatever_is_changed_gives_a_system_or_located_problems(text, changes, seen_as):
+    for start, length, word in changes:
+        text = text[:start] + word + text[start + length :]
+    source = Source("run/metadata.yaml", text.encode("utf-8", "surrogatepass"))
+    told: tuple[Problem, ...] = ()
+    try:
+        system = read_source(source, "rosbag2", {"rosbag2": {"as": seen_as}})
+    except InputError as error:
+        system, told = System(), error.problems
+    places = [each.place for each in told] + [each.place for each in system.endpoints]
+    assert all(place is not None and place.line for place in places)
+    check(system)
+
+
+# One command
+
+STACK = """\
+cqos: 1
+system: stack
+protocol: ros2
+participants:
+  estimator:
+    subscribes:
+      /imu: {reliability: reliable}
+  planner:
+    subscribes:
+      /map: {durability: transient_local, depth: 1}
+      /quiet: {durability: transient_local}
+"""
+
+
+@pytest.fixture
+def stack(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("stack.yaml").write_text(STACK)
+    Path("bag").mkdir()
+    Path("bag/metadata.yaml").write_bytes((CASES / "v5_humble.yaml").read_bytes())
+    Path("bag/run_0.db3").write_bytes(b"SQLite format 3\0")
+
+
+def run(*arguments):
+    return CliRunner().invoke(cli, ["check", *arguments, "--no-config", "--color", "never"])
+
+
+@pytest.mark.usefixtures("stack")
+def test_will_this_bag_play_into_my_stack():
+    done = run("stack.yaml", "bag/", "--together")
+    assert done.exit_code == 1
+    assert "2 errors" in done.stdout
+    for line in (
+        "error[ROS101] reliability-weaker-than-requested",
+        "--> stack.yaml:7:27  estimator/subscriber//imu . reliability",
+        "::: bag/metadata.yaml:14:73  rosbag2_player/publisher//imu . reliability",
+        "error[ROS102] durability-weaker-than-requested",
+        "--> stack.yaml:11:28  planner/subscriber//quiet . durability",
+        "::: bag/metadata.yaml:35:15  rosbag2_player/publisher//quiet . durability",
+    ):
+        assert line in done.stdout
+
+
+@pytest.mark.usefixtures("stack")
+def test_topics_in_the_bag_only_are_notes():
+    done = run("stack.yaml", "bag/", "--together", "--format", "json")
+    assert '"CQ402"' in done.stdout
+    warnings = run("stack.yaml", "bag/", "--together")
+    assert "CQ402" not in warnings.stdout
+    assert "warning[" not in warnings.stdout
+
+
+@pytest.mark.usefixtures("stack")
+def test_an_override_mends_it():
+    Path("bag/o.yaml").write_text(
+        "/imu: {depth: 5, reliability: reliable}\n/quiet: {depth: 1, durability: transient_local}\n"
+    )
+    done = run("stack.yaml", "bag/", "--together")
+    assert done.exit_code == 0, done.stdout
+    assert "compatible" in done.stdout

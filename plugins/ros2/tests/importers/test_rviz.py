@@ -1,0 +1,61 @@
+"""RViz: its displays meet publishers, it listens to transforms, and what it does not ask for is not invented."""
+
+import pytest
+
+from cqos_core import check
+from cqos_core.importers.source import ReadContext, Source
+from cqos_core.loading import merge, read_source
+from cqos_ros2.importers.rviz import read
+
+MAP = """\
+Visualization Manager:
+  Displays:
+    - Class: rviz_default_plugins/Map
+      Enabled: true
+      Topic: {Durability Policy: DURABILITY, Value: /map}
+"""
+SERVER = "cqos: 1\nprotocol: ros2\nparticipants:\n  map_server: {publishes: {/map: {durability: volatile}}}\n"
+
+
+def checked(durability, server=SERVER):
+    rviz = Source("v.rviz", MAP.replace("DURABILITY", durability).encode())
+    return check(merge([read_source(Source("d.yaml", server.encode())), read_source(rviz)]))
+
+
+def test_a_display_requests_what_it_states():
+    assert checked("Volatile").verdict == "compatible"
+    report = checked("Transient Local")
+    assert report.verdict == "incompatible"
+    (finding,) = [finding for finding in report.findings if finding.code == "ROS102"]
+    assert (finding.place.source, finding.place.line, finding.place.column) == ("v.rviz", 5, 34)
+
+
+def test_nobody_has_to_publish_transforms_or_receive_goals():
+    report = checked("Volatile")
+    assert {finding.topic for finding in report.findings if finding.severity != "note"} == {"/map"}
+
+
+def test_transforms_are_requested_as_tf2_does():
+    server = SERVER.replace("/map: {durability: volatile}", "/map: default, /tf_static: {depth: 1}")
+    report = checked("Volatile", server)
+    assert ["/tf_static"] == [finding.topic for finding in report.findings if finding.code == "ROS102"]
+
+
+@pytest.mark.parametrize("name", ["Global Costmap", "a b"])
+def test_a_group_that_is_not_enabled_enables_nothing(name):
+    text = (
+        "Visualization Manager:\n  Displays:\n  - Class: rviz_common/Group\n    Enabled: false\n    Displays:\n"
+        "    - {Class: rviz_common/Group, Enabled: true, Displays: [{Class: rviz_default_plugins/Map, Name: NAME, "
+        "Topic: {Value: /map}}]}\n"
+    )
+    system = read(Source("v.rviz", text.replace("NAME", name).encode()), ReadContext())
+    assert [endpoint.topic for endpoint in system.endpoints] == ["/tf", "/tf_static"]
+    assert [note.message for note in system.notes] == [f"1 display that is not enabled: `{name}`"]
+
+
+def test_many_displays_that_are_not_enabled_are_counted():
+    display = "  - {Class: rviz_default_plugins/Map, Enabled: false, Name: MAP, Topic: {Value: /map}}\n"
+    displays = "".join(display.replace("MAP", f"m{number}") for number in range(7))
+    system = read(Source("v.rviz", f"Visualization Manager:\n  Displays:\n{displays}".encode()), ReadContext())
+    (note,) = system.notes
+    assert note.message == "7 displays that are not enabled: `m0`, `m1`, `m2`, `m3`, `m4` and 2 more"
