@@ -14,7 +14,8 @@ import importlib
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from cqos_core.api import check, check_pair, explain, read
+    from cqos_core.api import check, check_pair, diff, explain, read
+    from cqos_core.differences import Diff, Different, Missing, Named
     from cqos_core.policy import INFINITE
     from cqos_core.problems import CqosError, InputError, PackError, Problem, SentenceError
     from cqos_core.report import Finding, Group, Pair, PairReport, Remedy, Report, Severity, Verdict
@@ -22,7 +23,8 @@ if TYPE_CHECKING:
     from cqos_core.system import Endpoint, Participant, Place, Profile, Setting, System, Topic
 
 _HOMES: Final = {
-    "api": ("check", "check_pair", "explain", "read"),
+    "api": ("check", "check_pair", "diff", "explain", "read"),
+    "differences": ("Diff", "Different", "Missing", "Named"),
     "policy": ("INFINITE",),
     "problems": ("CqosError", "InputError", "PackError", "Problem", "SentenceError"),
     "report": ("Finding", "Group", "Pair", "PairReport", "Remedy", "Report", "Severity", "Verdict"),
@@ -34,10 +36,14 @@ _HOME_OF: Final = {name: home for home, names in _HOMES.items() for name in name
 __all__ = [
     "INFINITE",
     "CqosError",
+    "Diff",
+    "Different",
     "Endpoint",
     "Finding",
     "Group",
     "InputError",
+    "Missing",
+    "Named",
     "PackError",
     "Pair",
     "PairReport",
@@ -56,6 +62,7 @@ __all__ = [
     "Verdict",
     "check",
     "check_pair",
+    "diff",
     "explain",
     "read",
 ]

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.codes import CodeInfo
+    from cqos_core.differences import Diff
     from cqos_core.pack import RulePack
     from cqos_core.rule import Rule
 
@@ -111,6 +112,37 @@ def check(
     where = context(packs, protocol)
     system = with_options(read(*inputs, importer=importer, protocol=protocol), options or {}, where)
     return exact_places(check_system(system, where), system.sources)
+
+
+def diff(
+    a: Input,
+    b: Input,
+    *,
+    protocol: str | None = None,
+    options: Mapping[str, Mapping[str, SettingValue]] | None = None,
+    packs: Iterable[RulePack] = (),
+    topics: Sequence[str] = (),
+    ignored: Sequence[str] = (),
+) -> Diff:
+    """Compare two systems: what they say differently about the same topics and endpoints, as far as both know it.
+
+    Args:
+        a: a path, bytes or a `System`.
+        b: what to compare it with.
+        protocol: pack id for participants that state none.
+        options: by pack id, laid over those of both.
+        packs: further rule packs beside the installed ones.
+        topics: shell patterns of the topics to compare; all if there are none.
+        ignored: shell patterns of the topics not to compare.
+
+    Raises:
+        InputError: an input cannot be read.
+    """
+    from cqos_core.differences import compare
+
+    where = context(packs, protocol)
+    one, other = (with_options(read(each, protocol=protocol), options or {}, where) for each in (a, b))
+    return compare(one, other, where, topics, ignored)
 
 
 def with_options(
@@ -375,6 +407,7 @@ __all__ = [
     "check",
     "check_pair",
     "context",
+    "diff",
     "exact_places",
     "explain",
     "explain_pair",

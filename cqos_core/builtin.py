@@ -38,7 +38,8 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
 @hookimpl
 def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
     """The YAML system form."""
-    register(ExporterInfo("yaml", "a C-QoS system file", ".yaml", "cqos_core.exporters.yaml_form:write"))
+    writer = "cqos_core.exporters.yaml_form:write"
+    register(ExporterInfo("yaml", "a C-QoS system file", ".yaml", writer, ("profiles=kept|shared",)))
 
 
 @hookimpl

@@ -43,6 +43,7 @@ class Draft:
         pairs: how many pairs it speaks of.
         tags: acceptances that name all its endpoints.
         more: how many combinations of values are put together here, where there are too many to list; else 0.
+        example: one of them.
     """
 
     topic: Topic
@@ -52,6 +53,7 @@ class Draft:
     pairs: int = 0
     tags: frozenset[int] = frozenset()
     more: int = 0
+    example: tuple[Members, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -276,6 +278,13 @@ def make(draft: Draft) -> Made:
     bound = spoken.bound
     publishers, subscribers = list(draft.publishers), list(draft.subscribers)
     sides = sides_of(spoken, publishers, subscribers)
+    told = sides
+    if draft.more:
+        # The values differ, so only an example can tell any, and no one change mends them all.
+        publishers = [members for members in draft.example if members.first.role == PUBLISHER]
+        subscribers = [members for members in draft.example if members.first.role == SUBSCRIBER]
+        told = sides_of(spoken, publishers, subscribers)
+        sides = [replace(side, facts=()) for side in sides]
     first_publisher = publishers[0].profile if publishers else None
     first_subscriber = subscribers[0].profile if subscribers else None
     rule = bound.rule
@@ -286,9 +295,9 @@ def make(draft: Draft) -> Made:
     )
     worlds = _worlds(spoken)
     notes = because if not worlds else ()
-    message = headline(spoken, sides, topic.shown, because)
+    message = headline(spoken, told, topic.shown, because)
     if draft.more:
-        message = f"{draft.more} further combinations of values break the rule, for instance: {message}"
+        message = f"{_further(draft)}, for instance: {message}"
     finding = Finding(
         code="CQ701" if spoken.failed else rule.code,
         name="rule-failed" if spoken.failed else rule.name,
@@ -298,7 +307,7 @@ def make(draft: Draft) -> Made:
         topic=topic.shown,
         verdict=_verdict(spoken),
         sides=tuple(sides),
-        remedies=() if spoken.failed else _remedies(draft, spoken),
+        remedies=() if spoken.failed or draft.more else _remedies(draft, spoken),
         notes=(*notes, *_order_notes(spoken)),
         because=rule.because,
         clause=rule.clause,
@@ -307,6 +316,14 @@ def make(draft: Draft) -> Made:
         worlds=worlds,
     )
     return Made(finding, _merge_key(draft, finding, because), draft.tags)
+
+
+def _further(draft: Draft) -> str:
+    """How many combinations are put together here."""
+    what = "combination of values" if draft.more == 1 else "combinations of values"
+    if draft.spoken.unknown:
+        return f"{draft.more} further {what} {'is' if draft.more == 1 else 'are'} not known to fit"
+    return f"{draft.more} further {what} {'breaks' if draft.more == 1 else 'break'} the rule"
 
 
 def _severity(spoken: Spoken) -> Severity:
@@ -326,8 +343,11 @@ def _verdict(spoken: Spoken) -> Verdict | None:
 def _merge_key(draft: Draft, finding: Finding, because: tuple[str, ...]) -> tuple[Any, ...]:
     """Findings with equal keys are one finding: one unknown cause over many topics, or instances of one template."""
     rule = draft.spoken.bound.rule
+    if draft.more:
+        return ("own", object())
     if because:
-        return ("cause", rule.code, because, draft.tags)
+        # What is not known may lead to other verdicts elsewhere, and then it is another finding.
+        return ("cause", rule.code, because, tuple(finding.worlds.items()), draft.tags)
     endpoints = [e for members in (*draft.publishers, *draft.subscribers) for e in members.endpoints]
     if any(endpoint.endpoint.template is not None for endpoint in endpoints):
         templates = frozenset(e.endpoint.template or e.id for e in endpoints)

@@ -8,15 +8,16 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.evaluate import Bound, Function, Vocabulary, bind, role_of, scope_of
-from cqos_core.policy import ENDPOINT, LEVELS, Choice, OneOf, PerRole, Policy, normalise
-from cqos_core.problems import InvalidValueError, PackError, SentenceError
+from cqos_core.mistakes import Mistake, mistakes, rule_mistakes
+from cqos_core.policy import ENDPOINT, LEVELS, Policy, normalise
+from cqos_core.problems import PackError, SentenceError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Mapping
 
     from cqos_core.codes import CodeInfo
     from cqos_core.evaluate import Use
-    from cqos_core.policy import Meaning, Plain
+    from cqos_core.policy import Plain
     from cqos_core.rule import Rule
     from cqos_core.system import Endpoint
 
@@ -184,6 +185,19 @@ class BoundRule:
     role: str | None
 
 
+def _bound(rule: Rule, vocabulary: Vocabulary, found: list[Mistake]) -> list[BoundRule]:
+    """Bind a rule, and add what is wrong with it to ``found``."""
+    at = ("rules", rule.code)
+    try:
+        sentence = bind(rule.sentence, vocabulary)
+    except SentenceError as error:
+        found.append(Mistake(at, f"rule {rule.code} `{rule.sentence}`: {error}"))
+        return []
+    bound = BoundRule(rule, sentence, scope_of(rule.sentence), rule.role or role_of(rule.sentence))
+    found += (Mistake(at, f"rule {rule.code}: {message}") for message in rule_mistakes(bound))
+    return [bound]
+
+
 @dataclass(frozen=True, eq=False)
 class RulePack:
     """Everything C-QoS knows about one protocol.
@@ -229,21 +243,16 @@ class RulePack:
         Raises:
             PackError: naming every mistake found.
         """
-        mistakes = [
-            *_duplicate_codes((*self.rules, *self.codes)),
-            *_policy_mistakes(self.policies),
-            *_preset_mistakes(self),
-        ]
+        found = list(mistakes(self))
         bound = []
-        for rule in sorted(self.rules, key=lambda rule: rule.code):
-            try:
-                sentence = bind(rule.sentence, self.vocabulary)
-            except SentenceError as error:
-                mistakes.append(f"rule {rule.code} `{rule.sentence}`: {error}")
-                continue
-            bound.append(BoundRule(rule, sentence, scope_of(rule.sentence), rule.role or role_of(rule.sentence)))
-        if mistakes:
-            raise PackError(f"rule pack `{self.id}` is not well formed:\n  " + "\n  ".join(mistakes))
+        try:
+            for rule in sorted(self.rules, key=lambda rule: rule.code):
+                bound += _bound(rule, self.vocabulary, found)
+        except PackError as error:  # without policies told apart no sentence can be read
+            found.append(Mistake(("policies",), str(error)))
+        if found:
+            listed = "\n  ".join(mistake.message for mistake in found)
+            raise PackError(f"rule pack `{self.id}` is not well formed:\n  {listed}", found)
         object.__setattr__(self, "bound_rules", tuple(bound))
 
     bound_rules: tuple[BoundRule, ...] = field(init=False, repr=False, default=())
@@ -409,7 +418,7 @@ def rule_table(bound: BoundRule) -> list[dict[str, str]]:
     vocabulary = bound.bound.vocabulary
     compared = [use for use in bound.bound.uses if use.term.scope in {"offered", "requested"}]
     assumed = assumed_options(bound)
-    if bound.scope != "pair" or len(compared) + len(assumed) < len(bound.bound.uses):
+    if bound.scope != "pair" or not compared or len(compared) + len(assumed) < len(bound.bound.uses):
         return []
     columns = []
     for use in sorted(compared, key=lambda use: use.second):
@@ -444,76 +453,3 @@ def assumed_options(bound: BoundRule) -> list[tuple[Use, Plain]]:
         for use in bound.bound.uses
         if policies[use.index].level == "option" and isinstance(default := policies[use.index].default, str)
     ]
-
-
-def _duplicate_codes(rules: Iterable[Rule | CodeInfo]) -> list[str]:
-    mistakes = []
-    seen: dict[str, str] = {}
-    for rule in rules:
-        for spelling in (rule.code, rule.name, *rule.aliases):
-            if spelling in seen:
-                mistakes.append(f"`{spelling}` names both {seen[spelling]} and {rule.code}")
-            seen[spelling] = rule.code
-    return mistakes
-
-
-def _policy_mistakes(policies: Iterable[Policy]) -> list[str]:
-    mistakes = []
-    taken: dict[tuple[str, str], str] = {}
-    for policy in policies:
-        if policy.level not in LEVELS:
-            mistakes.append(f"policy `{policy.name}`: level `{policy.level}` must be one of {', '.join(LEVELS)}")
-        for spelling in policy.spellings:
-            other = taken.setdefault((policy.level, spelling), policy.name)
-            if other != policy.name:
-                mistakes.append(f"`{spelling}` spells both policy `{other}` and policy `{policy.name}`")
-        texts = [policy.default_for(role) for role in policy.roles]
-        texts += [text for meaning in policy.words.values() for text in _texts(meaning)]
-        for text in dict.fromkeys(texts):
-            mistakes += _text_mistake(policy, text)
-        if isinstance(policy.domain, Choice):
-            mistakes += [
-                f"policy `{policy.name}`: word `{word}` is also a value"
-                for word in policy.words
-                if word in policy.domain.names
-            ]
-    return mistakes
-
-
-def _texts(meaning: Meaning) -> list[str]:
-    """All texts of values within a meaning."""
-    if isinstance(meaning, str):
-        return [meaning]
-    if isinstance(meaning, PerRole):
-        return [*_texts(meaning.publisher), *_texts(meaning.subscriber)]
-    if isinstance(meaning, OneOf):
-        return list(meaning.values)
-    inner = [part for _, part in getattr(meaning, "meanings", ())]
-    otherwise = getattr(meaning, "otherwise", None)
-    parts = [text for part in (*inner, otherwise) if part is not None for text in _texts(part)]
-    alone = getattr(meaning, "alone", None)
-    return parts if alone is None else [*parts, alone]
-
-
-def _text_mistake(policy: Policy, text: str | None) -> list[str]:
-    if text is None or normalise(text) in policy.words:
-        return []
-    try:
-        policy.domain.parse(text)
-    except InvalidValueError as problem:
-        return [f"policy `{policy.name}`: {problem}"]
-    return []
-
-
-def _preset_mistakes(pack: RulePack) -> list[str]:
-    mistakes = []
-    known = {policy.name: policy for policy in pack.policies if policy.level == ENDPOINT}
-    if pack.base_preset is not None and pack.base_preset not in pack.presets:
-        mistakes.append(f"base preset `{pack.base_preset}` is not among the presets")
-    for name, preset in pack.presets.items():
-        for policy, text in preset.settings.items():
-            if policy not in known:
-                mistakes.append(f"preset `{name}` names `{policy}`, which is no endpoint policy")
-            else:
-                mistakes += [f"preset `{name}`: {mistake}" for mistake in _text_mistake(known[policy], text)]
-    return mistakes

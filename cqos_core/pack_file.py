@@ -279,7 +279,17 @@ def _build(model: PackModel, root: Node, reading: Reading) -> RulePack:
             not_checked=tuple(model.not_checked),
         )
     except PackError as error:
-        raise InputError([Problem("CQ011", str(error), Place(reading.source.name))]) from None
+        codes = [rule.code for rule in model.rules]
+        raise InputError(
+            [Problem("CQ011", message, reading.place(_at(_steps(at, codes), root))) for at, message in error.mistakes]
+        ) from None
+
+
+def _steps(at: tuple[str, ...], codes: list[str]) -> tuple[int | str, ...]:
+    """Where a mistake stands in the file: its rules are a list, from which the last of a code is meant."""
+    if at[:1] == ("rules",) and at[1] in codes:
+        return ("rules", len(codes) - 1 - codes[::-1].index(at[1]))
+    return at
 
 
 def _texts(settings: dict[str, Scalar]) -> dict[str, str]:

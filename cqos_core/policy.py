@@ -68,6 +68,17 @@ Plain: TypeAlias = int | str | tuple[str, ...]
 Value: TypeAlias = Plain | Anything | Depends | FromPeers
 
 
+COMBINATIONS: Final = (
+    "constant",
+    "largest",
+    "largest_stated",
+    "smallest_stated",
+    "strongest_if_all",
+    "strongest_if_any",
+)
+"""What `FromPeers.peers` may be."""
+
+
 def is_plain(value: Value) -> bool:
     """Whether the value is known for certain."""
     return isinstance(value, (int, str, tuple))
@@ -264,6 +275,13 @@ _ISO_UNITS: Final = {
     "s": _UNITS["s"],
 }
 _BARE: Final = re.compile(_NUMBER)
+
+
+def is_unit(unit: str | None) -> bool:
+    """Whether bare numbers may be read in ``unit``; None, which refuses them, is fine."""
+    return unit is None or unit in _UNITS
+
+
 _INFINITE_WORDS: Final = frozenset({"infinite", "infinity", "inf", ".inf", "duration_infinity", "never"})
 _SECONDS_KEYS: Final = ("sec", "secs", "seconds")
 _NANOSECONDS_KEYS: Final = ("nsec", "nsecs", "nanosec", "nanoseconds")
@@ -572,8 +590,10 @@ class Policy(Term):
 
     def __post_init__(self) -> None:
         """Make it the term it is."""
-        object.__setattr__(self, "scope", _OWN_SCOPE[self.level])
-        object.__setattr__(self, "key", ("term", _OWN_SCOPE[self.level], self.name))
+        # A level that there is not is one of the mistakes that the pack reports.
+        scope = _OWN_SCOPE.get(self.level, self.level)
+        object.__setattr__(self, "scope", scope)
+        object.__setattr__(self, "key", ("term", scope, self.name))
 
     def __hash__(self) -> int:
         """Hash by name and level."""

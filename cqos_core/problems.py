@@ -48,7 +48,16 @@ class InputError(CqosError):
 
 
 class PackError(CqosError):
-    """A rule pack is not well formed: an unknown policy in a sentence, a code used twice, a bad default."""
+    """A rule pack is not well formed: an unknown policy in a sentence, a code used twice, a bad default.
+
+    Attributes:
+        mistakes: each mistake with where it stands, in the keys of a pack file; empty where only one is told.
+    """
+
+    def __init__(self, message: str, mistakes: Sequence[tuple[tuple[str, ...], str]] = ()) -> None:
+        """Keep every mistake beside the message."""
+        self.mistakes = tuple(mistakes)
+        super().__init__(message)
 
 
 class SentenceError(CqosError):

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.pack import NameProblem, Naming, Preset, RulePack
-    from cqos_core.system import Broker, Endpoint, Overlay, Participant, Place, ProfileRef, Settings, System
+    from cqos_core.system import Broker, Endpoint, Overlay, Participant, Place, Profile, ProfileRef, Settings, System
 
 
 class Stated(NamedTuple):
@@ -289,7 +289,9 @@ class Resolver:
         self.default = default
         self.asked = asked or {}
         self.result = ResolvedSystem(system)
-        self.profile_layers: dict[tuple[int, str, str], tuple[Layer, ...]] = {}
+        self.profile_layers: dict[tuple[int, str, str], tuple[tuple[Layer, ProfileRef | None], ...]] = {}
+        self.own_layers: dict[tuple[int, str, str], Layer] = {}
+        self.said: set[tuple[str, str, Place | None]] = set()
         self.topic_layers: dict[tuple[int, str, str], tuple[tuple[Layer, ...], bool]] = {}
         self.named: dict[tuple[int, str, str, str, str], Naming] = {}
         self.shared: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
@@ -554,45 +556,61 @@ class Resolver:
     ) -> Iterator[Layer]:
         """Layers of the profiles that ``refs`` name, nearest first."""
         for ref in reversed(refs):
-            yield from self._profile(ref, pack, dialect_name, participant, ())
+            for layer, preset in self._profile(ref, pack, dialect_name):
+                if preset is not None:
+                    self._check_available(preset, pack, participant)
+                yield layer
 
     def _profile(
-        self,
-        ref: ProfileRef,
-        pack: RulePack,
-        dialect_name: str,
-        participant: ResolvedParticipant,
-        above: tuple[str, ...],
-    ) -> tuple[Layer, ...]:
-        if ref.name in above:
-            circle = " → ".join((*above[above.index(ref.name) :], ref.name))
-            self._add_once("CQ212", f"profiles are based on each other in a circle: {circle}", ref.place, "")
-            return ()
-        own = self.system.profiles.get(ref.name)
-        preset_name = pack.preset_names.get(normalise(ref.name))
-        if own is None:
-            if preset_name is None:
-                known = (*self.system.profiles, *pack.presets)
-                message = f"profile `{ref.name}` is neither defined nor a preset of {pack.title}"
-                self._add_once("CQ204", message, ref.place, suggestion(ref.name, known))
-                return ()
-            return (self._preset(preset_name, pack, ref, participant),)
+        self, ref: ProfileRef, pack: RulePack, dialect_name: str
+    ) -> tuple[tuple[Layer, ProfileRef | None], ...]:
+        """The layers of a profile and of all it is based on, nearest first, each once; presets with where they are named."""
         key = (id(pack), dialect_name, ref.name)
-        layers = self.profile_layers.get(key)
-        if layers is None:
+        known = self.profile_layers.get(key)
+        if known is not None:
+            return known
+        found: dict[str, tuple[Layer, ProfileRef | None]] = {}
+        trail: list[str] = []
+        waiting = [iter((ref,))]
+        while waiting:
+            each = next(waiting[-1], None)
+            if each is None:
+                waiting.pop()
+                del trail[-1:]
+            elif each.name in trail:
+                self._report_circle(trail[trail.index(each.name) :])
+            elif each.name not in found:
+                own = self.system.profiles.get(each.name)
+                layer = self._preset(each, pack) if own is None else self._own_layer(own, pack, dialect_name)
+                if layer is not None:
+                    found[each.name] = (layer, each if own is None else None)
+                trail.append(each.name)
+                waiting.append(iter(() if own is None else own.base[::-1]))
+        if ref.name in self.system.profiles or ref.place is None:
+            # Where a name is no profile, each place that uses it is told.
+            self.profile_layers[key] = tuple(found.values())
+        return tuple(found.values())
+
+    def _report_circle(self, names: Sequence[str]) -> None:
+        """Print a circle of profiles, from the first of its names on, whoever was met first."""
+        start = names.index(min(names))
+        circle = [*names[start:], *names[:start], names[start]]
+        base = self.system.profiles[circle[0]].base
+        place = next(ref.place for ref in base if ref.name == circle[1])
+        self._add_once("CQ212", f"profiles are based on each other in a circle: {' → '.join(circle)}", place)
+
+    def _own_layer(self, own: Profile, pack: RulePack, dialect_name: str) -> Layer:
+        key = (id(pack), dialect_name, own.name)
+        layer = self.own_layers.get(key)
+        if layer is None:
             dialect = pack.dialects.get(dialect_name, pack.dialects.get("yaml"))
-            found = self._recognise(
-                pack, (ENDPOINT,), own.settings, dialect, f"profile `{own.name}`", "profile", [own.name]
-            )
+            owner = f"profile `{own.name}`"
+            found = self._recognise(pack, (ENDPOINT,), own.settings, dialect, owner, "profile", [own.name])
+            preset_name = pack.preset_names.get(normalise(own.name))
             if preset_name is not None:
                 self._shadowing(own.name, preset_name, found, pack, own.place)
-            base = [
-                layer
-                for parent in reversed(own.base)
-                for layer in self._profile(parent, pack, dialect_name, participant, (*above, ref.name))
-            ]
-            layers = self.profile_layers[key] = (Layer(f"profile {own.name}", found), *base)
-        return layers
+            layer = self.own_layers[key] = Layer(f"profile {own.name}", found)
+        return layer
 
     def _shadowing(
         self, name: str, preset_name: str, found: Mapping[int, Stated], pack: RulePack, place: Place | None
@@ -609,14 +627,22 @@ class Resolver:
             )
             self._add_once("CQ206", message, place, "")
 
-    def _preset(self, name: str, pack: RulePack, ref: ProfileRef, participant: ResolvedParticipant) -> Layer:
-        preset = pack.presets[name]
-        if not _available(preset, pack, participant):
-            option, least = preset.needs or ("", "")
+    def _preset(self, ref: ProfileRef, pack: RulePack) -> Layer | None:
+        name = pack.preset_names.get(normalise(ref.name))
+        if name is None:
+            known = (*self.system.profiles, *pack.presets)
+            message = f"profile `{ref.name}` is neither defined nor a preset of {pack.title}"
+            self._add_once("CQ204", message, ref.place, suggestion(ref.name, known))
+            return None
+        return Layer(f"preset {name}", self._preset_settings(name, pack), counts_as_stated=False)
+
+    def _check_available(self, ref: ProfileRef, pack: RulePack, participant: ResolvedParticipant) -> None:
+        name = pack.preset_names[normalise(ref.name)]
+        if not _available(pack.presets[name], pack, participant):
+            option, least = pack.presets[name].needs or ("", "")
             actual = participant.texts.get(option, "")
             message = f"preset `{name}` exists from {option} {least} on, this participant has {option} {actual}"
-            self._add_once("CQ207", message, ref.place, "")
-        return Layer(f"preset {name}", self._preset_settings(name, pack), counts_as_stated=False)
+            self._add_once("CQ207", message, ref.place)
 
     def _preset_settings(self, name: str, pack: RulePack) -> dict[int, Stated]:
         return {
@@ -860,7 +886,7 @@ class Resolver:
                         participant.values,
                         None,
                         f"topic `{endpoint.topic}`",
-                        endpoint.place,
+                        None,
                     )
                 )
             elif policy.level == "broker":
@@ -976,16 +1002,10 @@ class Resolver:
             where = stated.setting.place if stated is not None and stated.setting.place is not None else place
             message = f"{owner}: `{policy.name}` {problem.message}"
             expected = problem.expected if problem.expected != policy.domain.expected() else policy.expected()
-            finding = core_finding(
-                "CQ203",
-                message,
-                place=where,
-                role=role,
-                members=[member] if member else [],
-                help=f"expected {expected}",
-            )
-            if finding not in self.result.findings[-20:]:
-                self.result.findings.append(finding)
+            if ("CQ203", message, where) not in self.said:
+                self.said.add(("CQ203", message, where))
+                about, members = (role, [member]) if member else (policy.level, [])
+                self._add("CQ203", message, where, about, members, f"expected {expected}")
             return Anything(f"{policy.name} has no valid value", told=True)
 
     def _is_default(

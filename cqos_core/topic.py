@@ -8,7 +8,7 @@ topic on which all endpoints differ costs little more than its distinct values.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.codes import CODES
 from cqos_core.evaluate import NO_SIGNAL, Outcome
@@ -21,7 +21,7 @@ from cqos_core.system import PUBLISHER, SUBSCRIBER
 from cqos_core.team import TeamCheck, team_findings
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from cqos_core.pack import BoundRule
     from cqos_core.pairing import Members, Topic
@@ -53,18 +53,27 @@ class _Class:
         return self.members[0].profile
 
 
+@dataclass(slots=True, eq=False)
+class _Apart:
+    """A meeting condition that keeps two classes apart: by publisher group the subscriber groups it does not meet."""
+
+    bound: BoundRule
+    tags: frozenset[int]
+    hits: dict[int, int] = field(default_factory=dict)
+
+
 @dataclass(slots=True)
 class _Pairs:
     """The pairs of a topic, judged.
 
     Attributes:
         met: per publisher group, by index, the subscriber groups it meets.
-        kept_apart: what keeps a publisher group from which subscriber groups.
+        kept_apart: what keeps which groups from each other.
         segments: per publisher group: verdict and codes to subscriber groups.
     """
 
     met: list[int]
-    kept_apart: list[tuple[BoundRule, int, int]] = field(default_factory=list)
+    kept_apart: list[_Apart] = field(default_factory=list)
     segments: list[dict[tuple[Verdict, tuple[str, ...]], int]] = field(default_factory=list)
 
 
@@ -100,12 +109,15 @@ def _judge_pairs(topic: Topic, drafts: Drafts) -> _Pairs:
     index_of = {members: index for index, members in enumerate(topic.publishers)}
     for bound in topic.pack.by_scope["meets"]:
         for publishers, subscribers, _ in _spoken_classes(topic, bound):
+            apart = _Apart(bound, publishers.members[0].tags | subscribers.members[0].tags)
             for publisher in publishers.members:
                 index = index_of[publisher]
                 hit = pairs.met[index] & subscribers.mask
                 if hit:
                     pairs.met[index] &= ~hit
-                    pairs.kept_apart.append((bound, index, hit))
+                    apart.hits[index] = hit
+            if apart.hits:
+                pairs.kept_apart.append(apart)
     pairs.segments = [{(Verdict.COMPATIBLE, ()): met} if met else {} for met in pairs.met]
     for bound in topic.pack.by_scope.get("pair", ()):
         said: dict[tuple[int, bool], int] = {}
@@ -205,12 +217,23 @@ def _draft(
     key = (code, spoken.outcome.result, tags) if combinations else (code, id(publishers), id(subscribers), tags)
     draft = drafts.setdefault(key, Draft(topic, spoken, tags=tags))
     draft.more += combinations
+    if combinations and not draft.example:
+        draft.example = _example(topic, subscribers, hits)
     draft.publishers.update(dict.fromkeys(meeting))
     reached = 0
     for members in meeting:
         reached |= hits[members]
         draft.pairs += len(members.endpoints) * _weight(topic, hits[members])
     draft.subscribers.update(dict.fromkeys(_at(topic.subscribers, reached)))
+
+
+def _example(topic: Topic, subscribers: _Class, hits: Mapping[Members, int]) -> tuple[Members, Members]:
+    """One publisher and one subscriber that meet, of the class that was judged if any of it does."""
+    judged = {topic.subscribers.index(members) for members in subscribers.members}
+    publisher, hit = next((publisher, hit) for publisher, hit in hits.items() if hit)
+    index = next((each for each in judged if hit >> each & 1), (hit & -hit).bit_length() - 1)
+    subscriber = topic.subscribers[index]
+    return publisher.only([publisher.first]), subscriber.only([subscriber.first])
 
 
 def _at(groups: Sequence[Members], mask: int) -> Iterator[Members]:
@@ -305,6 +328,8 @@ def _endpoint_rules(topic: Topic, drafts: Drafts) -> None:
                     told[code] = told.get(code, 0) + 1
                 draft = drafts.setdefault(key, Draft(topic, spoken, tags=members.tags))
                 draft.more += further
+                if further and not draft.example:
+                    draft.example = (members.only([members.first]),)
                 (draft.publishers if role == PUBLISHER else draft.subscribers)[members] = None
 
 
@@ -344,44 +369,74 @@ def _splits(topic: Topic, pairs: _Pairs) -> list[Made]:
     met_by_any = 0
     for met in pairs.met:
         met_by_any |= met
-    found: dict[tuple[Any, ...], tuple[BoundRule, dict[Members, None], dict[Members, None]]] = {}
-    for bound, index, hit in pairs.kept_apart:
-        publisher = topic.publishers[index]
-        alone = not pairs.met[index] and not publisher.carried
-        for subscriber in _at(topic.subscribers, hit):
-            left = [publisher] if alone else []
-            if not subscriber.carried and not met_by_any >> topic.subscribers.index(subscriber) & 1:
-                left.append(subscriber)
-            if left and not bound.rule.always and all(_external(members) for members in left):
-                continue
-            quiet = not left and not bound.rule.always
-            values = tuple(
-                (subscriber if use.second else publisher).profile.values[use.index] for use in bound.bound.uses
-            )
-            key = (bound.rule.code, "quiet") if quiet else (bound.rule.code, values)
-            _, publishers, subscribers = found.setdefault(key, (bound, {}, {}))
-            publishers[publisher] = None
-            subscribers[subscriber] = None
+    alone = _alone(topic.subscribers, lambda index: met_by_any >> index & 1)
+    loud: Drafts = {}
+    quiet: Drafts = {}
+    for each in pairs.kept_apart:
+        for index, hit in each.hits.items():
+            publisher = topic.publishers[index]
+            left = _alone([publisher], lambda _, index=index: pairs.met[index])  # type: ignore[misc]
+            told = hit if each.bound.rule.always or left.told else hit & alone.told
+            if told:
+                _kept_apart(topic, loud, each, publisher, told)
+            # Of those whose partners are elsewhere anyway there is nothing to say.
+            if not left.all:
+                rest = hit & ~told & ~alone.all
+                if rest:
+                    _kept_apart(topic, quiet, each, publisher, rest, quiet=True)
     return [
-        _split_finding(topic, bound, publishers, subscribers, quiet=key[1] == "quiet")
-        for key, (bound, publishers, subscribers) in found.items()
+        *(_split_finding(topic, draft, quiet=False) for draft in loud.values()),
+        *(_split_finding(topic, draft, quiet=True) for draft in quiet.values()),
     ]
+
+
+class _Alone(NamedTuple):
+    """Groups without any partner, as bits: all of them, and those of which it is worth telling."""
+
+    all: int
+    told: int
+
+
+def _alone(groups: Sequence[Members], met: Callable[[int], int]) -> _Alone:
+    left = [(index, members) for index, members in enumerate(groups) if not members.carried and not met(index)]
+    return _Alone(sum(1 << index for index, _ in left), sum(1 << index for index, each in left if not _external(each)))
+
+
+def _kept_apart(
+    topic: Topic, drafts: Drafts, apart: _Apart, publisher: Members, mask: int, *, quiet: bool = False
+) -> None:
+    """Note that a publisher never meets the subscribers of ``mask``."""
+    code = apart.bound.rule.code
+    key: tuple[Any, ...] = (code,) if quiet else (code, id(apart))
+    further = not quiet and key not in drafts and sum(other[0] == code for other in drafts) >= _COMBINATIONS
+    if further:
+        key = (code, "further", apart.tags)
+    draft = drafts.get(key)
+    if draft is None:
+        tags = frozenset[int]() if quiet else apart.tags
+        draft = drafts[key] = Draft(topic, Spoken(apart.bound, Outcome(result=False)), tags=tags)
+    subscribers = list(_at(topic.subscribers, mask))
+    if further:
+        draft.more += 1
+        draft.example = draft.example or (
+            publisher.only([publisher.first]),
+            subscribers[0].only([subscribers[0].first]),
+        )
+    draft.publishers[publisher] = None
+    draft.subscribers.update(dict.fromkeys(subscribers))
 
 
 def _external(members: Members) -> bool:
     return all(endpoint.external for endpoint in members.endpoints)
 
 
-def _split_finding(
-    topic: Topic,
-    bound: BoundRule,
-    publishers: dict[Members, None],
-    subscribers: dict[Members, None],
-    *,
-    quiet: bool,
-) -> Made:
-    made = make(Draft(topic, Spoken(bound, Outcome(result=False)), publishers, subscribers))
-    sides = made.finding.sides
+def _split_finding(topic: Topic, draft: Draft, *, quiet: bool) -> Made:
+    made = make(draft)
+    rule = draft.spoken.bound.rule
+    publishers, subscribers = (
+        ([draft.example[0]], [draft.example[1]]) if draft.more else (draft.publishers, draft.subscribers)
+    )
+    sides = sides_of(draft.spoken, publishers, subscribers)
     subjects = " and ".join(subject(side) for side in reversed(sides))
     behind = judge_pair(next(iter(publishers)).profile, next(iter(subscribers)).profile)
     latent = tuple(
@@ -394,14 +449,17 @@ def _split_finding(
         for side in reversed(sides)
         if side.facts and not quiet
     )
-    message = f"{subjects} on topic `{topic.shown}` never meet{f' ({values})' if values else ''}: {bound.rule.because}"
+    message = f"{subjects} on topic `{topic.shown}` never meet{f' ({values})' if values else ''}: {rule.because}"
+    if draft.more:
+        message = f"{draft.more} further combinations of values keep endpoints apart, for instance: {message}"
     if quiet:
-        message = f"some endpoints on topic `{topic.shown}` never meet: {bound.rule.because}"
+        message = f"some endpoints on topic `{topic.shown}` never meet: {rule.because}"
     finding = replace(
         made.finding,
         message=message,
-        severity=Severity.NOTE if quiet else Severity(bound.rule.severity),
+        severity=Severity.NOTE if quiet else Severity(rule.severity),
         verdict=None,
+        sides=tuple(replace(side, facts=()) for side in made.finding.sides) if quiet else made.finding.sides,
         remedies=(),
         notes=latent,
         pairs=0,

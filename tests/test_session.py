@@ -5,7 +5,18 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 import cqos_core as cqos
-from cqos_core.system import Acceptance, Bound, Endpoint, Participant, Profile, ProfileRef, Setting, System, TeamRule, Topic
+from cqos_core.system import (
+    Acceptance,
+    Bound,
+    Endpoint,
+    Participant,
+    Profile,
+    ProfileRef,
+    Setting,
+    System,
+    TeamRule,
+    Topic,
+)
 
 PARTICIPANTS = ("a", "b", "c")
 TOPICS = ("scan", "/scan", "Scan", "map", "/tf_static", "bad name")
@@ -81,7 +92,11 @@ class Editing(RuleBasedStateMachine):
         if name in self.session.system.participants:
             self.session.remove_participant(name)
 
-    @rule(name=st.sampled_from(("fast", "safe", "sensor_data")), stated=setting_maps, base=st.sampled_from(((), ("safe",), ("fast",))))
+    @rule(
+        name=st.sampled_from(("fast", "safe", "sensor_data")),
+        stated=setting_maps,
+        base=st.sampled_from(((), ("safe",), ("fast",))),
+    )
     def put_profile(self, name, stated, base):
         self.session.put_profile(Profile(name, stated, tuple(ProfileRef(each) for each in base)))
 
@@ -134,7 +149,10 @@ TestEditing = Editing.TestCase
 def of_two_topics():
     system = System("robot", "ros2", participants={name: Participant(name) for name in ("driver", "planner")})
     for topic in ("/scan", "/map"):
-        system.endpoints += [Endpoint(f"pub{topic}", "publisher", topic, "driver"), Endpoint(f"sub{topic}", "subscriber", topic, "planner")]
+        system.endpoints += [
+            Endpoint(f"pub{topic}", "publisher", topic, "driver"),
+            Endpoint(f"sub{topic}", "subscriber", topic, "planner"),
+        ]
     return system
 
 

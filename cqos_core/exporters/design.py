@@ -11,20 +11,25 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.exporters.contract import judged, unique
 from cqos_core.pack import NameContext
-from cqos_core.policy import ENDPOINT, normalise
+from cqos_core.policy import ENDPOINT, Choice, normalise
+from cqos_core.problems import InvalidValueError
 from cqos_core.resolve import spelled
-from cqos_core.system import ProfileRef, Setting, System
+from cqos_core.system import Profile, ProfileRef, Setting, System
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from cqos_core.exporters.contract import ExportContext, Judged
     from cqos_core.pack import Dialect, RulePack
+    from cqos_core.policy import Policy
     from cqos_core.resolve import Resolved
-    from cqos_core.system import Acceptance, Endpoint, Profile, Settings, TeamRule, Topic
+    from cqos_core.system import Acceptance, Endpoint, Participant, Settings, TeamRule, Topic
 
 KINDS: Final = frozenset({"message", "service_server", "service_client", "action_server", "action_client"})
 YAML: Final = "yaml"
+_SHARING: Final = 2
+_SHARED: Final = 2
+"""So many endpoints, at the least, share so many settings, at the least, by a profile of their own."""
 
 
 @dataclass(slots=True)
@@ -39,6 +44,30 @@ class Design:
     system: System
     comments: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+
+
+def with_shared_profiles(design: Design) -> Design:
+    """Return the design with a profile for settings that several endpoints state alike."""
+    system = design.system
+    profiles = dict(system.profiles)
+    taken = set(profiles)
+    alike: dict[tuple[tuple[str, str], ...], list[Endpoint]] = {}
+    for endpoint in system.endpoints:
+        if not endpoint.profiles and endpoint.id not in design.comments:
+            key = tuple(sorted((name, setting.text) for name, setting in endpoint.settings.items()))
+            alike.setdefault(key, []).append(endpoint)
+    shared: dict[str, ProfileRef] = {}
+    for key, endpoints in alike.items():
+        if len(endpoints) >= _SHARING and len(key) >= _SHARED:
+            number = sum(name.startswith("shared_") for name in taken) + 1
+            name = unique(f"shared_{number}", taken)
+            profiles[name] = Profile(name, endpoints[0].settings)
+            shared |= {endpoint.id: ProfileRef(name) for endpoint in endpoints}
+    changed = [
+        replace(each, settings={}, profiles=(shared[each.id],)) if each.id in shared else each
+        for each in system.endpoints
+    ]
+    return replace(design, system=replace(system, profiles=profiles, endpoints=changed))
 
 
 def design_of(system: System, context: ExportContext) -> Design:
@@ -61,20 +90,34 @@ class _Tongue:
 
     def translated(self, settings: Settings) -> Settings:
         """Return settings in the words of the form; what the pack does not know stays as it is written."""
-        pack, dialect = self.pack, self.dialect
-        if pack is None or dialect is None or not self.foreign:
+        pack = self.pack
+        if pack is None:
             return dict(settings)
         found: Settings = {}
         for name, setting in settings.items():
-            index = pack.find(ENDPOINT, name, dialect)
+            index = pack.find(ENDPOINT, name, self.dialect)
             if index is None:
-                if normalise(name) not in dialect.ignore:
+                if self.dialect is None or normalise(name) not in self.dialect.ignore:
                     found[name] = setting
                 continue
-            text = spelled(pack.policies[index], setting.text, dialect)
+            policy = pack.policies[index]
+            text = spelled(policy, setting.text, self.dialect)
             if text is not None:
-                found[pack.policies[index].name] = Setting(text, setting.place)
+                found[policy.name if self.foreign else name] = Setting(self._plain(policy, text), setting.place)
         return found
+
+    def _plain(self, policy: Policy, text: str) -> str:
+        """Return a value as the form spells it: ``KEEP_LAST`` as ``keep_last``, a duration in fields with its unit."""
+        word = policy.domain.word(text)
+        if word in policy.words:
+            return word
+        if not (self.foreign or isinstance(policy.domain, Choice) or text.startswith("{")):
+            return text
+        try:
+            value = policy.domain.parse(text)
+        except InvalidValueError:
+            return text
+        return text if value == 0 and policy.zero is not None else policy.domain.format(value)
 
 
 class _Designer:
@@ -105,7 +148,7 @@ class _Designer:
             topics=self._topics(),
             endpoints=endpoints,
             overlays=[],
-            participants={name: replace(each, template=None) for name, each in self.system.participants.items()},
+            participants={name: self._participant(each) for name, each in self.system.participants.items()},
             checks=[self._check(each) for each in self.system.checks],
             accept=[self._acceptance(each) for each in self.system.accept],
             notes=[],
@@ -136,7 +179,19 @@ class _Designer:
             dialect=YAML,
             topic_is_guess=False,
             template=None,
+            protocol=self._own_protocol(endpoint),
+            label=None if endpoint.label == each.id else endpoint.label,
         )
+
+    def _own_protocol(self, endpoint: Endpoint) -> str | None:
+        """Return the protocol of an endpoint where it is not that of its participant anyway."""
+        inherited = self.system.participants[endpoint.participant].protocol or self.system.protocol
+        return None if endpoint.protocol == inherited else endpoint.protocol
+
+    def _participant(self, participant: Participant) -> Participant:
+        protocol = None if participant.protocol == self.system.protocol else participant.protocol
+        label = None if participant.label == participant.id else participant.label
+        return replace(participant, template=None, protocol=protocol, label=label)
 
     def _lay_over(self, each: Judged, tongue: _Tongue, settings: Settings) -> None:
         """Put what is laid over an endpoint into its own settings, and say where it comes from."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.exporters.contract import Exported
-from cqos_core.exporters.design import design_of
+from cqos_core.exporters.design import design_of, with_shared_profiles
 from cqos_core.exporters.yaml_text import Block, Raw, document, scalar, value
 from cqos_core.importers.yaml_form import BROKER, ENDPOINT, PARTICIPANT, PROFILE_FORM, TOPIC, VERSION
 
@@ -43,8 +43,13 @@ _KEYS: Final = {
 
 
 def write(system: System, context: ExportContext) -> Exported:
-    """Write ``system`` in the YAML form; reading it again gives the same verdicts and findings."""
+    """Write ``system`` in the YAML form; reading it again gives the same verdicts and findings.
+
+    The setting ``profiles=shared`` makes profiles of what several endpoints state alike.
+    """
     design = design_of(system, context)
+    if context.settings.get("profiles") == "shared":
+        design = with_shared_profiles(design)
     form = _Form(design)
     text = document(form.document(), _head(system))
     return Exported(text, len(design.system.endpoints), (*design.notes, *form.notes))

@@ -542,6 +542,16 @@ CREATION: Final = (
         creation=True,
         help="offer one data representation",
     ),
+    forbids(
+        is_on("cyclonedds") & in_(XML, DATA_REPRESENTATION),
+        code="DDS327",
+        name="xml-representation-on-cyclonedds",
+        because=INCONSISTENT + "Cyclone DDS does not support the data representation XML",
+        clause="Cyclone DDS, by running it",
+        severity="error",
+        creation=True,
+        help="list xcdr1 and xcdr2 only",
+    ),
 )
 
 # What can be created, but does not do what one may think.

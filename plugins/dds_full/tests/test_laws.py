@@ -25,7 +25,7 @@ ORDERS: dict[str, list[str]] = {
     "liveliness.lease_duration": DURATIONS[::-1],
 }
 EQUAL = {"ownership": ["shared", "exclusive"], "data_representation": ["[]", "[xcdr1]", "[xcdr2]", "[xcdr2, xcdr1]"]}
-IMPLEMENTATIONS = PACK.policy("implementation", "option").domain.names + ("fastdds",)  # type: ignore[attr-defined]
+IMPLEMENTATIONS = (*PACK.policy("implementation", "option").domain.names, "fastdds")  # type: ignore[attr-defined]
 
 profiles = st.fixed_dictionaries(
     {}, optional={policy: st.sampled_from(values) for policy, values in (ORDERS | EQUAL).items()}

@@ -167,7 +167,7 @@ def test_settings_of_a_group_reach_its_endpoints_and_keep_their_origin():
     )
     (finding,) = [finding for finding in report.findings if finding.code == "DDS403"]
     side = next(side for side in finding.sides if side.role == "publisher")
-    assert [(each.policy, each.value) for each in side.facts][0] == ("partition", "[raw]")
+    assert next((each.policy, each.value) for each in side.facts) == ("partition", "[raw]")
 
 
 def test_the_faults_behind_a_split_are_told():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.plugins import ImporterInfo, RulePackInfo, hookimpl
+from cqos_core.plugins import ExporterInfo, ImporterInfo, RulePackInfo, hookimpl
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -26,6 +26,19 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
             register(ImporterInfo(name, summary, suffixes, claim, f"cqos_ros2.importers.{module}:read"))
 
 
+@hookimpl
+def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
+    """Register the forms that ROS 2 reads."""
+    for name, summary, suffix, settings in _WRITTEN:
+        register(ExporterInfo(name, summary, suffix, f"cqos_ros2.exporters.{name}:write", settings))
+
+
+_WRITTEN = (
+    ("qos_overrides", "`qos_overrides` parameters, to start nodes with", ".yaml", ()),
+    ("rosbag2_overrides", "QoS overrides of ros2 bag play or record", ".yaml", ("side=player|recorder",)),
+    ("rclpy", "Python code with a QoSProfile for each endpoint", ".py", ()),
+    ("rclcpp", "a C++ header with an rclcpp::QoS for each endpoint", ".hpp", ()),
+)
 _OBSERVED = (
     ("topic_info", "What `ros2 topic info --verbose` prints", (".txt",), "topic_info"),
     ("rosbag2", "rosbag2 recordings (metadata.yaml)", ("metadata.yaml",), "rosbag2"),

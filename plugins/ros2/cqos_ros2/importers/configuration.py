@@ -13,7 +13,7 @@ from cqos_core.system import Endpoint, Participant, Place, ProfileRef, Setting, 
 from cqos_ros2.importers.codes import note
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
     from cqos_core.importers.source import Source
     from cqos_core.importers.tree import Node
@@ -81,6 +81,14 @@ class Configuration(Reading):
         if not is_null(node):
             self.refuse(node, name, "a list")
         return SequenceNode(node.line, node.column)
+
+    def maps(self, node: Node | None, name: str) -> Iterator[MappingNode]:
+        """Yield the maps of a list, and tell what else is in it; None is an empty list."""
+        for item in () if node is None else self.a_list(node, name).items:
+            if isinstance(item, MappingNode):
+                yield item
+            else:
+                self.refuse(item, name, "a list of maps")
 
     def refuse(self, node: Node, name: str, expected: str) -> None:
         """Tell that a value is of another kind."""

@@ -30,7 +30,7 @@ _QUEUE: Final = _key("queue_size")
 _BRIDGED: Final = _key("topics|services|actions", _TOP)
 _DOMAINS: Final = _key("from_domain|to_domain")
 _ROOT: Final = re.compile(rb"(?:[^<]|<[?!])*?<(?:[^\s<>/!?:]+:)?(dds|profiles)(?=[\s>/])")
-_PROFILES: Final = re.compile(rb"<(?:[^\s<>/!?:]+:)?(?:profiles|data_writer|data_reader)[\s>]")
+_PROFILES: Final = re.compile(rb"<(?:[^\s<>/!?:]+:)?(?:profiles|data_writer|data_reader)[\s>/]")
 
 
 def claims_qos_overrides(name: str, head: bytes) -> bool:

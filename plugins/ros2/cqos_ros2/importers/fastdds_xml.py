@@ -16,6 +16,7 @@ from cqos_core.importers.reading import collector_paused, listed, shown
 from cqos_core.system import PUBLISHER, SUBSCRIBER, ImportNote, Overlay, Place, Setting, System
 from cqos_ros2.importers.codes import note
 from cqos_ros2.importers.fastdds_profiles import read_fastdds_profiles
+from cqos_ros2.policies import DEADLINE
 
 if TYPE_CHECKING:
     from cqos_core.importers.source import ReadContext, Source
@@ -130,7 +131,12 @@ def _replacing(profile: FastDdsProfile, below: list[FastDdsProfile]) -> Settings
         if name in _POLICIES
     }
     own = {_POLICIES[name]: setting for name, setting in profile.settings.items() if name in _POLICIES}
-    return settings | {name: Setting(setting.text.lower(), setting.place) for name, setting in own.items()}
+    return settings | {name: Setting(_shown(setting.text), setting.place) for name, setting in own.items()}
+
+
+def _shown(text: str) -> str:
+    """Write a value as people of ROS 2 do."""
+    return DEADLINE.domain.format(DEADLINE.domain.parse(text)) if text.startswith("{") else text.lower()
 
 
 def _overlay(profile: FastDdsProfile, topic: str, settings: Settings) -> Overlay:

@@ -49,8 +49,8 @@ def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - noth
     """
     reader = _Reader(source)
     with collector_paused():
-        for node in reader.a_list(reader.document(), "configuration").items:
-            reader.entry(reader.a_map(node, "entry"))
+        for entries in reader.maps(reader.document(), "configuration"):
+            reader.entry(entries)
     return reader.finish()
 
 

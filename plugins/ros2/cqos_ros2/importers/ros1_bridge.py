@@ -48,9 +48,8 @@ def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - noth
     with collector_paused():
         root = reader.a_map(reader.document(), "parameters")
         for name in (_TOPICS, *_SERVICES):
-            node = stated(root, name)
-            for item in reader.a_list(node, name).items if node is not None else ():
-                reader.entry(name, reader.a_map(item, name))
+            for entries in reader.maps(stated(root, name), name):
+                reader.entry(name, entries)
     return reader.finish()
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
@@ -58,7 +59,7 @@ _AS_TEXT, _AS_LIST, _NEWEST = 4, 9, 9
 
 _OFFERED: Final = (RELIABILITY, DURABILITY, DEADLINE, LIFESPAN, LIVELINESS, LEASE, AVOID_CONVENTIONS)
 _COMPARED: Final = (RELIABILITY, DURABILITY, DEADLINE, LIVELINESS, LEASE)
-_KNOWN: Final = frozenset(policy.name for policy in (HISTORY, DEPTH, *_OFFERED))
+_POLICIES: Final = {policy.name: policy for policy in (HISTORY, DEPTH, *_OFFERED)}
 _REQUIRED: Final = tuple(policy.name for policy in (HISTORY, *_OFFERED))
 _DEFAULT_HISTORY: Final = {HISTORY.name: "keep_last", DEPTH.name: "10"}
 _FEW: Final = 3
@@ -234,7 +235,7 @@ def _profiles(node: Node | None, reading: Reading) -> Iterator[Settings]:
 def _settings(profile: MappingNode, reading: Reading) -> Iterator[tuple[str, Setting]]:
     """Yield what a recorded profile states."""
     for name, (key, value) in profile.entries.items():
-        if name not in _KNOWN:
+        if name not in _POLICIES:
             message = f"{shown(name)} is no policy that rosbag2 is known to record"
             reading.notes.append(note("ROS905", message, reading.place(key)))
         elif not is_null(value):
@@ -322,10 +323,14 @@ def _keeps_last(profile: Settings) -> bool:
 def _value(policy: Policy, profile: Settings) -> object:
     """Return what a profile says about a policy so that equal values are equal; words without a value stay words."""
     setting = profile.get(policy.name)
-    if setting is None:
-        return None
-    text = RMW_CODES.get(policy.name, {}).get(setting.text.strip(), setting.text)
+    return None if setting is None else _parsed(policy.name, setting.text)
+
+
+@lru_cache(maxsize=1000)
+def _parsed(name: str, text: str) -> object:
+    domain = _POLICIES[name].domain
+    text = RMW_CODES.get(name, {}).get(text.strip(), text)
     try:
-        return policy.domain.parse(text)
+        return domain.parse(text)
     except InvalidValueError:
-        return normalise(policy.domain.word(text))
+        return normalise(domain.word(text))

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.importers.source import ReadContext, Source
-    from cqos_core.importers.tree import Node, SequenceNode
+    from cqos_core.importers.tree import Node
     from cqos_core.system import Role, Settings, System
 
 NODE: Final = "rviz2"
@@ -94,9 +94,9 @@ class _Reader(Configuration):
             self.problem("CQ010", f"a configuration of RViz needs `{MANAGER}`", entries)
             return
         manager = self.a_map(manager, MANAGER)
-        for node in self.listed(manager, "Displays"):
+        for node in self.maps(stated(manager, "Displays"), "Displays"):
             self.display(node, enabled=True)
-        for node in self.listed(manager, "Tools"):
+        for node in self.maps(stated(manager, "Tools"), "Tools"):
             self.topics(node, PUBLISHER)
         if self.disabled:
             what = "display that is" if len(self.disabled) == 1 else "displays that are"
@@ -104,13 +104,6 @@ class _Reader(Configuration):
             self.note("ROS940", message, self.disabled[0], "set `Enabled: true` to have them checked")
         if all(said.code != "ROS941" for said in self.notes):
             self.transforms(manager)
-
-    def listed(self, manager: MappingNode, name: str) -> Iterator[MappingNode]:
-        """Yield the maps in a list."""
-        node = stated(manager, name)
-        items: SequenceNode | tuple[()] = () if node is None else self.a_list(node, name)
-        for item in items.items if items else ():
-            yield self.a_map(item, name)
 
     def names(self) -> list[str]:
         """The names of displays that are not enabled, a few of them."""
@@ -121,7 +114,7 @@ class _Reader(Configuration):
     def display(self, node: MappingNode, *, enabled: bool) -> None:
         """Read a display; a group has displays of its own, which are as enabled as it is."""
         enabled = self.a_flag(node, "Enabled", otherwise=True) and enabled
-        for inner in self.listed(node, "Displays"):
+        for inner in self.maps(stated(node, "Displays"), "Displays"):
             self.display(inner, enabled=enabled)
         if enabled:
             self.topics(node, SUBSCRIBER)

@@ -48,14 +48,18 @@ class TestEffect:
         (offered,) = [
             fact for side in finding.sides for fact in side.facts if fact.origin == "Fast DDS profile `/scan`"
         ]
-        assert (offered.place.source, offered.place.line, offered.place.column) == ("p.xml", 1, 65)
+        assert (offered.place.source, offered.place.line, offered.place.column) == ("p.xml", 1, 66)
 
     def test_without_a_middleware_both_are_possible(self):
         xml = profiles(writer("/scan", DEADLINE))
         assert checked(xml, subscribes="/scan: {deadline: 3s}").verdict == "unknown"
         report = checked(xml, subscribes="/scan: {deadline: 3s}")
         (finding,) = [finding for finding in report.findings if finding.code == "ROS103"]
-        assert "fits with fastdds; not with cyclonedds, connext" in finding.notes
+        assert {world: str(verdict) for world, verdict in finding.worlds.items()} == {
+            "ros2.rmw=cyclonedds": "incompatible",
+            "ros2.rmw=fastdds": "compatible",
+            "ros2.rmw=connext": "incompatible",
+        }
 
     def test_with_another_middleware_it_is_without_effect(self):
         report = checked(profiles(writer("/scan", DEADLINE)), subscribes="/scan: default", rmw="cyclonedds")
@@ -74,7 +78,7 @@ class TestEffect:
     def test_what_a_node_leaves_open_is_filled(self, stated):
         xml = profiles(writer("/scan", BEST_EFFORT))
         report = checked(xml, f"/scan: {{{stated}}}", "/scan: default", rmw="fastdds")
-        assert codes(report) == ["ROS101"]
+        assert "ROS101" in codes(report)
         assert checked(xml, f"/scan: {{{stated}}}", "/scan: default").verdict == "unknown"
 
     def test_a_setting_that_agrees_needs_no_word(self):
@@ -131,19 +135,19 @@ class TestReading:
             (
                 profiles(writer("/a", "<reliability><kind>SURE</kind></reliability>")),
                 [
-                    "p.xml:1:65: `reliability` cannot be `SURE`, so Fast DDS refuses the file (expected BEST_EFFORT or RELIABLE)"
+                    "p.xml:1:66: `reliability` cannot be `SURE`, so Fast DDS refuses the file (expected BEST_EFFORT or RELIABLE)"
                 ],
             ),
             (
                 profiles(writer("/a", "<deadline><period><sec>-1</sec><nanosec>x</nanosec></period></deadline>")),
                 [
-                    "p.xml:1:70: `deadline.sec` cannot be `-1`, so Fast DDS refuses the file",
-                    "p.xml:1:83: `deadline.nanosec` cannot be `x`, so Fast DDS refuses the file",
+                    "p.xml:1:71: `deadline.sec` cannot be `-1`, so Fast DDS refuses the file",
+                    "p.xml:1:84: `deadline.nanosec` cannot be `x`, so Fast DDS refuses the file",
                 ],
             ),
             (
                 profiles(writer("/a", "<deadline>soon</deadline><lifespan><duration/></lifespan>")),
-                ["p.xml:1:52: `deadline` cannot be `soon`, so Fast DDS refuses the file"],
+                ["p.xml:1:53: `deadline` cannot be `soon`, so Fast DDS refuses the file"],
             ),
             (
                 '<profiles><data_reader profile_name="/a"><topic><historyQos><depth/></historyQos></topic></data_reader></profiles>',
@@ -157,7 +161,7 @@ class TestReading:
                 "<dds><profiles>&a;</profiles></dds>",
                 ["p.xml:1:19: this is not well-formed XML: Entity 'a' not defined"],
             ),
-            ("<dds>" * 300, ["p.xml:1:1281: elements are nested deeper than 256, which is refused"]),
+            ("<dds>" * 300, ["p.xml:1:1285: elements are nested deeper than 256, which is refused"]),
         ],
     )
     def test_what_is_wrong_is_told_with_its_place(self, xml, expected):

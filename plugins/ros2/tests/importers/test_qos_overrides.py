@@ -80,7 +80,7 @@ class TestEffect:
         assert report.verdict == "incompatible"
         (finding,) = [finding for finding in report.findings if finding.code == "ROS101"]
         (offered,) = [fact for side in finding.sides for fact in side.facts if fact.origin == "qos_overrides"]
-        assert (offered.place.source, offered.place.line, offered.place.column) == ("p.yaml", 3, 60)
+        assert (offered.place.source, offered.place.line, offered.place.column) == ("p.yaml", 3, 54)
 
     @pytest.mark.parametrize("node", ["lidar_driver", "/*", "/other/lidar_driver", "/robot"])
     def test_an_override_for_another_node_is_told(self, node):
@@ -130,8 +130,7 @@ class TestEffect:
 
     def test_what_was_observed_stays_as_it_was(self):
         design = DESIGN.replace("protocol: ros2", "protocol: ros2\nobserved: true").replace(
-            "[{id: front}, {id: rear}]", "default"
+            "[{id: front}, {id: rear}]", "{reliability: reliable}"
         )
         report = checked(over("/**", "{reliability: best_effort}"), design.replace("best_effort", "reliable"))
-        assert report.verdict == "compatible"
-        assert "CQ214" not in codes(report)
+        assert not {"ROS101", "CQ214"} & set(codes(report))

@@ -1,0 +1,239 @@
+"""``cqos diff``: what two systems say differently."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from cqos_core.cli.parameters import color_option, debug_option
+from cqos_core.cli.progress import Progress
+from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.streams import colored, emit, say, say_problems, width
+from cqos_core.differences import Side, compare
+from cqos_core.excerpt import exact
+from cqos_core.formatters import wording
+from cqos_core.formatters.terminal import clean, paint, wrap
+from cqos_core.loading import STDIN
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from cqos_core.cli.reading import Reader
+    from cqos_core.differences import Diff, Different, Missing, Named
+    from cqos_core.formatters.terminal import Paint
+    from cqos_core.report import Fact
+    from cqos_core.system import Place, System
+
+_SAME, _DIFFERENT, _UNUSABLE = 0, 1, 2
+_VERSION: Final = 1
+
+
+@click.command(
+    epilog="Exit codes: 0 no difference that counts; 1 differences; 2 wrong usage, input that cannot be read, or no endpoint "
+    "in one of the two; 3 internal error."
+)
+@click.argument("a", metavar="A")
+@click.argument("b", metavar="B")
+@click.option("--topic", "topics", metavar="PATTERN", multiple=True, help="Compare these topics only. Can be repeated.")
+@click.option("--ignore", "ignored", metavar="PATTERN", multiple=True, help="Leave these topics out. Can be repeated.")
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["text", "json"]),
+    default="text",
+    show_default=True,
+    help="For people or for programs.",
+)
+@click.option(
+    "--fail-on",
+    type=click.Choice(["any", "values", "endpoints", "never"]),
+    default="any",
+    show_default=True,
+    help="Which differences make the exit code 1: any, those in values only, or endpoints that only one of them has.",
+)
+@reading_options
+@color_option
+@debug_option
+@click.pass_context
+def diff(
+    ctx: click.Context,
+    *,
+    a: str,
+    b: str,
+    topics: tuple[str, ...],
+    ignored: tuple[str, ...],
+    form: str,
+    fail_on: str,
+    reading: ReadingOptions,
+    color: str,
+) -> None:
+    """Say what two systems say differently about the same topics and endpoints.
+
+    A and B are files of any format, or folders, all files of which are then one system: two versions of a design, a design
+    and a snapshot of what runs, a design and a recording. Only what both know is compared: of what was observed, values
+    that discovery does not report are no differences, nor are topics that were not looked at.
+
+    \b
+    Examples:
+      cqos diff design.yaml snapshot.txt
+      cqos diff old.yaml new.yaml --format json
+      cqos diff design.yaml bag/ --ignore '/rosout' --fail-on values
+    """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    if a == b == STDIN:
+        raise click.UsageError("only one of the two can be standard input.", ctx)
+    reader = prepare(reading, (a, b))
+    with Progress() as progress:
+        progress.start("reading")
+        systems = [_read(reader, path, color) for path in (a, b)]
+        one, other = systems
+        if one is None or other is None:
+            ctx.exit(_UNUSABLE)
+        found = compare(one, other, reader.context, topics, ignored)
+    empty = [path for path, system in ((a, one), (b, other)) if not system.endpoints]
+    for path in empty:
+        say(f"{path}: there is no endpoint in it, so nothing was compared", severity="error", choice=color)
+    sources = {**one.sources, **other.sources}
+    if form == "json":
+        emit(_as_json(found, a, b, sources))
+    elif not empty:
+        emit(_as_text(found, a, b, sources, paint(color=colored(color, sys.stdout))))
+    ctx.exit(_UNUSABLE if empty else _DIFFERENT if _counts(found, fail_on) else _SAME)
+
+
+def _read(reader: Reader, path: str, color: str) -> System | None:
+    """Read one side; None, after saying why, where that cannot be done."""
+    loaded = reader.load([path])
+    say_problems(loaded.problems, color)
+    if loaded.problems:
+        return None
+    if not loaded.systems:
+        say(f"{path}: no file there is a design that C-QoS reads", severity="error", choice=color)
+        return None
+    return reader.whole([system for _, system in loaded.systems])
+
+
+def _counts(found: Diff, fail_on: str) -> bool:
+    values, endpoints = bool(found.different), bool(found.missing)
+    return {"any": values or endpoints, "values": values, "endpoints": endpoints, "never": False}[fail_on]
+
+
+# Text
+
+
+def _as_text(found: Diff, a: str, b: str, sources: Mapping[str, bytes], colors: Paint) -> str:
+    at = _exact(found, sources)
+    lines: list[str] = []
+    for topic in sorted(
+        {*(each.a.topic for each in found.different), *(each.endpoint.topic for each in found.missing)}
+    ):
+        lines.append(colors(clean(topic), "title"))
+        lines += _values([each for each in found.different if each.a.topic == topic], at)
+        for missing in found.missing:
+            if missing.endpoint.topic == topic:
+                lines.append(f"  {_named(missing.endpoint)} is only in {missing.only_in.upper()}{_at(missing, at)}")
+        lines.append("")
+    lines += wrap(f"A is {clean(a)}, B is {clean(b)}: {_summary(found)}", width())
+    for text in found.not_compared:
+        lines += wrap(f"not compared: {clean(text)}", width())
+    return "\n".join(lines) + "\n"
+
+
+def _values(differences: Iterable[Different], at: Mapping[Place, Place]) -> list[str]:
+    lines: list[str] = []
+    ends = None
+    for each in differences:
+        if ends != (each.a.id, each.b.id):
+            ends = (each.a.id, each.b.id)
+            lines.append(f"  {_named(each.a)}{_other_name(each)}")
+        told = " and ".join(
+            f"{clean(wording.value(fact))} in {side}{_where(fact.place, at)}"
+            for side, fact in (("A", each.value_a), ("B", each.value_b))
+        )
+        lines.append(f"    {each.policy} is {told}")
+    return lines
+
+
+def _named(end: Named) -> str:
+    return f"{end.kind.replace('_', ' ')} `{clean(end.id)}`"
+
+
+def _other_name(each: Different) -> str:
+    """How B calls the endpoint, where that is not how A does."""
+    if each.a.id == each.b.id:
+        return ""
+    return f", in B `{clean(each.b.id)}`"
+
+
+def _at(missing: Missing, at: Mapping[Place, Place]) -> str:
+    return _where(missing.endpoint.place, at)
+
+
+def _where(place: Place | None, at: Mapping[Place, Place]) -> str:
+    return "" if place is None else f" ({clean(wording.position(at.get(place, place)))})"
+
+
+def _summary(found: Diff) -> str:
+    count = wording.plural(len(found.different) + len(found.missing), "difference")
+    matched = f"{wording.plural(found.matched, 'endpoint')} in both"
+    if found.by_topic:
+        matched += f", {found.by_topic} of them known by topic only, because their participants have different names"
+    return f"{count if found else 'no difference'}; {matched}"
+
+
+def _exact(found: Diff, sources: Mapping[str, bytes]) -> Mapping[Place, Place]:
+    """Exact columns of the places that are shown."""
+    facts = (fact.place for each in found.different for fact in (each.value_a, each.value_b))
+    places = {place for place in (*facts, *(each.endpoint.place for each in found.missing)) if place is not None}
+    return exact(places, sources)
+
+
+# JSON
+
+
+def _as_json(found: Diff, a: str, b: str, sources: Mapping[str, bytes]) -> str:
+    at = _exact(found, sources)
+    document = {
+        "version": _VERSION,
+        "a": a,
+        "b": b,
+        "different": [_different(each, at) for each in found.different],
+        "missing": [
+            {"only_in": each.only_in.value, **_about(each.endpoint), "endpoint": _end(each.endpoint, at)}
+            for each in found.missing
+        ],
+        "matched": found.matched,
+        "matched_by_topic": found.by_topic,
+        "not_compared": list(found.not_compared),
+    }
+    return json.dumps(document, indent=2) + "\n"
+
+
+def _different(each: Different, at: Mapping[Place, Place]) -> dict[str, Any]:
+    return {
+        "policy": each.policy,
+        **_about(each.a),
+        Side.A.value: {**_end(each.a, at), **_value(each.value_a, at)},
+        Side.B.value: {**_end(each.b, at), **_value(each.value_b, at)},
+    }
+
+
+def _about(end: Named) -> dict[str, Any]:
+    return {"topic": end.topic, "protocol": end.protocol, "kind": end.kind}
+
+
+def _end(end: Named, at: Mapping[Place, Place]) -> dict[str, Any]:
+    return {"id": end.id, "participant": end.participant, "place": _place(end.place, at)}
+
+
+def _value(fact: Fact, at: Mapping[Place, Place]) -> dict[str, Any]:
+    return {"value": fact.value, "origin": fact.origin, "value_place": _place(fact.place, at)}
+
+
+def _place(place: Place | None, at: Mapping[Place, Place]) -> dict[str, Any] | None:
+    if place is None:
+        return None
+    keys = ("source", "line", "column", "element", "path")
+    return {key: getattr(at.get(place, place), key) for key in keys}

@@ -1,0 +1,146 @@
+"""Writes `qos_overrides` parameters: the QoS that a system states, or that mends it, for nodes to be started with."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+from cqos_core.exporters.contract import Exported
+from cqos_core.exporters.yaml_text import Block, Raw, document
+from cqos_core.system import PUBLISHER, SUBSCRIBER
+from cqos_ros2.exporters.values import QOS, Unsayable, kind_of, ros_endpoints, stated
+from cqos_ros2.names import is_legal
+from cqos_ros2.policies import AVOID_CONVENTIONS, LIFESPAN
+
+if TYPE_CHECKING:
+    from cqos_core.exporters.contract import ExportContext, Judged
+    from cqos_core.exporters.yaml_text import Node
+    from cqos_core.policy import Policy
+    from cqos_core.resolve import Resolved
+    from cqos_core.system import System
+    from cqos_ros2.exporters.values import Value
+
+_ENTITIES: Final = {PUBLISHER: "publisher", SUBSCRIBER: "subscription"}
+_ID: Final = re.compile(r"\w+", re.ASCII)
+_Slot: TypeAlias = tuple[str, str, str]
+"""Node, topic and entity."""
+
+
+def write(system: System, context: ExportContext) -> Exported:
+    """Write what is stated of each publisher and subscription, or only what was changed to mend the system."""
+    return _Overrides(system, context).write()
+
+
+class _Overrides:
+    """Writes the parameters of one system."""
+
+    def __init__(self, system: System, context: ExportContext) -> None:
+        self.system = system
+        self.context = context
+        self.notes: dict[str, None] = {}
+
+    def write(self) -> Exported:
+        """Put the file together."""
+        # All endpoints: those that are not written decide whether others have to be told apart from them.
+        slots: dict[_Slot, dict[str, dict[str, Node]]] = {}
+        for each in ros_endpoints(self.system, self.context, self.notes):
+            slot = self._slot(each)
+            if slot is not None:
+                slots.setdefault(slot, {})[each.id] = self._policies(each)
+        nodes: dict[str, dict[str, dict[str, Node]]] = {}
+        count = 0
+        for (node, topic, entity), by_id in slots.items():
+            entities = self._entities(f"{entity} of `{topic}` in `{node}`", entity, by_id)
+            if entities:
+                nodes.setdefault(node, {}).setdefault(topic, {}).update(entities)
+                count += sum(map(bool, by_id.values()))
+        return Exported(document(_file(nodes), self._head()) if nodes else "", count, tuple(self.notes))
+
+    def _slot(self, each: Judged) -> _Slot | None:
+        """Return where the parameters of an endpoint stand; None where it has none."""
+        part = each.whole
+        wanted = self.context.wants(each.id)
+        if part is None:
+            if wanted:
+                self.notes[
+                    f"`{each.id}` is {kind_of(each)}, and only publishers and subscriptions have `qos_overrides`"
+                ] = None
+            return None
+        address = part.pack.meeting.address(part.endpoint.participant, part.participant.texts)
+        if part.key is None or not is_legal(part.key) or not is_legal(address):
+            if wanted:
+                wrong = f"topic `{part.shown}`" if part.key is None or not is_legal(part.key) else f"node `{address}`"
+                self.notes[f"`{each.id}`: {wrong} has no legal name, so no parameter can name it"] = None
+            return None
+        return address, part.key, _ENTITIES[part.endpoint.role]
+
+    def _policies(self, each: Judged) -> dict[str, Node]:
+        """Return the policies that are to be overridden."""
+        part = each.parts[0]
+        found: dict[str, Node] = {}
+        for policy in QOS:
+            if not self.context.wants(each.id, policy.name):
+                continue
+            try:
+                value = stated(part, policy)
+            except Unsayable as reason:
+                self.notes[f"`{each.id}`: {policy.name} is left out: {reason}"] = None
+                continue
+            if value is not None and self._has_parameter(each, part, policy):
+                found[policy.name] = _value(value)
+        return found
+
+    def _has_parameter(self, each: Judged, part: Resolved, policy: Policy) -> bool:
+        if policy is LIFESPAN and part.endpoint.role == SUBSCRIBER:
+            self.notes[f"`{each.id}`: subscriptions have no parameter `lifespan`"] = None
+            return False
+        return True
+
+    def _entities(self, where: str, entity: str, by_id: dict[str, dict[str, Node]]) -> dict[str, Node]:
+        """Return the parameters of all endpoints of one topic and role in one node, told apart if they have to be."""
+        different = [
+            policies for number, policies in enumerate(by_id.values()) if policies not in [*by_id.values()][:number]
+        ]
+        if len(different) == 1:
+            return {entity: Block(different[0])} if different[0] else {}
+        found: dict[str, Node] = {}
+        for name, policies in by_id.items():
+            if not policies:
+                continue
+            if not _ID.fullmatch(name):
+                self.notes[f"{where}: several differ, and `{name}` is no id that a parameter can name"] = None
+                continue
+            found[f"{entity}_{name}"] = Block(policies)
+            self.notes[f"{where}: several differ; `{name}` has to be the id in its QosOverridingOptions"] = None
+        return found
+
+    def _head(self) -> list[str]:
+        name = f" of {self.system.name}" if self.system.name else ""
+        return [
+            f"qos_overrides{name}: start the nodes with `--ros-args --params-file` and this file.",
+            "An endpoint takes those policies that the program lists in its QosOverridingOptions:",
+            "by default history, depth and reliability. Durations are in nanoseconds.",
+        ]
+
+
+def _value(value: Value) -> Raw:
+    if value.word is not None:
+        return Raw(value.word)
+    if value.policy is AVOID_CONVENTIONS:
+        return Raw("true" if value.number else "false")
+    return Raw(str(value.number))
+
+
+def _file(nodes: dict[str, dict[str, dict[str, Node]]]) -> Block:
+    return Block(
+        {
+            node: Block(
+                {
+                    "ros__parameters": Block(
+                        {"qos_overrides": Block({topic: Block(entities) for topic, entities in topics.items()})}
+                    )
+                }
+            )
+            for node, topics in nodes.items()
+        }
+    )

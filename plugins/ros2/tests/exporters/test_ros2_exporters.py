@@ -1,0 +1,263 @@
+"""What is written for ROS 2: as it should look, as its own readers read it, and as nothing but itself."""
+
+import ast
+import os
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+import cqos_core as cqos
+from cqos_core.api import context
+from cqos_core.exporters.contract import ExportContext
+from cqos_core.importers.source import Source
+from cqos_core.loading import merge, read_source
+from cqos_core.mending import mend
+from cqos_core.plugins import load_plugins
+from cqos_core.resolve import resolve
+from cqos_core.system import Endpoint, Participant, Profile, ProfileRef, Role, Setting, System
+
+HERE = Path(__file__).parent
+GOLDEN = HERE / "golden"
+WHERE = context()
+FORMS = [
+    ("qos_overrides", {}, "qos_overrides.yaml"),
+    ("rosbag2_overrides", {"side": "player"}, "player.yaml"),
+    ("rosbag2_overrides", {"side": "recorder"}, "recorder.yaml"),
+    ("rclpy", {}, "qos.py"),
+    ("rclcpp", {}, "qos.hpp"),
+]
+
+
+def export(system, name, changed=None, **chosen):
+    info = load_plugins().exporters[name]
+    chosen = {name: values[0] for name, values in info.choices().items()} | chosen
+    return info.load()(system, ExportContext(WHERE.find_pack, settings=chosen, changed=changed))
+
+
+def every():
+    return cqos.read(HERE / "every.yaml")
+
+
+@pytest.mark.parametrize(("name", "chosen", "file"), FORMS, ids=[file for *_, file in FORMS])
+def test_golden(name, chosen, file):
+    exported = export(every(), name, **chosen)
+    notes = "".join(f"{note}\n" for note in exported.notes)
+    written = {GOLDEN / f"{file}.txt": exported.text, GOLDEN / f"{file}.notes.txt": notes}
+    if os.environ.get("UPDATE_GOLDEN"):
+        for path, text in written.items():
+            path.write_text(text, encoding="utf-8")
+    assert written == {path: path.read_text(encoding="utf-8") for path in written}
+
+
+@pytest.mark.parametrize(("name", "chosen", "file"), FORMS, ids=[file for *_, file in FORMS])
+def test_nothing_is_written_of_nothing(name, chosen, file):
+    del file
+    exported = export(System("empty", "ros2"), name, **chosen)
+    assert (exported.text, exported.expressed) == ("", 0)
+
+
+# Code
+
+
+def test_python_code_is_python():
+    module = ast.parse(export(every(), "rclpy").text)
+    names = [ast.unparse(target) for each in module.body if isinstance(each, ast.Assign) for target in each.targets]
+    assert len(names) == len(set(names)) > 0
+    assert all(name.isidentifier() for name in names)
+
+
+RCLCPP = """
+#pragma once
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#define POLICY(kind) enum kind { kind ## _any };
+enum rmw_h { RMW_QOS_POLICY_HISTORY_SYSTEM_DEFAULT };
+enum rmw_r { RMW_QOS_POLICY_RELIABILITY_SYSTEM_DEFAULT, RMW_QOS_POLICY_RELIABILITY_BEST_AVAILABLE };
+enum rmw_d { RMW_QOS_POLICY_DURABILITY_SYSTEM_DEFAULT, RMW_QOS_POLICY_DURABILITY_BEST_AVAILABLE };
+enum rmw_l { RMW_QOS_POLICY_LIVELINESS_MANUAL_BY_TOPIC, RMW_QOS_POLICY_LIVELINESS_MANUAL_BY_NODE };
+namespace rclcpp {
+struct Duration { template<class R, class P> Duration(const std::chrono::duration<R, P> &) {} };
+struct QoSInitialization { QoSInitialization(rmw_h, size_t) {} };
+struct KeepAll : QoSInitialization { KeepAll() : QoSInitialization(RMW_QOS_POLICY_HISTORY_SYSTEM_DEFAULT, 0) {} };
+struct KeepLast : QoSInitialization { explicit KeepLast(size_t d) : QoSInitialization(RMW_QOS_POLICY_HISTORY_SYSTEM_DEFAULT, d) {} };
+class QoS {
+public:
+  explicit QoS(const QoSInitialization &) {}
+  QoS & reliable() { return *this; }
+  QoS & best_effort() { return *this; }
+  QoS & transient_local() { return *this; }
+  QoS & durability_volatile() { return *this; }
+  QoS & reliability(rmw_r) { return *this; }
+  QoS & durability(rmw_d) { return *this; }
+  QoS & liveliness(rmw_l) { return *this; }
+  QoS & deadline(const Duration &) { return *this; }
+  QoS & lifespan(const Duration &) { return *this; }
+  QoS & liveliness_lease_duration(const Duration &) { return *this; }
+  QoS & avoid_ros_namespace_conventions(bool) { return *this; }
+};
+}
+"""
+
+
+@pytest.mark.skipif(shutil.which("g++") is None, reason="there is no g++")
+def test_cpp_code_compiles(tmp_path):
+    (tmp_path / "rclcpp").mkdir()
+    (tmp_path / "rclcpp" / "qos.hpp").write_text(RCLCPP, encoding="utf-8")
+    system = every()
+    system.name = "ends in a backslash \\"
+    (tmp_path / "all.hpp").write_text(export(system, "rclcpp").text, encoding="utf-8")
+    (tmp_path / "all.cpp").write_text('#include "all.hpp"\n', encoding="utf-8")
+    command = ["g++", "-std=c++17", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I.", "all.cpp"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("text", ["*/ x", '"""', "a\nimport os", "\\", "\x1b[0m", "//", "'", "\u2028"])
+def test_no_text_gets_out_of_its_comment(text):
+    system = every()
+    system.name = text
+    system.endpoints[0].id = text
+    for name, mark in (("rclpy", "#"), ("rclcpp", "//")):
+        plain = export(every(), name).text.splitlines()
+        strange = export(system, name).text.splitlines()
+        assert [line for line in strange if not line.startswith(mark)] == [
+            line for line in plain if not line.startswith(mark)
+        ]
+        assert not any(line.endswith("\\") for line in strange)
+    ast.parse(export(system, "rclpy").text)
+
+
+# Round trips
+
+VALUES = {
+    "history": ["keep_last", "keep_all"],
+    "depth": ["1", "7", "0"],
+    "reliability": ["reliable", "best_effort"],
+    "durability": ["volatile", "transient_local"],
+    "deadline": ["1s", "500ms", "infinite", "3ns"],
+    "lease_duration": ["2s", "infinite"],
+    "liveliness": ["automatic", "manual_by_topic"],
+    "lifespan": ["10s"],
+    "avoid_ros_namespace_conventions": ["true", "false"],
+}
+STATED = st.fixed_dictionaries({}, optional={name: st.sampled_from(v).map(Setting) for name, v in VALUES.items()})
+
+
+@st.composite
+def robots(draw):
+    system = System("robot", "ros2")
+    system.profiles["mine"] = Profile("mine", draw(STATED))
+    for name in ("a", "/ns/b"):
+        system.participants[name] = Participant(name)
+        for topic in draw(st.sets(st.sampled_from(["scan", "/map", "~/pose"]))):
+            for role in draw(st.sets(st.sampled_from(["publisher", "subscriber"]))):
+                refs = draw(st.sampled_from([(), ("mine",), ("sensor_data",)]))
+                system.endpoints.append(
+                    Endpoint(f"{name}/{role}/{topic}", role, topic, name, draw(STATED), tuple(map(ProfileRef, refs)))
+                )
+    return system
+
+
+def stripped(system):
+    """The system without any setting of an endpoint: what the programs would do by themselves."""
+    return replace(system, endpoints=[replace(each, settings={}, profiles=()) for each in system.endpoints])
+
+
+def plain_values(system):
+    """Policies of each endpoint but those that have no parameter."""
+    found = {}
+    for each in resolve(system, WHERE.find_pack).endpoints:
+        names = [policy.name for policy in each.pack.policies]
+        values = dict(zip(names, each.profile.values, strict=False))
+        if each.role == "subscriber":
+            del values["lifespan"]
+        found[each.id] = {
+            name: value for name, value in values.items() if name in {*VALUES, "liveliness_lease_duration"}
+        }
+    return found
+
+
+@given(robots())
+def test_overrides_make_of_bare_nodes_what_was_designed(system):
+    exported = export(system, "qos_overrides")
+    if not exported.expressed:
+        assert not any(each.settings.keys() - {"lifespan"} for each in system.endpoints if each.role == "subscriber")
+        return
+    overrides = read_source(Source("params.yaml", exported.text.encode()), "qos_overrides")
+    again = merge([stripped(system), overrides])
+    assert [note for note in overrides.notes if note.severity == "error"] == []
+    assert plain_values(again) == plain_values(system)
+
+
+@given(robots())
+def test_a_player_meets_every_subscription_and_a_recorder_every_publisher(system):
+    sides: list[tuple[str, Role, Role]] = [
+        ("player", "publisher", "subscriber"),
+        ("recorder", "subscriber", "publisher"),
+    ]
+    for side, role, other in sides:
+        profiles = yaml.safe_load(export(system, "rosbag2_overrides", side=side).text) or {}
+        met = replace(system, endpoints=[each for each in system.endpoints if each.role == other])
+        bag = System("bag", "ros2", participants={"bag": Participant("bag", external=True)})
+        for topic, profile in profiles.items():
+            if "avoid_ros_namespace_conventions" in profile:
+                continue
+            stated = {name: Setting(str(value)) for name, value in profile.items()}
+            bag.endpoints.append(Endpoint(f"bag{topic}", role, topic, "bag", stated, dialect="rosbag"))
+        report = cqos.check(merge([replace(met, participants=dict(met.participants)), bag]))
+        assert {pair.verdict for pair in report.pairs} <= {"compatible"}
+
+
+@pytest.mark.parametrize("side", ["player", "recorder"])
+def test_rosbag2_overrides_are_read_by_their_reader(side):
+    text = export(every(), "rosbag2_overrides", side=side).text
+    system = read_source(Source("qos.yaml", text.encode()), "rosbag2_overrides")
+    assert [note.message for note in system.notes] == []
+    assert len(system.overlays) == text.count("history:")
+
+
+# Remedies
+
+CLASH = """
+cqos: 1
+protocol: ros2
+participants:
+  lidar: {publishes: {/scan: [{id: front, reliability: best_effort}, {id: rear, reliability: best_effort}]}}
+  planner: {subscribes: {/scan: {reliability: reliable, deadline: 2s}, /map: {durability: transient_local}}}
+  maps: {publishes: {/map: {}}}
+"""
+
+
+def test_only_what_mends_is_written():
+    mended = mend(cqos.read(CLASH.encode()), WHERE, "configuration")
+    text = export(mended.system, "qos_overrides", mended.changed).text
+    written = yaml.safe_load(text)
+    assert written == {
+        "/maps": {"ros__parameters": {"qos_overrides": {"/map": {"publisher": {"durability": "transient_local"}}}}},
+        "/planner": {
+            "ros__parameters": {
+                "qos_overrides": {
+                    "/scan": {"subscription": {"reliability": "best_effort", "deadline": 9223372036854775807}}
+                }
+            },
+        },
+    }
+    overrides = read_source(Source("params.yaml", text.encode()), "qos_overrides")
+    assert cqos.check(merge([cqos.read(CLASH.encode()), overrides])).verdict == "compatible"
+
+
+def test_one_of_several_needs_an_id():
+    system = cqos.read(CLASH.encode())
+    exported = export(system, "qos_overrides", frozenset({("rear", "reliability")}))
+    entities = yaml.safe_load(exported.text)["/lidar"]["ros__parameters"]["qos_overrides"]["/scan"]
+    assert entities == {"publisher_rear": {"reliability": "best_effort"}}
+    assert exported.notes == (
+        "publisher of `/scan` in `/lidar`: several differ; `rear` has to be the id in its QosOverridingOptions",
+    )

@@ -1,0 +1,102 @@
+"""No file is claimed by two importers, and every file that an importer's tests read is claimed by that importer."""
+
+from pathlib import Path
+
+import pytest
+
+from cqos_core.plugins import load_plugins
+
+ROOT = Path(__file__).parents[4]
+FOLDERS = (
+    ROOT / "tests" / "importers" / "cases",
+    *sorted(ROOT.glob("plugins/*/tests/importers/cases")),
+    ROOT / "examples",
+)
+# Beside files of the core stand texts of what is said of them.
+FILES = [
+    file
+    for folder in FOLDERS
+    for file in sorted(folder.rglob("*"))
+    if file.is_file() and not (folder == FOLDERS[0] and file.suffix == ".txt")
+]
+HEAD = 65_536
+# Files that tests of the core read on purpose although nobody would claim them, or as parts of others.
+UNCLAIMED = ("bad", "parts", "plugin", "opcua")
+
+
+def claiming(name, data):
+    return sorted(info.name for info in load_plugins().importers.values() if info.load_claim()(name, data[:HEAD]))
+
+
+def owner(file):
+    """The importer that a folder of cases is named after, or None."""
+    return next((part for part in reversed(file.parts) if part in load_plugins().importers), None)
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(ROOT)))
+def test_every_case_file_is_claimed_by_one_importer(file):
+    found = claiming(str(file), file.read_bytes())
+    if set(UNCLAIMED) & set(file.parts):
+        assert len(found) <= 1
+    else:
+        assert len(found) == 1 or owner(file) is None
+        assert owner(file) is None or found == [owner(file)]
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(ROOT)))
+@pytest.mark.parametrize("name", ["<stdin>", "file", "file.yaml"])
+def test_whatever_it_is_called_two_importers_never_claim_it(file, name):
+    assert len(claiming(name, file.read_bytes())) <= 1
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("notes.md", "ros__parameters and qos_overrides are explained here: ros__parameters: qos_overrides: 1"),
+        ("params.yaml", "node:\n  ros__parameters:\n    rate: 10\n"),
+        ("params.yaml", "node:\n  ros__parameters:\n    rate: 10  # no qos_overrides\n    # qos_overrides: x\n"),
+        ("compose.yaml", "services:\n  web: {image: x}\nvolumes: [a]\n"),
+        ("topics.yaml", "topics:\n- /scan\n- /tf\n"),
+        ("topics.yaml", "topics: {/scan: {type: a}}\n"),
+        ("list.yaml", "- name: a\n  type: b\n"),
+        ("package.xml", '<?xml version="1.0"?>\n<package format="3"><name>profiles</name></package>'),
+        ("cyclone.xml", '<?xml version="1.0"?>\n<CycloneDDS><Domain id="any"/></CycloneDDS>'),
+        (
+            "omg.xml",
+            '<dds xmlns="http://www.omg.org/spec/DDS-XML"><qos_library name="l"><qos_profile name="p"/></qos_library></dds>',
+        ),
+        ("log.xml", "<dds><log/></dds>"),
+        ("robot.urdf", "<robot><link name='a'/></robot>"),
+        ("launch.py", "parameters=[{'qos_overrides./scan.publisher.depth': 1}] # ros__parameters:"),
+        ("empty.yaml", ""),
+        ("empty.xml", ""),
+    ],
+)
+def test_files_of_others_are_claimed_by_nobody(name, text):
+    assert claiming(name, text.encode()) == []
+
+
+@pytest.mark.parametrize(
+    ("expected", "text"),
+    [
+        ("qos_overrides", "node: {ros__parameters: {qos_overrides: {}}}"),
+        ("qos_overrides", '{"node": {"ros__parameters": {"qos_overrides./a.publisher.depth": 1}}}'),
+        ("rviz", '"Visualization Manager":\n  Displays: []\n'),
+        ("gz_bridge", "# topics\n---\n- {gz_topic_name: a}\n"),
+        ("gz_bridge", "[{ign_type_name: a}]"),
+        ("ros1_bridge", "topics: [{topic: /a, type: b, queue_size: 1}]"),
+        ("ros1_bridge", "{services_1_to_2: []}"),
+        ("domain_bridge", "topics:\n  a: {from_domain: 1}\n"),
+        ("domain_bridge", "to_domain: 1\nservices: {}\n"),
+        ("fastdds", "<!-- a > b --><profiles><data_writer/></profiles>"),
+        ("fastdds", '<?xml version="1.0"?><x:dds xmlns:x="u"><x:profiles/></x:dds>'),
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_short_forms_and_other_encodings_are_claimed(expected, text, encoding):
+    assert claiming("<stdin>", text.encode(encoding)) == [expected]
+
+
+def test_a_system_file_is_no_file_of_a_bridge():
+    text = "cqos: 1\nprotocol: ros2\ntopics: {a: {type: b}}\n# from_domain: queue_size: topic: services_1_to_2:\n"
+    assert claiming("system.yaml", (text + "x: {from_domain: 1, topic: 2, queue_size: 3}\n").encode()) == ["yaml"]

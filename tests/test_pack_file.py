@@ -1,0 +1,476 @@
+"""Rule packs in YAML files: the same value as one written in Python, and mistakes with their lines."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cqos_core.api import check, check_pair, context
+from cqos_core.checker import check_system
+from cqos_core.expression import parse
+from cqos_core.importers.source import Source
+from cqos_core.loading import read_path
+from cqos_core.pack import Convention, Dialect, Preset, RulePack
+from cqos_core.pack_file import read_pack
+from cqos_core.policy import (
+    Anything,
+    Choice,
+    Count,
+    Duration,
+    Flag,
+    FromPeers,
+    Names,
+    PerRole,
+    Policy,
+    Text,
+    by_option,
+)
+from cqos_core.problems import InputError, Problem
+from cqos_core.rule import forbids, meets, requires
+from cqos_core.system import Endpoint, Participant, Setting, System
+
+if TYPE_CHECKING:
+    import random
+
+EXAMPLES = Path(__file__).parent.parent / "examples" / "opcua"
+
+# One pack, twice
+
+FILE = """
+cqos_pack: 1
+id: mail
+title: Mail
+summary: Letters.
+source: made up
+policies:
+  care:
+    kind: choice
+    values: [plain, signed, insured]
+    default: plain
+    doc: How letters are treated.
+    clause: "1"
+    aliases: [treatment]
+    affixes: [care_]
+    synonyms: {registered: signed}
+    words:
+      usual: {by_option: carrier, cases: {bike: plain}, otherwise: {publisher: signed, subscriber: plain}}
+      best: {publisher: insured, subscriber: {from_peers: strongest_if_all, alone: insured}}
+      odd: {unknown: nobody knows}
+  delay: {kind: duration, default: infinite, words: {none: infinite}, zero: none, promise: true,
+          enforced: {carrier: {pigeon: "no"}}}
+  copies: {kind: count, minimum: 1, maximum: 9, unlimited: [all], unit: letters, default: {publisher: 2, subscriber: 3}}
+  sealed: {kind: flag, default: false, roles: [publisher, subscriber]}
+  streets: {kind: names, default: "[]"}
+  stamp: {kind: text}
+  pause: {kind: duration, unit: ms, level: topic}
+  urgent: {kind: flag, level: topic, default: no}
+  carrier: {kind: choice, values: [bike, train, pigeon], ordered: false, level: option, assume: [bike, train],
+            fallback: bike}
+presets:
+  standard: {settings: {copies: 4}}
+  valuable: {settings: {care: insured, sealed: true}, doc: Valuable letters., aliases: [VALUE], needs: {carrier: train}}
+base_preset: standard
+dialects:
+  yaml: {}
+  form: {names: {sorgfalt: care}, codes: {care: {"1": signed}}, bare_unit: s, zero_is_unset: true, ignore: [colour]}
+conventions:
+  - {pattern: "*/urgent", settings: {urgent: true}, doc: Cannot wait.}
+  - {pattern: archive, external: true}
+rules:
+  - requires: offered(care) >= requested(care)
+    code: MAIL101
+    name: care-below-requested
+    because: letters are treated worse than the reader asks for
+    clause: "1"
+    aliases: [MAIL001]
+  - requires: offered(delay) <= requested(delay)
+    code: MAIL102
+    name: delay-above-requested
+    because: letters may come too late
+    doubt: true
+  - meets: overlaps(offered(streets), requested(streets)) | (offered(streets) == requested(streets))
+    code: MAIL401
+    name: streets-split
+    because: they have no street in common
+    always: true
+  - forbids: (care == "insured") & ~sealed & stated(care)
+    code: MAIL301
+    name: insured-unsealed
+    says: "{endpoint} is open"
+    because: nobody insures what is open
+    severity: error
+    role: publisher
+    creation: true
+    fixes: [sealed]
+    help: seal it
+not_checked: [whether it rains]
+"""
+
+TWIN = RulePack(
+    "mail",
+    "Mail",
+    summary="Letters.",
+    source="made up",
+    policies=(
+        Policy(
+            "care",
+            Choice("plain", "signed", "insured", affixes=("care_",), synonyms={"registered": "signed"}),
+            "plain",
+            "How letters are treated.",
+            "1",
+            aliases=("treatment",),
+            words={
+                "usual": by_option("carrier", PerRole("signed", "plain"), bike="plain"),
+                "best": PerRole("insured", FromPeers("insured", "strongest_if_all")),
+                "odd": Anything("nobody knows"),
+            },
+        ),
+        Policy(
+            "delay",
+            Duration(),
+            "infinite",
+            words={"none": "infinite"},
+            zero="none",
+            promise=True,
+            enforced={"carrier": {"pigeon": "no"}},
+        ),
+        Policy("copies", Count(1, 9, unlimited=("all",), unit="letters"), {"publisher": "2", "subscriber": "3"}),
+        Policy("sealed", Flag(), "false"),
+        Policy("streets", Names(), "[]"),
+        Policy("stamp", Text()),
+        Policy("pause", Duration(bare_unit="ms"), level="topic"),
+        Policy("urgent", Flag(), "no", level="topic"),
+        Policy(
+            "carrier",
+            Choice("bike", "train", "pigeon", ordered=False),
+            level="option",
+            assume=("bike", "train"),
+            fallback="bike",
+        ),
+    ),
+    presets={
+        "standard": Preset({"copies": "4"}),
+        "valuable": Preset(
+            {"care": "insured", "sealed": "true"}, "Valuable letters.", ("carrier", "train"), aliases=("VALUE",)
+        ),
+    },
+    base_preset="standard",
+    dialects={
+        "yaml": Dialect(),
+        "form": Dialect({"sorgfalt": "care"}, {"care": {"1": "signed"}}, "s", True, frozenset({"colour"})),
+    },
+    conventions=(
+        Convention("*/urgent", {"urgent": "true"}, doc="Cannot wait."),
+        Convention("archive", external=True),
+    ),
+    rules=(
+        requires(
+            parse("offered(care) >= requested(care)"),
+            code="MAIL101",
+            name="care-below-requested",
+            because="letters are treated worse than the reader asks for",
+            clause="1",
+            aliases=("MAIL001",),
+        ),
+        requires(
+            parse("offered(delay) <= requested(delay)"),
+            code="MAIL102",
+            name="delay-above-requested",
+            because="letters may come too late",
+            doubt=True,
+        ),
+        meets(
+            parse("overlaps(offered(streets), requested(streets)) | (offered(streets) == requested(streets))"),
+            code="MAIL401",
+            name="streets-split",
+            because="they have no street in common",
+            always=True,
+        ),
+        forbids(
+            parse('(care == "insured") & ~sealed & stated(care)'),
+            code="MAIL301",
+            name="insured-unsealed",
+            says="{endpoint} is open",
+            because="nobody insures what is open",
+            severity="error",
+            role="publisher",
+            creation=True,
+            fixes=("sealed",),
+            help="seal it",
+        ),
+    ),
+    not_checked=("whether it rains",),
+)
+
+
+def source(text: str) -> Source:
+    return Source("pack.yaml", text.encode())
+
+
+def test_a_pack_in_a_file_describes_itself_like_its_twin_in_python():
+    assert read_pack(source(FILE)).describe() == TWIN.describe()
+
+
+def test_every_key_of_a_pack_in_a_file_means_what_it_means_in_python():
+    written = read_pack(source(FILE))
+    for mine, other in zip(written.policies, TWIN.policies, strict=True):
+        assert vars(mine.domain) == vars(other.domain)
+        assert (mine.words, mine.assume, mine.fallback, mine.zero, mine.promise) == (
+            *(other.words, other.assume, other.fallback, other.zero, other.promise),
+        )
+    assert written.rules == TWIN.rules
+    assert (written.presets, written.dialects, written.conventions) == (TWIN.presets, TWIN.dialects, TWIN.conventions)
+
+
+settings = st.fixed_dictionaries(
+    {},
+    optional={
+        "care": st.sampled_from(["plain", "Registered", "insured", "usual", "best", "odd", "nonsense"]),
+        "delay": st.sampled_from(["1s", "2s", "0s", "none", "5"]),
+        "copies": st.sampled_from(["1", "all", "99"]),
+        "sealed": st.sampled_from(["true", "false"]),
+        "streets": st.sampled_from(["[]", "[a]", "[a, b]"]),
+        "colour": st.just("red"),
+    },
+)
+
+
+@st.composite
+def systems(draw):
+    system = System(protocol="mail")
+    carrier = draw(st.sampled_from([None, "bike", "pigeon", "plane"]))
+    system.options = {"mail": {} if carrier is None else {"carrier": Setting(carrier)}}
+    for number in range(draw(st.integers(1, 4))):
+        name = f"e{number}"
+        system.participants[name] = Participant(name)
+        stated = {key: Setting(text) for key, text in draw(settings).items()}
+        role = draw(st.sampled_from(["publisher", "subscriber"]))
+        dialect = draw(st.sampled_from(["yaml", "form"]))
+        system.endpoints.append(Endpoint(name, role, "a/urgent", name, stated, dialect=dialect))
+    return system
+
+
+@given(systems())
+def test_both_give_the_same_report(system):
+    assert check_system(system, context([read_pack(source(FILE))])) == check_system(system, context([TWIN]))
+
+
+def test_the_example_of_a_fourth_protocol_gives_exactly_the_error_that_it_announces():
+    """`examples/opcua`: one of the three pairs does not work."""
+    pack = read_pack(read_path(str(EXAMPLES / "opcua_pack.yaml")))
+    report = check(EXAMPLES / "press_line.yaml", packs=[pack])
+    assert report.pair_count == 3
+    assert sorted(str(group.verdict) for group in report.groups) == ["compatible", "compatible", "incompatible"]
+    (error,) = [finding for finding in report.findings if finding.severity == "error"]
+    assert error.code == "OPC101"
+    assert (error.sides[0].members, error.sides[1].members) == (
+        ("line_controller/subscriber/press/force",),
+        ("press/publisher/press/force",),
+    )
+    assert [(remedy.role, remedy.policy, remedy.value, remedy.kind) for remedy in error.remedies] == [
+        ("publisher", "keep_alive_time", "500ms", "configuration"),
+        ("subscriber", "message_receive_timeout", "1s", "configuration"),
+    ]
+    assert str(error.place).startswith(str(EXAMPLES / "press_line.yaml:"))
+
+
+def test_each_rule_of_the_example_speaks_and_is_silent():
+    pack = read_pack(read_path(str(EXAMPLES / "opcua_pack.yaml")))
+
+    def found(offered, requested):
+        return {finding.code for finding in check_pair("opcua", offered, requested, packs=[pack]).findings}
+
+    assert found({}, {}) == set()
+    for code, offered, requested in [
+        ("OPC101", {"keep_alive_time": "2s"}, {"message_receive_timeout": "1999ms"}),
+        ("OPC102", {"security_mode": "sign"}, {}),
+        ("OPC103", {}, {"encoding": "json"}),
+        ("OPC104", {}, {"delivery_guarantee": "at_least_once"}),
+        ("OPC201", {"key_frame_count": 10}, {"complete_within": "9s"}),
+        ("OPC301", {"keep_alive_time": "999ms"}, {}),
+    ]:
+        assert found(offered, requested) == {code}
+    assert found({"keep_alive_time": "2s"}, {"message_receive_timeout": "2s"}) == set()
+    assert found({"key_frame_count": 10}, {"complete_within": "10s"}) == set()
+
+
+# Mistakes and their lines
+
+
+def problems(text: str) -> tuple[Problem, ...]:
+    with pytest.raises(InputError) as refused:
+        read_pack(source(text))
+    for problem in refused.value.problems:
+        assert problem.place is not None
+        assert problem.place.source == "pack.yaml"
+    return refused.value.problems
+
+
+def lines(text: str) -> list[tuple[int | None, str]]:
+    return [(problem.place.line if problem.place else None, problem.message) for problem in problems(text)]
+
+
+WRONG = {
+    "an unknown key": (
+        FILE.replace("promise: true", "promises: true"),
+        "promise: true",
+        "`promises` is no key here; did you mean `promise`?",
+    ),
+    "an unknown key of a rule": (FILE.replace("doubt: true", "doubts: true"), "doubt:", "did you mean `doubt`?"),
+    "an unknown key of the pack": (FILE.replace("title: Mail", "titel: Mail"), "title:", "did you mean `title`?"),
+    "an unknown kind": (
+        FILE.replace("kind: count", "kind: number"),
+        "kind: count",
+        "`policies.copies.kind`: Input should be 'choice'",
+    ),
+    "a choice without values": (
+        FILE.replace("    values: [plain, signed, insured]\n", ""),
+        "  care:",
+        "a choice lists its `values`",
+    ),
+    "two sentences": (
+        FILE.replace("    doubt: true", '    forbids: care == "plain"'),
+        "- requires: offered(delay)",
+        "a rule has exactly one of `requires`, `forbids` and `meets`",
+    ),
+    "no sentence": (
+        FILE.replace("requires: offered(care) >= requested(care)\n    ", ""),
+        "- requires: offered(care)",
+        "exactly one of",
+    ),
+    "a sentence that is none": (
+        FILE.replace("offered(delay) <= requested(delay)", "offered(delay) and requested(delay)"),
+        "- requires: offered(delay)",
+        "use & and | instead of `and` and `or`",
+    ),
+    "a sentence over an unknown policy": (
+        FILE.replace("offered(delay) <= requested(delay)", "offered(delays) <= requested(delay)"),
+        "- requires: offered(delay)",
+        "`offered(delays)` names no policy at endpoint level",
+    ),
+    "a code that is none": (
+        FILE.replace("code: MAIL102", "code: M2"),
+        "- requires: offered(delay)",
+        "rule code `M2` must",
+    ),
+    "a code used twice": (
+        FILE.replace("code: MAIL102", "code: MAIL101"),
+        "- requires: offered(delay)",
+        "`MAIL101` names both MAIL101 and MAIL101",
+    ),
+    "a default that is no value": (
+        FILE.replace("default: infinite", "default: 5"),
+        "  delay:",
+        "policy `delay`: `5` has no unit",
+    ),
+    "a preset with a value that is none": (
+        FILE.replace("sealed: true}, doc", "sealed: maybe}, doc"),
+        "  valuable:",
+        "preset `valuable`: `sealed`: `maybe` is neither true nor false",
+    ),
+    "a word by an unknown option": (
+        FILE.replace("by_option: carrier", "by_option: carriers"),
+        "  care:",
+        "policy `care`: `carriers` is no option",
+    ),
+    "a word that stands for itself": (
+        FILE.replace("{none: infinite}", "{none: none}"),
+        "  delay:",
+        "policy `delay`: word `none` stands for itself",
+    ),
+    "a unit of nothing": (FILE.replace("unit: ms", "unit: moons"), "  pause:", "`moons` is no unit of time"),
+    "a word without a meaning": (FILE.replace("{unknown: nobody knows}", "{unknowm: nobody}"), "odd:", "policies.care"),
+    "a false version": (FILE.replace("cqos_pack: 1", "cqos_pack: 2"), "cqos_pack", "`cqos_pack`: Input should be 1"),
+    "no reason": (
+        FILE.replace("because: letters may come too late", "because: ''"),
+        "- requires: offered(delay)",
+        "reason",
+    ),
+    "a list for a map": (FILE.replace("presets:\n", "presets: []\nmore:\n"), "presets", "should be a valid dictionary"),
+}
+
+
+@pytest.mark.parametrize(("text", "written", "message"), WRONG.values(), ids=WRONG)
+def test_a_mistake_is_told_with_its_line(text, written, message):
+    """The line is that of the original text, or of what replaced it."""
+    assert text != FILE
+    found = [line for line, said in lines(text) if message in said]
+    assert found, lines(text)
+    original = [number for number, line in enumerate(FILE.splitlines(), 1) if written.strip() in line]
+    assert found[0] in {*original, *(number + 1 for number in original)}, (found, original)
+
+
+def test_all_mistakes_are_told_at_once():
+    text = FILE.replace("default: infinite", "default: 5").replace("sealed: true}, doc", "sealed: maybe}, doc")
+    text = text.replace("offered(care) >=", "offered(cares) >=").replace("by_option: carrier", "by_option: carriers")
+    assert len(lines(text)) == 4
+    text = FILE.replace("kind: count", "kind: number").replace("title: Mail", "titel: Mail")
+    assert len(lines(text)) == 3  # and the title is missing
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[]",
+        "a: b: c",
+        "---\n---\n",
+        "cqos_pack: 1\n---\ncqos_pack: 1",
+        "\x00",
+        "{" * 5000,
+        "*a",
+        "a: &a [*a]",
+        "- [a",
+    ],
+)
+def test_what_is_no_pack_is_refused(text):
+    problems(text)
+
+
+def mutated(rng: random.Random) -> bytes:
+    """The file with a few lines lost, doubled, swapped or spoilt."""
+    written = FILE.splitlines(keepends=True)
+    for _ in range(rng.randint(1, 4)):
+        at, other = rng.randrange(len(written)), rng.randrange(len(written))
+        match rng.randrange(6):
+            case 0:
+                written[at] = ""
+            case 1:
+                written[at] *= 2
+            case 2:
+                written[at], written[other] = written[other], written[at]
+            case 3:
+                words = written[at].split(" ")
+                words[rng.randrange(len(words))] = rng.choice(
+                    ["[]", "{}", "-1", "1e9", "~", "true", "&a *a", "no", "é:", "\t"]
+                )
+                written[at] = " ".join(words)
+            case 4:
+                written[at] = written[at].replace(":", rng.choice([": [", ": {", " ", ": '"]), 1)
+            case 5:
+                cut = rng.randrange(len(written[at]) + 1)
+                written[at] = written[at][:cut] + rng.choice("\0\r\x85{}[]&*#'\"%@`|>") + written[at][cut:]
+    return "".join(written).encode()
+
+
+@given(st.randoms(use_true_random=False))
+def test_any_file_is_a_pack_or_a_list_of_problems(rng):
+    data = mutated(rng)
+    started = time.process_time()
+    try:
+        pack = read_pack(Source("pack.yaml", data))
+    except InputError as error:
+        found = error.problems
+    else:
+        found = ()
+        # What is accepted can be used.
+        pack.describe()
+        if any(policy.name == "care" for policy in pack.policies):
+            check_pair(pack.id, {"care": "usual", "delay": "0s"}, {"care": "best"}, packs=[pack])
+    assert all(problem.message and problem.place is not None for problem in found)
+    assert time.process_time() - started < 5

@@ -1,0 +1,606 @@
+"""From text to values: what wins over what, where each value came from, and what is said of what cannot be read."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from cqos_core.policy import INFINITE, Anything, Depends
+from cqos_core.resolve import Resolved, ResolvedSystem, resolve, suggestion
+from cqos_core.system import Broker, Endpoint, Participant, Place, Profile, ProfileRef, Setting, System
+from tests.worlds import (
+    CONTEXT,
+    POLICIES,
+    box,
+    checked,
+    codes,
+    only,
+    participant,
+    place,
+    profile,
+    reader,
+    settings,
+    world,
+    writer,
+)
+
+if TYPE_CHECKING:
+    from cqos_core.report import Finding
+
+INDEX = {policy.name: index for index, policy in enumerate(POLICIES) if policy.name != "type"}
+SECOND = 1_000_000_000
+
+
+def resolved(*parts: Any, **fields: Any) -> ResolvedSystem:
+    system = parts[0] if len(parts) == 1 and isinstance(parts[0], System) else world(*parts, **fields)
+    return resolve(system, CONTEXT.find_pack)
+
+
+def first(*parts: Any, **fields: Any) -> Resolved:
+    return resolved(*parts, **fields).endpoints[0]
+
+
+def text(endpoint: Resolved, name: str) -> str:
+    return POLICIES[INDEX[name]].format(endpoint.profile.values[INDEX[name]])
+
+
+def origin(endpoint: Resolved, name: str) -> str:
+    return endpoint.origin(INDEX[name])[0]
+
+
+def findings(*parts: Any, **fields: Any) -> list[Finding]:
+    return resolved(*parts, **fields).findings
+
+
+# What wins
+
+# Nearest first: each layer gives another number of copies, so the value tells which one won.
+LAYERS = {
+    "overlay": ("1", "overlay"),
+    "explicit": ("2", "explicit"),
+    "near profile": ("3", "profile near"),
+    "base of the near profile": ("4", "profile base"),
+    "far profile": ("5", "profile far"),
+    "preset": ("20", "preset standard"),
+}
+
+
+def with_layers(names: tuple[str, ...]) -> Resolved:
+    stated = {name: {"copies": LAYERS[name][0]} if name in names else {} for name in LAYERS}
+    return first(
+        profile("base", **stated["base of the near profile"]),
+        profile("near", "base", **stated["near profile"]),
+        profile("far", **stated["far profile"]),
+        # The last profile named is the nearest.
+        writer("box", "w", "far", "near", more={"overlay": settings(**stated["overlay"])}, **stated["explicit"]),
+    )
+
+
+@pytest.mark.parametrize("number", range(len(LAYERS)))
+def test_nearer_layers_win(number):
+    """Every choice of layers: the nearest of them is the one that holds."""
+    for names in combinations(tuple(LAYERS)[:-1], number):
+        endpoint = with_layers(names)
+        nearest = next(name for name in LAYERS if name in names or name == "preset")
+        assert (text(endpoint, "copies"), origin(endpoint, "copies")) == LAYERS[nearest], names
+
+
+def test_what_nobody_states_has_its_default():
+    endpoint = first(writer("box"))
+    assert (text(endpoint, "delay"), origin(endpoint, "delay")) == ("infinite", "default")
+    assert (text(endpoint, "copies"), origin(endpoint, "copies")) == ("20", "preset standard")
+
+
+def test_a_preset_by_name_is_a_layer_like_a_profile():
+    endpoint = first(writer("box", "w", "careful", copies="3"))
+    assert {name: (text(endpoint, name), origin(endpoint, name)) for name in ("care", "sealed", "copies", "delay")} == {
+        "care": ("insured", "preset careful"),
+        "sealed": ("true", "preset careful"),
+        "copies": ("3", "explicit"),
+        "delay": ("infinite", "default"),
+    }
+    assert text(first(writer("box", "w", "Value")), "care") == "insured"
+
+
+def test_values_have_the_place_where_they_were_stated():
+    stated = Endpoint(
+        "w",
+        "publisher",
+        "box",
+        "w",
+        {"care": Setting("signed", place(3, 5))},
+        (ProfileRef("p"),),
+        place=place(2),
+    )
+    endpoint = first(stated, replace_places(profile("p", delay="1s"), place(7)))
+    assert endpoint.origin(INDEX["care"]) == ("explicit", place(3, 5))
+    assert endpoint.origin(INDEX["delay"]) == ("profile p", place(7))
+    assert endpoint.origin(INDEX["sealed"]) == ("default", place(2))
+
+
+def replace_places(made: Profile, where: Place) -> Profile:
+    return replace(made, settings={name: Setting(each.text, where) for name, each in made.settings.items()})
+
+
+def test_equal_settings_are_one_profile_and_keep_their_own_places():
+    def at(name: str, line: int) -> Endpoint:
+        return replace(writer("box", name), settings={"care": Setting("signed", place(line))}, place=place(line))
+
+    one, other = resolved(at("a", 1), at("b", 9)).endpoints
+    assert one.profile is other.profile
+    assert (one.origin(INDEX["care"])[1], other.origin(INDEX["care"])[1]) == (place(1), place(9))
+
+
+# Spellings
+
+
+def test_names_are_read_in_every_spelling():
+    assert text(first(writer("box", Treatment="CARE_SIGNED")), "care") == "signed"
+    assert text(first(writer("box", DELAY="PT2S")), "delay") == "2s"
+
+
+def test_a_dialect_has_its_own_names_codes_and_units():
+    form = {"dialect": "form"}
+    endpoint = first(writer("box", more=form, Sorgfalt="2", delay="1.5", copies="0", Colour="red"))
+    assert text(endpoint, "care") == "signed"
+    assert text(endpoint, "delay") == "1500ms"
+    assert (text(endpoint, "copies"), origin(endpoint, "copies")) == ("20", "preset standard")
+    assert not findings(writer("box", more=form, Colour="red", delay="0.0"))
+
+
+def test_the_units_of_a_dialect_are_for_what_is_written_in_it():
+    """A profile is read in the dialect of the endpoint that uses it; defaults and presets are the pack's."""
+    parts = [profile("p", delay="2"), writer("box", "w", "p", more={"dialect": "form"}), reader("box", "r", "p")]
+    result = resolved(*parts)
+    assert text(result.endpoints[0], "delay") == "2s"
+    assert [finding.code for finding in result.findings] == ["CQ203"]
+
+
+def test_an_unknown_dialect_is_read_like_yaml():
+    assert text(first(writer("box", more={"dialect": "stone"}, delay="2s")), "delay") == "2s"
+
+
+def test_a_map_states_the_fields_of_a_policy():
+    """Where a policy has several fields they may be written as one map."""
+    from cqos_core.api import context
+    from cqos_core.pack import RulePack
+    from cqos_core.policy import Count, Flag, Policy
+
+    pack = RulePack("p", "P", (Policy("limits.most", Count(), "1"), Policy("limits.hard", Flag(), "false")), ())
+    system = replace(world(writer("box", limits="{most: 5, hard: true}")), protocol="p")
+    endpoint = resolve(system, context([pack]).find_pack).endpoints[0]
+    assert endpoint.profile.values[:2] == (5, 1)
+    assert endpoint.origin(0)[0] == "explicit"
+
+
+# Options
+
+
+def test_a_participant_has_the_options_of_the_system_unless_it_states_its_own():
+    result = resolved(
+        writer("box", "a/w"), writer("box", "b/w"), participant("b", CARRIER="ship"), options={"carrier": "bike"}
+    )
+    assert [text(endpoint, "carrier") for endpoint in result.endpoints] == ["bike", "ship"]
+    assert [origin(endpoint, "carrier") for endpoint in result.endpoints] == ["option", "explicit"]
+
+
+def test_an_option_that_nobody_set_is_what_the_pack_assumes():
+    values = first(writer("box", care="usual")).profile.values
+    assert values[INDEX["carrier"]] == Depends("post.carrier", (("bike", 0), ("train", 1), ("ship", 2)))
+    assert values[INDEX["care"]] == Depends("post.carrier", (("bike", 0), ("train", 1), ("ship", 2)))
+    assert values[INDEX["year"]] == Anything("option year is not set")
+
+
+@pytest.mark.parametrize(
+    ("carrier", "care"), [("bike", "plain"), ("train", "signed"), ("ship", "insured"), ("pigeon", "insured")]
+)
+def test_a_word_may_mean_another_value_under_each_option(carrier, care):
+    assert text(first(writer("box", care="usual"), options={"carrier": carrier}), "care") == care
+
+
+def test_a_word_that_makes_no_difference_depends_on_nothing():
+    from cqos_core.api import context
+    from cqos_core.policy import Choice, Policy, by_option
+    from tests.worlds import CARRIER, POST
+
+    care = Policy("care", Choice("plain", "signed"), "plain", words={"usual": by_option("carrier", otherwise="signed")})
+    pack = replace(POST, policies=(care, CARRIER), rules=(), presets={}, base_preset=None, conventions=(), dialects={})
+    endpoint = resolve(world(writer("box", care="usual")), context([pack]).find_pack).endpoints[0]
+    assert endpoint.profile.values[0] == 1
+
+
+def test_a_policy_that_the_carrier_ignores_has_its_default_and_saying_it_is_a_warning():
+    result = resolved(writer("box", delay="1s"), reader("box"), options={"carrier": "pigeon"})
+    assert [text(endpoint, "delay") for endpoint in result.endpoints] == ["infinite", "infinite"]
+    assert origin(result.endpoints[0], "delay") == "ignored by the middleware"
+    (finding,) = result.findings
+    assert (finding.code, finding.severity) == ("CQ205", "warning")
+    assert finding.message == "publisher `writer` states `delay`, which carrier pigeon ignores"
+    assert not findings(writer("box", delay="1s"), options={"carrier": "ship"})
+    assert not findings(writer("box", delay="infinite"), options={"carrier": "pigeon"})
+
+
+def test_a_policy_that_never_stops_a_match_keeps_its_value_and_its_rules_are_not_asked():
+    pair = [writer("box", sealed="false"), reader("box", sealed="true")]
+    assert codes(checked(*pair, options={"carrier": "bike"})) == ["POST103"]
+    assert codes(checked(*pair, options={"carrier": "pigeon"})) == []
+    assert text(resolved(*pair, options={"carrier": "pigeon"}).endpoints[1], "sealed") == "true"
+    # Pigeons on one side are enough.
+    assert codes(checked(*pair, participant("writer", carrier="pigeon"), options={"carrier": "bike"})) == []
+
+
+def test_a_zero_may_stand_for_a_word():
+    assert text(first(writer("box", delay="0s")), "delay") == "infinite"
+    assert text(first(writer("box", delay="Unspecified")), "delay") == "infinite"
+
+
+def test_a_word_may_depend_on_the_role():
+    assert [
+        text(endpoint, "care")
+        for endpoint in resolved(writer("box", care="best"), reader("box", care="best")).endpoints
+    ] == [
+        *("insured", "taken from peers"),
+    ]
+
+
+# Observed endpoints
+
+
+def test_nothing_is_filled_in_for_what_was_not_observed():
+    endpoint = first(writer("box", more={"observed": True}, care="signed"))
+    assert text(endpoint, "care") == "signed"
+    assert endpoint.profile.values[INDEX["copies"]] == Anything("discovery did not report copies")
+    assert endpoint.profile.values[INDEX["delay"]] == Anything("discovery did not report delay")
+
+
+def test_what_the_carrier_ignores_is_known_even_of_observed_endpoints():
+    endpoint = first(writer("box", more={"observed": True}), options={"carrier": "pigeon"})
+    assert endpoint.profile.values[INDEX["delay"]] == INFINITE
+
+
+# Topics
+
+
+def test_facts_of_a_topic_hold_for_everybody_on_it_and_win_over_conventions():
+    result = resolved(writer("a/urgent"), reader("b/urgent"), box("b/urgent", urgent="false", interval="2s"))
+    assert [text(endpoint, "urgent") for endpoint in result.endpoints] == ["true", "false"]
+    assert [origin(endpoint, "urgent") for endpoint in result.endpoints] == ["convention of */urgent", "topic"]
+    assert [text(endpoint, "interval") for endpoint in result.endpoints] == ["unknown (interval is not stated)", "2s"]
+
+
+def test_a_topic_entry_may_be_for_one_protocol_only():
+    entry = replace(box("t", urgent="true"), protocol="other")
+    assert text(first(writer("t"), entry), "urgent") == "false"
+    assert text(first(writer("t"), replace(entry, protocol="post")), "urgent") == "true"
+
+
+# What is wrong, and where
+
+WRONG: dict[str, tuple[list[Any], dict[str, Any], str, str, str | None]] = {
+    "unknown setting": (
+        [writer("box", car="signed")],
+        {},
+        "CQ202",
+        "publisher `writer` states `car`, which Post does not know",
+        "did you mean `care`? known: care, copies, delay, returned, sealed, stamp, streets",
+    ),
+    "unknown setting of a profile": (
+        [profile("p", colour="red"), writer("box", "w", "p")],
+        {},
+        "CQ202",
+        "profile `p` states `colour`, which Post does not know",
+        "known: care, copies",
+    ),
+    "unknown setting of a participant": (
+        [writer("box", "w"), participant("w", carier="ship")],
+        {},
+        "CQ202",
+        "participant `w` states `carier`, which Post does not know",
+        "did you mean `carrier`?",
+    ),
+    "unknown fact of a topic": (
+        [writer("t"), box("t", care="plain")],
+        {},
+        "CQ202",
+        "topic `t` states `care`",
+        "known: interval",
+    ),
+    "unknown option": (
+        [writer("t")],
+        {"options": {"vehicle": "x"}},
+        "CQ202",
+        "options of `post` states `vehicle`",
+        "known:",
+    ),
+    "no value": (
+        [writer("box", care="express")],
+        {},
+        "CQ203",
+        "publisher `writer`: `care` `express` is not one of its values",
+        "expected plain < signed < insured, or usual, best, unknown",
+    ),
+    "no unit": (
+        [reader("box", delay="5")],
+        {},
+        "CQ203",
+        "subscriber `reader`: `delay` `5` has no unit",
+        "expected a unit after it",
+    ),
+    "no value in an overlay": (
+        [writer("box", more={"overlay": settings(copies="101")})],
+        {},
+        "CQ203",
+        "`copies` `101` is out of range",
+        "expected a whole number from 1 to 100, or all",
+    ),
+    "no value of an option": (
+        [writer("t")],
+        {"options": {"carrier": "plane"}},
+        "CQ203",
+        "option `carrier`: `plane`",
+        "expected bike",
+    ),
+    "an option of tomorrow": (
+        [writer("t")],
+        {"options": {"year": "y2030"}},
+        "CQ208",
+        "option `year`: `y2030` is not one of its values; `y2010` stands in",
+        "expected y1990 < y2000 < y2010",
+    ),
+    "unknown profile": (
+        [writer("box", "w", "carefull")],
+        {},
+        "CQ204",
+        "profile `carefull` is neither defined nor a preset of Post",
+        "did you mean `careful`? known: as_usual, careful, modern, standard",
+    ),
+    "unknown base": (
+        [profile("p", "q"), writer("box", "w", "p")],
+        {},
+        "CQ204",
+        "profile `q` is neither defined",
+        "known: as_usual",
+    ),
+    "a preset of tomorrow": (
+        [writer("box", "w", "modern")],
+        {"options": {"year": "y1990"}},
+        "CQ207",
+        "preset `modern` exists from year y2000 on, this participant has year y1990",
+        None,
+    ),
+    "a profile with the name of a preset": (
+        [profile("Careful", care="plain", sealed="True"), writer("box", "w", "Careful")],
+        {},
+        "CQ206",
+        "profile `Careful` has the name of a Post preset but other values of care",
+        None,
+    ),
+    "stated twice": (
+        [writer("box", care="plain", treatment="signed")],
+        {},
+        "CQ209",
+        "publisher `writer` states `care` twice, as plain and as signed",
+        None,
+    ),
+    "of the other role": (
+        [reader("box", returned="true")],
+        {},
+        "CQ210",
+        "subscriber `reader` states `returned`, which only a publisher has",
+        None,
+    ),
+    "no pack": (
+        [writer("box")],
+        {"protocol": "pigeon_post"},
+        "CQ201",
+        "no installed pack judges protocol `pigeon_post`",
+        None,
+    ),
+    "no protocol": (
+        [writer("box")],
+        {"protocol": None},
+        "CQ201",
+        "no protocol is stated for 1 endpoints",
+        "state `protocol:` in the file",
+    ),
+    "needs": (
+        [reader("box", more={"needs": settings(latest="true")})],
+        {},
+        "CQ211",
+        "no installed pack judges `needs`",
+        None,
+    ),
+}
+
+
+@pytest.mark.parametrize(("parts", "fields", "code", "message", "help_text"), WRONG.values(), ids=WRONG)
+def test_what_is_wrong_is_one_finding_that_says_what_is_allowed(parts, fields, code, message, help_text):
+    (finding,) = findings(*parts, **fields)
+    assert finding.code == code
+    assert message in finding.message
+    if help_text is not None:
+        assert help_text in (finding.help or "")
+
+
+RIGHT: dict[str, tuple[list[Any], dict[str, Any]]] = {
+    "a known option": ([writer("t")], {"options": {"year": "y2010", "carrier": "bike"}}),
+    "a preset that is there": ([writer("box", "w", "modern")], {"options": {"year": "y2000"}}),
+    "a preset where nothing is known": ([writer("box", "w", "modern")], {}),
+    "a profile with the values of its preset": (
+        [profile("careful", care="Insured", copies="3"), writer("box", "w", "careful")],
+        {},
+    ),
+    "the same twice": ([writer("box", care="plain", treatment="plain")], {}),
+    "of its role": ([writer("box", returned="true")], {}),
+    "an unused profile": ([writer("box"), profile("p", colour="red")], {}),
+}
+
+
+@pytest.mark.parametrize(("parts", "fields"), RIGHT.values(), ids=RIGHT)
+def test_what_is_right_is_no_finding(parts, fields):
+    assert findings(*parts, **fields) == []
+
+
+def test_a_profile_that_is_wrong_is_told_once_however_many_use_it():
+    many = [writer("box", f"w{number}", "p") for number in range(50)]
+    assert [finding.code for finding in findings(profile("p", colour="red"), *many)] == ["CQ202"]
+    assert [finding.code for finding in findings(*many)] == ["CQ204"]
+
+
+def test_a_fact_of_a_topic_that_is_wrong_is_told_once_however_many_are_on_it():
+    many = [writer("t", f"w{number}") for number in range(50)] + [reader("t", f"r{number}") for number in range(50)]
+    assert [finding.code for finding in findings(box("t", interval="5"), *many)] == ["CQ203"]
+
+
+def test_the_same_mistake_on_many_endpoints_is_told_of_each():
+    many = [writer("box", f"w{number}", care="express") for number in range(50)]
+    assert len({finding.message for finding in findings(*many)}) == 50
+
+
+def test_an_invalid_value_is_not_known_and_nothing_is_called_compatible():
+    report = checked(writer("box", care="express"), reader("box", care="signed"))
+    assert report.verdict == "unknown"
+    assert codes(report) == ["CQ203"]
+    assert report.groups[0].codes == ("POST101",)
+
+
+def test_places_of_what_is_wrong_are_those_where_it_stands():
+    wrong = replace(writer("box"), settings={"care": Setting("express", place(3, 7)), "colour": Setting("x", place(4))})
+    found = {finding.code: finding.place for finding in findings(wrong)}
+    assert found == {"CQ203": place(3, 7), "CQ202": place(4)}
+    bad_profile = replace_places(profile("p", care="express"), place(9))
+    (finding,) = findings(bad_profile, replace(writer("box", "w", "p"), place=place(1)))
+    assert finding.place == place(9)
+    referring = replace(writer("box"), profiles=(ProfileRef("q", place(5)),))
+    assert findings(referring)[0].place == place(5)
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 0, 2)])
+def test_a_circle_of_profiles_is_printed_whoever_comes_first(order):
+    users = [writer("box", f"{name}/w", name) for name in "abc"]
+    ring = [profile("a", "b", care="signed"), profile("b", "c", copies="3"), profile("c", "a", delay="1s")]
+    result = resolved(*ring, *(users[index] for index in order))
+    assert [finding.message for finding in result.findings] == [
+        "profiles are based on each other in a circle: a → b → c → a",
+    ]
+    # Each still has the values of all of them.
+    for endpoint in result.endpoints:
+        assert [text(endpoint, name) for name in ("care", "copies", "delay")] == ["signed", "3", "1s"]
+
+
+def test_a_profile_may_be_based_on_itself_by_mistake():
+    (finding,) = findings(profile("a", "a"), writer("box", "w", "a"))
+    assert finding.message == "profiles are based on each other in a circle: a → a"
+
+
+def test_a_preset_is_asked_for_of_every_participant_that_uses_it():
+    parts = [profile("p", "modern"), writer("box", "new/w", "p"), writer("box", "old/w", "p")]
+    parts += [participant("new", year="y2010"), participant("old", year="y1990")]
+    for order in (parts, [*parts[:1], *reversed(parts[1:])]):
+        assert [finding.message for finding in findings(*order)] == [
+            "preset `modern` exists from year y2000 on, this participant has year y1990",
+        ]
+
+
+def test_a_long_chain_of_profiles_is_followed_to_its_end():
+    chain = [
+        profile(f"p{number}", f"p{number + 1}", **({"care": "signed"} if number == 4999 else {}))
+        for number in range(5000)
+    ]
+    endpoint = first(*chain, profile("p5000", delay="2s"), writer("box", "w", "p0"))
+    assert [text(endpoint, name) for name in ("care", "delay")] == ["signed", "2s"]
+
+
+def test_profiles_that_share_their_bases_over_and_over_are_read_once():
+    ladder = [profile(f"{side}{level}", f"l{level + 1}", f"r{level + 1}") for level in range(40) for side in "lr"]
+    endpoint = first(*ladder, profile("l40", care="signed"), profile("r40", care="insured"), writer("box", "w", "l0"))
+    assert text(endpoint, "care") == "insured"
+
+
+def test_a_profile_reached_twice_is_no_circle():
+    diamond = [profile("top", care="signed"), profile("l", "top"), profile("r", "top"), profile("bottom", "l", "r")]
+    assert not findings(*diamond, writer("box", "w", "bottom"))
+
+
+# Whole systems
+
+
+def test_the_protocol_of_an_endpoint_wins_over_its_participants_and_the_systems():
+    system = world(writer("box", more={"protocol": "post"}), protocol="nothing")
+    assert len(resolve(system, CONTEXT.find_pack).endpoints) == 1
+    system = world(writer("box"), participant("writer", {"protocol": "post"}), protocol="nothing")
+    assert len(resolve(system, CONTEXT.find_pack).endpoints) == 1
+    assert len(resolve(world(writer("box"), protocol=None), CONTEXT.find_pack, "post").endpoints) == 1
+
+
+def test_ids_that_two_sources_use_are_told_apart():
+    result = resolved(writer("box", "w"), writer("box", "w"), writer("box", "w~2"))
+    assert [endpoint.id for endpoint in result.endpoints] == ["w", "w~2", "w~2~2"]
+    assert [endpoint.stated_id for endpoint in result.endpoints] == ["w", "w", "w~2"]
+
+
+def test_what_a_participant_states_is_read_even_where_it_has_no_endpoint():
+    assert [f.code for f in findings(participant("idle", colour="red"))] == ["CQ202"]
+
+
+def test_bridges_are_read_and_said_not_to_be_judged():
+    from cqos_core.system import Bridge
+
+    system = world(writer("box"))
+    system.bridges["b"] = Bridge("b")
+    assert [finding.code for finding in resolved(system).findings] == ["CQ211"]
+
+
+def test_a_participant_finds_its_broker():
+    """The named one, or the only one."""
+    from cqos_core.api import context
+    from cqos_core.expression import parse
+    from cqos_core.policy import Count, Policy, Text
+    from cqos_core.rule import requires
+    from tests.worlds import POST
+
+    pack = replace(
+        POST,
+        policies=(
+            *POLICIES,
+            Policy("limit", Count(), "5", level="broker"),
+            Policy("broker", Text(), None, level="participant"),
+        ),
+        rules=(requires(parse("offered(copies) <= broker(limit)"), code="POST801", name="a", because="b"),),
+    )
+    system = world(writer("box", "w", copies="7"), reader("box"))
+
+    def speaks(*brokers: Broker) -> bool:
+        system.brokers = {broker.id: broker for broker in brokers}
+        return "POST801" in codes(checked(system, where=context([pack])))
+
+    small, large = Broker("small", settings=settings(limit="1")), Broker("large", settings=settings(limit="9"))
+    assert speaks()
+    assert not speaks(large)
+    assert speaks(small)
+    assert speaks(small, large)  # neither is named, so the default holds
+    system.participants["w"] = Participant("w", settings=settings(broker="large"))
+    assert not speaks(small, large)
+
+
+def test_a_wrong_name_is_answered_with_the_nearest():
+    assert suggestion("Car", ["care", "copies"]) == "did you mean `care`? known: care, copies"
+    assert suggestion("zzz", []) == "known: none"
+
+
+def test_the_order_of_settings_changes_nothing():
+    stated = {"care": "signed", "delay": "2s", "copies": "7"}
+    backwards = dict(reversed(stated.items()))
+    assert first(writer("box", **stated)).profile is first(writer("box", **backwards)).profile
+
+
+def test_findings_of_a_report_name_the_origin_of_each_value():
+    report = checked(profile("p", care="plain"), writer("box", "w", "p"), reader("box", care="signed"))
+    finding = only(report, "POST101")
+    assert [(side.role, fact.policy, fact.value, fact.origin) for side in finding.sides for fact in side.facts] == [
+        ("subscriber", "care", "signed", "explicit"),
+        ("publisher", "care", "plain", "profile p"),
+    ]
