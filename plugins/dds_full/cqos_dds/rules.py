@@ -218,6 +218,10 @@ DUST_ALONE_REFUSES: Final = (
     | ((offered(LIVELINESS) == requested(LIVELINESS)) & (offered(LEASE) < requested(LEASE)))
 )
 DUST_ALONE_ACCEPTS: Final = LIVELINESS_FITS & ~LEASE_FITS
+ONE_END_REFUSES: Final = (
+    "{{publisher}} and {{subscriber}} do not fit in {}, which only one of their implementations looks at"
+)
+DISAGREEING: Final = "one end counts itself connected while the other refuses it, so its status says nothing"
 
 PAIRS: Final = (
     forbids(
@@ -334,24 +338,58 @@ PAIRS: Final = (
         & (subscriber(IMPLEMENTATION) != "standard"),
         code="DDS220",
         name="mixed-implementations",
-        says="{publisher} on {offered implementation} meets {subscriber} on {requested implementation}",
+        says="{publisher} and {subscriber} are of different implementations",
         because="each end judges the other by its own rules and defaults, so both are asked",
         clause="C-QoS, implementations of DDS",
         severity="note",
     ),
     forbids(
-        (only_one_is(*NO_PRESENTATION) & ~(SCOPE_FITS & COHERENCE_FITS & ORDER_FITS))
-        | (only_one_is(*NO_LATENCY_BUDGET) & ~LATENCY_FITS)
-        | (only_one_is(*NO_DESTINATION_ORDER) & ~DESTINATION_ORDER_FITS)
-        | (only_one_is(*NO_LIVELINESS_KIND) & ~LIVELINESS_FITS)
-        | (only_one_is(*NO_REPRESENTATION) & ~ENCODING_FITS)
-        | (only_one_is("opendds") & SOME_ENCODING_FITS & ~ENCODING_FITS)
-        | (only_one_is("dust") & (DUST_ALONE_REFUSES | DUST_ALONE_ACCEPTS)),
+        only_one_is(*NO_PRESENTATION) & ~(SCOPE_FITS & COHERENCE_FITS & ORDER_FITS),
         code="DDS221",
-        name="ends-disagree",
-        says="{publisher} and {subscriber} are of implementations that disagree about them: one end refuses what the other takes for a match",
-        because="the end that does not compare a policy counts itself connected, while the other refuses it",
-        clause="C-QoS, implementations of DDS",
+        name="presentation-compared-by-one-end",
+        says=ONE_END_REFUSES.format("presentation"),
+        because=DISAGREEING,
+        clause="Fast DDS, request/offer check",
+    ),
+    forbids(
+        only_one_is(*NO_LATENCY_BUDGET) & ~LATENCY_FITS,
+        code="DDS222",
+        name="latency-budget-compared-by-one-end",
+        says=ONE_END_REFUSES.format("latency_budget"),
+        because=DISAGREEING,
+        clause="Fast DDS, request/offer check",
+    ),
+    forbids(
+        only_one_is(*NO_DESTINATION_ORDER) & ~DESTINATION_ORDER_FITS,
+        code="DDS223",
+        name="destination-order-compared-by-one-end",
+        says=ONE_END_REFUSES.format("destination_order"),
+        because=DISAGREEING,
+        clause="Fast DDS and OpenDDS, request/offer check",
+    ),
+    forbids(
+        only_one_is(*NO_LIVELINESS_KIND) & ~LIVELINESS_FITS,
+        code="DDS224",
+        name="liveliness-compared-by-one-end",
+        says=ONE_END_REFUSES.format("the kind of liveliness"),
+        because=DISAGREEING,
+        clause="RustDDS, request/offer check",
+    ),
+    forbids(
+        ~ENCODING_FITS & (only_one_is(*NO_REPRESENTATION) | (only_one_is("opendds") & SOME_ENCODING_FITS)),
+        code="DDS225",
+        name="data-representation-compared-differently",
+        says=ONE_END_REFUSES.format("data_representation"),
+        because=DISAGREEING,
+        clause="Fast DDS 2.9, RustDDS and OpenDDS, request/offer check",
+    ),
+    forbids(
+        only_one_is("dust") & (DUST_ALONE_REFUSES | DUST_ALONE_ACCEPTS),
+        code="DDS226",
+        name="compared-differently-by-dust",
+        says="one end is Dust DDS, which judges {publisher} and {subscriber} otherwise than the other end",
+        because=DISAGREEING,
+        clause="Dust DDS, request/offer check",
     ),
 )
 
