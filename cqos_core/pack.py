@@ -13,10 +13,11 @@ from cqos_core.policy import ENDPOINT, LEVELS, Policy, normalise
 from cqos_core.problems import PackError, SentenceError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from cqos_core.codes import CodeInfo
     from cqos_core.evaluate import Use
+    from cqos_core.logs import Misfit
     from cqos_core.policy import Plain
     from cqos_core.rule import Rule
     from cqos_core.system import Endpoint
@@ -120,6 +121,11 @@ def shell_pattern(pattern: str, address: str) -> bool:
     return fnmatchcase(address, pattern)
 
 
+def no_misfits(line: str) -> tuple[Misfit, ...]:  # noqa: ARG001 - the signature of all that read output
+    """Read nothing from the output of programs."""
+    return ()
+
+
 def only_itself(endpoint: Endpoint) -> tuple[Endpoint, ...]:
     """Every endpoint stands for itself."""
     return (endpoint,)
@@ -164,6 +170,7 @@ class Wire:
         policies: own endpoint policy to wire policy; wire policies that none stands for keep their defaults.
         options: own option to the wire's option or participant setting.
         words: own value to wire value, where the two spell it differently.
+        fixed: wire policies that endpoints of this protocol always have, with their values.
         type: from a type name to the one on the wire.
     """
 
@@ -172,6 +179,7 @@ class Wire:
     policies: Mapping[str, str]
     options: Mapping[str, str] = field(default_factory=dict)
     words: Mapping[str, str] = field(default_factory=dict)
+    fixed: Mapping[str, str] = field(default_factory=dict)
     type: Callable[[str], str] = str
 
 
@@ -217,6 +225,7 @@ class RulePack:
         variants: ``(option, value)`` to the pack that judges when the system's option has that value.
         not_checked: what no QoS check of this protocol can see, for the report.
         codes: what the importers that come with the pack report.
+        read_log: yields what one line of a program's output says of endpoints that do not fit.
         source: where the facts come from.
     """
 
@@ -235,6 +244,7 @@ class RulePack:
     variants: Mapping[tuple[str, str], RulePack] = field(default_factory=dict)
     not_checked: tuple[str, ...] = ()
     codes: tuple[CodeInfo, ...] = ()
+    read_log: Callable[[str], Iterable[Misfit]] = no_misfits
     source: str = ""
 
     def __post_init__(self) -> None:

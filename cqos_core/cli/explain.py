@@ -42,7 +42,13 @@ _VERDICT = _HEADER.index("verdict")
     epilog="Exit codes are those of `cqos check`, for this pair: 0 clean, 1 an error found, 2 wrong usage or input that "
     "cannot be read, 3 internal error."
 )
-@click.argument("arguments", nargs=-1, required=True, metavar="PATH... [PUBLISHER SUBSCRIBER]")
+@click.argument("arguments", nargs=-1, metavar="PATH... [PUBLISHER SUBSCRIBER]")
+@click.option(
+    "--log",
+    metavar="FILE",
+    help="Explain what running programs print when they discover an endpoint that does not fit; `-` is standard input. "
+    "With paths, by the pairs of that system; the exit code is 1 if there is any such line.",
+)
 @reading_options
 @click.option(
     "--format",
@@ -55,7 +61,9 @@ _VERDICT = _HEADER.index("verdict")
 @color_option
 @debug_option
 @click.pass_context
-def explain(ctx: click.Context, *, arguments: tuple[str, ...], reading: ReadingOptions, form: str, color: str) -> None:
+def explain(
+    ctx: click.Context, *, arguments: tuple[str, ...], log: str | None, reading: ReadingOptions, form: str, color: str
+) -> None:
     """Explain one publisher and one subscriber, policy by policy.
 
     The last two arguments are the ids of the endpoints, all before them are paths, which are taken together as one
@@ -66,7 +74,14 @@ def explain(ctx: click.Context, *, arguments: tuple[str, ...], reading: ReadingO
       cqos explain system.yaml                               which endpoints are there?
       cqos explain system.yaml lidar/publisher/scan nav/subscriber/scan
       cqos explain model.bpmn Drone_ThrowReq Station_CatchReq --option ros2.rmw=zenoh
+      cqos explain --log node.log system.yaml                what do the programs complain of?
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    if log is not None:
+        from cqos_core.cli.explain_log import explain_log
+
+        explain_log(ctx, log=log, paths=arguments, reading=reading, form=form, color=color)
+    if not arguments:
+        raise click.UsageError("Missing argument 'PATH...'.", ctx)
     paths, ids = _split(arguments)
     reader = prepare(reading, paths)
     with Progress() as progress:

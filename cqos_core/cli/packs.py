@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _KINDS = (
     ("importers", "Importers, for `--from`"),
     ("formatters", "Formatters, for `--format`"),
-    ("exporters", "Exporters"),
+    ("exporters", "Exporters, for `cqos convert --to`"),
     ("commands", "Commands"),
 )
 
@@ -88,13 +88,15 @@ def _inventory(plugins: Plugins, extra: dict[str, RulePack]) -> dict[str, Any]:
         if plugins.pack(name) is not None and name not in extra
     ]
     listed += [{"id": pack.id, "summary": pack.summary, "distribution": "--pack"} for pack in extra.values()]
-    kinds = {
+    kinds: dict[str, list[dict[str, Any]]] = {
         kind: [
             {"name": name, "summary": info.summary, "distribution": plugins.owner(kind, name)}
             for name, info in getattr(plugins, kind).items()
         ]
         for kind, _ in _KINDS
     }
+    for exporter in kinds["exporters"]:
+        exporter["settings"] = list(plugins.exporters[exporter["name"]].settings)
     broken = [{"name": each.name, "distribution": each.distribution, "reason": each.reason} for each in plugins.broken]
     return {"version": 1, "packs": listed, **kinds, "broken": broken}
 
@@ -104,7 +106,7 @@ def _inventory_as_text(plugins: Plugins, extra: dict[str, RulePack]) -> str:
     rows = [(each["id"], each["summary"], each["distribution"]) for each in inventory["packs"]]
     blocks = [_section("Rule packs, see `cqos packs ID`", rows)]
     for kind, title in _KINDS:
-        rows = [(each["name"], each["summary"], each["distribution"]) for each in inventory[kind]]
+        rows = [(each["name"], each["summary"] + _settings(each), each["distribution"]) for each in inventory[kind]]
         blocks.append(_section(title, rows))
     blocks.append(
         _section(
@@ -118,6 +120,12 @@ def _inventory_as_text(plugins: Plugins, extra: dict[str, RulePack]) -> str:
 def _in_one_line(reason: str) -> str:
     first, *more = (line.strip() for line in reason.splitlines())
     return f"{first} {'; '.join(more)}"
+
+
+def _settings(registered: dict[str, Any]) -> str:
+    """What may be chosen of an exporter."""
+    settings = registered.get("settings", ())
+    return f" (--set {', '.join(settings)})" if settings else ""
 
 
 # One pack

@@ -10,6 +10,7 @@ from cqos_ros2 import interfaces, names
 from cqos_ros2.conventions import CONVENTIONS
 from cqos_ros2.dialects import DIALECTS
 from cqos_ros2.importers.codes import CODES
+from cqos_ros2.logs import read_line
 from cqos_ros2.policies import POLICIES
 from cqos_ros2.presets import PRESETS
 from cqos_ros2.raw import RAW_POLICIES, RAW_RULES
@@ -49,6 +50,7 @@ SEMANTIC: Final = RulePack(
     wire=WIRE,
     not_checked=NOT_CHECKED,
     codes=CODES,
+    read_log=read_line,
     source="ROS 2 documentation, rmw, rmw_dds_common, rmw_zenoh, rclcpp, rclpy, REP 2003",
 )
 

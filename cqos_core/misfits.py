@@ -1,0 +1,144 @@
+"""From what running programs say of endpoints that do not fit to the pairs, rules and remedies that a system knows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from typing import TYPE_CHECKING
+
+from cqos_core.checker import check_system
+from cqos_core.report import Pair, Verdict
+from cqos_core.resolve import resolve
+from cqos_core.system import PUBLISHER, SUBSCRIBER
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from cqos_core.checker import Context
+    from cqos_core.logs import Misfit, Occurrence
+    from cqos_core.pack import RulePack
+    from cqos_core.report import Finding, Report
+    from cqos_core.resolve import Resolved
+    from cqos_core.rule import Rule
+    from cqos_core.system import System
+
+
+@dataclass(frozen=True, slots=True)
+class Explained:
+    """What is known of one thing that programs say.
+
+    Attributes:
+        rules: of the pack, over the policy that is named.
+        pairs: of the system, that are meant and not known to fit, each with its verdict.
+        findings: of the system, why these pairs do not fit: all their policies, not only the one that is named.
+        remark: why nothing, or not everything, could be found in the system; empty if there is nothing to remark.
+    """
+
+    occurrence: Occurrence
+    rules: tuple[Rule, ...]
+    pairs: tuple[Pair, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    remark: str = ""
+
+
+def rules_over(misfit: Misfit, pack: RulePack | None) -> tuple[Rule, ...]:
+    """Return the rules that a pair breaks if the policy that is named is at fault."""
+    if pack is None:
+        return ()
+    policies = pack.vocabulary.policies
+    return tuple(
+        bound.rule
+        for bound in pack.by_scope.get("pair", ())
+        if bound.rule.kind == "requires" and {policies[use.index].name for use in bound.bound.uses} & {*misfit.policies}
+    )
+
+
+def explain_alone(occurrences: Iterable[Occurrence], context: Context) -> list[Explained]:
+    """Explain what can be said without any system."""
+    return [Explained(each, rules_over(each.misfit, context.find_pack(each.misfit.protocol))) for each in occurrences]
+
+
+def explain_misfits(occurrences: Iterable[Occurrence], system: System, context: Context) -> list[Explained]:
+    """Explain what programs say by the pairs of a system."""
+    report = check_system(system, context)
+    endpoints = resolve(system, context.find_pack, context.default_protocol).endpoints
+    return [_explained(each, endpoints, report, context) for each in occurrences]
+
+
+def _explained(occurrence: Occurrence, endpoints: Sequence[Resolved], report: Report, context: Context) -> Explained:
+    misfit = occurrence.misfit
+    rules = rules_over(misfit, context.find_pack(misfit.protocol))
+    on_topic = [each for each in endpoints if each.pack.id == misfit.protocol and _is_on(each, misfit.topic)]
+    if not on_topic:
+        return Explained(occurrence, rules, remark="the system has no such topic")
+    own = [each for each in on_topic if each.role == misfit.role]
+    mine = [each for each in own if misfit.participant in {None, _address(each)}]
+    remark = ""
+    if own and not mine and misfit.topic is not None:
+        remark = f"the system has no {misfit.role} of `{misfit.participant}` there; this is about its others"
+        mine = own
+    keys = {each.key for each in mine}
+    others = [each for each in on_topic if each.role != misfit.role and each.key in keys]
+    missing = misfit.role if not mine else "" if others else _opposite(misfit.role)
+    if missing:
+        owner = f" of `{misfit.participant}`" if own and not mine else ""
+        return Explained(occurrence, rules, remark=f"the system has no {missing}{owner} there")
+    publishers, subscribers = (mine, others) if misfit.role == PUBLISHER else (others, mine)
+    pairs = _pairs({each.id for each in publishers}, {each.id for each in subscribers}, report)
+    findings = _findings(pairs, report)
+    if misfit.topic is None and rules:
+        # Of all topics of the participant, it is one where the named policy does not fit.
+        findings = tuple(each for each in findings if each.code in {rule.code for rule in rules})
+        pairs = tuple(pair for pair in pairs if any(_concerns(each, pair) for each in findings))
+    if not pairs:
+        remark = "by the system they fit, so what runs differs from it: `cqos diff` compares it with a snapshot"
+    elif rules and not {rule.code for rule in rules} & {each.code for each in findings}:
+        remark = remark or "by the system other policies do not fit than the one that is named"
+    return Explained(occurrence, rules, pairs, findings, remark)
+
+
+def _is_on(endpoint: Resolved, topic: str | None) -> bool:
+    """Whether an endpoint is on a topic, which programs print in full or as they name it themselves."""
+    if topic is None or topic in {endpoint.key, endpoint.shown, endpoint.endpoint.topic}:
+        return True
+    return not topic.startswith("/") and (endpoint.key or "").endswith(f"/{topic}")
+
+
+def _address(endpoint: Resolved) -> str:
+    return endpoint.pack.meeting.address(endpoint.endpoint.participant, endpoint.participant.texts)
+
+
+def _opposite(role: str) -> str:
+    return SUBSCRIBER if role == PUBLISHER else PUBLISHER
+
+
+def _pairs(publishers: set[str], subscribers: set[str], report: Report) -> tuple[Pair, ...]:
+    found = [
+        Pair(group.topic, publisher, subscriber, group.verdict)
+        for group in report.groups
+        if group.verdict is not Verdict.COMPATIBLE
+        for publisher, subscriber in product(
+            [name for name in group.publishers if name in publishers],
+            [name for name in group.subscribers if name in subscribers],
+        )
+    ]
+    # Where some certainly do not fit, these are meant.
+    certain = [pair for pair in found if pair.verdict is Verdict.INCOMPATIBLE]
+    return tuple(certain or found)
+
+
+def _findings(pairs: Sequence[Pair], report: Report) -> tuple[Finding, ...]:
+    """Return what says of any of the pairs that, or why, it does not fit."""
+    publishers = {pair.publisher for pair in pairs}
+    subscribers = {pair.subscriber for pair in pairs}
+    return tuple(
+        finding
+        for finding in report.findings
+        if finding.verdict is not None
+        and not publishers.isdisjoint(finding.endpoints)
+        and not subscribers.isdisjoint(finding.endpoints)
+    )
+
+
+def _concerns(finding: Finding, pair: Pair) -> bool:
+    return {pair.publisher, pair.subscriber} <= {*finding.endpoints}
