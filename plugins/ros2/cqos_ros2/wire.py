@@ -44,5 +44,6 @@ WIRE: Final = Wire(
     },
     options={"domain": "domain", "rmw": "implementation"},
     words={"manual_by_node": "manual_by_participant", "micro_ros": "fastdds"},
+    fixed={"data_representation": "[xcdr1]"},  # what rmw_cyclonedds and rmw_fastrtps write and read
     type=type_name,
 )

@@ -194,7 +194,7 @@ class _Reader:
 
     def duration(self, element: Element, policy: str, settings: Settings) -> None:
         """Read seconds and nanoseconds, either of which may be infinite, or a word for infinite."""
-        fields = {"sec": "0", "nanosec": "0"}
+        fields: dict[str, str] = {}
         for part in _elements(element):
             if _local(part) not in _FIELDS:
                 self.found.unread.setdefault(f"{_local(element)}/{_local(part)}", self.place(part))
@@ -202,17 +202,16 @@ class _Reader:
                 fields["sec"] = _INFINITE
             elif _number(_text(part)) is None:
                 self.refused(part, f"{policy}.{_local(part)}", _text(part), "a whole number or DURATION_INFINITY")
-            elif fields["sec"] != _INFINITE:
+            elif fields.get("sec") != _INFINITE:
                 fields[_FIELDS[_local(part)]] = _text(part)
         word = _text(element)
-        if word in _INFINITE_WORDS or fields["sec"] == _INFINITE:
-            text = _INFINITE
+        if word in _INFINITE_WORDS or fields.get("sec") == _INFINITE:
+            settings[policy] = Setting(_INFINITE, self.place(element))
         elif word:
             self.refused(element, policy, word, "<sec> and <nanosec>, or DURATION_INFINITY")
-            return
-        else:
-            text = f"{{sec: {fields['sec']}, nanosec: {fields['nanosec']}}}"
-        settings[policy] = Setting(text, self.place(element))
+        elif fields:
+            text = f"{{sec: {fields.get('sec', '0')}, nanosec: {fields.get('nanosec', '0')}}}"
+            settings[policy] = Setting(text, self.place(element))
 
 
 def _number(text: str) -> int | None:

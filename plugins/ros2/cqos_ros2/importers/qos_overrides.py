@@ -13,6 +13,7 @@ from cqos_core.importers.forms import described
 from cqos_core.importers.reading import collector_paused, did_you_mean, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, is_null
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Overlay
+from cqos_ros2.importers.codes import note
 from cqos_ros2.importers.configuration import Configuration, as_flag, as_integer
 
 if TYPE_CHECKING:
@@ -174,9 +175,8 @@ class _Reader(Configuration):
                 f"the override of {names} on `{entity.topic}` takes effect only if the node allows it; by default a node "
                 "that allows overrides allows those of history, depth and reliability"
             )
-            place = settings[further[0]].place
-            if place is not None:
-                self.note("ROS932", message, place, "name the policies in the node's `QosOverridingOptions`")
+            advice = "name the policies in the node's `QosOverridingOptions`"
+            self.notes.append(note("ROS932", message, settings[further[0]].place, advice=advice))
 
 
 def _overrides(entries: MappingNode) -> Iterator[_Parameter]:

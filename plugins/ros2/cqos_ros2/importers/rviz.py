@@ -64,6 +64,10 @@ _TYPES: Final = {
     "SetGoal": "geometry_msgs/msg/PoseStamped",
     "SetInitialPose": "geometry_msgs/msg/PoseWithCovarianceStamped",
 }
+# Last parts of topics on which a transport sends images and clouds in a type of its own.
+_TRANSPORTS: Final = frozenset(
+    ("compressed", "compressedDepth", "theora", "ffmpeg", "zstd", "zlib", "draco", "cloudini")
+)
 _MAP_UPDATES: Final = "map_msgs/msg/OccupancyGridUpdate"
 _TRANSFORMS: Final = (("/tf", "tf_dynamic"), ("/tf_static", "tf_static_listener"))
 
@@ -156,6 +160,8 @@ class _Reader(Configuration):
         settings.setdefault("depth", Setting(_DEPTH, self.place(value)))
         plugin = self.a_text(node, "Class").removeprefix(_OURS)
         type_name = _MAP_UPDATES if key.text == "Update Topic" else _TYPES.get(plugin, "")
+        if name.text.rpartition("/")[2] in _TRANSPORTS:
+            type_name = ""
         label = self.a_text(node, "Name") or plugin
         participant = self.participant(NODE, node)
         self.endpoint(participant, role, name.text, name, settings, type_name=type_name, label=label or None)

@@ -157,3 +157,59 @@ def test_a_map_of_one_name_a_million_times_is_read_in_linear_time():
     system = read("domain_bridge", f"from_domain: 1\nto_domain: 2\ntopics:\n{names}")
     assert len(system.endpoints) == 2
     assert len(system.notes) == 19_999
+
+
+@pytest.mark.parametrize(
+    ("importer", "data"),
+    [
+        ("qos_overrides", "n: {ros__parameters: }"),
+        ("qos_overrides", "n: {ros__parameters: {qos_overrides: }}\nm:"),
+        ("rviz", "Visualization Manager: {Displays: , Tools: ~}"),
+        ("gz_bridge", "[]"),
+        ("ros1_bridge", "topics:\nservices_1_to_2: []"),
+        ("domain_bridge", "from_domain: 1\ntopics:"),
+        ("domain_bridge", "topics: {}"),
+        ("fastdds", "<profiles/>"),
+    ],
+)
+def test_parts_that_are_empty_state_nothing(importer, data):
+    system = read(importer, data)
+    assert [endpoint.topic for endpoint in system.endpoints if endpoint.label != "transform listener"] == []
+    assert (system.overlays, system.notes) == ([], [])
+
+
+@pytest.mark.parametrize(
+    ("flag", "shown"), [("true", "true"), ("yes", "true"), ("Off", "false"), ("'true'", None), ("2", None)]
+)
+def test_flags_are_those_of_yaml_1_1(flag, shown):
+    over = (
+        f"n: {{ros__parameters: {{qos_overrides: {{/a: {{publisher: {{avoid_ros_namespace_conventions: {flag}}}}}}}}}}}"
+    )
+    found = [setting.text for overlay in read("qos_overrides", over).overlays for setting in overlay.settings.values()]
+    assert found == ([] if shown is None else [shown])
+
+
+def test_values_that_bridges_do_not_read_are_told():
+    notes = read("domain_bridge", "from_domain: 1\nto_domain: 2\ntopics: {/a: {type: a/B, qos: {depth: -1}}}").notes
+    assert [(note.code, note.message) for note in notes] == [
+        ("ROS950", "domain_bridge does not start with this: `-1` is no depth")
+    ]
+    notes = read("ros1_bridge", "topics: [{topic: /a, type: a/B, qos: {liveliness: [1]}}]").notes
+    assert [(note.code, note.message) for note in notes] == [
+        ("ROS951", "ros1_bridge ignores `liveliness`: a list is none of its values")
+    ]
+    system = read("ros1_bridge", "topics: [{topic: /a, type: a/B, qos: {depth: 3, history: keep_last, liveliness: 1}}]")
+    assert {name: setting.text for name, setting in system.endpoints[0].settings.items()} == {
+        "history": "keep_last",
+        "depth": "3",
+        "liveliness": "automatic",
+    }
+
+
+def test_a_duration_of_fast_dds_has_no_other_fields():
+    xml = "<profiles><data_writer profile_name='/a'><qos><deadline><period><fraction>1</fraction></period></deadline></qos></data_writer></profiles>"
+    system = read("fastdds", xml)
+    assert system.overlays == []
+    assert [note.message for note in system.notes if note.code == "ROS960"] == [
+        "elements that ROS 2 has no policy for: `period/fraction`"
+    ]

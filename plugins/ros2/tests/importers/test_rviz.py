@@ -58,3 +58,9 @@ def test_many_displays_that_are_not_enabled_are_counted():
     system = read(Source("v.rviz", f"Visualization Manager:\n  Displays:\n{displays}".encode()), ReadContext())
     (note,) = system.notes
     assert note.message == "7 displays that are not enabled: `m0`, `m1`, `m2`, `m3`, `m4` and 2 more"
+
+
+@pytest.mark.parametrize(("topic", "expected"), [("/image", "sensor_msgs/msg/Image"), ("/image/compressed", None)])
+def test_what_a_transport_sends_has_a_type_of_its_own(topic, expected):
+    text = MAP.replace("/Map", "/Image").replace("DURABILITY", "Volatile").replace("/map", topic)
+    assert read(Source("v.rviz", text.encode()), ReadContext()).endpoints[0].type == expected
