@@ -24,10 +24,11 @@ RuleFinder = Callable[[str], "Rule | CodeInfo | None"]
 """Returns what a code, name or alias stands for: a rule, or what the core or an importer reports."""
 
 
-def _spellings(finding: Finding, find_rule: RuleFinder) -> set[str]:
+def _spellings(finding: Finding, find_rule: RuleFinder) -> tuple[str, ...]:
+    """What a finding's rule is called: by its code, its name, former ones."""
     rule = find_rule(finding.code)
     aliases = rule.aliases if rule is not None else ()
-    return {finding.code.lower(), finding.name, *(alias.lower() for alias in aliases)}
+    return (finding.code.lower(), finding.name, *(alias.lower() for alias in aliases))
 
 
 def with_severities(made: Sequence[Made], severities: Mapping[str, str], find_rule: RuleFinder) -> list[Made]:
@@ -54,12 +55,9 @@ def with_acceptances(
     ]
     findings = []
     for one in made:
-        excuse = next((i for i in valid if _excuses(i, acceptances[i], one, find_rule)), None)
-        if excuse is None:
-            findings.append(one.finding)
-            continue
-        used.add(excuse)
-        findings.append(replace(one.finding, accepted=acceptances[excuse].because))
+        excuses = [i for i in valid if _excuses(i, acceptances[i], one, find_rule)]
+        used.update(excuses)
+        findings.append(replace(one.finding, accepted=acceptances[excuses[0]].because) if excuses else one.finding)
     said = []
     for index, each in enumerate(acceptances):
         if find_rule(each.rule) is None:

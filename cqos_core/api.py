@@ -70,13 +70,15 @@ def read(*inputs: Input, importer: str | None = None, protocol: str | None = Non
     """
     systems: list[System] = []
     problems: list[Problem] = []
-    for each in inputs:
+    for position, each in enumerate(inputs):
         if isinstance(each, System):
             systems.append(replace(deepcopy(each), protocol=each.protocol or protocol))
             continue
         try:
             if isinstance(each, bytes):
-                systems.append(read_source(Source("<bytes>", each), importer, protocol=protocol))
+                number = sum(isinstance(other, bytes) for other in inputs[: position + 1])
+                name = "<bytes>" if number == 1 else f"<bytes {number}>"
+                systems.append(read_source(Source(name, each), importer, protocol=protocol))
             elif Path(each).is_dir():
                 loaded = load_paths([fspath(each)], importer, protocol=protocol)
                 problems += loaded.problems
@@ -269,10 +271,11 @@ def check_pair(
         CqosError: no installed pack has this id.
     """
     system = pair_system(protocol, offered or {}, requested or {}, options or {}, topic or {})
+    packs = list(packs)
     where = context(packs)
     if where.find_pack(protocol) is None:
-        plugins = load_plugins()
-        raise CqosError(f"there is no rule pack `{protocol}`; {suggestion(protocol, plugins.packs)}")
+        known = {*load_plugins().packs, *(pack.id for pack in packs)}
+        raise CqosError(f"there is no rule pack `{protocol}`; {suggestion(protocol, known)}")
     return explain_pair(system, PUBLISHER, SUBSCRIBER, where)
 
 
@@ -389,7 +392,8 @@ def _comparisons(topic: Topic, publisher: Members, subscriber: Members) -> Itera
         if over:
             verdict = Verdict.COMPATIBLE
             if said:
-                verdict = Verdict.UNKNOWN if all(each.unknown for each in said) else Verdict.INCOMPATIBLE
+                doubtful = all(each.unknown or each.bound.rule.doubt for each in said)
+                verdict = Verdict.UNKNOWN if doubtful else Verdict.INCOMPATIBLE
         yield PolicyComparison(
             policy.name,
             fact(publisher.first, publisher.profile, index),

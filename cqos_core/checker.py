@@ -62,10 +62,10 @@ def _near_misses(
     findings: list[Finding] = []
     silenced: set[tuple[str, str]] = set()
     for pack_id, pack in sorted(packs.items()):
-        offering = [k for k, v in lonely.items() if k[0] == pack_id and v[0].role == PUBLISHER]
+        offering = [k for k, v in sorted(lonely.items()) if k[0] == pack_id and v[0].role == PUBLISHER]
         missing = [
             k
-            for k, v in lonely.items()
+            for k, v in sorted(lonely.items())
             if k[0] == pack_id and v[0].role == SUBSCRIBER and not all(e.external for e in v)
         ]
         for words, fold in pack.meeting.folds:
@@ -116,19 +116,20 @@ def _near_miss(missing: Sequence[Resolved], offering: Sequence[Resolved], words:
 
 def _collapses(endpoints: Iterable[Resolved]) -> list[Finding]:
     """Report keys that endpoints arrive at from names a person takes for different ones."""
-    shown: dict[tuple[str, str], dict[str, Resolved]] = {}
+    shown: dict[tuple[str, str], dict[str, list[Resolved]]] = {}
     for endpoint in endpoints:
         if endpoint.key is not None:
-            shown.setdefault((endpoint.pack.id, endpoint.key), {}).setdefault(endpoint.shown, endpoint)
+            by_name = shown.setdefault((endpoint.pack.id, endpoint.key), {})
+            by_name.setdefault(endpoint.shown, []).append(endpoint)
     findings = []
     for (_, key), by_name in sorted(shown.items()):
-        free = {name: e for name, e in by_name.items() if name != key}
+        free = {name: alike for name, alike in by_name.items() if name != key}
         if len(free) > 1:
             names = sorted(free)
             listed = " and ".join(f"`{name}`" for name in names)
-            ids = sorted(endpoint.id for endpoint in free.values())
-            message = f"{listed} both stand for topic `{key}`"
-            first = free[names[0]].endpoint
+            ids = sorted(endpoint.id for alike in free.values() for endpoint in alike)
+            message = f"{listed} {'both' if len(names) == 2 else 'all'} stand for topic `{key}`"  # noqa: PLR2004
+            first = min(free[names[0]], key=lambda endpoint: endpoint.id).endpoint
             findings.append(
                 core_finding("CQ405", message, place=first.place, role=first.role, members=ids, topic=names[0])
             )

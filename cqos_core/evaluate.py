@@ -50,7 +50,6 @@ from cqos_core.policy import (
     Policy,
     Text,
     Value,
-    normalise,
 )
 from cqos_core.problems import InvalidValueError, PackError, SentenceError
 
@@ -444,12 +443,12 @@ class _Binder:
             case And(left=left, right=right):
                 f, g = self.sentence(left), self.sentence(right)
                 if self.open_form:
-                    return lambda a, b, s: _and(f(a, b, s), g(a, b, s))
+                    return lambda a, b, s: (left := f(a, b, s)) is not False and _and(left, g(a, b, s))
                 return lambda a, b, s: f(a, b, s) and g(a, b, s)
             case Or(left=left, right=right):
                 f, g = self.sentence(left), self.sentence(right)
                 if self.open_form:
-                    return lambda a, b, s: _or(f(a, b, s), g(a, b, s))
+                    return lambda a, b, s: (left := f(a, b, s)) is True or _or(left, g(a, b, s))
                 return lambda a, b, s: f(a, b, s) or g(a, b, s)
             case Not(part=part):
                 f = self.sentence(part)
@@ -561,7 +560,7 @@ class _Binder:
         if not isinstance(literal, Literal) or not isinstance(literal.value, str):
             message = f"`{node}` compares with a word in quotes"
             raise SentenceError(message)
-        word = normalise(literal.value)
+        word = self.vocabulary.policies[index].word(literal.value)
 
         def stated_as(a: Values, b: Values, s: Signal) -> bool:
             written = (b if second else a)[at]

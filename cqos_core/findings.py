@@ -29,6 +29,8 @@ VERBS: Final[dict[str, tuple[str, str]]] = {
     SUBSCRIBER: ("requests", "request"),
 }
 SCOPES: Final[dict[str, str]] = {PUBLISHER: "offered", SUBSCRIBER: "requested"}
+MOST_COMBINATIONS: Final = 25
+"""Distinct combinations of values that one rule reports on one topic; the rest is put together in one finding."""
 _EFFECT_LIMIT: Final = 500
 """Judgements that counting the effect of one remedy may take."""
 LABELS: Final[dict[str, str]] = {PUBLISHER: "offered here", SUBSCRIBER: "requested here"}
@@ -159,9 +161,11 @@ def headline(spoken: Spoken, sides: Sequence[Side], topic: str, because: Sequenc
     rule = spoken.bound.rule
     stated = [side for side in sides if side.role in VERBS]
     if spoken.unknown:
-        policies = " and ".join(dict.fromkeys(each.policy for side in stated for each in side.facts))
+        policies = " and ".join(dict.fromkeys(each.policy for side in stated for each in _compared(spoken, side)))
         subjects = " and ".join(subject(side) for side in reversed(stated))
         fit = f"whether {subjects} fit in {policies}"
+        if len(stated) == 1:
+            fit = f"whether {policies} of {subjects} will do"
         if tuple(because) == (START_ORDER,):
             return f"depends on start order: {fit}"
         return f"{fit} is not known: {_why_unknown(spoken, because)}"
@@ -169,7 +173,11 @@ def headline(spoken: Spoken, sides: Sequence[Side], topic: str, because: Sequenc
         return _fill(rule.says, _template_words(sides, topic))
     if spoken.bound.scope == "pair":
         # The offer is told first, whichever side is primary.
-        told = [f"{subject(side)} {_does(side)} {_values(side.facts)}" for side in reversed(stated) if side.facts]
+        told = [
+            f"{subject(side)} {_does(side)} {_values(_compared(spoken, side))}"
+            for side in reversed(stated)
+            if side.facts
+        ]
         text = ", ".join(told)
         return text if rule.kind == "requires" else f"{text}: {rule.because}"
     if spoken.bound.scope == "signal" and not any(side.facts for side in stated):
@@ -180,6 +188,13 @@ def headline(spoken: Spoken, sides: Sequence[Side], topic: str, because: Sequenc
         if side.facts
     ]
     return f"{', '.join(told) or f'topic `{topic}`'}: {rule.because}"
+
+
+def _compared(spoken: Spoken, side: Side) -> Sequence[Fact]:
+    """The values of a side that a rule compares; options only steer it, so they count where there is nothing else."""
+    policies = (spoken.bound.bound.vocabulary.policies[use.index] for use in spoken.bound.bound.uses)
+    options = {policy.name for policy in policies if policy.level == "option"}
+    return [each for each in side.facts if each.policy not in options] or side.facts
 
 
 def _fill(template: str, words: Mapping[str, str]) -> str:
@@ -484,7 +499,8 @@ def merged(findings: Sequence[Finding]) -> Finding:
     for role in roles:
         same = [side for finding in (first, *findings) for side in finding.sides if side.role == role]
         members = tuple(sorted({member for side in same for member in side.members}))
-        sides.append(replace(same[0], members=members))
+        facts = tuple(each for each in same[0].facts if all(_has(side, each) for side in same))
+        sides.append(replace(same[0], members=members, facts=facts))
     topics = sorted(
         {finding.topic for finding in findings if finding.topic is not None and finding.topic != first.topic}
     )
@@ -496,6 +512,10 @@ def merged(findings: Sequence[Finding]) -> Finding:
         more_topics=tuple(topics),
         notes=tuple(dict.fromkeys(note for finding in (first, *findings) for note in finding.notes)),
     )
+
+
+def _has(side: Side, fact: Fact) -> bool:
+    return any((each.policy, each.value) == (fact.policy, fact.value) for each in side.facts)
 
 
 def _merged_remedies(findings: Sequence[Finding]) -> tuple[Remedy, ...]:

@@ -15,7 +15,7 @@ from cqos_core.system import ImportNote, Place, System
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.system import Endpoint, Participant
+    from cqos_core.system import Endpoint, Participant, Settings
 
 HEAD: Final = 65_536
 STDIN: Final = "-"
@@ -319,9 +319,9 @@ def _without_included(outcomes: list[Outcome]) -> list[Outcome]:
 def merge(systems: Sequence[System]) -> System:
     """Put several systems together as one.
 
-    A participant that several sources state is one participant; profiles, topics and brokers that several sources state
-    alike are one, and stated differently they stay those of the first source, with a warning. Endpoint ids that two sources
-    use are told apart when the system is resolved.
+    A participant that several sources state is one participant; profiles, topics, brokers and options that several sources
+    state alike are one, and stated differently they stay those of the first source, with a warning. Endpoint ids that two
+    sources use are told apart when the system is resolved.
     """
     if len(systems) == 1:
         return systems[0]
@@ -334,11 +334,13 @@ def merge(systems: Sequence[System]) -> System:
         for kind in ("profiles", "topics", "brokers", "bridges"):
             _join(whole, kind, getattr(system, kind))
         for pack, settings in system.options.items():
-            whole.options.setdefault(pack, {}).update(settings)
+            _join_settings(whole, f"option `{pack}.{{}}`", whole.options.setdefault(pack, {}), settings)
         whole.overlays += system.overlays
         whole.checks += system.checks
         whole.accept += system.accept
-        whole.severities.update(system.severities)
+        for rule, level in system.severities.items():
+            if whole.severities.setdefault(rule, level) != level:
+                _stated_differently(whole, f"severity of `{rule}`", whole.severities[rule], level, None)
         whole.notes += system.notes
         whole.sources.update(system.sources)
     protocols = {system.protocol for system in systems}
@@ -351,11 +353,27 @@ def _join_participant(whole: System, participant: Participant, protocol: str | N
     known = whole.participants.setdefault(participant.id, participant)
     if known is participant:
         return
-    for name, setting in participant.settings.items():
-        known.settings.setdefault(name, setting)
+    if known.protocol != participant.protocol:
+        first, second = known.protocol or "none", participant.protocol or "none"
+        _stated_differently(whole, f"protocol of participant `{known.id}`", first, second, participant.place)
+    _join_settings(whole, f"`{{}}` of participant `{known.id}`", known.settings, participant.settings)
     for old, new in participant.remap.items():
         known.remap.setdefault(old, new)
     known.external = known.external and participant.external
+    known.starts_after = tuple(dict.fromkeys((*known.starts_after, *participant.starts_after)))
+    known.label = known.label or participant.label
+
+
+def _join_settings(whole: System, what: str, known: Settings, stated: Settings) -> None:
+    for name, setting in stated.items():
+        other = known.setdefault(name, setting)
+        if other.text != setting.text:
+            _stated_differently(whole, what.format(name), other.text, setting.text, setting.place)
+
+
+def _stated_differently(whole: System, what: str, first: str, second: str, place: Place | None) -> None:
+    message = f"{what} is stated differently, as {first} and as {second}; the first holds"
+    whole.notes.append(ImportNote("CQ060", "warning", message, place))
 
 
 def _join_endpoint(whole: System, endpoint: Endpoint, system: System) -> None:

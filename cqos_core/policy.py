@@ -610,6 +610,16 @@ class Policy(Term):
             return self.default
         return self.default.get(role)
 
+    def word(self, text: str) -> str:
+        """How a text counts as written: as a special word, or as its value in one spelling."""
+        word = self.domain.word(text)
+        if word in self.words:
+            return word
+        try:
+            return normalise(self.domain.format(self.domain.parse(text)))
+        except InvalidValueError:
+            return word
+
     def expected(self) -> str:
         """What may be written, for messages: the domain's values and the special words."""
         words = ", ".join(self.words)

@@ -21,7 +21,6 @@ from cqos_core.policy import (
     UNMATCHED,
     Anything,
     ByOption,
-    Choice,
     Count,
     Depends,
     Duration,
@@ -384,6 +383,7 @@ class Resolver:
 
     def _report_packless(self) -> None:
         for protocol, endpoints in self.packless.items():
+            endpoints.sort(key=lambda endpoint: endpoint.id)
             ids = [endpoint.id for endpoint in endpoints]
             message = (
                 f"no installed pack judges protocol `{protocol}`: {len(ids)} endpoints are left out"
@@ -394,13 +394,13 @@ class Resolver:
             self._add("CQ201", message, endpoints[0].place, "endpoint", ids, help_text)
 
     def _report_needs(self) -> None:
-        needing = [endpoint for endpoint in self.system.endpoints if endpoint.needs]
+        needing = sorted((each for each in self.system.endpoints if each.needs), key=lambda each: each.id)
         if needing:
             message = f"no installed pack judges `needs`: those of {len(needing)} endpoints were read but not compared"
             place = next(iter(needing[0].needs.values())).place
             self._add("CQ211", message, place, "subscriber", [endpoint.id for endpoint in needing])
         if self.system.bridges:
-            bridges = list(self.system.bridges.values())
+            bridges = sorted(self.system.bridges.values(), key=lambda bridge: bridge.id)
             message = f"no installed pack judges bridges: {len(bridges)} were read but not compared"
             self._add("CQ211", message, bridges[0].place, "system", [bridge.id for bridge in bridges])
 
@@ -817,7 +817,7 @@ class Resolver:
             if found is None or _word(policy, found) in fills:
                 taken[index] = setting
                 self.took_effect.add((overlay, index))
-            elif not _reads_alike(policy, found, setting.text):
+            elif policy.word(found) != policy.word(setting.text):
                 self.gave_way.setdefault((overlay, index), (policy.name, setting))
         return replace(layer, settings=taken)
 
@@ -1087,22 +1087,13 @@ class Resolver:
         return under(options[index])
 
 
+_ZEROS: Final = frozenset(("0", "0s"))
+
+
 def _word(policy: Policy, text: str) -> str:
     """The word that ``text`` is, or that its zero stands for."""
-    word = policy.domain.word(text)
-    try:
-        zero = policy.zero is not None and word not in policy.words and policy.domain.parse(text) == 0
-    except InvalidValueError:
-        zero = False
-    return policy.zero if zero and policy.zero is not None else word
-
-
-def _reads_alike(policy: Policy, first: str, second: str) -> bool:
-    """Whether two texts are one value."""
-    try:
-        return policy.domain.parse(first) == policy.domain.parse(second)
-    except InvalidValueError:
-        return policy.domain.word(first) == policy.domain.word(second)
+    word = policy.word(text)
+    return policy.zero if policy.zero is not None and word in _ZEROS else word
 
 
 def _either(participant: ResolvedParticipant, when: tuple[str, str], then: Value, otherwise: Value) -> Value:
@@ -1140,8 +1131,7 @@ def _written(policy: Policy, index: int, layers: Sequence[Layer]) -> Written | N
     for layer in layers:
         stated = layer.settings.get(index)
         if stated is not None:
-            word = policy.domain.word(stated.text) if isinstance(policy.domain, Choice) else stated.text
-            return Written(normalise(word), layer.here) if layer.counts_as_stated else None
+            return Written(policy.word(stated.text), layer.here) if layer.counts_as_stated else None
     return None
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.evaluate import bind, role_of, scope_of
 from cqos_core.expression import Compare, Literal, Sentence, Term, Test, parse
-from cqos_core.findings import Draft, Made, make
+from cqos_core.findings import MOST_COMBINATIONS, Draft, Made, make
 from cqos_core.judge import ask
 from cqos_core.pack import BoundRule
 from cqos_core.problems import CqosError
@@ -77,6 +77,8 @@ _RELATIONS: Final = {"exactly": "==", "at_least": ">=", "at_most": "<=", "not": 
 def _team_sentence(team_rule: TeamRule, pack: RulePack) -> Sentence:
     parts = [parse(team_rule.sentence)] if team_rule.sentence else []
     parts += [_bound_sentence(required, pack) for required in team_rule.require]
+    if not parts:
+        raise CqosError("it requires nothing")
     sentence = parts[0]
     for part in parts[1:]:
         sentence = sentence & part
@@ -106,42 +108,47 @@ def _bound_sentence(required: Bound, pack: RulePack) -> Sentence:
 
 def team_findings(topic: Topic, checks: Sequence[TeamCheck]) -> list[Made]:
     """Judge the endpoints of one topic by the team's rules that apply to them."""
-    made = []
-    for check in checks:
-        for role, groups in ((PUBLISHER, topic.publishers), (SUBSCRIBER, topic.subscribers)):
-            for members in groups:
-                if members.carried or check.bound.role not in {None, role}:
-                    continue
-                chosen = [e for e in members.endpoints if _applies(check.rule, e, topic)]
-                spoken = ask(check.bound, members.profile.values, members.profile.values) if chosen else None
-                if spoken is None:
-                    continue
-                part = members.only(chosen)
-                draft = Draft(topic, spoken, tags=members.tags)
-                (draft.publishers if role == PUBLISHER else draft.subscribers)[part] = None
-                one = make(draft)
-                message = f"{check.rule.name}: {one.finding.message}"
-                sides = tuple(replace(side, place=side.place) for side in one.finding.sides)
-                notes = (
-                    f"required by check `{check.rule.name}`: {check.bound.rule.sentence}",
-                    *one.finding.notes,
-                )
-                finding = replace(
-                    one.finding,
-                    message=message,
-                    sides=sides,
-                    notes=notes,
-                    verdict=None,
-                    severity=Severity(check.rule.severity),
-                    source="checks",
-                )
-                key = (
-                    ("team", check.rule.name, topic.key, finding.message)
-                    if one.merge_key[0] == "own"
-                    else one.merge_key
-                )
-                made.append(replace(one, finding=finding, merge_key=key))
-    return made
+    return [_made(check, draft) for check in checks for draft in _drafts(topic, check)]
+
+
+def _drafts(topic: Topic, check: TeamCheck) -> Iterable[Draft]:
+    """Judge one check: a draft per role and values, those beyond a few put together."""
+    drafts: dict[tuple[Any, ...], Draft] = {}
+    for role, groups in ((PUBLISHER, topic.publishers), (SUBSCRIBER, topic.subscribers)):
+        known = len(drafts)
+        for members in groups:
+            if members.carried or check.bound.role not in {None, role}:
+                continue
+            chosen = [e for e in members.endpoints if _applies(check.rule, e, topic)]
+            spoken = ask(check.bound, members.profile.values, members.profile.values) if chosen else None
+            if spoken is None:
+                continue
+            values = tuple(members.profile.values[use.index] for use in check.bound.bound.uses)
+            key: tuple[Any, ...] = (role, spoken.unknown, values, members.tags)
+            further = key not in drafts and len(drafts) - known >= MOST_COMBINATIONS
+            if further:
+                key = (role, spoken.unknown, members.tags)
+            draft = drafts.setdefault(key, Draft(topic, spoken, tags=members.tags))
+            draft.more += further
+            if further and not draft.example:
+                draft.example = (members.only(chosen[:1]),)
+            (draft.publishers if role == PUBLISHER else draft.subscribers)[members.only(chosen)] = None
+    return drafts.values()
+
+
+def _made(check: TeamCheck, draft: Draft) -> Made:
+    one = make(draft)
+    note = f"required by check `{check.rule.name}`: {check.bound.rule.sentence}"
+    finding = replace(
+        one.finding,
+        message=f"{check.rule.name}: {one.finding.message}",
+        notes=(note, *one.finding.notes),
+        verdict=None,
+        severity=Severity(check.rule.severity),
+        source="checks",
+    )
+    own = one.merge_key[0] == "own"
+    return replace(one, finding=finding, merge_key=one.merge_key if own else ("team", check.rule.name, *one.merge_key))
 
 
 def _applies(rule: TeamRule, endpoint: Resolved, topic: Topic) -> bool:

@@ -8,11 +8,11 @@ topic on which all endpoints differ costs little more than its distinct values.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cqos_core.codes import CODES
 from cqos_core.evaluate import NO_SIGNAL, Outcome
-from cqos_core.findings import Draft, Made, already_told, headline, make, sides_of, subject
+from cqos_core.findings import MOST_COMBINATIONS, Draft, Made, already_told, headline, make, sides_of, subject
 from cqos_core.judge import Spoken, ask, judge_endpoint, judge_pair, judge_signal
 from cqos_core.pairing import group
 from cqos_core.report import Finding, Group, Severity, Side, Verdict
@@ -27,9 +27,6 @@ if TYPE_CHECKING:
     from cqos_core.pairing import Members, Topic
     from cqos_core.resolve import QosProfile, Resolved
     from cqos_core.system import Acceptance
-
-_COMBINATIONS: Final = 25
-"""Distinct combinations of values that one rule reports on one topic; the rest is put together in one finding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,7 +167,7 @@ def _few(
     """Pass the first combinations on, each counted 0, and then per publisher class one that stands for the others."""
     together: dict[tuple[Any, ...], tuple[_Class, _Class, Spoken, int]] = {}
     for number, (publishers, subscribers, each) in enumerate(spoken):
-        if number < _COMBINATIONS:
+        if number < MOST_COMBINATIONS:
             yield publishers, subscribers, each, 0
             continue
         key = (id(publishers), each.outcome.result, subscribers.members[0].tags)
@@ -321,7 +318,7 @@ def _endpoint_rules(topic: Topic, drafts: Drafts) -> None:
                 code = spoken.bound.rule.code
                 values = tuple(members.profile.values[use.index] for use in spoken.bound.bound.uses)
                 key: tuple[Any, ...] = (code, role, values, members.tags)
-                further = key not in drafts and told.get(code, 0) >= _COMBINATIONS
+                further = key not in drafts and told.get(code, 0) >= MOST_COMBINATIONS
                 if further:
                     key = (code, role, members.tags)
                 elif key not in drafts:
@@ -408,7 +405,7 @@ def _kept_apart(
     """Note that a publisher never meets the subscribers of ``mask``."""
     code = apart.bound.rule.code
     key: tuple[Any, ...] = (code,) if quiet else (code, id(apart))
-    further = not quiet and key not in drafts and sum(other[0] == code for other in drafts) >= _COMBINATIONS
+    further = not quiet and key not in drafts and sum(other[0] == code for other in drafts) >= MOST_COMBINATIONS
     if further:
         key = (code, "further", apart.tags)
     draft = drafts.get(key)

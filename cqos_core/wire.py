@@ -45,7 +45,7 @@ def _plain_texts(endpoint: Resolved) -> dict[str, str]:
 
 def _on_wire(resolver: Resolver, endpoint: Resolved, wire: Wire, name: str, pack: RulePack) -> Resolved:
     own, values = endpoint.pack, endpoint.profile.values
-    settings: dict[str, Setting] = {}
+    settings = {name: Setting(text) for name, text in wire.fixed.items()}
     opened: dict[int, Value] = {}
     own_index: dict[int, int] = {}
     for own_name, wire_name in wire.policies.items():
