@@ -103,9 +103,11 @@ def test_what_was_written_down_is_told_from_what_holds_by_default():
     asked = bind(stated(DELAY) & (DELAY == "infinite"), WORDS)
     assert asked.judge(values(), values()).result is False
     assert asked.judge(values(words={"delay": Written("infinite", here=False)}), values()).result is True
-    by_word = bind(stated(DELAY, "Un Specified"), WORDS)
-    assert by_word.judge(values(words={"delay": Written("un_specified", here=True)}), values()).result is True
+    by_word = bind(stated(DELAY, "Unspecified"), WORDS)
+    assert by_word.judge(values(words={"delay": Written("unspecified", here=True)}), values()).result is True
     assert by_word.judge(values(words={"delay": Written("0s", here=True)}), values()).result is False
+    by_value = bind(stated(DELAY, "1000ms"), WORDS)
+    assert by_value.judge(values(words={"delay": Written("1s", here=True)}), values()).result is True
     here = bind(parse("stated_here(requested(delay))"), WORDS)
     for is_here in (True, False):
         b = values(words={"delay": Written("1s", here=is_here)})

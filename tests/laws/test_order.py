@@ -1,0 +1,76 @@
+"""Law: the order in which things are declared never matters."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cqos_core.checker import check_system
+from cqos_core.formatters.json_report import render_json
+from cqos_core.formatters.style import Style
+from tests.laws.systems import BOTH, LETTERS, ROBOTS, WHERE, systems
+
+if TYPE_CHECKING:
+    from random import Random
+
+    from cqos_core.system import System
+
+
+def shuffled(system: System, rng: Random) -> System:
+    """The same system, everything that has no order of its own written down in another one."""
+    other = deepcopy(system)
+
+    def mixed(table):
+        pairs = list(table.items())
+        rng.shuffle(pairs)
+        return dict(pairs)
+
+    rng.shuffle(other.endpoints)
+    for name in ("participants", "profiles", "topics", "options", "severities"):
+        setattr(other, name, mixed(getattr(other, name)))
+    stating: list[Any] = [*other.endpoints]
+    for table in (other.participants, other.profiles, other.topics):
+        stating += table.values()
+    for each in stating:
+        each.settings = mixed(each.settings)
+    other.options = {pack: mixed(stated) for pack, stated in other.options.items()}
+    return other
+
+
+@pytest.mark.parametrize("words", BOTH, ids=lambda words: words.protocol)
+@given(st.data(), st.randoms(use_true_random=False))
+def test_declaration_order_never_matters(words, data, rng):
+    system = data.draw(systems(words))
+    report = check_system(system, WHERE)
+    again = check_system(shuffled(system, rng), WHERE)
+    assert again == report
+    assert render_json(again, Style()) == render_json(report, Style())
+
+
+@given(systems(LETTERS), systems(ROBOTS), st.randoms(use_true_random=False))
+def test_not_even_where_two_protocols_are_in_one_system(letters, robots, rng):
+    system = letters
+    for endpoint in robots.endpoints:
+        endpoint.id, endpoint.participant, endpoint.protocol = f"r-{endpoint.id}", f"r-{endpoint.participant}", "ros2"
+        system.endpoints.append(endpoint)
+    for participant in robots.participants.values():
+        participant.id = f"r-{participant.id}"
+        participant.protocol = "ros2"
+        system.participants[participant.id] = participant
+    system.options |= robots.options
+    assert check_system(shuffled(system, rng), WHERE) == check_system(system, WHERE)
+
+
+@pytest.mark.parametrize("words", BOTH, ids=lambda words: words.protocol)
+@given(st.data())
+def test_a_check_neither_changes_its_system_nor_remembers_another(words, data):
+    system, other = data.draw(systems(words)), data.draw(systems(words))
+    before = deepcopy(system)
+    report = check_system(system, WHERE)
+    assert system == before
+    check_system(other, WHERE)
+    assert check_system(system, WHERE) == report

@@ -1,0 +1,285 @@
+"""The library as callers use it (DESIGN 9)."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from copy import deepcopy
+from dataclasses import replace
+from datetime import timedelta
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+import cqos_core as cqos
+from cqos_core.api import as_text, context
+from cqos_core.evaluate import Function
+from cqos_core.expression import parse
+from cqos_core.policy import INFINITE
+from cqos_core.rule import requires
+from tests.worlds import POST, RULES, checked, codes, only, participant, reader, world, writer
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FILE = """\
+cqos: 1
+system: office
+protocol: post
+profiles:
+  fast: {delay: 1s}
+participants:
+  a: {publishes: {box: {id: w, care: plain}}}
+  b:
+    subscribes: {box: {id: r, profile: fast, care: signed}}
+"""
+PACKS = [POST]
+
+
+@pytest.fixture
+def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "system.yaml"
+    path.write_text(FILE)
+    return path
+
+
+def test_the_library_as_the_design_shows_it(file: Path):
+    report = cqos.check("system.yaml", packs=PACKS)
+    assert report.verdict == "incompatible"
+    assert [finding.code for finding in report.findings] == ["POST101", "POST102"]
+    assert [(group.publishers, group.subscribers, group.codes) for group in report.groups] == [
+        (("w",), ("r",), ("POST101", "POST102")),
+    ]
+    assert list(report.pairs) == [cqos.Pair("box", "w", "r", cqos.Verdict.INCOMPATIBLE)]
+    pair = cqos.check_pair("post", offered={"care": "plain"}, requested={"care": "signed"}, packs=PACKS)
+    assert (pair.verdict, [finding.code for finding in pair.findings]) == ("incompatible", ["POST101"])
+
+
+def test_paths_bytes_and_systems_give_the_same_verdict(file: Path):
+    for given in ("system.yaml", file, FILE.encode(), cqos.read(file)):
+        assert codes(cqos.check(given, packs=PACKS)) == ["POST101", "POST102"]
+
+
+def test_places_have_exact_columns(file: Path):
+    finding = only(cqos.check("system.yaml", packs=PACKS), "POST101")
+    assert [str(fact.place) for side in finding.sides for fact in side.facts] == [
+        "system.yaml:9:52",
+        "system.yaml:7:38",
+    ]
+
+
+def test_two_inputs_of_bytes_keep_their_own_places():
+    first = "cqos: 1\nprotocol: post\nparticipants:\n  a: {publishes: {box: {id: w, care: plain}}}\n"
+    second = f"# {'x' * 30}\n\n\n{first}".replace("a:", "b:").replace("publishes", "subscribes")
+    second = second.replace("id: w, care: plain", "id: r, care:  signed")
+    finding = only(cqos.check(first.encode(), second.encode(), packs=PACKS), "POST101")
+    assert [str(fact.place) for side in finding.sides for fact in side.facts] == ["<bytes 2>:7:40", "<bytes>:4:38"]
+
+
+def test_a_folder_is_one_system(file: Path):
+    (file.parent / "more.yaml").write_text(FILE.replace("id: w", "id: w2").replace("id: r", "id: r2"))
+    (file.parent / "notes.txt").write_text("not for us")
+    assert cqos.check(file.parent, packs=PACKS).pair_count == 4
+
+
+def test_what_cannot_be_read_is_told_all_at_once(file: Path):
+    with pytest.raises(cqos.InputError) as raised:
+        cqos.check("gone.yaml", b"\x00", "system.yaml", b"cqos: 1\ncolour: red", packs=PACKS)
+    assert [problem.code for problem in raised.value.problems] == ["CQ001", "CQ003", "CQ006"]
+    assert "gone.yaml: cannot be read" in str(raised.value)
+    with pytest.raises(cqos.InputError, match="there is nothing to read"):
+        cqos.check()
+
+
+def test_the_systems_of_the_caller_stay_as_they_are(file: Path):
+    systems = [
+        world(writer("box"), participant("p", town=1)),
+        world(reader("box", care="signed"), participant("p", town=2)),
+    ]
+    before = deepcopy(systems)
+    first = cqos.check(*systems, packs=PACKS, options={"post": {"carrier": "bike"}}, protocol="post")
+    assert systems == before
+    assert cqos.check(*systems, packs=PACKS, options={"post": {"carrier": "bike"}}, protocol="post") == first
+
+
+def test_options_of_the_caller_win_in_whatever_spelling():
+    system = world(writer("box", care="usual"), reader("box", care="signed"), options={"carrier": "bike"})
+    assert codes(cqos.check(system, packs=PACKS)) == ["POST101"]
+    assert codes(cqos.check(system, packs=PACKS, options={"post": {"CARRIER": "train"}})) == []
+    own = replace(system, participants={**system.participants, "writer": participant("writer", carrier="bike")})
+    assert codes(cqos.check(own, packs=PACKS, options={"post": {"carrier": "train"}})) == ["POST101"]
+
+
+def test_a_protocol_of_the_caller_is_for_what_states_none(file: Path):
+    file.write_text(FILE.replace("protocol: post\n", ""))
+    assert codes(cqos.check(file, packs=PACKS)) == ["CQ201", "CQ404"]
+    assert codes(cqos.check(file, packs=PACKS, protocol="post")) == ["POST101", "POST102"]
+
+
+# Values as Python has them
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        ("2s", "2s"),
+        (5, "5"),
+        (True, "true"),
+        (False, "false"),
+        (INFINITE, "infinite"),
+        (timedelta(seconds=2), "2000000000ns"),
+        (timedelta(microseconds=1), "1000ns"),
+        (timedelta(days=1, microseconds=1), "86400000001000ns"),
+        (timedelta.max, "86399999999999999999000ns"),
+        (timedelta(seconds=-1), "-1000000000ns"),
+        (["a", "b c"], '[a, "b c"]'),
+        ((), "[]"),
+    ],
+)
+def test_python_values_have_a_spelling(value, text):
+    assert as_text(value) == text
+
+
+@pytest.mark.parametrize("value", [1.5, None, {"a": 1}, b"x", object()])
+def test_what_has_no_spelling_is_refused(value: Any):
+    with pytest.raises(TypeError, match="is no setting"):
+        as_text(value)
+
+
+def pair(offered: Any = None, requested: Any = None, **more: Any) -> cqos.PairReport:
+    return cqos.check_pair("post", offered, requested, packs=PACKS, **more)
+
+
+def test_settings_of_a_pair_may_be_python_values():
+    assert pair({"delay": timedelta(seconds=2)}, {"delay": "2s"}).verdict == "compatible"
+    assert pair({"delay": timedelta(seconds=2, microseconds=1)}, {"delay": "2s"}).verdict == "incompatible"
+    assert pair({"delay": "1d"}, {"delay": INFINITE}).verdict == "compatible"
+    assert pair({"copies": 5, "sealed": True, "streets": ["Elm"]}, {"sealed": True, "streets": ["Elm"]}).findings == ()
+    negative = pair({"delay": timedelta(seconds=-1)}, {"delay": "1s"})
+    assert (negative.verdict, negative.findings[0].code) == ("unknown", "CQ203")
+
+
+def test_a_pair_may_use_presets_options_and_facts_of_its_topic():
+    assert [f.code for f in pair({"profile": "careful"}).findings] == ["POST201"]
+    assert pair({"care": "usual"}, {"care": "signed"}).verdict == "unknown"
+    assert pair({"care": "usual"}, {"care": "signed"}, options={"carrier": "train"}).verdict == "compatible"
+    deep = {"copies": 50}
+    assert [f.code for f in pair(deep, topic={"urgent": True}).findings] == ["POST202"]
+    assert [f.code for f in pair(deep, topic={"name": "x/urgent"}).findings] == ["POST202"]
+    assert pair(deep).findings == ()
+
+
+def test_a_pair_that_never_meets_is_not_known_to_fit():
+    report = pair({"streets": ["Elm"], "care": "plain"}, {"streets": ["Oak"], "care": "signed"})
+    assert (report.verdict, [finding.code for finding in report.findings]) == ("unknown", ["POST402"])
+    assert "behind it" in report.findings[0].notes[0]
+
+
+def test_a_pair_of_no_protocol_is_refused():
+    with pytest.raises(cqos.CqosError, match=r"there is no rule pack `pots`; did you mean"):
+        cqos.check_pair("pots", packs=PACKS)
+
+
+# Explaining
+
+
+def explained(
+    system: cqos.System, publisher: str = "writer", subscriber: str = "reader", **more: Any
+) -> cqos.PairReport:
+    return cqos.explain(system, publisher=publisher, subscriber=subscriber, packs=PACKS, **more)
+
+
+def test_every_policy_is_explained_with_both_values_and_where_they_come_from(file: Path):
+    report = cqos.explain("system.yaml", publisher="w", subscriber="r", packs=PACKS)
+    lines = {line.policy: line for line in report.policies}
+    assert list(lines) == ["care", "delay", "copies", "sealed", "streets", "returned"]
+    care, delay = lines["care"], lines["delay"]
+    assert care.offered is not None
+    assert delay.requested is not None
+    assert (care.offered.value, care.offered.origin, care.verdict, care.rules) == (
+        *("plain", "explicit", "incompatible", ("POST101",)),
+    )
+    assert (delay.requested.value, delay.requested.origin, delay.verdict) == ("1s", "profile fast", "incompatible")
+    assert (lines["sealed"].verdict, lines["copies"].verdict) == ("compatible", None)
+
+
+def test_a_line_is_never_worse_than_the_pair():
+    """A rule that leaves doubt makes the pair unknown, and so it makes its policy."""
+    doubtful = replace(POST, rules=(replace(RULES[0], doubt=True), *RULES[1:]))
+    report = cqos.check_pair("post", {"care": "plain"}, {"care": "signed"}, packs=[doubtful])
+    assert report.verdict == "unknown"
+    assert [line.verdict for line in report.policies if line.policy == "care"] == ["unknown"]
+    certain = cqos.check_pair(
+        "post", {"care": "plain", "delay": "2s"}, {"care": "signed", "delay": "1s"}, packs=[doubtful]
+    )
+    assert certain.verdict == "incompatible"
+
+
+@pytest.mark.parametrize(
+    ("publisher", "subscriber", "message"),
+    [
+        ("writter", "reader", "there is no publisher `writter`; did you mean `writer`?"),
+        ("writer", "nobody", "there is no subscriber `nobody`; known: other, reader"),
+        ("reader", "writer", "`reader` is a subscriber, not a publisher"),
+        (
+            "writer",
+            "other",
+            "publisher `writer` is on post topic `box` and subscriber `other` on post topic `news`: they never meet",
+        ),
+    ],
+)
+def test_what_cannot_be_explained_is_told_why(publisher, subscriber, message):
+    system = world(writer("box"), reader("box"), reader("news", "other"))
+    with pytest.raises(cqos.CqosError) as raised:
+        explained(system, publisher, subscriber)
+    assert message in str(raised.value)
+
+
+def test_the_others_on_the_topic_count_where_values_come_from_peers():
+    system = world(writer("box", care="insured", sealed=True), reader("box", care="best"))
+    assert explained(system).verdict == "compatible"
+    system.endpoints.append(writer("box", "plain_one"))
+    system.participants["plain_one"] = participant("plain_one")
+    assert explained(system).verdict == "compatible"
+    assert explained(system, "plain_one").verdict == "unknown"
+
+
+def test_a_failing_rule_is_said_to_fail_here_too():
+    def failing(*_: str) -> bool:
+        raise OSError("disk")
+
+    pack = replace(
+        POST,
+        functions=(*POST.functions, Function("failing", failing)),
+        rules=(
+            *RULES,
+            requires(parse("failing(offered(stamp), requested(stamp))"), code="POST900", name="a", because="b"),
+        ),
+    )
+    report = cqos.check_pair("post", {"stamp": "x"}, {"stamp": "x"}, packs=[pack])
+    assert (report.verdict, [finding.code for finding in report.findings]) == ("unknown", ["CQ701"])
+
+
+# The package
+
+
+def test_every_public_name_is_there():
+    for name in cqos.__all__:
+        assert getattr(cqos, name) is not None
+    assert set(cqos.__all__) <= set(dir(cqos))
+    with pytest.raises(AttributeError, match="no attribute `colour`"):
+        cqos.colour  # noqa: B018
+
+
+def test_importing_the_package_imports_nothing_of_it():
+    script = "import sys, cqos_core; print([m for m in sys.modules if m.startswith(('cqos_core.', 'yaml', 'lxml', 'pydantic'))])"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_packs_of_the_caller_win_over_installed_ones_of_their_id():
+    other = replace(POST, id="ros2", title="Not ROS")
+    found = context([other]).find_pack("ros2")
+    assert found is other
+    assert checked(writer("box"), reader("box")).verdict == "compatible"

@@ -1,0 +1,99 @@
+"""Remedies for a whole system: what they mend, and what they leave."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cqos_core.checker import check_system
+from cqos_core.mending import mend
+from cqos_core.report import Severity
+from cqos_core.system import Acceptance
+from tests.worlds import CONTEXT, reader, world, writer
+
+
+def errors(system):
+    return [
+        each for each in check_system(system, CONTEXT).findings if each.severity is Severity.ERROR and not each.accepted
+    ]
+
+
+def changes(mended):
+    return sorted(
+        (name, each.remedy.policy, each.remedy.value) for each in mended.applied for name in each.remedy.members
+    )
+
+
+def test_the_best_remedy_of_each_error():
+    system = world(writer("t", "w", care="plain", sealed=True), reader("t", "r", care="signed"))
+    mended = mend(system, CONTEXT, "configuration")
+    assert changes(mended) == [("w", "care", "signed")]
+    assert mended.changed == {("w", "care")}
+    assert (errors(mended.system), mended.left) == ([], ())
+    assert system.endpoints[0].overlay == {}, "the system itself stays as it is"
+
+
+def test_a_promise_of_the_program_is_only_made_if_that_is_allowed():
+    system = world(writer("t", "w", delay="9s"), reader("t", "r", delay="1s"))
+    assert changes(mend(system, CONTEXT, "configuration")) == [("r", "delay", "9s")]
+    system = world(writer("t", "w", delay="9s"), *(reader("t", f"r{n}", delay="1s") for n in range(2)))
+    first = mend(system, CONTEXT, "first")
+    assert errors(first.system) == []
+
+
+def test_several_errors_with_one_remedy_need_one_change():
+    system = world(
+        writer("t", "w", care="plain"), *(reader("t", f"r{n}", care=c) for n, c in enumerate(("signed", "insured")))
+    )
+    mended = mend(system, CONTEXT, "configuration")
+    assert errors(mended.system) == []
+    assert len({(name, policy) for name, policy, _ in changes(mended)}) <= 2
+
+
+def test_accepted_errors_are_left_alone():
+    system = world(
+        writer("t", "w", care="plain"), reader("t", "r", care="signed"), accept=[Acceptance("POST101", "so be it")]
+    )
+    mended = mend(system, CONTEXT, "first")
+    assert (mended.applied, mended.left) == ((), ())
+
+
+def test_what_cannot_be_mended_is_left():
+    system = world(writer("t", "w", stamp="A"), reader("t", "r", stamp="B"))
+    mended = mend(system, CONTEXT, "first")
+    assert (mended.applied, [each.code for each in mended.left]) == ((), ["POST403"])
+
+
+def test_equal_ids_are_told_apart():
+    system = world(writer("t", "w", care="plain"), writer("t", "w", care="plain"), reader("t", "r", care="signed"))
+    mended = mend(system, CONTEXT, "configuration")
+    assert errors(mended.system) == []
+    assert [each.id for each in mended.system.endpoints] == ["w", "w~2", "r"]
+
+
+CARES = st.sampled_from(["plain", "signed", "insured", "best", "usual"])
+DELAYS = st.sampled_from(["500ms", "1s", "5s", "infinite"])
+
+
+@st.composite
+def posts(draw):
+    parts = [
+        draw(st.sampled_from([writer, reader]))(
+            "t", f"e{number}", care=draw(CARES), delay=draw(DELAYS), sealed=draw(st.booleans())
+        )
+        for number in range(draw(st.integers(0, 6)))
+    ]
+    return world(*parts)
+
+
+@pytest.mark.parametrize("wanted", ["first", "configuration"])
+@given(posts())
+def test_no_pair_becomes_worse(wanted, system):
+    before = {(pair.publisher, pair.subscriber): pair.verdict.rank for pair in check_system(system, CONTEXT).pairs}
+    mended = mend(system, CONTEXT, wanted)
+    after = {
+        (pair.publisher, pair.subscriber): pair.verdict.rank for pair in check_system(mended.system, CONTEXT).pairs
+    }
+    assert len(errors(mended.system)) == len(mended.left)
+    assert sum(after.values()) <= sum(before.values())
+    if wanted == "configuration":
+        assert all(each.remedy.kind == "configuration" for each in mended.applied)

@@ -1,0 +1,165 @@
+"""Values that an endpoint takes from its peers when it is created, and what the order of start has to do with it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from cqos_core.api import context
+from cqos_core.pairing import group
+from cqos_core.policy import COMBINATIONS, INFINITE, Anything, Choice, Depends, Duration, FromPeers, Policy
+from cqos_core.resolve import resolve
+from cqos_core.settle import settle
+from tests.worlds import POLICIES, POST, RULES, checked, codes, only, participant, reader, world, writer
+
+SECOND = 1_000_000_000
+
+
+def settled(*parts: Any, policy: str = "care", of: str = "r", packs: Any = (POST,), **fields: Any) -> Any:
+    """The value of one policy of one endpoint once everybody is there; as text where it is plain."""
+    endpoints = resolve(world(*parts, **fields), context(packs).find_pack).endpoints
+    key = next(endpoint.key for endpoint in endpoints if endpoint.id == of)
+    topic = group([endpoint for endpoint in endpoints if endpoint.key == key])
+    settle(topic)
+    for members in (*topic.publishers, *topic.subscribers):
+        if of in {endpoint.id for endpoint in members.endpoints}:
+            pack = members.profile.pack
+            index = pack.vocabulary.indices["endpoint", policy]
+            value = members.profile.values[index]
+            return pack.policies[index].format(value) if isinstance(value, int) else value
+    raise AssertionError(of)
+
+
+def by_order(publishers_first: Any, subscribers_first: Any) -> Depends:
+    return Depends("start order", (("publishers first", publishers_first), ("subscribers first", subscribers_first)))
+
+
+BEST = reader("box", "r", care="best")
+PLAIN, SIGNED, INSURED = 0, 1, 2
+
+
+def test_a_value_from_peers_is_what_both_orders_of_start_give():
+    assert settled(BEST) == "insured"
+    assert settled(BEST, writer("box", care="insured")) == "insured"
+    # Alone it would have asked for insured letters; beside a plain writer it asks for plain ones.
+    assert settled(BEST, writer("box", care="plain")) == by_order(PLAIN, INSURED)
+
+
+def test_who_starts_after_whom_may_be_stated():
+    plain = writer("box", care="plain")
+    after = replace(BEST, starts_after=("writer",))
+    assert settled(after, plain) == "plain"
+    assert settled(BEST, plain, participant("r", {"starts_after": ("writer",)})) == "plain"
+    assert settled(BEST, replace(plain, starts_after=("r",))) == "insured"
+    assert settled(BEST, plain, participant("writer", {"starts_after": ("r",)})) == "insured"
+    # One of two is not all.
+    assert settled(after, plain, writer("box", "w2", care="plain")) == by_order(PLAIN, INSURED)
+    both = replace(BEST, starts_after=("writer", "w2"))
+    assert settled(both, plain, writer("box", "w2", care="plain")) == "plain"
+
+
+def test_the_finding_says_that_it_depends_on_the_start_order_and_what_to_state():
+    plain = writer("box", "w", care="plain")
+    report = checked(plain, BEST)
+    finding = only(report, "POST101")
+    assert report.verdict == "unknown"
+    assert finding.message.startswith("depends on start order: whether publisher `w` and subscriber `r` fit in care")
+    assert {str(world): str(verdict) for world, verdict in finding.worlds.items()} == {
+        "start order=publishers first": "compatible",
+        "start order=subscribers first": "incompatible",
+    }
+    assert "starts_after" in (finding.help or "")
+    assert [fact.origin for side in finding.sides for fact in side.facts] == ["settled from best", "explicit"]
+    assert codes(checked(plain, replace(BEST, starts_after=("w",)))) == []
+    assert codes(checked(replace(plain, starts_after=("r",)), BEST)) == ["POST101", "POST301"]
+
+
+def test_only_peers_that_it_meets_count():
+    elsewhere = [writer("box", "w2", care="plain"), participant("w2", town=5)]
+    assert settled(BEST, writer("box", care="insured"), *elsewhere) == "insured"
+    assert settled(BEST, writer("other", "w3", care="plain")) == "insured"
+
+
+def test_peers_that_are_not_known_leave_it_open():
+    assert settled(BEST, writer("box", care="unknown")) == by_order(Anything("its peers are not known"), INSURED)
+    assert settled(replace(BEST, starts_after=("writer",)), writer("box", care="unknown")) == Anything(
+        "its peers are not known"
+    )
+
+
+def test_peers_that_depend_on_something_are_taken_apart():
+    usual = writer("box", care="usual")
+    after = replace(BEST, starts_after=("writer",))
+    assert settled(after, usual) == Depends("post.carrier", (("bike", 0), ("train", 0), ("ship", 2)))
+    assert settled(after, usual, options={"carrier": "train"}) == "plain"
+    report = checked(usual, after)
+    assert report.verdict == "compatible"  # whatever the carrier, it takes what is offered
+
+
+# The ways in which peers may be put together
+
+TIMES = ["1s", "3s", "infinite"]
+WAYS: dict[str, tuple[str, str, str]] = {
+    # beside 1s, 3s and infinite; beside infinite alone; beside nobody
+    "constant": ("5s", "5s", "5s"),
+    "largest": ("infinite", "infinite", "5s"),
+    "largest_stated": ("3s", "infinite", "5s"),
+    "smallest_stated": ("1s", "infinite", "5s"),
+    "strongest_if_all": ("0s", "infinite", "5s"),
+    "strongest_if_any": ("infinite", "infinite", "5s"),
+}
+
+
+def pack_with(way: str) -> Any:
+    pause = Policy("pause", Duration(), "infinite", words={"adapt": FromPeers("5s", way)})
+    return replace(POST, policies=(*POLICIES, pause), rules=RULES)
+
+
+@pytest.mark.parametrize("way", COMBINATIONS)
+def test_every_way_to_put_peers_together(way):
+    packs = [pack_with(way)]
+
+    def beside(*pauses: str) -> Any:
+        writers = [writer("box", f"w{number}", pause=pause) for number, pause in enumerate(pauses)]
+        after = tuple(each.id for each in writers)
+        adapting = replace(reader("box", "r", pause="adapt"), starts_after=after)
+        return settled(adapting, *writers, policy="pause", packs=packs)
+
+    assert (beside(*TIMES), beside("infinite"), beside()) == WAYS[way]
+
+
+def test_publishers_may_take_values_from_subscribers_too():
+    pack = pack_with("smallest_stated")
+    adapting = writer("box", "w", pause="adapt")
+    readers = [reader("box", "r1", pause="1s"), reader("box", "r2", pause="3s")]
+    value = settled(adapting, *readers, policy="pause", of="w", packs=[pack])
+    assert value == by_order(5 * SECOND, SECOND)
+
+
+def test_two_that_wait_for_each_other_see_each_other_as_they_are_alone():
+    pack = pack_with("largest")
+    pair = [writer("box", "w", pause="adapt"), reader("box", "r", pause="adapt")]
+    assert settled(*pair, policy="pause", of="w", packs=[pack]) == "5s"
+    assert settled(*pair, policy="pause", of="r", packs=[pack]) == "5s"
+
+
+def test_one_that_is_created_with_its_peer_has_the_peers_value_at_once():
+    ladder = Choice("low", "high")
+    mode = Policy("mode", ladder, "low", words={"adapt": FromPeers("low", "largest", waits=True)})
+    pack = replace(POST, policies=(*POLICIES, mode))
+    adapting = reader("box", "r", mode="adapt")
+    assert settled(adapting, writer("box", mode="high"), policy="mode", packs=[pack]) == "high"
+    assert settled(adapting, policy="mode", packs=[pack]) == "low"
+    two = [writer("box", "w1", mode="high"), writer("box", "w2", mode="low")]
+    assert settled(adapting, *two, policy="mode", packs=[pack]) == by_order(1, 0)
+
+
+def test_nothing_is_settled_where_nothing_comes_from_peers():
+    endpoints = resolve(world(writer("box"), reader("box", delay="2s")), context([POST]).find_pack).endpoints
+    topic = group(endpoints)
+    before = [members.profile for members in (*topic.publishers, *topic.subscribers)]
+    settle(topic)
+    assert all(m.profile is b for m, b in zip((*topic.publishers, *topic.subscribers), before, strict=True))
+    assert INFINITE in before[0].values
