@@ -558,7 +558,8 @@ class Resolver:
         for ref in reversed(refs):
             for layer, preset in self._profile(ref, pack, dialect_name):
                 if preset is not None:
-                    self._check_available(preset, pack, participant)
+                    # What was read once for all is told where it is used.
+                    self._check_available(ref if ref.name == preset.name else preset, pack, participant)
                 yield layer
 
     def _profile(
@@ -586,7 +587,7 @@ class Resolver:
                     found[each.name] = (layer, each if own is None else None)
                 trail.append(each.name)
                 waiting.append(iter(() if own is None else own.base[::-1]))
-        if ref.name in self.system.profiles or ref.place is None:
+        if found:
             # Where a name is no profile, each place that uses it is told.
             self.profile_layers[key] = tuple(found.values())
         return tuple(found.values())

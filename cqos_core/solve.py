@@ -106,7 +106,8 @@ def _candidates(bound: Bound, use: Use, policy: Policy, a: Values, b: Values) ->
     if policy.domain.ordered:
         # Where nothing else will do, or nothing is known of the other side.
         values |= dict.fromkeys((policy.domain.lowest, policy.domain.highest))
-    return [value for value in values if policy.domain.has(value)]
+    # A zero that stands for a word is no value that could be written.
+    return [value for value in values if policy.domain.has(value) and not (value == 0 and policy.zero is not None)]
 
 
 def _value(bound: Bound, node: Operand, beside: Operand, a: Values, b: Values) -> Plain | None:

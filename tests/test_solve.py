@@ -37,7 +37,9 @@ EXAMPLES: list[tuple[str, Any, Any, Any, Any]] = [
         {"delay": "999999999ns"},
         {"delay": "1000000001ns"},
     ),
-    ("offered(delay) <= requested(delay)", {"delay": INFINITE}, {"delay": 0}, {"delay": "0s"}, {"delay": "infinite"}),
+    ("offered(delay) <= requested(delay)", {"delay": INFINITE}, {"delay": 1}, {"delay": "1ns"}, {"delay": "infinite"}),
+    # A zero would be read as `unspecified`, so it is no remedy.
+    ("offered(delay) <= requested(delay)", {"delay": INFINITE}, {"delay": UNKNOWN}, {}, {"delay": "infinite"}),
     ("offered(copies) == requested(copies)", {"copies": 3}, {"copies": 7}, {"copies": "7"}, {"copies": "3"}),
     ("offered(sealed) | ~requested(sealed)", {"sealed": 0}, {"sealed": 1}, {"sealed": "true"}, {"sealed": "false"}),
     (
