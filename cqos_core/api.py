@@ -7,6 +7,7 @@ from dataclasses import replace
 from datetime import timedelta
 from os import PathLike, fspath
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, TypeAlias
 
 from cqos_core.checker import Context, check_system
@@ -220,6 +221,7 @@ def pair_system(
     requested: Mapping[str, SettingValue],
     options: Mapping[str, SettingValue],
     topic: Mapping[str, SettingValue],
+    needs: Mapping[str, SettingValue] = MappingProxyType({}),
 ) -> System:
     """Make the system of one publisher and one subscriber on one topic; ``profile`` among the settings names a preset."""
     from cqos_core.system import ProfileRef
@@ -240,6 +242,7 @@ def pair_system(
                 role,
                 {n: Setting(as_text(v)) for n, v in settings.items()},
                 () if profile is None else (ProfileRef(as_text(profile)),),
+                needs={n: Setting(as_text(v)) for n, v in needs.items()} if role == SUBSCRIBER else {},
             )
         )
     return system
@@ -252,6 +255,7 @@ def check_pair(
     options: Mapping[str, SettingValue] | None = None,
     topic: Mapping[str, SettingValue] | None = None,
     packs: Iterable[RulePack] = (),
+    needs: Mapping[str, SettingValue] | None = None,
 ) -> PairReport:
     """Judge one offer against one request.
 
@@ -263,6 +267,7 @@ def check_pair(
         options: assumptions about the deployment: ``{"rmw": "cyclonedds"}``.
         topic: facts about the topic: ``name``, ``period``, ``latched`` and what else the pack knows.
         packs: further rule packs beside the installed ones.
+        needs: what the subscriber's application needs: ``{"latest": True, "max_age": "10s"}``.
 
     Returns:
         The verdict, set by pair rules alone; findings of pair and endpoint rules; and each policy compared.
@@ -270,7 +275,7 @@ def check_pair(
     Raises:
         CqosError: no installed pack has this id.
     """
-    system = pair_system(protocol, offered or {}, requested or {}, options or {}, topic or {})
+    system = pair_system(protocol, offered or {}, requested or {}, options or {}, topic or {}, needs or {})
     packs = list(packs)
     where = context(packs)
     if where.find_pack(protocol) is None:
@@ -382,7 +387,11 @@ def _pair_report(topic: Topic, further: Sequence[Finding]) -> PairReport:
 def _comparisons(topic: Topic, publisher: Members, subscriber: Members) -> Iterable[PolicyComparison]:
     """One line per endpoint policy, with the verdict of the pair rules that compare it."""
     spoken = {each.bound.rule.code: each for each in judge_pair(publisher.profile, subscriber.profile).spoken}
-    rules = [bound for bound in topic.pack.by_scope.get("pair", ()) if bound.rule.kind == "requires"]
+    rules = [
+        bound
+        for bound in topic.pack.by_scope.get("pair", ())
+        if bound.rule.kind == "requires" and not bound.rule.guarantee
+    ]
     for index, policy in enumerate(topic.pack.policies):
         if policy.level != "endpoint" or policy.default is None:
             continue

@@ -39,6 +39,7 @@ from cqos_core.expression import (
 from cqos_core.policy import (
     ENDPOINT,
     INFINITE,
+    NEED,
     Anything,
     Count,
     Depends,
@@ -104,8 +105,8 @@ class Function:
 
 _LEVELS: Final = {
     "own": (ENDPOINT,),
-    "offered": (ENDPOINT,),
-    "requested": (ENDPOINT,),
+    "offered": (ENDPOINT, NEED),
+    "requested": (ENDPOINT, NEED),
     "topic": ("topic",),
     "publisher": ("participant", "option"),
     "subscriber": ("participant", "option"),

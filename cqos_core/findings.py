@@ -160,6 +160,12 @@ def headline(spoken: Spoken, sides: Sequence[Side], topic: str, because: Sequenc
     """One sentence that makes sense alone: the rule's own, or derived from both sides' values."""
     rule = spoken.bound.rule
     stated = [side for side in sides if side.role in VERBS]
+    if spoken.unknown and rule.guarantee:
+        subscriber, publisher = (subject(side) for side in stated)
+        return (
+            f"whether {subscriber} gets what it needs from {publisher}, {rule.guarantee}, is not known: "
+            f"{_why_unknown(spoken, because)}"
+        )
     if spoken.unknown:
         policies = " and ".join(dict.fromkeys(each.policy for side in stated for each in _compared(spoken, side)))
         subjects = " and ".join(subject(side) for side in reversed(stated))

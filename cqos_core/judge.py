@@ -74,15 +74,34 @@ def verdict_of(spoken: Iterable[Spoken]) -> Verdict:
 @lru_cache(maxsize=_CACHE)
 def judge_pair(publisher: QosProfile, subscriber: QosProfile) -> Judgement:
     """Judge two profiles that meet."""
-    unmatched = publisher.unmatched | subscriber.unmatched
-    spoken = []
-    for bound in publisher.pack.by_scope.get("pair", ()):
-        if unmatched and bound.rule.kind == "requires" and any(use.index in unmatched for use in bound.bound.uses):
+    spoken: list[Spoken] = []
+    refused: bool | None = None
+    for bound in in_order(publisher.pack.by_scope.get("pair", ())):
+        if bound.rule.guarantee:
+            refused = verdict_of(spoken) is Verdict.INCOMPATIBLE if refused is None else refused
+            if refused or not subscriber.needs:
+                break
+        if passed_over(bound, publisher, subscriber):
             continue
         each = ask(bound, publisher.values, subscriber.values)
         if each is not None:
             spoken.append(each)
     return Judgement(verdict_of(spoken), tuple(spoken)) if spoken else FITS
+
+
+def in_order(rules: Sequence[BoundRule]) -> list[BoundRule]:
+    """Put the rules about pairs in the order in which they are asked: guarantees last, for pairs that fit."""
+    return sorted(rules, key=lambda bound: bool(bound.rule.guarantee))
+
+
+def passed_over(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> bool:
+    """Whether a rule requires what the middleware of either side does not match on, or gives what is not needed."""
+    if bound.rule.guarantee:
+        return bound.rule.guarantee not in subscriber.needs
+    unmatched = publisher.unmatched or subscriber.unmatched
+    if not unmatched or bound.rule.kind != "requires":
+        return False
+    return any(use.index in publisher.unmatched or use.index in subscriber.unmatched for use in bound.bound.uses)
 
 
 @lru_cache(maxsize=_CACHE)

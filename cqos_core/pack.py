@@ -8,8 +8,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.evaluate import Bound, Function, Vocabulary, bind, role_of, scope_of
+from cqos_core.guarantee import WORDS
 from cqos_core.mistakes import Mistake, mistakes, rule_mistakes
-from cqos_core.policy import ENDPOINT, LEVELS, Policy, normalise
+from cqos_core.policy import ENDPOINT, LEVELS, NEED, Policy, normalise
 from cqos_core.problems import PackError, SentenceError
 
 if TYPE_CHECKING:
@@ -201,7 +202,9 @@ def _bound(rule: Rule, vocabulary: Vocabulary, found: list[Mistake]) -> list[Bou
     except SentenceError as error:
         found.append(Mistake(at, f"rule {rule.code} `{rule.sentence}`: {error}"))
         return []
-    bound = BoundRule(rule, sentence, scope_of(rule.sentence), rule.role or role_of(rule.sentence))
+    # A guarantee is one of pairs, even where it rests on one side alone.
+    scope = "pair" if rule.guarantee else scope_of(rule.sentence)
+    bound = BoundRule(rule, sentence, scope, rule.role or role_of(rule.sentence))
     found += (Mistake(at, f"rule {rule.code}: {message}") for message in rule_mistakes(bound))
     return [bound]
 
@@ -301,6 +304,24 @@ class RulePack:
             normalise(spelling): name for name, preset in self.presets.items() for spelling in (name, *preset.aliases)
         }
 
+    @cached_property
+    def needs(self) -> Mapping[str, tuple[int, Plain]]:
+        """By word of `cqos_core.guarantee`, where its need stands among the values, and the value of nobody needing it."""
+        found = {}
+        for index, policy in enumerate(self.policies):
+            if policy.level == NEED and (word := WORDS.get(policy.aliases[0] if policy.aliases else "")):
+                found[word.name] = (index, word.nothing)
+        return found
+
+    @cached_property
+    def guaranteed(self) -> Mapping[str, tuple[BoundRule, ...]]:
+        """By word of `cqos_core.guarantee`, the rules on which its guarantee rests."""
+        found: dict[str, list[BoundRule]] = {}
+        for bound in self.bound_rules:
+            if bound.rule.guarantee:
+                found.setdefault(bound.rule.guarantee, []).append(bound)
+        return {word: tuple(rules) for word, rules in found.items()}
+
     def find(self, level: str, name: str, dialect: Dialect | None = None) -> int | None:
         """Index of the policy that ``name`` spells at ``level``, or None."""
         word = normalise(name)
@@ -390,6 +411,8 @@ def describe_rule(bound: BoundRule) -> dict[str, Any]:
         "clause": rule.clause,
         "help": rule.help,
         "aliases": list(rule.aliases),
+        "guarantee": rule.guarantee or None,
+        "survives": rule.survives if rule.guarantee else None,
         "table": rule_table(bound),
         "column_form": column_form(bound),
     }

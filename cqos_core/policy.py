@@ -541,7 +541,9 @@ NO: Final = "no"
 """How a middleware treats a policy: enforces it; offers it but never refuses a pair for it; ignores it."""
 
 ENDPOINT: Final = "endpoint"
-LEVELS: Final = (ENDPOINT, "topic", "participant", "broker", "option")
+NEED: Final = "need"
+"""Level of what is said of an endpoint without being a setting of it: what its application needs."""
+LEVELS: Final = (ENDPOINT, "topic", "participant", "broker", "option", NEED)
 BOTH: Final = ("publisher", "subscriber")
 
 
@@ -557,7 +559,7 @@ class Policy(Term):
         default: text of the default, or per role; None for a fact, which has no value until somebody states one.
         doc: one sentence for property panels and docs.
         clause: where the standard defines it.
-        level: what it is a setting of: ``endpoint``, ``topic``, ``participant``, ``broker`` or ``option``.
+        level: what it is a setting of: ``endpoint``, ``topic``, ``participant``, ``broker`` or ``option``; or ``need``.
         roles: which endpoints have it.
         aliases: other names it is read by.
         words: values that are no plain ones (``system_default``) and what they mean.
@@ -644,4 +646,5 @@ _OWN_SCOPE: Final = {
     "participant": "participant",
     "broker": "broker",
     "option": "option",
+    NEED: "requested",
 }

@@ -17,6 +17,7 @@ from cqos_core.evaluate import Values, Written
 from cqos_core.pack import Dialect, NameContext
 from cqos_core.policy import (
     ENDPOINT,
+    NEED,
     NO,
     UNMATCHED,
     Anything,
@@ -81,6 +82,7 @@ class QosProfile:
         open: whether any value is not plain.
         unmatched: indices of policies that the middleware in use does not match on.
         from_peers: indices of values that `settle` takes from the other side.
+        needs: the guarantees that are needed.
     """
 
     pack: RulePack
@@ -88,6 +90,7 @@ class QosProfile:
     open: bool
     unmatched: frozenset[int]
     from_peers: tuple[int, ...]
+    needs: frozenset[str] = frozenset()
 
     def with_values(self, changes: Mapping[int, Value]) -> QosProfile:
         """Return the interned profile with some values replaced."""
@@ -115,7 +118,8 @@ def intern(pack: RulePack, values: Values) -> QosProfile:
             for index, policy in enumerate(pack.policies)
             if policy.enforced and _enforcement(pack, policy, values) == UNMATCHED
         )
-        profile = _PROFILES[key] = QosProfile(pack, values, bool(opened), unmatched, from_peers)
+        needs = frozenset(name for name, (index, nothing) in pack.needs.items() if values[index] != nothing)
+        profile = _PROFILES[key] = QosProfile(pack, values, bool(opened), unmatched, from_peers, needs)
     return profile
 
 
@@ -394,7 +398,11 @@ class Resolver:
             self._add("CQ201", message, endpoints[0].place, "endpoint", ids, help_text)
 
     def _report_needs(self) -> None:
-        needing = sorted((each for each in self.system.endpoints if each.needs), key=lambda each: each.id)
+        packs = {each.stated_id: each.pack for each in self.result.endpoints}
+        needing = sorted(
+            (each for each in self.system.endpoints if each.needs and each.id in packs and not packs[each.id].needs),
+            key=lambda each: each.id,
+        )
         if needing:
             message = f"no installed pack judges `needs`: those of {len(needing)} endpoints were read but not compared"
             place = next(iter(needing[0].needs.values())).place
@@ -530,7 +538,7 @@ class Resolver:
             index = next((i for level in levels if (i := pack.find(level, name, dialect)) is not None), None)
             if index is None:
                 if not quiet:
-                    known = [p.name for p in pack.policies if p.level in levels]
+                    known = [p.name.removeprefix("need.") for p in pack.policies if p.level in levels and p.roles]
                     self._add(
                         "CQ202",
                         f"{owner} states `{name}`, which {pack.title} does not know",
@@ -729,6 +737,7 @@ class Resolver:
             tuple((name, setting.text) for name, setting in endpoint.settings.items()),
             tuple((name, setting.text) for name, setting in endpoint.overlay.items()),
             tuple(ref.name for ref in endpoint.profiles),
+            tuple((name, setting.text) for name, setting in endpoint.needs.items()),
         )
         shared = self.shared.get(signature)
         if shared is None:
@@ -860,6 +869,7 @@ class Resolver:
             origin = f"preset {pack.base_preset}"
             layers.append(Layer(origin, settings, counts_as_stated=False, assumed=True))
         layers, possible = self._lay_over(layers, overlays, participant)
+        needs = self._needs(endpoint, pack, owner, identifier)
         values: list[Any] = []
         words: list[Written | None] = []
         asked = pack.asked | self.asked.get(id(pack), frozenset())
@@ -876,6 +886,11 @@ class Resolver:
                 values.append(value)
                 if index in asked:
                     words[index] = _written(policy, index, layers)
+            elif policy.level == NEED:
+                where = endpoint.place
+                values.append(
+                    self._value(pack, index, policy, endpoint.role, (needs,), {}, None, owner, where, member=identifier)
+                )
             elif policy.level == "topic":
                 values.append(
                     self._value(
@@ -895,7 +910,19 @@ class Resolver:
             else:
                 values.append(participant.values[index])
         beside = (replace(layer, overlay="may_hold") for extra in possible.values() for layer in extra)
-        return intern(pack, (*values, *words)), (*beside, *layers, *topic_layers)
+        return intern(pack, (*values, *words)), (*beside, *layers, needs, *topic_layers)
+
+    def _needs(self, endpoint: Endpoint, pack: RulePack, owner: str, identifier: str) -> Layer:
+        """What the application of an endpoint needs, as far as the pack gives such guarantees."""
+        if not pack.needs:
+            return Layer("explicit", {})
+        found = self._recognise(pack, (NEED,), endpoint.needs, None, f"`needs` of {owner}", endpoint.role, [identifier])
+        for index, stated in found.items():
+            word = next((name for name, (at, _) in pack.needs.items() if at == index), None)
+            if word is not None and word not in pack.guaranteed:
+                message = f"{owner} needs {word}, of which {pack.title} says nothing: it was not compared"
+                self._add("CQ211", message, stated.setting.place, endpoint.role, [identifier])
+        return Layer("explicit", found)
 
     def _own_value(
         self,

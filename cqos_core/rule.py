@@ -40,6 +40,9 @@ class Rule:
         fixes: policies offered as remedies; empty: every endpoint policy of the sentence.
         help: what to do where no remedy can be computed.
         aliases: former codes and names.
+        guarantee: the word whose guarantee rests on it (`cqos_core.guarantee`); it then speaks of pairs that fit, and only
+            where that is needed.
+        survives: the fault that the guarantee then survives.
     """
 
     sentence: Sentence
@@ -57,6 +60,8 @@ class Rule:
     fixes: tuple[str, ...] = ()
     help: str = ""
     aliases: tuple[str, ...] = ()
+    guarantee: str = ""
+    survives: str = "link"
 
     def __post_init__(self) -> None:
         """Refuse malformed metadata where it is written, not where it is shown."""

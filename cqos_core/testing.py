@@ -9,6 +9,7 @@ A case file has the code of one rule and named cases::
         requested: {reliability: reliable}
         options: {rmw: cyclonedds}
         topic: {latched: true}
+        needs: {latest: true}
         expect: error
         verdict: incompatible
         findings: [ROS101]
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
     from cqos_core.pack import RulePack
 
 _KEYS = frozenset(
-    "name offered requested publisher subscriber system topic options expect verdict findings remedies".split()  # noqa: SIM905
+    "name offered requested publisher subscriber system topic options needs expect verdict findings remedies".split()  # noqa: SIM905
 )
 
 
@@ -109,7 +110,8 @@ def judge_case(case: Case, packs: Iterable[RulePack] = ()) -> Result:
     topic = _settings(content.get("topic", {}))
     if "offered" in content or "requested" in content:
         offered, requested = _settings(content.get("offered", {})), _settings(content.get("requested", {}))
-        pair = check_pair(case.pack, offered, requested, options, topic, packs)
+        needs = _settings(content.get("needs", {}))
+        pair = check_pair(case.pack, offered, requested, options, topic, packs, needs)
         return Result(pair.verdict, pair.findings)
     role = PUBLISHER if PUBLISHER in content else SUBSCRIBER
     offered, requested = (_settings(content.get(each, {})) for each in (PUBLISHER, SUBSCRIBER))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from cqos_core.codes import CODES
 from cqos_core.evaluate import NO_SIGNAL, Outcome
 from cqos_core.findings import MOST_COMBINATIONS, Draft, Made, already_told, headline, make, sides_of, subject
-from cqos_core.judge import Spoken, ask, judge_endpoint, judge_pair, judge_signal
+from cqos_core.judge import Spoken, ask, in_order, judge_endpoint, judge_pair, judge_signal, passed_over
 from cqos_core.pairing import group
 from cqos_core.report import Finding, Group, Severity, Side, Verdict
 from cqos_core.settle import settle
@@ -116,16 +116,34 @@ def _judge_pairs(topic: Topic, drafts: Drafts) -> _Pairs:
             if apart.hits:
                 pairs.kept_apart.append(apart)
     pairs.segments = [{(Verdict.COMPATIBLE, ()): met} if met else {} for met in pairs.met]
-    for bound in topic.pack.by_scope.get("pair", ()):
+    needs = {word for members in topic.subscribers for word in members.profile.needs}
+    fitting: list[int] | None = None
+    for bound in in_order(topic.pack.by_scope.get("pair", ())):
+        asked = pairs.met
+        if bound.rule.guarantee:
+            if bound.rule.guarantee not in needs:
+                continue
+            asked = fitting = fitting or _fitting(pairs)
         said: dict[tuple[int, bool], int] = {}
         for publishers, subscribers, spoken, combinations in _few(_spoken_classes(topic, bound)):
-            _draft(topic, drafts, publishers, subscribers, spoken, pairs.met, index_of, combinations)
+            _draft(topic, drafts, publishers, subscribers, spoken, asked, index_of, combinations)
             for publisher in publishers.members:
                 key = (index_of[publisher], spoken.unknown)
                 said[key] = said.get(key, 0) | subscribers.mask
         for (index, unknown), mask in said.items():
-            _split_segments(pairs.segments[index], bound, mask, unknown=unknown)
+            _split_segments(pairs.segments[index], bound, mask & asked[index], unknown=unknown)
     return pairs
+
+
+def _fitting(pairs: _Pairs) -> list[int]:
+    """Per publisher group the subscriber groups that nothing refuses: a guarantee is one of pairs that fit."""
+    found = []
+    for segments in pairs.segments:
+        mask = 0
+        for (verdict, _), subscribers in segments.items():
+            mask |= subscribers if verdict is not Verdict.INCOMPATIBLE else 0
+        found.append(mask)
+    return found
 
 
 def _spoken_classes(topic: Topic, bound: BoundRule) -> Iterator[tuple[_Class, _Class, Spoken]]:
@@ -142,7 +160,7 @@ def _spoken_classes(topic: Topic, bound: BoundRule) -> Iterator[tuple[_Class, _C
         a = offering.profile
         for requesting in subscribers:
             b = requesting.profile
-            if _unmatched(bound, a, b):
+            if passed_over(bound, a, b):
                 continue
             if easy:
                 if bool(judge(a.values, b.values, NO_SIGNAL)) is speaks:
@@ -151,14 +169,6 @@ def _spoken_classes(topic: Topic, bound: BoundRule) -> Iterator[tuple[_Class, _C
             spoken = ask(bound, a.values, b.values)
             if spoken is not None and not (bound.rule.kind == "meets" and spoken.outcome.result is not False):
                 yield offering, requesting, spoken
-
-
-def _unmatched(bound: BoundRule, a: QosProfile, b: QosProfile) -> bool:
-    """Whether the rule requires something on which the middleware of either side does not match."""
-    unmatched = a.unmatched or b.unmatched
-    if not unmatched or bound.rule.kind != "requires":
-        return False
-    return any(use.index in a.unmatched or use.index in b.unmatched for use in bound.bound.uses)
 
 
 def _few(

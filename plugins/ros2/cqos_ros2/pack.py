@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
+from cqos_core.guarantee import NEEDS
 from cqos_core.pack import Meeting, RulePack
 from cqos_ros2 import interfaces, names
 from cqos_ros2.conventions import CONVENTIONS
 from cqos_ros2.dialects import DIALECTS
+from cqos_ros2.guarantees import GUARANTEES
 from cqos_ros2.importers.codes import CODES
 from cqos_ros2.logs import read_line
 from cqos_ros2.policies import POLICIES
@@ -29,8 +31,8 @@ SEMANTIC: Final = RulePack(
     id="ros2",
     title="ROS 2",
     summary="Topics, services and actions of ROS 2, Foxy to Rolling, on any of its middlewares.",
-    policies=POLICIES,
-    rules=RULES,
+    policies=(*POLICIES, *NEEDS),
+    rules=(*RULES, *GUARANTEES),
     presets=PRESETS,
     base_preset="default",
     dialects=DIALECTS,
