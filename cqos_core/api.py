@@ -12,21 +12,15 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from cqos_core.checker import Context, check_system
 from cqos_core.codes import find_code
-from cqos_core.findings import Draft, already_told, fact, make
+from cqos_core.explanation import explain_pair
 from cqos_core.importers.source import Source
-from cqos_core.judge import judge_endpoint, judge_pair
 from cqos_core.loading import load_paths, merge, read_path, read_source
-from cqos_core.pairing import Members, Topic, apart, group
 from cqos_core.plugins import Plugins, load_plugins
 from cqos_core.policy import INFINITE, Names
 from cqos_core.problems import CqosError, InputError, Problem
-from cqos_core.report import Finding, PairReport, PolicyComparison, Report, Verdict
-from cqos_core.resolve import Resolved, Resolver, suggestion
-from cqos_core.settle import settle
+from cqos_core.resolve import suggestion
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System
 from cqos_core.system import Topic as StatedTopic
-from cqos_core.topic import check_topic
-from cqos_core.wire import topics
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -34,6 +28,7 @@ if TYPE_CHECKING:
     from cqos_core.codes import CodeInfo
     from cqos_core.differences import Diff
     from cqos_core.pack import RulePack
+    from cqos_core.report import Finding, PairReport, Report
     from cqos_core.rule import Rule
 
 Input: TypeAlias = "str | PathLike[str] | bytes | System"
@@ -301,115 +296,6 @@ def explain(
     where = context(packs, protocol)
     system = with_options(read(*inputs, protocol=protocol), options or {}, where)
     return explain_pair(system, publisher, subscriber, where)
-
-
-def explain_pair(system: System, publisher: str, subscriber: str, where: Context) -> PairReport:
-    """Explain one pair of a system that is already read; see `explain`."""
-    resolver = Resolver(system, where.find_pack, where.default_protocol)
-    resolved = resolver.run()
-    offering = _find(resolved.endpoints, publisher, PUBLISHER)
-    requesting = _find(resolved.endpoints, subscriber, SUBSCRIBER)
-    everybody = _meeting_place(topics(resolver), offering, requesting)
-    if everybody is None:
-        raise CqosError(
-            f"publisher `{offering.id}` is on {offering.pack.id} topic `{offering.shown}` and subscriber `{requesting.id}` on "
-            f"{requesting.pack.id} topic `{requesting.shown}`: they never meet"
-        )
-    topic = group(everybody)
-    settle(topic)
-    pair = Topic(
-        topic.key,
-        topic.shown,
-        topic.pack,
-        [_only(topic.publishers, offering.id)],
-        [_only(topic.subscribers, requesting.id)],
-    )
-    return _pair_report(
-        pair,
-        [f for f in resolved.findings if not f.endpoints or set(f.endpoints) & {offering.id, requesting.id}],
-    )
-
-
-def _find(endpoints: Sequence[Resolved], name: str, role: str) -> Resolved:
-    matching = [endpoint for endpoint in endpoints if endpoint.id == name]
-    if not matching:
-        known = [endpoint.id for endpoint in endpoints if endpoint.role == role]
-        raise CqosError(f"there is no {role} `{name}`; {suggestion(name, known)}")
-    if matching[0].role != role:
-        raise CqosError(f"`{name}` is a {matching[0].role}, not a {role}")
-    return matching[0]
-
-
-def _meeting_place(
-    by_topic: Mapping[tuple[str, str], list[Resolved]], offering: Resolved, requesting: Resolved
-) -> list[Resolved] | None:
-    """The endpoints of the topic that both are on, their own or the wire's; None where they never meet."""
-    wanted = {offering.id, requesting.id}
-    own = (offering.pack.id, offering.key or "")
-    if own == (requesting.pack.id, requesting.key):
-        return by_topic.get(own)
-    return next((found for found in by_topic.values() if wanted <= {endpoint.id for endpoint in found}), None)
-
-
-def _only(groups: Sequence[Members], endpoint_id: str) -> Members:
-    members, endpoint = next(
-        (members, endpoint) for members in groups for endpoint in members.endpoints if endpoint.id == endpoint_id
-    )
-    return members.only([endpoint])
-
-
-def _pair_report(topic: Topic, further: Sequence[Finding]) -> PairReport:
-    publisher, subscriber = topic.publishers[0], topic.subscribers[0]
-    reasons = apart(publisher.profile, subscriber.profile)
-    judgement = judge_pair(publisher.profile, subscriber.profile)
-    drafts = [
-        Draft(topic, spoken, {publisher: None}, {subscriber: None}, 1)
-        for spoken in (() if reasons else judgement.spoken)
-        if not already_told(spoken, publisher.profile, subscriber.profile)
-    ]
-    for members, role in ((publisher, PUBLISHER), (subscriber, SUBSCRIBER)):
-        for spoken in judge_endpoint(members.profile, role, members.observed):
-            if not spoken.unknown or spoken.failed is not None:
-                sides = ({members: None}, {}) if role == PUBLISHER else ({}, {members: None})
-                drafts.append(Draft(topic, spoken, *sides))
-    kept = [f for f in further if f.code not in {"CQ401", "CQ402"}]
-    found = [*kept, *(make(draft).finding for draft in drafts)]
-    if reasons:
-        result = check_topic([replace(end.first, external=False) for end in (publisher, subscriber)])
-        found += [one.finding for one in result.made if one.finding.code in {bound.rule.code for bound in reasons}]
-    return PairReport(
-        verdict=Verdict.UNKNOWN if reasons else judgement.verdict,
-        findings=tuple(sorted(found, key=lambda each: (each.severity.rank, each.code, each.message))),
-        policies=tuple(_comparisons(topic, publisher, subscriber)),
-    )
-
-
-def _comparisons(topic: Topic, publisher: Members, subscriber: Members) -> Iterable[PolicyComparison]:
-    """One line per endpoint policy, with the verdict of the pair rules that compare it."""
-    spoken = {each.bound.rule.code: each for each in judge_pair(publisher.profile, subscriber.profile).spoken}
-    rules = [
-        bound
-        for bound in topic.pack.by_scope.get("pair", ())
-        if bound.rule.kind == "requires" and not bound.rule.guarantee
-    ]
-    for index, policy in enumerate(topic.pack.policies):
-        if policy.level != "endpoint" or policy.default is None:
-            continue
-        over = [bound for bound in rules if any(use.index == index for use in bound.bound.uses)]
-        said = [spoken[bound.rule.code] for bound in over if bound.rule.code in spoken]
-        verdict = None
-        if over:
-            verdict = Verdict.COMPATIBLE
-            if said:
-                doubtful = all(each.unknown or each.bound.rule.doubt for each in said)
-                verdict = Verdict.UNKNOWN if doubtful else Verdict.INCOMPATIBLE
-        yield PolicyComparison(
-            policy.name,
-            fact(publisher.first, publisher.profile, index),
-            fact(subscriber.first, subscriber.profile, index),
-            verdict,
-            tuple(bound.rule.code for bound in over),
-        )
 
 
 __all__ = [

@@ -7,6 +7,7 @@ from datetime import date
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.acceptance import RuleFinder, with_acceptances, with_severities
+from cqos_core.bridging import bridge_findings, spanned
 from cqos_core.codes import CODES
 from cqos_core.findings import Made, merged, of_participants
 from cqos_core.judge import ask
@@ -15,7 +16,6 @@ from cqos_core.resolve import Resolved, ResolvedSystem, Resolver, core_finding, 
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 from cqos_core.team import bind_checks, words_asked
 from cqos_core.topic import TopicResult, check_topic
-from cqos_core.wire import topics
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -279,9 +279,9 @@ def check_system(
     teams, problems = bind_checks(system, packs_in_use(system, context.find_pack, context.default_protocol))
     resolver = Resolver(system, context.find_pack, context.default_protocol, words_asked(teams))
     resolved = resolver.run()
-    by_topic = topics(resolver)
+    by_topic, hops = spanned(resolver)
     results = {}
     for number, (key, endpoints) in enumerate(by_topic.items()):
         step(number, len(by_topic))
         results[key] = check_topic(endpoints, system.accept, teams)
-    return assemble(system, resolved, results, context, problems)
+    return assemble(system, resolved, results, context, [*problems, *bridge_findings(hops, by_topic)])

@@ -1,6 +1,6 @@
 """Codes of the core: what it reports about inputs, models, meeting and configuration. Permanent, like rule codes.
 
-CQ0xx: reading (CQ001-CQ029 in general, CQ030-CQ059 BPMN, CQ060 several files together); CQ2xx: settings and profiles; CQ4xx: names and meeting;
+CQ0xx: reading (CQ001-CQ029 in general, CQ030-CQ059 BPMN, CQ060 several files together); CQ2xx: settings and profiles; CQ4xx: names and meeting; CQ5xx: bridges;
 CQ6xx: accepted exceptions and the team's own rules; CQ7xx: plugins at fault.
 """
 
@@ -466,6 +466,34 @@ _MODEL = (
         "note",
         "A participant subscribes to what it publishes itself.",
         "That is legal, but often a slip of the model.",
+    ),
+    CodeInfo(
+        "CQ501",
+        "bridge-without-side",
+        "error",
+        "A route of a bridge names a participant that there is not.",
+        "Nothing is carried by that route until both its sides are participants of the system.",
+    ),
+    CodeInfo(
+        "CQ502",
+        "bridge-carries-nothing",
+        "warning",
+        "No topic matches the pattern of a bridge's route.",
+        "Nothing is carried by that route; the pattern is probably misspelt.",
+    ),
+    CodeInfo(
+        "CQ503",
+        "bridge-loop",
+        "warning",
+        "What is published comes back to its own topic over two or more bridges.",
+        "Every sample goes round for ever unless a bridge drops what it has seen; take one direction away.",
+    ),
+    CodeInfo(
+        "CQ504",
+        "bridge-gives-less",
+        "note",
+        "A bridge gets more than those behind it do: values that are not lost before it may be lost behind it.",
+        "Where the application counts on it, state that by `needs:`; it is then an error that says what to change.",
     ),
     CodeInfo(
         "CQ601",

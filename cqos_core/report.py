@@ -241,11 +241,48 @@ class Report:
 
 @dataclass(frozen=True, slots=True)
 class PairReport:
-    """The result of judging one offer against one request (`cqos_core.check_pair`)."""
+    """The result of judging one offer against one request (`cqos_core.check_pair`).
+
+    Attributes:
+        guarantees: what the subscriber gets, over all hops.
+        hops: of two endpoints that meet over bridges only: the pairs on the way, from the publisher on; else empty.
+    """
 
     verdict: Verdict
     findings: tuple[Finding, ...] = ()
     policies: tuple[PolicyComparison, ...] = ()
+    guarantees: tuple[Guarantee, ...] = ()
+    hops: tuple[HopReport, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Guarantee:
+    """What a subscriber gets, in one of the words of `cqos_core.guarantee`.
+
+    Attributes:
+        word: ``loss_free``.
+        value: ``yes``, ``no``, ``unknown``, ``none``, or a number in the spelling of needs.
+        survives: the faults it survives beside a broken link.
+        lost: for each rule that takes it away or leaves it open, its code and reason.
+    """
+
+    word: str
+    value: str
+    survives: tuple[str, ...] = ()
+    lost: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class HopReport:
+    """One pair on the way over bridges; ``bridge`` leads from its subscriber to the next publisher."""
+
+    publisher: str
+    subscriber: str
+    topic: str
+    protocol: str
+    verdict: Verdict
+    guarantees: tuple[Guarantee, ...] = ()
+    bridge: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,13 +10,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.api import Context, SettingValue, as_text, context, exact_places
+from cqos_core.bridging import bridge_findings, spanned
 from cqos_core.checker import assemble
 from cqos_core.problems import CqosError
 from cqos_core.resolve import Resolved, Resolver, packs_in_use
 from cqos_core.system import Setting, System
 from cqos_core.team import bind_checks, words_asked
 from cqos_core.topic import TopicResult, check_topic
-from cqos_core.wire import topics
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -168,7 +168,7 @@ class Session:
         packs = packs_in_use(self._system, self._context.find_pack, self._context.default_protocol)
         teams, problems = bind_checks(self._system, packs)
         resolver = self._resolve(words_asked(teams))
-        buckets = topics(resolver)
+        buckets, hops = spanned(resolver)
         self.judged = 0
         results: dict[TopicKey, TopicResult] = {}
         seen: dict[TopicKey, tuple[object, ...]] = {}
@@ -181,7 +181,9 @@ class Session:
                 self.judged += 1
             results[key] = known
         self._seen, self._results = seen, results
-        report = assemble(self._system, resolver.result, results, self._context, problems)
+        report = assemble(
+            self._system, resolver.result, results, self._context, [*problems, *bridge_findings(hops, buckets)]
+        )
         return exact_places(report, self._system.sources)
 
     def _forget(self) -> None:
@@ -192,7 +194,8 @@ class Session:
         resolver = self._resolver
         touched, self._touched = self._touched, {}
         ids = [endpoint.id for endpoint in self._system.endpoints]
-        incremental = not self._system.overlays and len(ids) == len(set(ids))
+        # Bridges add endpoints and hand needs on, so that one edit may reach any topic.
+        incremental = not self._system.overlays and not self._system.bridges and len(ids) == len(set(ids))
         if incremental and resolver is not None and not resolver.result.findings and resolver.asked == asked:
             self._resolve_touched(resolver, touched)
             if not resolver.result.findings and not resolver.clashes:

@@ -93,6 +93,16 @@ def _candidates(bound: Bound, use: Use, policy: Policy, a: Values, b: Values) ->
     few = policy.domain.candidates()
     if few:
         return list(few)
+    values = turning_points(bound, use, a, b)
+    if policy.domain.ordered:
+        # Where nothing else will do, or nothing is known of the other side.
+        values |= dict.fromkeys((policy.domain.lowest, policy.domain.highest))
+    # A zero that stands for a word is no value that could be written.
+    return [value for value in values if policy.domain.has(value) and not (value == 0 and policy.zero is not None)]
+
+
+def turning_points(bound: Bound, use: Use, a: Values, b: Values) -> dict[Plain, None]:
+    """Return the values of one term at and around which some comparison of the sentence turns."""
     values: dict[Plain, None] = {}
     for node in bound.sentence.walk():
         if not isinstance(node, Compare):
@@ -103,11 +113,7 @@ def _candidates(bound: Bound, use: Use, policy: Policy, a: Values, b: Values) ->
             target = _value(bound, there, here, a, b)
             for value in _isolate(here, use.term, target, bound, a, b):
                 values[value] = None
-    if policy.domain.ordered:
-        # Where nothing else will do, or nothing is known of the other side.
-        values |= dict.fromkeys((policy.domain.lowest, policy.domain.highest))
-    # A zero that stands for a word is no value that could be written.
-    return [value for value in values if policy.domain.has(value) and not (value == 0 and policy.zero is not None)]
+    return values
 
 
 def _value(bound: Bound, node: Operand, beside: Operand, a: Values, b: Values) -> Plain | None:

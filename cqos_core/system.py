@@ -209,17 +209,33 @@ class Broker:
     place: Place | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Route:
+    """One way over a bridge: what it subscribes to, and what it publishes that as.
+
+    Both ends are endpoints of participants of the system, whose ids may be empty. Where the topic of ``source`` has a
+    ``*``, there is such a way for every topic that matches, and the ``*`` in the topic of ``target`` stands for the same.
+    A target without a topic has that of the source.
+    """
+
+    source: Endpoint
+    target: Endpoint
+    place: Place | None = None
+
+
 @dataclass(slots=True)
 class Bridge:
-    """Subscribes on one side and publishes on the other; judged by the packs that know guarantees.
+    """Subscribes on one side and publishes on the other, perhaps in another protocol.
 
     Attributes:
         id: unique in the system.
-        settings: everything stated about it, nested values in YAML flow spelling.
+        routes: what it carries.
+        carries: what else it carries on beside samples: ``liveliness``, where it ends its publications with their source.
     """
 
     id: str
-    settings: Settings = field(default_factory=dict)
+    routes: tuple[Route, ...] = ()
+    carries: tuple[str, ...] = ()
     place: Place | None = None
 
 

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cqos_core.api import explain_pair
 from cqos_core.cli.parameters import color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit, say, say_problems, width
 from cqos_core.cli.tables import table
+from cqos_core.explanation import endpoints_of, explain_pair
 from cqos_core.formatters import wording
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.json_report import render_json
@@ -23,13 +23,12 @@ from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import clean, paint
 from cqos_core.loading import STDIN
 from cqos_core.report import Group, Report, Severity
-from cqos_core.resolve import resolve
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from cqos_core.report import Fact, PairReport, PolicyComparison
+    from cqos_core.report import Fact, Guarantee, HopReport, PairReport, PolicyComparison
     from cqos_core.resolve import Resolved
     from cqos_core.system import Place
 
@@ -93,7 +92,7 @@ def explain(
             say("no file there is a design that C-QoS reads", severity="error", choice=color)
         ctx.exit(_UNUSABLE)
     system = reader.whole([system for _, system in loaded.systems])
-    endpoints = resolve(system, reader.context.find_pack, reader.context.default_protocol).endpoints
+    endpoints = endpoints_of(system, reader.context)
     if not ids:
         emit(_endpoints_as_json(endpoints) if form == "json" else _endpoints_as_text(endpoints, color))
         ctx.exit(_UNUSABLE if loaded.problems else _OK)
@@ -161,15 +160,51 @@ def _as_text(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], 
     def color(piece: str, column: int) -> str:
         return colors(piece, piece.strip()) if column == _VERDICT and piece.strip() in _VERDICTS else piece
 
-    lines = [
-        f"publisher {_named(publisher)}",
-        f"subscriber {_named(subscriber)}",
-        f"on {publisher.pack.title} topic `{clean(publisher.shown)}`",
-        "",
-        *table(_HEADER, rows, style.width, color),
-        "",
-    ]
+    lines = [f"publisher {_named(publisher)}", f"subscriber {_named(subscriber)}"]
+    if pair.hops:
+        lines += [f"over {wording.plural(len(pair.hops) - 1, 'bridge')}", "", *_way(pair), ""]
+    else:
+        lines += [
+            f"on {publisher.pack.title} topic `{clean(publisher.shown)}`",
+            "",
+            *table(_HEADER, rows, style.width, color),
+            "",
+        ]
+    if pair.guarantees:
+        lines += [*_gets(pair, style.width), ""]
     return "\n".join(lines) + "\n" + render_full(report, style)
+
+
+def _way(pair: PairReport) -> list[str]:
+    """Tell the way from publisher to subscriber, a line for each pair and each bridge."""
+    lines = []
+    for number, hop in enumerate(pair.hops, 1):
+        lines.append(
+            f"{number}. {clean(hop.publisher)} to {clean(hop.subscriber)} on {hop.protocol} topic "
+            f"`{clean(hop.topic)}`: {hop.verdict}"
+        )
+        if hop.bridge is not None:
+            lines.append(f"   then over bridge {clean(hop.bridge)}")
+    return lines
+
+
+def _gets(pair: PairReport, columns: int) -> list[str]:
+    """Tell what the subscriber gets, hop by hop where there are several."""
+    if pair.hops:
+        by_hop = [{each.word: each.value for each in hop.guarantees} for hop in pair.hops]
+        header = ("guarantee", *(f"hop {number}" for number in range(1, len(by_hop) + 1)), "in the end", "lost by")
+        rows = [
+            (each.word, *(hop.get(each.word, "unknown") for hop in by_hop), each.value, _lost_by(each))
+            for each in pair.guarantees
+        ]
+    else:
+        header = ("guarantee", "given", "survives", "lost by")
+        rows = [(each.word, each.value, ", ".join(each.survives), _lost_by(each)) for each in pair.guarantees]
+    return table(header, rows, columns)
+
+
+def _lost_by(guarantee: Guarantee) -> str:
+    return ", ".join(dict.fromkeys(code for code, _ in guarantee.lost))
 
 
 _VERDICTS = {"compatible", "incompatible", "unknown"}
@@ -233,6 +268,8 @@ def _as_json(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], 
             "subscriber": subscriber.id,
             "verdict": pair.verdict.value,
             "policies": [_comparison(each) for each in pair.policies],
+            "guarantees": [_guarantee(each) for each in pair.guarantees],
+            "hops": [_hop(each) for each in pair.hops],
             # As they are in the JSON report.
             "findings": json.loads(render_json(report, style))["findings"],
         }
@@ -246,6 +283,27 @@ def _comparison(comparison: PolicyComparison) -> dict[str, Any]:
         "requested": _fact(comparison.requested),
         "verdict": None if comparison.verdict is None else comparison.verdict.value,
         "rules": list(comparison.rules),
+    }
+
+
+def _guarantee(guarantee: Guarantee) -> dict[str, Any]:
+    return {
+        "word": guarantee.word,
+        "value": guarantee.value,
+        "survives": list(guarantee.survives),
+        "lost": [{"code": code, "because": because} for code, because in guarantee.lost],
+    }
+
+
+def _hop(hop: HopReport) -> dict[str, Any]:
+    return {
+        "publisher": hop.publisher,
+        "subscriber": hop.subscriber,
+        "topic": hop.topic,
+        "protocol": hop.protocol,
+        "verdict": hop.verdict.value,
+        "guarantees": [_guarantee(each) for each in hop.guarantees],
+        "bridge": hop.bridge,
     }
 
 

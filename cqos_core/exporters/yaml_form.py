@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.exporters.contract import Exported
 from cqos_core.exporters.design import design_of, with_shared_profiles
 from cqos_core.exporters.yaml_text import Block, Raw, document, scalar, value
-from cqos_core.importers.yaml_form import BROKER, ENDPOINT, PARTICIPANT, PROFILE_FORM, TOPIC, VERSION
+from cqos_core.importers.yaml_form import BROKER, ENDPOINT, PARTICIPANT, PROFILE_FORM, ROUTE_SIDE, TOPIC, VERSION
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from cqos_core.system import (
         Acceptance,
         Bound,
+        Bridge,
         Broker,
         Endpoint,
         Participant,
@@ -89,7 +90,7 @@ class _Form:
             "topics": {name: _topic(each) for name, each in system.topics.items()},
             "participants": self._participants(),
             "brokers": {name: _broker(each) for name, each in system.brokers.items()},
-            "bridges": {name: _settings(each.settings) for name, each in system.bridges.items()},
+            "bridges": {name: _bridge(each) for name, each in system.bridges.items()},
         }
         document = Block(head, apart=True)
         document.entries |= {
@@ -259,6 +260,27 @@ def _topic(topic: Topic) -> Node:
     if topic.protocol:
         own["protocol"] = _text(topic.protocol)
     return own["type"] if list(own) == ["type"] else own
+
+
+def _bridge(bridge: Bridge) -> Node:
+    own: dict[str, Node] = {
+        "routes": [{"from": _route_side(each.source), "to": _route_side(each.target)} for each in bridge.routes]
+    }
+    if bridge.carries:
+        own["carries"] = [_text(each) for each in bridge.carries]
+    return own
+
+
+def _route_side(side: Endpoint) -> Node:
+    own: dict[str, Node] = {"participant": _text(side.participant)}
+    for key, text in (("topic", side.topic), ("id", side.id), ("label", side.label), ("type", side.type)):
+        if text:
+            own[key] = _text(text)
+    if side.profiles:
+        own["profile"] = _refs(side.profiles)
+    if side.external:
+        own["external"] = _TRUE
+    return {**own, **_own_settings(side.settings, ROUTE_SIDE)}
 
 
 def _broker(broker: Broker) -> Node:

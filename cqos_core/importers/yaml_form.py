@@ -134,7 +134,24 @@ PARTICIPANT: Final = Form(
 TOPIC: Final = Form("topic", "a topic", (EXTERNAL, PROTOCOL), short=TYPE.name, others=SETTING)
 PROFILE_FORM: Final = Form("profile", "a profile", (PROFILE,), others=SETTING)
 BROKER: Final = Form("broker", "a broker", (PROTOCOL, PROFILE), others=SETTING)
-BRIDGE: Final = Form("bridge", "a bridge", (), others=SETTING)
+TOPIC_NAME: Final = Key("topic", TEXT, "The topic; a `*` in it stands for the same on both sides.")
+PARTICIPANT_ID: Final = Key(
+    "participant", TEXT, "Id of the participant that is this side of the bridge.", required=True
+)
+_SIDE: Final = (PARTICIPANT_ID, TOPIC_NAME, PROFILE, ID, TYPE, EXTERNAL, LABEL)
+ROUTE_SIDE: Final = Form("route_side", "a side of a route", _SIDE, others=SETTING)
+FROM: Final = Key(
+    "from", ROUTE_SIDE, "What the bridge subscribes to, with the settings of its subscription.", required=True
+)
+TO: Final = Key("to", ROUTE_SIDE, "What it publishes that as, with the settings of its publication.", required=True)
+ROUTE: Final = Form("route", "a route", (FROM, TO))
+ROUTES: Final = Key("routes", ListOf(ROUTE, "a list of routes"), "What is carried from where to where.", required=True)
+CARRIES: Final[Key[list[str]]] = Key(
+    "carries",
+    ListOf(Word("liveliness"), "a list of what it carries"),
+    "What it carries on beside samples: `liveliness`, where it stops publishing when the source is gone.",
+)
+BRIDGE: Final = Form("bridge", "a bridge", (ROUTES, CARRIES))
 
 # The document
 

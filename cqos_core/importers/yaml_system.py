@@ -17,16 +17,19 @@ from cqos_core.importers.yaml_form import (
     BRIDGES,
     BROKERS,
     CALLS,
+    CARRIES,
     CHECKS,
     CLIENT,
     DEFAULT_PROTOCOL,
     EXTERNAL,
+    FROM,
     ID,
     INSTANCES,
     LABEL,
     NEEDS,
     OBSERVED,
     OPTIONS,
+    PARTICIPANT_ID,
     PARTICIPANT_OPTIONS,
     PARTICIPANTS,
     PROFILE,
@@ -35,12 +38,15 @@ from cqos_core.importers.yaml_form import (
     PUBLISHERS,
     PUBLISHES,
     REMAP,
+    ROUTES,
     SERVES,
     SEVERITIES,
     STARTS_AFTER,
     SUBSCRIBERS,
     SUBSCRIBES,
     SYSTEM,
+    TO,
+    TOPIC_NAME,
     TOPICS,
     TYPE,
 )
@@ -55,6 +61,7 @@ from cqos_core.system import (
     Place,
     Profile,
     ProfileRef,
+    Route,
     System,
     Topic,
 )
@@ -259,7 +266,9 @@ class _Builder:
             found = Broker(name, protocol, broker.value.settings, _profiles(broker.value), broker.place)
             self.add("broker", name, found, self.system.brokers)
         for name, bridge in (entry.get(BRIDGES) or {}).items():
-            self.add("bridge", name, Bridge(name, bridge.value.settings, bridge.place), self.system.bridges)
+            routes = tuple(_route(route) for route in bridge.value.get(ROUTES) or ())
+            carries = bridge.value.get(CARRIES) or []
+            self.add("bridge", name, Bridge(name, routes, tuple(carries), bridge.place), self.system.bridges)
 
     def add(
         self,
@@ -370,6 +379,26 @@ class _Builder:
             name = _numbered(endpoint.id, self.numbers)  # the first of them is taken, or we were not here
         self.ids.setdefault(name, (place, given))
         return name
+
+
+def _route(route: Entry) -> Route:
+    source, target = route.require(FROM), route.require(TO)
+    return Route(_side(source, SUBSCRIBER), _side(target, PUBLISHER), route.place)
+
+
+def _side(stated: Entry, role: Role) -> Endpoint:
+    return Endpoint(
+        id=stated.get(ID) or "",
+        role=role,
+        topic=stated.get(TOPIC_NAME),
+        participant=stated.require(PARTICIPANT_ID),
+        settings=stated.settings,
+        profiles=_profiles(stated),
+        type=stated.get(TYPE),
+        external=stated.get(EXTERNAL) or False,
+        label=stated.get(LABEL),
+        place=stated.place,
+    )
 
 
 def _endpoints(

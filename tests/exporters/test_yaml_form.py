@@ -24,6 +24,7 @@ from cqos_core.system import (
     Place,
     Profile,
     ProfileRef,
+    Route,
     Setting,
     System,
     TeamRule,
@@ -165,6 +166,17 @@ def endpoints(draw, participant):
     )
 
 
+SIDES = st.builds(
+    lambda role, participant, topic, given, settings, refs, type_, label, external: Endpoint(
+        given, role, topic, participant, settings, refs, type=type_, label=label, external=external
+    ),
+    *(st.just("subscriber"), TEXTS, MAYBE, st.just("") | TEXTS, SETTINGS, REFS, MAYBE, MAYBE, FLAGS),
+)
+ROUTES = st.lists(
+    st.tuples(SIDES, SIDES).map(lambda ends: Route(ends[0], replace(ends[1], role="publisher"))), min_size=1, max_size=2
+).map(tuple)
+
+
 def named(thing):
     """A dictionary of things by their names."""
     return st.lists(TEXTS, unique=True, max_size=3).flatmap(
@@ -185,7 +197,9 @@ def systems(draw):
         profiles=draw(named(lambda name: st.builds(Profile, st.just(name), SETTINGS, REFS))),
         topics=draw(named(lambda name: st.builds(Topic, st.just(name), SETTINGS, FLAGS, MAYBE))),
         brokers=draw(named(lambda name: st.builds(Broker, st.just(name), MAYBE, SETTINGS, REFS))),
-        bridges=draw(named(lambda name: st.builds(Bridge, st.just(name), SETTINGS))),
+        bridges=draw(
+            named(lambda name: st.builds(Bridge, st.just(name), ROUTES, st.sampled_from([(), ("liveliness",)])))
+        ),
         severities=draw(st.dictionaries(st.sampled_from(["ROS101", "x y"]), st.sampled_from(["off", "note"]))),
         checks=draw(st.lists(teams(), max_size=2, unique_by=lambda each: each.name)),
         accept=draw(
@@ -213,7 +227,9 @@ def systems(draw):
 
 def without_capitals(system):
     """Names of settings are read whatever their case; those like keys are written with a capital."""
-    for each in (*system.endpoints, *system.topics.values(), *system.profiles.values(), *system.brokers.values()):
+    routes = [end for each in system.bridges.values() for route in each.routes for end in (route.source, route.target)]
+    named = (*system.topics.values(), *system.profiles.values(), *system.brokers.values())
+    for each in (*system.endpoints, *routes, *named):
         each.settings = {name.lower(): setting for name, setting in each.settings.items()}
     return system
 

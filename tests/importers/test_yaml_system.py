@@ -198,7 +198,7 @@ class TestWholeSystem:
             topics: {t: pkg/T, u: {period: 1s, external: true, protocol: p}}
             profiles: {p: {profile: q, depth: 1}}
             brokers: {b: {protocol: p, profile: q, maximum_qos: 1}}
-            bridges: {x: {from: t, to: {topic: u}}}
+            bridges: {x: {carries: [liveliness], routes: [{from: {participant: a, topic: t}, to: {participant: b, qos: 1}}]}}
             """)
         assert texts(read_system.topics["t"].settings) == {"type": "pkg/T"}
         topic = read_system.topics["u"]
@@ -210,7 +210,12 @@ class TestWholeSystem:
             ["q"],
             {"maximum_qos": "1"},
         )
-        assert texts(read_system.bridges["x"].settings) == {"from": "t", "to": "{topic: u}"}
+        bridge = read_system.bridges["x"]
+        (route,) = bridge.routes
+        assert bridge.carries == ("liveliness",)
+        assert (route.source.role, route.source.participant, route.source.topic) == ("subscriber", "a", "t")
+        assert (route.target.role, route.target.participant, route.target.topic) == ("publisher", "b", None)
+        assert texts(route.target.settings) == {"qos": "1"}
 
     def test_checks_and_accepted_findings(self):
         read_system = system("""
@@ -384,7 +389,7 @@ class TestInstances:
             profiles: {"p${n}": {profile: "q${n}", depth: "${n}"}}
             topics: {"t${n}": {period: "${n}s"}}
             brokers: {"b${n}": {}}
-            bridges: {"x${n}": {from: "t${n}"}}
+            bridges: {"x${n}": {routes: [{from: {participant: a, topic: "t${n}"}, to: {participant: b}}]}}
             checks: [{name: "c${n}", where: {topic: "t${n}"}, require: {depth: "${n}"}, because: so}]
             accept: [{rule: X, endpoint: "e${n}", because: so}]
             """)
@@ -392,7 +397,7 @@ class TestInstances:
         assert read_system.profiles["p2"].base[0].name == "q2"
         assert texts(read_system.topics["t2"].settings) == {"period": "2s"}
         assert list(read_system.brokers) == ["b1", "b2"]
-        assert texts(read_system.bridges["x2"].settings) == {"from": "t2"}
+        assert read_system.bridges["x2"].routes[0].source.topic == "t2"
         assert read_system.checks[1].where == (("topic", "t2"),)
         assert read_system.checks[1].require[0].values == ("2",)
         assert [accepted.endpoint for accepted in read_system.accept] == ["e1", "e2"]

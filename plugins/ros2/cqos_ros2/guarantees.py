@@ -233,6 +233,6 @@ GUARANTEES: Final = (
         name="liveness-behind-bridge",
         because="a bridge stays alive when those whose samples it carries die",
         clause="C-QoS, guarantees over bridges",
-        help="state under `maps:` of the bridge that it carries liveliness on, where it does",
+        help="state under `carries:` of the bridge that it carries liveliness on, where it does",
     ),
 )

@@ -1,0 +1,199 @@
+"""Explaining one publisher and one subscriber: every policy, what the subscriber gets, and the way over bridges."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from cqos_core.bridging import paths, spanned
+from cqos_core.checker import check_system
+from cqos_core.findings import Draft, already_told, fact, make
+from cqos_core.given import give, over
+from cqos_core.judge import judge_endpoint, judge_pair
+from cqos_core.pairing import Members, Topic, apart, group
+from cqos_core.problems import CqosError
+from cqos_core.report import Guarantee, HopReport, PairReport, PolicyComparison, Verdict
+from cqos_core.resolve import Resolved, Resolver, suggestion
+from cqos_core.settle import settle
+from cqos_core.system import PUBLISHER, SUBSCRIBER
+from cqos_core.topic import check_topic
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from cqos_core.bridging import Hop
+    from cqos_core.checker import Context
+    from cqos_core.given import Given
+    from cqos_core.report import Finding
+    from cqos_core.system import System
+
+
+def explain_pair(system: System, publisher: str, subscriber: str, where: Context) -> PairReport:
+    """Explain one pair of a system that is already read; see `explain`."""
+    resolver = Resolver(system, where.find_pack, where.default_protocol)
+    resolved = resolver.run()
+    by_topic, hops = spanned(resolver)
+    offering = _find(resolved.endpoints, publisher, PUBLISHER)
+    requesting = _find(resolved.endpoints, subscriber, SUBSCRIBER)
+    everybody = _meeting_place(by_topic, offering, requesting)
+    if everybody is None and (ways := paths(offering, requesting, hops, by_topic)):
+        return _path_report(offering, requesting, ways[0], by_topic, where, system)
+    if everybody is None:
+        raise CqosError(
+            f"publisher `{offering.id}` is on {offering.pack.id} topic `{offering.shown}` and subscriber `{requesting.id}` on "
+            f"{requesting.pack.id} topic `{requesting.shown}`: they never meet"
+        )
+    topic = group(everybody)
+    settle(topic)
+    pair = Topic(
+        topic.key,
+        topic.shown,
+        topic.pack,
+        [_only(topic.publishers, offering.id)],
+        [_only(topic.subscribers, requesting.id)],
+    )
+    return _pair_report(
+        pair,
+        [f for f in resolved.findings if not f.endpoints or set(f.endpoints) & {offering.id, requesting.id}],
+    )
+
+
+def endpoints_of(system: System, where: Context) -> list[Resolved]:
+    """Return all endpoints of a system, those of bridges too, with their values."""
+    resolver = Resolver(system, where.find_pack, where.default_protocol)
+    resolver.run()
+    spanned(resolver)
+    return resolver.result.endpoints
+
+
+def _find(endpoints: Sequence[Resolved], name: str, role: str) -> Resolved:
+    matching = [endpoint for endpoint in endpoints if endpoint.id == name]
+    if not matching:
+        known = [endpoint.id for endpoint in endpoints if endpoint.role == role]
+        raise CqosError(f"there is no {role} `{name}`; {suggestion(name, known)}")
+    if matching[0].role != role:
+        raise CqosError(f"`{name}` is a {matching[0].role}, not a {role}")
+    return matching[0]
+
+
+def _meeting_place(
+    by_topic: Mapping[tuple[str, str], list[Resolved]], offering: Resolved, requesting: Resolved
+) -> list[Resolved] | None:
+    """The endpoints of the topic that both are on, their own or the wire's; None where they never meet."""
+    wanted = {offering.id, requesting.id}
+    own = (offering.pack.id, offering.key or "")
+    if own == (requesting.pack.id, requesting.key):
+        return by_topic.get(own)
+    return next((found for found in by_topic.values() if wanted <= {endpoint.id for endpoint in found}), None)
+
+
+def _only(groups: Sequence[Members], endpoint_id: str) -> Members:
+    members, endpoint = next(
+        (members, endpoint) for members in groups for endpoint in members.endpoints if endpoint.id == endpoint_id
+    )
+    return members.only([endpoint])
+
+
+def _pair_report(topic: Topic, further: Sequence[Finding]) -> PairReport:
+    publisher, subscriber = topic.publishers[0], topic.subscribers[0]
+    reasons = apart(publisher.profile, subscriber.profile)
+    judgement = judge_pair(publisher.profile, subscriber.profile)
+    drafts = [
+        Draft(topic, spoken, {publisher: None}, {subscriber: None}, 1)
+        for spoken in (() if reasons else judgement.spoken)
+        if not already_told(spoken, publisher.profile, subscriber.profile)
+    ]
+    for members, role in ((publisher, PUBLISHER), (subscriber, SUBSCRIBER)):
+        for spoken in judge_endpoint(members.profile, role, members.observed):
+            if not spoken.unknown or spoken.failed is not None:
+                sides = ({members: None}, {}) if role == PUBLISHER else ({}, {members: None})
+                drafts.append(Draft(topic, spoken, *sides))
+    kept = [f for f in further if f.code not in {"CQ401", "CQ402"}]
+    found = [*kept, *(make(draft).finding for draft in drafts)]
+    if reasons:
+        result = check_topic([replace(end.first, external=False) for end in (publisher, subscriber)])
+        found += [one.finding for one in result.made if one.finding.code in {bound.rule.code for bound in reasons}]
+    return PairReport(
+        verdict=Verdict.UNKNOWN if reasons else judgement.verdict,
+        findings=tuple(sorted(found, key=lambda each: (each.severity.rank, each.code, each.message))),
+        policies=tuple(_comparisons(topic, publisher, subscriber)),
+        guarantees=() if reasons else _told(give(publisher.profile, subscriber.profile)),
+    )
+
+
+def _told(given: Iterable[Given]) -> tuple[Guarantee, ...]:
+    return tuple(
+        Guarantee(
+            each.word.name,
+            each.text,
+            each.survives,
+            tuple((rule.code, rule.because) for rule in each.lost),
+        )
+        for each in given
+    )
+
+
+def _path_report(
+    offering: Resolved,
+    requesting: Resolved,
+    way: Sequence[Hop],
+    by_topic: Mapping[tuple[str, str], list[Resolved]],
+    where: Context,
+    system: System,
+) -> PairReport:
+    """Report on two endpoints that meet over bridges: each pair on the way, and what is left in the end."""
+    publishers = [offering, *(hop.target for hop in way)]
+    subscribers = [*(hop.source for hop in way), requesting]
+    hops, given = [], []
+    for index, (publisher, subscriber) in enumerate(zip(publishers, subscribers, strict=True)):
+        settled = group(by_topic[publisher.pack.id, publisher.key or ""])
+        settle(settled)
+        ends = _only(settled.publishers, publisher.id), _only(settled.subscribers, subscriber.id)
+        given.append(give(ends[0].profile, ends[1].profile))
+        hops.append(
+            HopReport(
+                publisher.id,
+                subscriber.id,
+                publisher.shown,
+                publisher.pack.id,
+                judge_pair(ends[0].profile, ends[1].profile).verdict,
+                _told(given[-1]),
+                way[index].bridge.id if index < len(way) else None,
+            )
+        )
+    on_the_way = {each.id for each in (*publishers, *subscribers)}
+    report = check_system(system, where)
+    return PairReport(
+        verdict=max((hop.verdict for hop in hops), key=lambda verdict: verdict.rank),
+        findings=tuple(each for each in report.findings if each.endpoints and set(each.endpoints) <= on_the_way),
+        guarantees=_told(over(given, carried=all(hop.carries_liveliness for hop in way))),
+        hops=tuple(hops),
+    )
+
+
+def _comparisons(topic: Topic, publisher: Members, subscriber: Members) -> Iterable[PolicyComparison]:
+    """One line per endpoint policy, with the verdict of the pair rules that compare it."""
+    spoken = {each.bound.rule.code: each for each in judge_pair(publisher.profile, subscriber.profile).spoken}
+    rules = [
+        bound
+        for bound in topic.pack.by_scope.get("pair", ())
+        if bound.rule.kind == "requires" and not bound.rule.guarantee
+    ]
+    for index, policy in enumerate(topic.pack.policies):
+        if policy.level != "endpoint" or policy.default is None:
+            continue
+        over = [bound for bound in rules if any(use.index == index for use in bound.bound.uses)]
+        said = [spoken[bound.rule.code] for bound in over if bound.rule.code in spoken]
+        verdict = None
+        if over:
+            verdict = Verdict.COMPATIBLE
+            if said:
+                doubtful = all(each.unknown or each.bound.rule.doubt for each in said)
+                verdict = Verdict.UNKNOWN if doubtful else Verdict.INCOMPATIBLE
+        yield PolicyComparison(
+            policy.name,
+            fact(publisher.first, publisher.profile, index),
+            fact(subscriber.first, subscriber.profile, index),
+            verdict,
+            tuple(bound.rule.code for bound in over),
+        )

@@ -1,0 +1,284 @@
+"""Bridges in the small world: endpoints of routes, needs handed on, what a path gives, loops."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cqos_core.api import context
+from cqos_core.explanation import explain_pair
+from cqos_core.expression import as_sentence, offered, requested
+from cqos_core.given import Given, over
+from cqos_core.guarantee import NEEDS, RELAYED, WORDS, gives
+from cqos_core.session import Session
+from cqos_core.system import Bridge, Endpoint, Participant, Route
+from tests.worlds import CARE, COPIES, DELAY, POST, checked, codes, only, place, reader, settings, world, writer
+
+LATE_JOIN = requested(WORDS["late_join"].need)
+GUARANTEES = (
+    gives("latest", offered(CARE) >= "signed", code="POST511", name="mislaid", because="plain letters get lost"),
+    gives(
+        "latest",
+        offered(CARE) >= "insured",
+        survives="intermediary_restart",
+        code="POST512",
+        name="burnt",
+        because="only insured letters are kept when the post office burns down",
+    ),
+    gives("late_join", offered(COPIES) >= LATE_JOIN, code="POST513", name="thin", because="the box holds no more"),
+    gives("max_age", offered(DELAY), code="POST514", name="stale", because="letters lie about"),
+    gives("liveness", offered(DELAY), code="POST515", name="unnoticed", because="nobody looks"),
+    gives(
+        "liveness",
+        ~as_sentence(offered(RELAYED)),
+        code="POST516",
+        name="relayed-life",
+        because="a forwarder lives on",
+    ),
+)
+GIVING = replace(POST, policies=(*POST.policies, *NEEDS), rules=(*POST.rules, *GUARANTEES))
+ABROAD = replace(GIVING, id="mail", title="Mail")
+WHERE = context([GIVING, ABROAD])
+
+
+def needing(topic, name="reader", more=None, **needs):
+    return reader(topic, name, more={"needs": settings(**needs), **(more or {})})
+
+
+def end(role, participant, topic, **stated):
+    return Endpoint("", role, topic, participant, settings(**stated), place=place(1))
+
+
+def bridge(name, source, target, carries=(), receive=None, send=None):
+    """A bridge of one route between ``(participant, topic)`` and the same."""
+    route = Route(
+        end("subscriber", *source, **(receive or {})), end("publisher", *target, **(send or {})), place=place(2)
+    )
+    return Bridge(name, (route,), carries, place(2))
+
+
+def bridged(*parts, bridges, abroad=("out",), **fields):
+    system = world(*parts, **fields)
+    for each in bridges:
+        system.bridges[each.id] = each
+        for route in each.routes:
+            for participant in (route.source.participant, route.target.participant):
+                protocol = "mail" if participant in abroad else None
+                system.participants.setdefault(participant, Participant(participant, protocol))
+    for each in system.endpoints:
+        if each.participant in abroad:
+            system.participants[each.participant].protocol = "mail"
+    return system
+
+
+def across(*needs_and_ends, **more):
+    """A writer here, a bridge, a reader abroad."""
+    offer, send, needs = needs_and_ends
+    return bridged(
+        writer("box", "here/w", **offer),
+        needing("far", "out2/r", **needs),
+        bridges=[bridge("b", ("in", "box"), ("out", "far"), send=send, **more)],
+        abroad=("out", "out2"),
+    )
+
+
+def told(report):
+    return [(each.code, each.endpoints) for each in report.findings if each.code.startswith(("POST51", "CQ5"))]
+
+
+FIRST_HOP = ("b/subscriber/box", "here/w")
+LAST_HOP = ("out2/r", "b/publisher/far")
+
+
+def test_both_sides_of_a_bridge_are_judged_by_their_own_protocols():
+    report = check(across({}, {}, {}))
+    assert [(g.protocol, g.topic, g.publishers, g.subscribers) for g in report.groups] == [
+        ("post", "box", ("here/w",), ("b/subscriber/box",)),
+        ("mail", "far", ("b/publisher/far",), ("out2/r",)),
+    ]
+    assert report.verdict == "compatible"
+
+
+def check(system):
+    return checked(system, where=WHERE)
+
+
+@pytest.mark.parametrize(
+    ("offer", "send", "found"),
+    [
+        ({"care": "signed"}, {"care": "signed"}, []),
+        ({"care": "plain"}, {"care": "signed"}, [("POST511", FIRST_HOP)]),
+        ({"care": "signed"}, {"care": "plain"}, [("POST511", LAST_HOP)]),
+        ({"care": "plain"}, {"care": "plain"}, [("POST511", FIRST_HOP), ("POST511", LAST_HOP)]),
+    ],
+)
+def test_the_hop_that_loses_what_is_needed_is_the_one_that_is_told(offer, send, found):
+    report = check(across(offer, send, {"latest": True}))
+    assert sorted(told(report)) == sorted(found)
+    assert report.verdict == ("incompatible" if found else "compatible")
+
+
+def test_a_need_that_was_handed_on_says_whose_it_is_and_where_it_stands():
+    system = across({"care": "plain"}, {"care": "signed"}, {"latest": True})
+    finding = only(check(system), "POST511")
+    fact = next(each for side in finding.sides for each in side.facts if each.policy == "need.latest")
+    assert fact.origin == "needed by out2/r behind bridge b"
+    assert [remedy.text for remedy in finding.remedies] == ["offer care `signed` on here/w"]
+
+
+@pytest.mark.parametrize(("first", "found"), [("30s", []), ("31s", [("POST514", FIRST_HOP)])])
+def test_ages_add_up_over_the_hops(first, found):
+    assert told(check(across({"delay": first}, {"delay": "70s"}, {"max_age": "100s"}))) == found
+
+
+def test_where_the_last_hop_spends_all_of_it_the_hop_before_is_not_blamed():
+    assert told(check(across({"delay": "1h"}, {"delay": "101s"}, {"max_age": "100s"}))) == [("POST514", LAST_HOP)]
+
+
+def test_what_is_stored_for_late_subscribers_has_to_get_there_first():
+    fine = across({"care": "signed"}, {"care": "signed", "copies": "5"}, {"late_join": 5})
+    assert told(check(fine)) == []
+    assert told(check(across({"care": "plain"}, {"care": "signed", "copies": "5"}, {"late_join": 5}))) == [("POST511", FIRST_HOP)]
+    assert told(check(across({"care": "signed"}, {"care": "signed", "copies": "4"}, {"late_join": 5}))) == [("POST513", LAST_HOP)]
+
+
+def test_liveness_does_not_cross_a_bridge_unless_it_carries_it():
+    needs, delay = {"liveness": "100s"}, {"delay": "40s"}
+    assert told(check(across(delay, delay, needs))) == [("POST516", LAST_HOP)]
+    assert told(check(across(delay, delay, needs, carries=("liveliness",)))) == []
+    slow = check(across({"delay": "61s"}, delay, needs, carries=("liveliness",)))
+    assert told(slow) == [("POST515", FIRST_HOP)]
+
+
+def test_a_bridge_that_restarts_is_a_restart_of_the_subscriber_before_it():
+    needs = {"latest": True, "survives": ["intermediary_restart"]}
+    lost = told(check(across({"care": "signed"}, {"care": "insured"}, needs)))
+    assert lost == [("POST512", FIRST_HOP)]
+    assert told(check(across({"care": "insured"}, {"care": "insured"}, needs))) == []
+
+
+def test_needs_are_handed_on_along_a_chain():
+    system = bridged(
+        writer("a", "w", care="plain"),
+        needing("c", "r", latest=True),
+        bridges=[
+            bridge("one", ("i1", "a"), ("o1", "b"), send={"care": "signed"}),
+            bridge("two", ("i2", "b"), ("o2", "c"), send={"care": "signed"}),
+        ],
+    )
+    report = check(system)
+    assert told(report) == [("POST511", ("one/subscriber/a", "w"))]
+    way = explain_pair(system, "w", "r", WHERE)
+    assert [(hop.topic, hop.verdict, hop.bridge) for hop in way.hops] == [
+        ("a", "incompatible", "one"),
+        ("b", "compatible", "two"),
+        ("c", "compatible", None),
+    ]
+    latest = next(each for each in way.guarantees if each.word == "latest")
+    assert (latest.value, latest.lost) == ("no", (("POST511", "plain letters get lost"),))
+    assert way.verdict == "incompatible"
+
+
+def test_a_pattern_carries_every_topic_that_matches_with_its_rest():
+    system = bridged(
+        writer("home/a", "w1"),
+        writer("home/b/c", "w2"),
+        writer("house", "w3"),
+        reader("far/b/c", "r"),
+        bridges=[bridge("b", ("in", "home/*"), ("here", "far/*"))],
+    )
+    found = {(g.topic, g.publishers, g.subscribers) for g in check(system).groups}
+    assert ("far/b/c", ("b/publisher/far/b/c",), ("r",)) in found
+    assert ("home/a", ("w1",), ("b/subscriber/home/a",)) in found
+    assert not [topic for topic, _, _ in found if topic == "house"]
+
+
+def test_a_target_without_a_topic_has_that_of_the_source():
+    system = bridged(writer("a", "w"), reader("a", "out/r"), bridges=[bridge("b", ("in", "a"), ("out", None))])
+    assert [group.topic for group in check(system).groups] == ["a", "a"]
+
+
+def test_a_pattern_that_matches_nothing_is_told():
+    finding = only(
+        check(bridged(writer("a"), reader("a"), bridges=[bridge("b", ("in", "x*"), ("out", "y*"))])), "CQ502"
+    )
+    assert finding.message == "bridge `b` carries nothing by route 1: no topic matches `x*`"
+    assert finding.place == place(2)
+
+
+def test_a_side_that_is_no_participant_is_told_with_the_nearest_one():
+    system = bridged(writer("a"), reader("a"), bridges=[bridge("b", ("gate", "a"), ("out", "y"))])
+    del system.participants["gate"]
+    system.participants["gaet"] = Participant("gaet")
+    finding = only(check(system), "CQ501")
+    assert finding.message == "bridge `b` is to have a side in participant `gate`, which there is not"
+    assert finding.help.startswith("did you mean `gaet`?")
+
+
+def test_a_loop_over_two_bridges_is_printed_as_a_path_and_once():
+    there, back = bridge("there", ("i", "a"), ("o", "b")), bridge("back", ("o", "b"), ("i", "a"))
+    system = bridged(writer("a", "w"), reader("b", "r"), bridges=[there, back], abroad=())
+    finding = only(check(system), "CQ503")
+    assert finding.message == ("what is published on `a` comes back over bridges: `a` → there → `b` → back → `a`")
+
+
+def test_one_bridge_in_both_directions_is_no_loop():
+    both = bridge("both", ("i", "a"), ("o", "b"))
+    back = bridge("both", ("o", "b"), ("i", "a"))
+    system = bridged(
+        writer("a", "w"), reader("b", "r"), bridges=[replace(both, routes=(*both.routes, *back.routes))], abroad=()
+    )
+    assert "CQ503" not in codes(check(system))
+
+
+def test_less_behind_a_bridge_is_a_note_where_nobody_needs_it():
+    system = across({"care": "signed"}, {"care": "plain"}, {})
+    finding = only(check(system), "CQ504")
+    assert finding.severity == "note"
+    assert finding.message == "bridge `b` carries `box` on as `far` with less: latest is lost behind it"
+    assert "CQ504" not in codes(check(across({"care": "signed"}, {"care": "plain"}, {"latest": True})))
+    assert "CQ504" not in codes(check(across({"care": "plain"}, {"care": "plain"}, {})))
+
+
+def test_a_session_with_a_bridge_reports_as_a_fresh_check_does():
+    system = across({"care": "plain"}, {"care": "signed"}, {"latest": True})
+    session = Session(system, packs=[GIVING, ABROAD])
+    assert session.report() == check(system)
+    session.put(writer("box", "here/w", care="signed"))
+    assert session.report().verdict == "compatible"
+    assert told(session.report()) == []
+
+
+# What hops amount to
+
+VALUES = {"holds": st.sampled_from([0, 1, None])}
+HOPS = st.fixed_dictionaries(
+    {
+        name: VALUES.get(word.kind, st.none() | st.sampled_from([word.nothing, 1, 5, 10**9]))
+        for name, word in WORDS.items()
+    }
+).map(lambda values: [Given(WORDS[name], value) for name, value in values.items()])
+
+
+def better(word, value, than):
+    """Whether a guarantee is more than another; what is not known stands between nothing and something."""
+    if value is None or than is None:
+        return value != than and (than == word.nothing or than is None) and value is None and than is not None
+    return value > than if word.kind == "holds" else word.stronger(value, than)
+
+
+@given(HOPS, st.lists(HOPS, min_size=1, max_size=3), st.booleans())
+def test_a_hop_before_others_never_improves_what_they_give(first, rest, carried):
+    alone = {each.word.name: each.value for each in over(rest, carried=carried)}
+    longer = {each.word.name: each.value for each in over([first, *rest], carried=carried)}
+    for name, value in longer.items():
+        assert not better(WORDS[name], value, alone.get(name)), (name, value, alone.get(name))
+
+
+@given(st.lists(HOPS, min_size=2, max_size=4))
+def test_without_being_carried_on_no_liveness_crosses_a_bridge(hops):
+    found = [each for each in over(hops, carried=False) if each.word.name == "liveness"]
+    assert all(each.nothing for each in found)
