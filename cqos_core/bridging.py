@@ -15,25 +15,36 @@ from cqos_core.guarantee import RELAYED, SURVIVES, WORDS
 from cqos_core.pairing import apart
 from cqos_core.policy import NEED
 from cqos_core.report import Side
-from cqos_core.resolve import Layer, Stated, core_finding, suggestion
+from cqos_core.resolve import Layer, Stated, core_finding, resolve, suggestion
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Setting
 from cqos_core.wire import topics
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
+    from cqos_core.given import Given
+    from cqos_core.pack import RulePack
     from cqos_core.policy import Plain
     from cqos_core.report import Finding
     from cqos_core.resolve import Resolved, Resolver
-    from cqos_core.system import Bridge, Endpoint, Route
+    from cqos_core.system import Bridge, Endpoint, Route, System
 
 Topics = dict[tuple[str, str], list["Resolved"]]
 _LIVELINESS: Final = "liveliness"
 
 
+@dataclass(frozen=True, slots=True)
+class Link:
+    """One topic carried over a bridge, by the ids of the endpoints it arrives at and is published by."""
+
+    bridge: Bridge
+    source: str
+    target: str
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Hop:
-    """One topic carried over a bridge: the endpoint it arrives at, and the one that publishes it on."""
+    """A link between resolved endpoints."""
 
     bridge: Bridge
     source: Resolved
@@ -45,134 +56,191 @@ class Hop:
         return _LIVELINESS in self.bridge.carries
 
 
-def spanned(resolver: Resolver) -> tuple[Topics, list[Hop]]:
-    """Add the endpoints of bridges to those resolved, and hand needs on to where they have to be met.
+# Endpoints
+
+
+def expanded(
+    system: System, find_pack: Callable[[str], RulePack | None], default: str | None
+) -> tuple[System, list[Link]]:
+    """Return a system with the endpoints of its bridges, and what links them; without bridges the system itself.
+
+    Routes with patterns carry what is published on topics that match, other bridges' publications too.
+    """
+    if not system.bridges:
+        return system, []
+    whole = replace(system, endpoints=list(system.endpoints))
+    taken = {endpoint.id for endpoint in whole.endpoints}
+    links: list[Link] = []
+    patterns: list[tuple[Bridge, Route]] = []
+    for bridge in system.bridges.values():
+        for route in bridge.routes:
+            if not {route.source.participant, route.target.participant} <= system.participants.keys():
+                continue
+            if "*" in (route.source.topic or ""):
+                patterns.append((bridge, route))
+            else:
+                topic = route.source.topic or ""
+                links.append(_link(whole, taken, bridge, route, topic, route.target.topic or topic))
+    for _ in range(len(patterns)):
+        before = len(links)
+        for bridge, route in patterns:
+            known = {(link.source, link.target) for link in links}
+            published = _published(whole, bridge, route, links, find_pack, default)
+            for topic, other in _carried(route, published):
+                if (_id(bridge, route.source, topic), _id(bridge, route.target, other)) not in known:
+                    links.append(_link(whole, taken, bridge, route, topic, other))
+        if len(links) == before:
+            break
+    return whole, links
+
+
+def _id(bridge: Bridge, side: Endpoint, topic: str) -> str:
+    return (
+        f"{side.id}/{topic}" if side.id and "*" in (side.topic or "") else side.id or f"{bridge.id}/{side.role}/{topic}"
+    )
+
+
+def _link(whole: System, taken: set[str], bridge: Bridge, route: Route, topic: str, other: str) -> Link:
+    ends = []
+    for side, name in ((route.source, topic), (route.target, other)):
+        identifier, number = _id(bridge, side, name), 2
+        while identifier in taken:
+            identifier, number = f"{_id(bridge, side, name)}#{number}", number + 1
+        taken.add(identifier)
+        template = f"{bridge.id}/{side.role}/{side.topic}" if "*" in (side.topic or "") else None
+        whole.endpoints.append(replace(side, id=identifier, topic=name, template=template))
+        ends.append(identifier)
+    return Link(bridge, *ends)
+
+
+def _published(
+    whole: System,
+    bridge: Bridge,
+    route: Route,
+    links: Iterable[Link],
+    find_pack: Callable[[str], RulePack | None],
+    default: str | None,
+) -> set[str]:
+    """The topics of one side's protocol that somebody publishes, the bridge itself aside, which takes nothing back."""
+    own = {link.target for link in links if link.bridge is bridge}
+    resolved = resolve(whole, find_pack, default).endpoints
+    participant = whole.participants[route.source.participant]
+    protocol = participant.protocol or whole.protocol or default
+    return {
+        each.key or ""
+        for each in resolved
+        if each.role == PUBLISHER and each.pack.id == protocol and each.stated_id not in own
+    }
+
+
+def _carried(route: Route, published: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Yield the topics that a route with a pattern carries, each with the name it has on the other side."""
+    pattern = route.source.topic or ""
+    other = route.target.topic or pattern
+    matching = re.compile("(.*)".join(re.escape(part) for part in pattern.split("*", 1)))
+    for name in sorted(published):
+        if found := matching.fullmatch(name):
+            yield name, other.replace("*", found[1], 1)
+
+
+def linked(links: Sequence[Link], resolver: Resolver) -> tuple[Topics, list[Hop]]:
+    """Sort the resolved endpoints of an expanded system by topic, and hand needs on to where they have to be met.
 
     Returns:
         All endpoints by protocol and topic, and the hops over bridges.
     """
-    hops = list(_hops(resolver))
+    by_id = {each.stated_id: each for each in resolver.result.endpoints} if links else {}
+    hops = [
+        Hop(link.bridge, by_id[link.source], by_id[link.target])
+        for link in links
+        if link.source in by_id and link.target in by_id
+    ]
     by_topic = topics(resolver)
     if hops:
-        _mark_relayed(hops)
-        _hand_on(hops, by_topic)
+        meeting = Meetings(by_topic)
+        _mark_relayed(hops, meeting)
+        for _ in hops:
+            changed = [hop for hop in hops if _handed_on(hop, meeting)]
+            if not changed:
+                break
     return by_topic, hops
 
 
-# Endpoints
+class Meetings:
+    """Who meets whom, whatever wire or key they meet on; an endpoint may be on several, as copies of itself."""
+
+    def __init__(self, by_topic: Topics) -> None:
+        """Find every copy of every endpoint."""
+        self._copies: dict[str, list[tuple[Resolved, list[Resolved]]]] = {}
+        for beside in by_topic.values():
+            for endpoint in beside:
+                self._copies.setdefault(endpoint.id, []).append((endpoint, beside))
+
+    def copies(self, endpoint: Resolved) -> list[Resolved]:
+        """Return an endpoint with its copies."""
+        return [copy for copy, _ in self._copies.get(endpoint.id, ())]
+
+    def pairs(self, endpoint: Resolved) -> Iterator[tuple[Resolved, Resolved]]:
+        """Yield publisher and subscriber of every pair that an endpoint is in."""
+        for copy, beside in self._copies.get(endpoint.id, ()):
+            for other in beside:
+                if other.role == copy.role or (_is_copy(copy) and _is_copy(other)):
+                    continue
+                publisher, subscriber = (copy, other) if copy.role == PUBLISHER else (other, copy)
+                if not apart(publisher.profile, subscriber.profile):
+                    yield publisher, subscriber
 
 
-def _hops(resolver: Resolver) -> Iterator[Hop]:
-    for bridge in resolver.system.bridges.values():
-        for number, route in enumerate(bridge.routes, 1):
-            unknown = [
-                end.participant
-                for end in (route.source, route.target)
-                if end.participant not in resolver.system.participants
-            ]
-            for name in unknown:
-                message = f"bridge `{bridge.id}` is to have a side in participant `{name}`, which there is not"
-                known = resolver.system.participants
-                resolver.result.findings.append(
-                    core_finding("CQ501", message, place=route.place, help=suggestion(name, known))
-                )
-            if unknown:
-                continue
-            carried = [*_carried(route, resolver)]
-            if not carried:
-                message = (
-                    f"bridge `{bridge.id}` carries nothing by route {number}: no topic matches `{route.source.topic}`"
-                )
-                resolver.result.findings.append(core_finding("CQ502", message, place=route.place))
-            for source_topic, target_topic in carried:
-                source = resolver.add(_end(bridge, route.source, source_topic))
-                target = resolver.add(_end(bridge, route.target, target_topic))
-                if source is not None and target is not None:
-                    yield Hop(bridge, source, target)
-
-
-def _end(bridge: Bridge, side: Endpoint, topic: str) -> Endpoint:
-    return replace(
-        side,
-        id=side.id or f"{bridge.id}/{side.role}/{topic}",
-        topic=topic,
-        template=f"{bridge.id}/{side.role}/{side.topic}" if side.topic != topic else None,
-    )
-
-
-def _carried(route: Route, resolver: Resolver) -> Iterator[tuple[str, str]]:
-    """Yield the topics that a route carries, each with the name it has on the other side."""
-    pattern = route.source.topic or ""
-    other = route.target.topic or pattern
-    if "*" not in pattern:
-        yield pattern, other
-        return
-    matching = re.compile("(.*)".join(re.escape(part) for part in pattern.split("*", 1)))
-    protocol = resolver.pack_of(route.source)
-    names = {
-        endpoint.key or ""
-        for endpoint in resolver.result.endpoints
-        if endpoint.role == PUBLISHER and endpoint.pack is protocol
-    }
-    for name in sorted(names):
-        if found := matching.fullmatch(name):
-            yield name, other.replace("*", found[1], 1)
+def _is_copy(endpoint: Resolved) -> bool:
+    return endpoint.carried is not None
 
 
 # Needs
 
 
-def _mark_relayed(hops: Iterable[Hop]) -> None:
+def _mark_relayed(hops: Iterable[Hop], meeting: Meetings) -> None:
     for hop in hops:
-        index = hop.target.pack.vocabulary.indices.get((NEED, RELAYED.name))
-        if index is not None and not hop.carries_liveliness:
-            hop.target.profile = hop.target.profile.with_values({index: 1})
+        for copy in () if hop.carries_liveliness else meeting.copies(hop.target):
+            index = copy.pack.vocabulary.indices.get((NEED, RELAYED.name))
+            if index is not None:
+                copy.profile = copy.profile.with_values({index: 1})
 
 
-def _hand_on(hops: Sequence[Hop], by_topic: Topics) -> None:
-    """Hand what is needed behind each bridge on to the subscription before it, along chains of any length."""
-    for _ in hops:
-        changed = [hop for hop in hops if _handed_on(hop, partners(hop.target, by_topic))]
-        if not changed:
-            return
-
-
-def partners(endpoint: Resolved, by_topic: Topics) -> list[Resolved]:
-    """Return those of the other role that an endpoint meets."""
-    beside = by_topic.get((endpoint.pack.id, endpoint.key or ""), ())
-    others = [each for each in beside if each.role != endpoint.role and each.carried is None]
-    if endpoint.role == PUBLISHER:
-        return [each for each in others if not apart(endpoint.profile, each.profile)]
-    return [each for each in others if not apart(each.profile, endpoint.profile)]
-
-
-def _handed_on(hop: Hop, behind: Iterable[Resolved]) -> bool:
+def _handed_on(hop: Hop, meeting: Meetings) -> bool:
     """Add what is needed behind a bridge to the needs of its subscription; return whether that changed anything."""
-    source = hop.source
-    needs = source.pack.needs
-    added: dict[int, Stated] = {}
+    wanted: dict[str, tuple[Plain, Resolved]] = {}
+    faults: set[str] = set()
+    for publisher, subscriber in meeting.pairs(hop.target):
+        faults |= {*_faults_before(subscriber)}
+        for word, value in _needed_before(hop, publisher, subscriber):
+            if word not in wanted or _more(word, value, wanted[word][0]):
+                wanted[word] = (value, subscriber)
+    changes = [_add_needs(copy, hop.bridge, wanted, faults) for copy in meeting.copies(hop.source)]
+    return any(changes)
+
+
+def _add_needs(
+    copy: Resolved, bridge: Bridge, wanted: Mapping[str, tuple[Plain, Resolved]], faults: Iterable[str]
+) -> bool:
     values: dict[int, Plain] = {}
-    owners = []
-    for subscriber in behind:
-        for word, value in _needed_before(hop, subscriber):
-            index, _ = needs.get(word, (None, 0))
-            if index is None or not _more(word, value, values.get(index, source.profile.values[index])):
-                continue
-            values[index] = value
-            owners.append(subscriber.id)
-            text = source.pack.policies[index].domain.format(value)
-            place = next((each.place for name, each in subscriber.endpoint.needs.items() if name == word), None)
-            added[index] = Stated(text, Setting(text, place or subscriber.endpoint.place), word)
+    added: dict[int, Stated] = {}
+    owners = set()
+    for word, (value, subscriber) in wanted.items():
+        index, _ = copy.pack.needs.get(word, (None, 0))
+        if index is None or not _more(word, value, copy.profile.values[index]):
+            continue
+        values[index] = value
+        owners.add(subscriber.id)
+        text = copy.pack.policies[index].domain.format(value)
+        place = next((each.place for name, each in subscriber.endpoint.needs.items() if name == word), None)
+        added[index] = Stated(text, Setting(text, place or subscriber.endpoint.place), word)
     if not values:
         return False
-    fault = source.pack.vocabulary.indices.get((NEED, SURVIVES.name))
-    if fault is not None:
-        survives = {name for each in behind for name in _faults_before(each)}
-        survives |= {*source.profile.values[fault]}
-        values[fault] = tuple(sorted(survives))
-    source.profile = source.profile.with_values(values)
-    origin = f"needed by {', '.join(sorted({*owners}))} behind bridge {hop.bridge.id}"
-    source.layers = (Layer(origin, added), *source.layers)
+    fault = copy.pack.vocabulary.indices[NEED, SURVIVES.name]
+    values[fault] = tuple(sorted({*faults, *copy.profile.values[fault]}))
+    copy.profile = copy.profile.with_values(values)
+    origin = f"needed by {', '.join(sorted(owners))} behind bridge {bridge.id}"
+    copy.layers = (Layer(origin, added), *copy.layers)
     return True
 
 
@@ -183,7 +251,7 @@ def _more(word: str, value: Plain, than: object) -> bool:
     return value > than if about.kind == "holds" else about.stronger(value, than)
 
 
-def _needed_before(hop: Hop, subscriber: Resolved) -> Iterator[tuple[str, Plain]]:
+def _needed_before(hop: Hop, publisher: Resolved, subscriber: Resolved) -> Iterator[tuple[str, Plain]]:
     """Yield what has to be given to a bridge for a subscriber behind it to get what it needs."""
     pack = subscriber.pack
     given = None
@@ -195,7 +263,7 @@ def _needed_before(hop: Hop, subscriber: Resolved) -> Iterator[tuple[str, Plain]
         elif name == "late_join":
             yield "latest", 1
         elif word.over == "sum" or (word.over == "not over a bridge" and hop.carries_liveliness):
-            given = given or {each.word.name: each for each in give(hop.target.profile, subscriber.profile)}
+            given = given or {each.word.name: each for each in give(publisher.profile, subscriber.profile)}
             spent = given[name].value if name in given else None
             # Where the last hop leaves nothing of it, that is where it is lost.
             if isinstance(value, int) and spent is not None and spent < value:
@@ -216,19 +284,43 @@ def _faults_before(subscriber: Resolved) -> Iterator[str]:
 # What bridges do to a system
 
 
-def bridge_findings(hops: Sequence[Hop], by_topic: Topics) -> list[Finding]:
-    """Report loops over bridges, and what is carried on with less than arrives."""
-    return [*_loops(hops, by_topic), *_weaker(hops, by_topic)]
+def bridge_findings(system: System, hops: Sequence[Hop], by_topic: Topics) -> list[Finding]:
+    """Report routes without effect, loops over bridges, and what is carried on with less than arrives."""
+    if not system.bridges:
+        return []
+    meeting = Meetings(by_topic)
+    return [*_without_effect(system, hops), *_loops(hops, meeting), *_weaker(hops, meeting)]
 
 
-def _loops(hops: Sequence[Hop], by_topic: Topics) -> list[Finding]:
+def _without_effect(system: System, hops: Sequence[Hop]) -> Iterator[Finding]:
+    used = {(hop.bridge.id, hop.source.endpoint.participant, hop.source.endpoint.place) for hop in hops}
+    for bridge in system.bridges.values():
+        for number, route in enumerate(bridge.routes, 1):
+            unknown = [
+                end.participant for end in (route.source, route.target) if end.participant not in system.participants
+            ]
+            for name in unknown:
+                message = f"bridge `{bridge.id}` is to have a side in participant `{name}`, which there is not"
+                advice = suggestion(name, system.participants)
+                yield core_finding("CQ501", message, place=route.place, help=advice)
+            source = route.source
+            if (
+                not unknown
+                and "*" in (source.topic or "")
+                and (bridge.id, source.participant, source.place) not in used
+            ):
+                message = f"bridge `{bridge.id}` carries nothing by route {number}: no topic matches `{source.topic}`"
+                yield core_finding("CQ502", message, place=route.place)
+
+
+def _loops(hops: Sequence[Hop], meeting: Meetings) -> list[Finding]:
     """Report each circle once; a bridge does not take back what it published itself, so one needs two bridges."""
     by_source = {hop.source.id: hop for hop in hops}
     after = {
         hop: [
-            next_
-            for each in partners(hop.target, by_topic)
-            if (next_ := by_source.get(each.id)) is not None and next_.bridge is not hop.bridge
+            following
+            for _, each in meeting.pairs(hop.target)
+            if (following := by_source.get(each.id)) is not None and following.bridge is not hop.bridge
         ]
         for hop in hops
     }
@@ -264,51 +356,56 @@ def _circle(start: Hop, after: Mapping[Hop, Sequence[Hop]]) -> list[Hop]:
     return []
 
 
-def _weaker(hops: Sequence[Hop], by_topic: Topics) -> list[Finding]:
+def _weaker(hops: Sequence[Hop], meeting: Meetings) -> Iterator[Finding]:
     """Note where a bridge gets more than those behind it do; what they say they need is an error of its own."""
-    findings = []
     for hop in hops:
-        before, behind = partners(hop.source, by_topic), partners(hop.target, by_topic)
-        if not before or not behind:
+        arriving = [give(publisher.profile, own.profile) for publisher, own in meeting.pairs(hop.source)]
+        behind = [*meeting.pairs(hop.target)]
+        leaving = [give(own.profile, subscriber.profile) for own, subscriber in behind]
+        if not arriving or not leaving:
             continue
-        arriving = [give(each.profile, hop.source.profile) for each in before]
-        leaving = [give(hop.target.profile, each.profile) for each in behind]
+        needed = {word for _, subscriber in behind for word in subscriber.profile.needs}
         lost = [
             name
             for name in ("latest", "loss_free", "late_join")
-            if all(_certain(given, name) for given in arriving)
-            and not any(name in each.profile.needs for each in behind)
-            and all(any(g.word.name == name and g.nothing for g in given) for given in leaving)
+            if name not in needed
+            and all(_is_given(given, name) for given in arriving)
+            and all(each.nothing for given in leaving for each in given if each.word.name == name)
+            and all(any(each.word.name == name for each in given) for given in leaving)
         ]
         if lost:
             message = (
                 f"bridge `{hop.bridge.id}` carries `{hop.source.shown}` on as `{hop.target.shown}` with less: "
                 f"{', '.join(lost)} {'is' if len(lost) == 1 else 'are'} lost behind it"
             )
-            finding = core_finding("CQ504", message, topic=hop.target.shown)
             side = Side(PUBLISHER, (hop.target.id,), place=hop.target.endpoint.place)
-            findings.append(replace(finding, sides=(side, Side(SUBSCRIBER, (hop.source.id,)))))
-    return findings
+            finding = core_finding("CQ504", message, topic=hop.target.shown)
+            yield replace(finding, sides=(side, Side(SUBSCRIBER, (hop.source.id,))))
 
 
-def _certain(given: Iterable[object], name: str) -> bool:
-    return any(g.word.name == name and g.value is not None and not g.nothing for g in given)  # type: ignore[attr-defined]
+def _is_given(given: Iterable[Given], name: str) -> bool:
+    return any(each.word.name == name and each.value is not None and not each.nothing for each in given)
 
 
-def paths(publisher: Resolved, subscriber: Resolved, hops: Sequence[Hop], by_topic: Topics) -> list[list[Hop]]:
-    """Return the ways from a publisher to a subscriber over bridges, each without circles, shortest first."""
+Pair = tuple["Resolved", "Resolved"]
+
+
+def ways(publisher: Resolved, subscriber: Resolved, hops: Sequence[Hop], by_topic: Topics) -> list[list[Pair | Hop]]:
+    """Return the ways from a publisher to a subscriber over bridges: pairs and hops in turn, shortest first."""
+    meeting = Meetings(by_topic)
     by_source = {hop.source.id: hop for hop in hops}
-    found = []
-    ways: list[list[Hop]] = [[]]
-    while ways:
+    found: list[list[Pair | Hop]] = []
+    begun: list[list[Pair | Hop]] = [[]]
+    while begun:
         longer = []
-        for way in ways:
-            end = way[-1].target if way else publisher
-            for each in partners(end, by_topic):
-                if each.id == subscriber.id and way:
-                    found.append(way)
-                hop = by_source.get(each.id)
+        for way in begun:
+            last = way[-1] if way else None
+            end = last.target if isinstance(last, Hop) else publisher
+            for pair in meeting.pairs(end):
+                if pair[1].id == subscriber.id and way:
+                    found.append([*way, pair])
+                hop = by_source.get(pair[1].id)
                 if hop is not None and hop not in way:
-                    longer.append([*way, hop])
-        ways = longer
+                    longer.append([*way, pair, hop])
+        begun = longer
     return found

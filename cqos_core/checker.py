@@ -7,7 +7,7 @@ from datetime import date
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.acceptance import RuleFinder, with_acceptances, with_severities
-from cqos_core.bridging import bridge_findings, spanned
+from cqos_core.bridging import bridge_findings, expanded, linked
 from cqos_core.codes import CODES
 from cqos_core.findings import Made, merged, of_participants
 from cqos_core.judge import ask
@@ -276,12 +276,13 @@ def check_system(
         context: the packs, and what is assumed where the system says nothing.
         step: told before each topic how many of how many are judged.
     """
+    system, links = expanded(system, context.find_pack, context.default_protocol)
     teams, problems = bind_checks(system, packs_in_use(system, context.find_pack, context.default_protocol))
     resolver = Resolver(system, context.find_pack, context.default_protocol, words_asked(teams))
     resolved = resolver.run()
-    by_topic, hops = spanned(resolver)
+    by_topic, hops = linked(links, resolver)
     results = {}
     for number, (key, endpoints) in enumerate(by_topic.items()):
         step(number, len(by_topic))
         results[key] = check_topic(endpoints, system.accept, teams)
-    return assemble(system, resolved, results, context, [*problems, *bridge_findings(hops, by_topic)])
+    return assemble(system, resolved, results, context, [*problems, *bridge_findings(system, hops, by_topic)])

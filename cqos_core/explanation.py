@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from cqos_core.bridging import paths, spanned
+from cqos_core.bridging import Hop, expanded, linked, ways
 from cqos_core.checker import check_system
 from cqos_core.findings import Draft, already_told, fact, make
 from cqos_core.given import give, over
@@ -13,7 +13,7 @@ from cqos_core.judge import judge_endpoint, judge_pair
 from cqos_core.pairing import Members, Topic, apart, group
 from cqos_core.problems import CqosError
 from cqos_core.report import Guarantee, HopReport, PairReport, PolicyComparison, Verdict
-from cqos_core.resolve import Resolved, Resolver, suggestion
+from cqos_core.resolve import Resolved, Resolver, resolve, suggestion
 from cqos_core.settle import settle
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 from cqos_core.topic import check_topic
@@ -21,23 +21,24 @@ from cqos_core.topic import check_topic
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from cqos_core.bridging import Hop
+    from cqos_core.bridging import Pair
     from cqos_core.checker import Context
     from cqos_core.given import Given
-    from cqos_core.report import Finding
+    from cqos_core.report import Finding, Report
     from cqos_core.system import System
 
 
 def explain_pair(system: System, publisher: str, subscriber: str, where: Context) -> PairReport:
     """Explain one pair of a system that is already read; see `explain`."""
-    resolver = Resolver(system, where.find_pack, where.default_protocol)
+    whole, links = expanded(system, where.find_pack, where.default_protocol)
+    resolver = Resolver(whole, where.find_pack, where.default_protocol)
     resolved = resolver.run()
-    by_topic, hops = spanned(resolver)
+    by_topic, hops = linked(links, resolver)
     offering = _find(resolved.endpoints, publisher, PUBLISHER)
     requesting = _find(resolved.endpoints, subscriber, SUBSCRIBER)
     everybody = _meeting_place(by_topic, offering, requesting)
-    if everybody is None and (ways := paths(offering, requesting, hops, by_topic)):
-        return _path_report(offering, requesting, ways[0], by_topic, where, system)
+    if everybody is None and (found := ways(offering, requesting, hops, by_topic)):
+        return _path_report(found[0], by_topic, check_system(system, where))
     if everybody is None:
         raise CqosError(
             f"publisher `{offering.id}` is on {offering.pack.id} topic `{offering.shown}` and subscriber `{requesting.id}` on "
@@ -60,10 +61,8 @@ def explain_pair(system: System, publisher: str, subscriber: str, where: Context
 
 def endpoints_of(system: System, where: Context) -> list[Resolved]:
     """Return all endpoints of a system, those of bridges too, with their values."""
-    resolver = Resolver(system, where.find_pack, where.default_protocol)
-    resolver.run()
-    spanned(resolver)
-    return resolver.result.endpoints
+    whole, _ = expanded(system, where.find_pack, where.default_protocol)
+    return resolve(whole, where.find_pack, where.default_protocol).endpoints
 
 
 def _find(endpoints: Sequence[Resolved], name: str, role: str) -> Resolved:
@@ -134,21 +133,17 @@ def _told(given: Iterable[Given]) -> tuple[Guarantee, ...]:
 
 
 def _path_report(
-    offering: Resolved,
-    requesting: Resolved,
-    way: Sequence[Hop],
-    by_topic: Mapping[tuple[str, str], list[Resolved]],
-    where: Context,
-    system: System,
+    way: Sequence[Pair | Hop], by_topic: Mapping[tuple[str, str], list[Resolved]], report: Report
 ) -> PairReport:
     """Report on two endpoints that meet over bridges: each pair on the way, and what is left in the end."""
-    publishers = [offering, *(hop.target for hop in way)]
-    subscribers = [*(hop.source for hop in way), requesting]
+    bridges = [each for each in way if isinstance(each, Hop)]
+    pairs = [each for each in way if not isinstance(each, Hop)]
     hops, given = [], []
-    for index, (publisher, subscriber) in enumerate(zip(publishers, subscribers, strict=True)):
-        settled = group(by_topic[publisher.pack.id, publisher.key or ""])
-        settle(settled)
-        ends = _only(settled.publishers, publisher.id), _only(settled.subscribers, subscriber.id)
+    for index, (publisher, subscriber) in enumerate(pairs):
+        beside = next(each for each in by_topic.values() if any(e is publisher for e in each))
+        topic = group(beside)
+        settle(topic)
+        ends = _only(topic.publishers, publisher.id), _only(topic.subscribers, subscriber.id)
         given.append(give(ends[0].profile, ends[1].profile))
         hops.append(
             HopReport(
@@ -158,15 +153,14 @@ def _path_report(
                 publisher.pack.id,
                 judge_pair(ends[0].profile, ends[1].profile).verdict,
                 _told(given[-1]),
-                way[index].bridge.id if index < len(way) else None,
+                bridges[index].bridge.id if index < len(bridges) else None,
             )
         )
-    on_the_way = {each.id for each in (*publishers, *subscribers)}
-    report = check_system(system, where)
+    members = {end.id for pair in pairs for end in pair}
     return PairReport(
         verdict=max((hop.verdict for hop in hops), key=lambda verdict: verdict.rank),
-        findings=tuple(each for each in report.findings if each.endpoints and set(each.endpoints) <= on_the_way),
-        guarantees=_told(over(given, carried=all(hop.carries_liveliness for hop in way))),
+        findings=tuple(each for each in report.findings if each.endpoints and set(each.endpoints) <= members),
+        guarantees=_told(over(given, carried=all(hop.carries_liveliness for hop in bridges))),
         hops=tuple(hops),
     )
 

@@ -7,8 +7,8 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 from cqos_core.checker import check_system
+from cqos_core.explanation import endpoints_of
 from cqos_core.report import Pair, Verdict
-from cqos_core.resolve import resolve
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def explain_alone(occurrences: Iterable[Occurrence], context: Context) -> list[E
 def explain_misfits(occurrences: Iterable[Occurrence], system: System, context: Context) -> list[Explained]:
     """Explain what programs say by the pairs of a system."""
     report = check_system(system, context)
-    endpoints = resolve(system, context.find_pack, context.default_protocol).endpoints
+    endpoints = endpoints_of(system, context)
     return [_explained(each, endpoints, report, context) for each in occurrences]
 
 

@@ -324,30 +324,14 @@ class Resolver:
     def stated(self, endpoint: Endpoint) -> None:
         """Resolve one endpoint as it is stated; it may stand for several."""
         participant = self.system.participants[endpoint.participant]
-        pack = self.pack_of(endpoint)
+        protocol = endpoint.protocol or participant.protocol or self.system.protocol or self.default
+        pack = self._pack_of(protocol)
         if pack is None:
-            protocol = endpoint.protocol or participant.protocol or self.system.protocol or self.default
             self.packless.setdefault(protocol or "", []).append(endpoint)
             return
         for expanded in pack.meeting.expand(endpoint):
             identifier = self._unique(expanded.id)
             self.result.endpoints.append(self.resolved(expanded, participant, pack, identifier, endpoint.id))
-
-    def add(self, endpoint: Endpoint) -> Resolved | None:
-        """Resolve an endpoint that stands for itself and is not among those of the system; None where no pack judges it."""
-        participant = self.system.participants[endpoint.participant]
-        pack = self.pack_of(endpoint)
-        if pack is None:
-            self.packless.setdefault(endpoint.protocol or participant.protocol or "", []).append(endpoint)
-            return None
-        identifier = self._unique(endpoint.id)
-        self.result.endpoints.append(self.resolved(endpoint, participant, pack, identifier, endpoint.id))
-        return self.result.endpoints[-1]
-
-    def pack_of(self, endpoint: Endpoint) -> RulePack | None:
-        """Return the pack that judges an endpoint."""
-        participant = self.system.participants[endpoint.participant]
-        return self._pack_of(endpoint.protocol or participant.protocol or self.system.protocol or self.default)
 
     def report_rest(self) -> None:
         """Report what was read but is judged by nobody."""

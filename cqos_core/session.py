@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.api import Context, SettingValue, as_text, context, exact_places
-from cqos_core.bridging import bridge_findings, spanned
+from cqos_core.bridging import bridge_findings, expanded, linked
 from cqos_core.checker import assemble
 from cqos_core.problems import CqosError
 from cqos_core.resolve import Resolved, Resolver, packs_in_use
@@ -165,10 +165,11 @@ class Session:
 
     def report(self) -> Report:
         """Check what has changed, and report on the whole system."""
-        packs = packs_in_use(self._system, self._context.find_pack, self._context.default_protocol)
-        teams, problems = bind_checks(self._system, packs)
-        resolver = self._resolve(words_asked(teams))
-        buckets, hops = spanned(resolver)
+        find_pack, default = self._context.find_pack, self._context.default_protocol
+        system, links = expanded(self._system, find_pack, default)
+        teams, problems = bind_checks(system, packs_in_use(system, find_pack, default))
+        resolver = self._resolve(system, words_asked(teams))
+        buckets, hops = linked(links, resolver)
         self.judged = 0
         results: dict[TopicKey, TopicResult] = {}
         seen: dict[TopicKey, tuple[object, ...]] = {}
@@ -182,26 +183,26 @@ class Session:
             results[key] = known
         self._seen, self._results = seen, results
         report = assemble(
-            self._system, resolver.result, results, self._context, [*problems, *bridge_findings(hops, buckets)]
+            system, resolver.result, results, self._context, [*problems, *bridge_findings(system, hops, buckets)]
         )
         return exact_places(report, self._system.sources)
 
     def _forget(self) -> None:
         self._resolver = None
 
-    def _resolve(self, asked: Mapping[int, frozenset[int]]) -> Resolver:
+    def _resolve(self, system: System, asked: Mapping[int, frozenset[int]]) -> Resolver:
         """Resolve the touched endpoints, or all where more than endpoints has changed or anything was wrong."""
         resolver = self._resolver
         touched, self._touched = self._touched, {}
-        ids = [endpoint.id for endpoint in self._system.endpoints]
+        ids = [endpoint.id for endpoint in system.endpoints]
         # Bridges add endpoints and hand needs on, so that one edit may reach any topic.
-        incremental = not self._system.overlays and not self._system.bridges and len(ids) == len(set(ids))
+        incremental = not system.overlays and not system.bridges and len(ids) == len(set(ids))
         if incremental and resolver is not None and not resolver.result.findings and resolver.asked == asked:
             self._resolve_touched(resolver, touched)
             if not resolver.result.findings and not resolver.clashes:
                 return resolver
         # A finding may belong to something that several endpoints share, so that only a fresh start tells who has it now.
-        resolver = Resolver(self._system, self._context.find_pack, self._context.default_protocol, asked)
+        resolver = Resolver(system, self._context.find_pack, self._context.default_protocol, asked)
         resolver.run()
         self._resolver = resolver
         self._resolved = {}

@@ -141,8 +141,12 @@ def test_where_the_last_hop_spends_all_of_it_the_hop_before_is_not_blamed():
 def test_what_is_stored_for_late_subscribers_has_to_get_there_first():
     fine = across({"care": "signed"}, {"care": "signed", "copies": "5"}, {"late_join": 5})
     assert told(check(fine)) == []
-    assert told(check(across({"care": "plain"}, {"care": "signed", "copies": "5"}, {"late_join": 5}))) == [("POST511", FIRST_HOP)]
-    assert told(check(across({"care": "signed"}, {"care": "signed", "copies": "4"}, {"late_join": 5}))) == [("POST513", LAST_HOP)]
+    assert told(check(across({"care": "plain"}, {"care": "signed", "copies": "5"}, {"late_join": 5}))) == [
+        ("POST511", FIRST_HOP)
+    ]
+    assert told(check(across({"care": "signed"}, {"care": "signed", "copies": "4"}, {"late_join": 5}))) == [
+        ("POST513", LAST_HOP)
+    ]
 
 
 def test_liveness_does_not_cross_a_bridge_unless_it_carries_it():
