@@ -49,7 +49,9 @@ def rules_over(misfit: Misfit, pack: RulePack | None) -> tuple[Rule, ...]:
     return tuple(
         bound.rule
         for bound in pack.by_scope.get("pair", ())
-        if bound.rule.kind == "requires" and {policies[use.index].name for use in bound.bound.uses} & {*misfit.policies}
+        if bound.rule.kind == "requires"
+        and not bound.rule.guarantee
+        and {policies[use.index].name for use in bound.bound.uses} & {*misfit.policies}
     )
 
 
