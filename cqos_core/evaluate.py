@@ -185,6 +185,7 @@ class Bound:
     partial: bool = False
     reads: tuple[tuple[Use, int], ...] = field(init=False, repr=False, default=())
     options: tuple[int, ...] = field(init=False, repr=False, default=())
+    indices: tuple[int, ...] = field(init=False, repr=False, default=())
     memory: dict[Values, Outcome] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -195,6 +196,8 @@ class Bound:
         reads += [(use, index + size) for use, index in reads if index in self.asked]
         object.__setattr__(self, "reads", tuple(reads))
         object.__setattr__(self, "options", tuple(use.index for use in both))
+        every = (*self.uses, *both, *self.aggregate_uses)
+        object.__setattr__(self, "indices", tuple(dict.fromkeys(use.index for use in every)))
 
     @property
     def infallible(self) -> bool:
@@ -230,12 +233,12 @@ class Bound:
         for cases in variables.values():
             worlds *= len(cases)
         if worlds == 1 or worlds > MAXIMUM_WORLDS:
-            return Outcome(self.open(*_settle_all(a, b, signal, {})))
+            return Outcome(self.open(*_settle_all(a, b, signal, {}, self.indices)))
         results = []
         for chosen in product(*variables.values()):
             world = dict(zip(variables, chosen, strict=True))
             label = ", ".join(f"{name}={case}" for name, case in world.items())
-            results.append((label, self.open(*_settle_all(a, b, signal, world))))
+            results.append((label, self.open(*_settle_all(a, b, signal, world, self.indices))))
         distinct = {result for _, result in results}
         return Outcome(distinct.pop()) if len(distinct) == 1 else Outcome(None, tuple(results))
 
@@ -277,18 +280,27 @@ def in_world(value: Any, world: Mapping[str, str]) -> Any:
     return Anything("it is taken from peers") if isinstance(value, FromPeers) else value
 
 
-def _settle_tuple(values: Values, world: Mapping[str, str]) -> Values:
-    return tuple(in_world(v, world) if isinstance(v, (Depends, FromPeers)) else v for v in values)
+def _settle_tuple(values: Values, world: Mapping[str, str], indices: Iterable[int]) -> Values:
+    """Return ``values`` with what a sentence reads, at ``indices``, under the assumptions of ``world``."""
+    opened = [index for index in indices if isinstance(values[index], (Depends, FromPeers))]
+    if not opened:
+        return values
+    settled = list(values)
+    for index in opened:
+        settled[index] = in_world(values[index], world)
+    return tuple(settled)
 
 
-def _settle_all(a: Values, b: Values, signal: Signal, world: Mapping[str, str]) -> tuple[Values, Values, Signal]:
-    first = _settle_tuple(a, world)
-    second = first if b is a else _settle_tuple(b, world)
+def _settle_all(
+    a: Values, b: Values, signal: Signal, world: Mapping[str, str], indices: Iterable[int]
+) -> tuple[Values, Values, Signal]:
+    first = _settle_tuple(a, world, indices)
+    second = first if b is a else _settle_tuple(b, world, indices)
     if signal is NO_SIGNAL:
         return first, second, signal
     settled = Signal(
-        tuple((_settle_tuple(values, world), n) for values, n in signal.publishers),
-        tuple((_settle_tuple(values, world), n) for values, n in signal.subscribers),
+        tuple((_settle_tuple(values, world, indices), n) for values, n in signal.publishers),
+        tuple((_settle_tuple(values, world, indices), n) for values, n in signal.subscribers),
     )
     return first, second, settled
 
