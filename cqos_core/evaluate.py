@@ -140,7 +140,7 @@ class Vocabulary:
             index = self.indices.get((level, term.name))
             if index is not None:
                 return index
-        levels = _LEVELS[term.scope]
+        levels = [level for level in _LEVELS[term.scope] if level != NEED]
         known = ", ".join(name for level, name in self.indices if level in levels) or "none"
         message = f"`{term}` names no policy at {' or '.join(levels)} level; known: {known}"
         raise SentenceError(message)
@@ -410,13 +410,13 @@ def _open_extreme(choose: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _in(value: Any, *values: Any) -> bool:
-    if len(values) == 1 and isinstance(values[0], tuple):
+    if len(values) == 1 and type(values[0]) is tuple:  # a `Range` is no list of names
         return value in values[0]
     return value in values
 
 
 def _open_in(value: Any, *values: Any) -> bool | None:
-    if len(values) == 1 and isinstance(values[0], tuple):
+    if len(values) == 1 and type(values[0]) is tuple:  # a `Range` is no list of names
         return value in values[0] if type(value) in _KNOWN else None
     answers = [compare_open("==", value, other) for other in values]
     if any(answer is True for answer in answers):
