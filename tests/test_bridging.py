@@ -129,6 +129,11 @@ def test_a_need_that_was_handed_on_says_whose_it_is_and_where_it_stands():
     assert [remedy.text for remedy in finding.remedies] == ["offer care `signed` on here/w"]
 
 
+def test_a_guarantee_that_rests_on_one_side_is_mended_there():
+    finding = only(check(across({"care": "signed"}, {"care": "plain"}, {"latest": True})), "POST511")
+    assert {remedy.role for remedy in finding.remedies} == {"publisher"}
+
+
 @pytest.mark.parametrize(("first", "found"), [("30s", []), ("31s", [("POST514", FIRST_HOP)])])
 def test_ages_add_up_over_the_hops(first, found):
     assert told(check(across({"delay": first}, {"delay": "70s"}, {"max_age": "100s"}))) == found
