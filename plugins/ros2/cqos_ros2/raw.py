@@ -31,7 +31,7 @@ from cqos_ros2.rules import NAMES, REQUEST_OFFER
 
 if TYPE_CHECKING:
     from cqos_core.expression import Sentence
-    from cqos_core.policy import ByOption, Meaning, Plain, Policy
+    from cqos_core.policy import Anything, ByOption, Meaning, Plain, Policy
 
 _FIELD: Final = 64
 _SECOND: Final = 1_000_000_000
@@ -65,9 +65,9 @@ class RawDuration(Duration):
         return f"{{sec: {seconds}, nsec: {nanoseconds}}}"
 
 
-def _undetermined(weak: str, strong: str) -> ByOption:
-    """`system_default` and `unknown`: anything, except under Zenoh, whose one warning does not ask about them."""
-    return by_option("rmw", otherwise=REPORTED_UNKNOWN, zenoh=PerRole(publisher=weak, subscriber=strong))
+def _undetermined(meaning: Anything, weak: str, strong: str) -> ByOption:
+    """Anything, except under Zenoh, whose one warning does not ask about such values."""
+    return by_option("rmw", otherwise=meaning, zenoh=PerRole(publisher=weak, subscriber=strong))
 
 
 def _fits_everything(weak: str, strong: str) -> ByOption:
@@ -81,12 +81,15 @@ def _fits_everything(weak: str, strong: str) -> ByOption:
 
 def _raw_kind(policy: Policy, weak: str, strong: str, *unmentioned: str) -> Policy:
     words = {word: _fits_everything(weak, strong) for word in ("best_available", *unmentioned)}
-    words |= {word: _undetermined(weak, strong) for word in ("system_default", "unknown", FROM_PUBLISHERS)}
+    words |= {word: _undetermined(REPORTED_UNKNOWN, weak, strong) for word in ("system_default", "unknown")}
+    # A bridge that has not asked its publishers yet: no profile of rmw has such a value.
+    words |= {word: _undetermined(RELAYED, weak, strong) for word in policy.words.keys() & {FROM_PUBLISHERS}}
     return replace(policy, words=words, enforced={})
 
 
 def _raw_duration(policy: Policy) -> Policy:
-    return replace(policy, domain=RawDuration(), words=_WORDS, zero=None, default="unspecified", enforced={})
+    words = {word: meaning for word, meaning in _WORDS.items() if word in policy.words}
+    return replace(policy, domain=RawDuration(), words=words, zero=None, default="unspecified", enforced={})
 
 
 RAW: Final = {

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from cqos_core import check_pair
 from cqos_ros2.pack import PACK
-from cqos_ros2.raw import RawDuration
+from cqos_ros2.policies import POLICIES
+from cqos_ros2.raw import RAW, RawDuration
 
 OK, WARNING, ERROR = "compatible", "unknown", "incompatible"
 
@@ -157,3 +158,59 @@ def test_raw_durations_are_printed_as_they_are_read(seconds: int, nanoseconds: i
     domain = RawDuration()
     text = f"{{sec: {seconds}, nsec: {nanoseconds}}}"
     assert domain.format(domain.parse(text)) == text
+
+
+# What a bridge takes from its publishers
+
+
+def test_both_comparisons_read_the_same_words():
+    for policy in POLICIES:
+        if policy.level == "endpoint":
+            # `manual_by_node` has a place among the values of one, and is a word of the other.
+            assert {*RAW.get(policy.name, policy).words} - {"manual_by_node"} == {*policy.words}, policy.name
+
+
+@pytest.mark.parametrize("policy", ["reliability", "durability"])
+@pytest.mark.parametrize(
+    ("side", "other", "answer"),
+    [
+        ("subscription", "strong", OK),
+        ("subscription", "weak", WARNING),
+        ("publisher", "strong", WARNING),
+        ("publisher", "weak", OK),
+    ],
+)
+def test_what_a_bridge_takes_from_publishers_is_undetermined(policy: str, side: str, other: str, answer: str):
+    taken, known = {policy: "from_publishers"}, {policy: KINDS[policy][other == "strong"]}
+    offered, requested = (known, taken) if side == "subscription" else (taken, known)
+    for rmw in (None, "cyclonedds", "fastdds", "connext"):
+        assert verdict(offered, requested, rmw) == answer
+    # Zenoh's one warning does not ask about what is not known.
+    assert verdict(offered, requested, "zenoh") == OK
+
+
+def test_the_bridge_is_named_as_the_cause():
+    stated = {**QUIET, "reliability": "from_publishers"}
+    report = check_pair("ros2", stated, QUIET, {"comparison": "rmw", "rmw": "cyclonedds"}, packs=[PACK])
+    (finding,) = (each for each in report.findings if each.code == "ROS101")
+    assert finding.message.endswith("is not known: the bridge takes it from the publishers on its other side")
+
+
+@pytest.mark.parametrize(
+    ("offered", "requested", "answer"),
+    [
+        ("1s", "from_publishers", WARNING),
+        ("unspecified", "from_publishers", WARNING),
+        ("from_publishers", "1s", WARNING),
+        ("from_publishers", "unspecified", OK),
+    ],
+)
+def test_a_deadline_that_a_bridge_takes_from_publishers(offered: str, requested: str, answer: str):
+    assert verdict({"deadline": offered}, {"deadline": requested}, "cyclonedds") == answer
+
+
+@pytest.mark.parametrize("policy", ["liveliness", "lease_duration"])
+@pytest.mark.parametrize("comparison", ["semantic", "rmw"])
+def test_liveliness_is_never_taken_from_publishers(policy: str, comparison: str):
+    report = check_pair("ros2", {policy: "from_publishers"}, {}, {"comparison": comparison}, packs=[PACK])
+    assert "CQ203" in [finding.code for finding in report.findings]
