@@ -11,16 +11,16 @@ from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.sinks import check_targets
 from cqos_core.cli.streams import emit, say, say_problems, write_file
-from cqos_core.exporters.contract import ExportContext
+from cqos_core.exporters.contract import ExportContext, Exported
 from cqos_core.formatters.wording import plural
-from cqos_core.plugins import load_plugins
+from cqos_core.plugins import FAULTS, load_plugins
+from cqos_core.problems import CqosError, describe, keep_traceback
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from typing import Literal
 
     from cqos_core.cli.reading import Reader
-    from cqos_core.exporters.contract import Exported
     from cqos_core.mending import Mended
     from cqos_core.plugins import ExporterInfo
     from cqos_core.system import ImportNote, System
@@ -131,13 +131,33 @@ def _mended(system: System, reader: Reader, remedies: Literal["first", "configur
 def _export(
     info: ExporterInfo, system: System, reader: Reader, settings: dict[str, str], mended: Mended | None
 ) -> Exported:
+    """Let the exporter write.
+
+    Raises:
+        CqosError: the exporter is a plugin's and failed, or returned what cannot be written.
+    """
     where = reader.context
     changed = None if mended is None else mended.changed
+    plugins = load_plugins()
     try:
-        return info.load()(system, ExportContext(where.find_pack, where.default_protocol, settings, changed))
-    except Exception as error:
-        error.add_note(f"exporter `{info.name}` ({load_plugins().owner('exporters', info.name)}) was writing")
-        raise
+        exported = info.load()(system, ExportContext(where.find_pack, where.default_protocol, settings, changed))
+        _refuse_unusable(exported)
+    except FAULTS as error:
+        owner = plugins.owner("exporters", info.name)
+        if plugins.shipped("exporters", info.name):
+            error.add_note(f"exporter `{info.name}` ({owner}) was writing")
+            raise
+        keep_traceback(f"exporter `{info.name}` of {owner}", error)
+        raise CqosError(f"exporter `{info.name}` of {owner} failed: {describe(error)}") from error
+    return exported
+
+
+def _refuse_unusable(exported: object) -> None:
+    """Refuse what a foreign exporter may return and nobody could write to a file."""
+    if not isinstance(exported, Exported):
+        raise TypeError(f"its writer returned a {type(exported).__name__}, not an Exported")
+    if not isinstance(exported.text, str):
+        raise TypeError(f"its writer returned a text of type {type(exported.text).__name__}, not str")
 
 
 def _say_import_notes(notes: Iterable[ImportNote], color: str) -> None:

@@ -10,12 +10,20 @@ import pytest
 
 GOOD = """
 import click
-from cqos_core.plugins import CommandInfo, FormatterInfo, ImporterInfo, hookimpl
+from cqos_core.plugins import CommandInfo, ExporterInfo, FormatterInfo, ImporterInfo, hookimpl
 
 @hookimpl
 def register_formatters(register):
     register(FormatterInfo("shout", "loud", "fine_plugin:shout"))
-    register(FormatterInfo("crash", "fails", "fine_plugin:crash"))
+    for name in ("crash", "quit", "none", "octets"):
+        register(FormatterInfo(name, "fails", f"fine_plugin:{name}"))
+
+@hookimpl
+def register_exporters(register):
+    register(ExporterInfo("names", "one participant per line", ".txt", "fine_plugin:names"))
+    register(ExporterInfo("lost", "cannot be imported", ".txt", "no_such_module:write"))
+    for name in ("crash", "quit", "none", "octets"):
+        register(ExporterInfo(name, "fails", ".txt", f"fine_plugin:{name}"))
 
 @hookimpl
 def register_importers(register):
@@ -31,8 +39,23 @@ def register_commands(register):
 def shout(report, style):
     return f"{report.verdict.upper()}!\\n"
 
-def crash(report, style):
+def crash(subject, context):
     return 1 / 0
+
+def quit(subject, context):
+    raise SystemExit(7)
+
+def none(subject, context):
+    return None
+
+def octets(subject, context):
+    from cqos_core.exporters.contract import Exported
+    from cqos_core.system import System
+    return Exported(b"x", 1) if isinstance(subject, System) else b"x"
+
+def names(system, context):
+    from cqos_core.exporters.contract import Exported
+    return Exported("".join(f"{name}\\n" for name in system.participants), len(system.participants))
 
 def claims(name, head):
     return name.endswith(".csv")
@@ -42,6 +65,10 @@ def read(source, context):
     system = System(name="table", protocol="ros2", sources={source.name: source.data})
     if b"crash" in source.data:
         raise KeyError("x")
+    if b"quit" in source.data:
+        raise SystemExit(7)
+    if b"none" in source.data:
+        return None
     for line in source.data.decode().split():
         who, role, topic = line.split(",")
         system.participants[who] = Participant(who)
@@ -109,6 +136,7 @@ def test_what_plugins_add_is_used(real, plugins, files):
     (files / "table.csv").write_text("lidar,publisher,scan\nplanner,subscriber,scan\n")
     assert real("check", "table.csv", "--format", "shout", **plugins)[:2] == (0, "COMPATIBLE!\n")
     assert real("check", "table.csv", "fits.yaml", "--format", "shout", **plugins)[:2] == (0, "COMPATIBLE!\n")
+    assert real("convert", "table.csv", "--to", "names", **plugins)[:2] == (0, "lidar\nplanner\n")
     assert real("greet", "world", **plugins)[:2] == (5, "hello world\n")
 
 
@@ -156,20 +184,52 @@ def test_a_command_that_cannot_be_imported(real, plugins):
     assert "The command `gone` of fine_plugin 1.2.3 cannot be loaded: ModuleNotFoundError" in done.err
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["check", "fits.yaml", "--format", "crash"], "formatter `crash` of fine_plugin 1.2.3 failed: ZeroDivision"),
-        (["check", "crash.csv"], "crash.csv: importer `csv` of fine_plugin 1.2.3 failed: KeyError: 'x'\n"),
-    ],
-    ids=["formatter", "importer"],
-)
-def test_a_plugin_that_fails_is_named(real, plugins, files, arguments, said):
-    (files / "crash.csv").write_text("crash")
-    done = real(*arguments, **plugins)
+FAILS = {
+    "crash": "ZeroDivisionError: division by zero",
+    "quit": "SystemExit: 7",
+    "none": "TypeError: ",
+    "octets": "TypeError: ",
+}
+
+
+@pytest.mark.parametrize("how", FAILS)
+def test_a_formatter_that_fails_is_named_and_harms_no_other(real, plugins, files, how):
+    done = real("check", "fits.yaml", "--format", "concise", "--format", how, "--output", "out.txt", **plugins)
     assert done.code == 2
-    assert said in done.err
+    assert "compatible" in done.out
+    assert f"error: formatter `{how}` of fine_plugin 1.2.3 failed: {FAILS[how]}" in done.err
     assert "Traceback" not in done.err
+    assert not (files / "out.txt").exists()
+
+
+@pytest.mark.parametrize("how", [*FAILS, "lost"])
+def test_an_exporter_that_fails_is_named(real, plugins, files, how):
+    (files / "out.txt").write_text("before")
+    done = real("convert", "fits.yaml", "--to", how, "--output", "out.txt", **plugins)
+    assert (done.code, done.out) == (2, "")
+    said = FAILS.get(how, "ModuleNotFoundError: No module named 'no_such_module'")
+    assert f"error: exporter `{how}` of fine_plugin 1.2.3 failed: {said}" in done.err
+    assert "Traceback" not in done.err
+    assert (files / "out.txt").read_text() == "before"
+
+
+@pytest.mark.parametrize(("how", "said"), [("crash", "KeyError: 'x'"), ("quit", FAILS["quit"]), ("none", "TypeError")])
+@pytest.mark.parametrize("command", [("check",), ("convert", "--to", "yaml"), ("diff", "fits.yaml")])
+def test_an_importer_that_fails_is_named_and_the_rest_is_read(real, plugins, files, how, said, command):
+    (files / "bad.csv").write_text(how)
+    done = real(*command, "bad.csv", **plugins)
+    assert (done.code, done.out) == (2, "")
+    assert f"bad.csv: importer `csv` of fine_plugin 1.2.3 failed: {said}" in done.err
+    assert "Traceback" not in done.err
+    assert "error[ROS101]" in real("check", "bad.csv", "clashes.yaml", "--each", **plugins).out
+
+
+@pytest.mark.parametrize("command", [("check", "--format", "crash"), ("convert", "--to", "crash")])
+def test_with_debug_the_traceback_of_what_failed_is_shown(real, plugins, command):
+    done = real("--debug", *command, "fits.yaml", **plugins)
+    assert done.code == 2
+    assert "Traceback" in done.err
+    assert "return 1 / 0" in done.err
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has other signals")
