@@ -85,14 +85,22 @@ def address(participant: str, settings: Mapping[str, str]) -> str:
     return f"/{namespace}/{name}" if namespace else f"/{name}"
 
 
+NOT_BY_PARAMETERS: Final = {
+    "/rosbag2_player": "`ros2 bag play` takes its QoS from `--qos-profile-overrides-path`",
+    "/rosbag2_recorder": "`ros2 bag record` takes its QoS from `--qos-profile-overrides-path`",
+}
+"""Nodes that declare no `qos_overrides`, and what they have instead."""
+
+
 def covers(pattern: str, node: str) -> bool:
     """Whether a pattern of a parameter file covers the full name of a node (rclcpp, parameter_map).
 
-    ``/*`` stands for one part of the name, ``/**`` for any number of them; ``*`` alone covers every node.
+    ``/*`` stands for one part of the name, ``/**`` for any number of them; ``*`` alone covers every node. A pattern that
+    begins with a slash stands in a parameter file, and covers no node that takes its QoS from elsewhere.
     """
     if pattern == "*":
         return True
-    if not node.startswith("/"):
+    if not node.startswith("/") or (pattern.startswith("/") and node in NOT_BY_PARAMETERS):
         return False
     parts = node[1:].split("/")
     matched = {0}  # how many parts of the name the pattern can have used so far

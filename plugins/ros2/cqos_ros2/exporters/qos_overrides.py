@@ -9,7 +9,8 @@ from cqos_core.exporters.contract import Exported
 from cqos_core.exporters.yaml_text import Block, Raw, document
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 from cqos_ros2.exporters.values import QOS, Unsayable, kind_of, ros_endpoints, stated
-from cqos_ros2.names import is_legal
+from cqos_ros2.importers.rviz import NODE as RVIZ
+from cqos_ros2.names import NOT_BY_PARAMETERS, is_legal
 from cqos_ros2.policies import AVOID_CONVENTIONS, LIFESPAN
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from cqos_ros2.exporters.values import Value
 
 _ENTITIES: Final = {PUBLISHER: "publisher", SUBSCRIBER: "subscription"}
+_TRANSFORMS: Final = frozenset(("/tf", "/tf_static"))  # tf2's listener lets them be overridden, in RViz as anywhere
 _ID: Final = re.compile(r"\w+", re.ASCII)
 _Slot: TypeAlias = tuple[str, str, str]
 """Node, topic and entity."""
@@ -67,6 +69,11 @@ class _Overrides:
                 ] = None
             return None
         address = part.pack.meeting.address(part.endpoint.participant, part.participant.texts)
+        elsewhere = _elsewhere(address, part.key)
+        if elsewhere is not None:
+            if wanted:
+                self.notes[f"`{each.id}`: {elsewhere}, not from parameters"] = None
+            return None
         if part.key is None or not is_legal(part.key) or not is_legal(address):
             if wanted:
                 wrong = f"topic `{part.shown}`" if part.key is None or not is_legal(part.key) else f"node `{address}`"
@@ -88,6 +95,10 @@ class _Overrides:
                 continue
             if value is not None and self._has_parameter(each, part, policy):
                 found[policy.name] = _value(value)
+        if found and self.context.changed is not None and each.endpoint.observed:
+            self.notes[f"`{each.id}` was observed as it was: a new snapshot shows whether it was started with this"] = (
+                None
+            )
         return found
 
     def _has_parameter(self, each: Judged, part: Resolved, policy: Policy) -> bool:
@@ -121,6 +132,13 @@ class _Overrides:
             "An endpoint takes those policies that the program lists in its QosOverridingOptions:",
             "by default history, depth and reliability. Durations are in nanoseconds.",
         ]
+
+
+def _elsewhere(address: str, topic: str | None) -> str | None:
+    """Return where a node takes the QoS of a topic from, if it declares no parameters for that."""
+    if address.rpartition("/")[2] == RVIZ and topic not in _TRANSFORMS:
+        return "RViz takes its QoS from its configuration"
+    return NOT_BY_PARAMETERS.get(address)
 
 
 def _value(value: Value) -> Raw:

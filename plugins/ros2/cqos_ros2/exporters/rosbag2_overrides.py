@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.exporters.contract import Exported
 from cqos_core.exporters.yaml_text import Block, Raw, document
-from cqos_core.policy import INFINITE
+from cqos_core.policy import ENDPOINT, INFINITE, is_plain
 from cqos_core.system import PUBLISHER
 from cqos_ros2.exporters.values import Unsayable, Value, effective, kind_of, ros_endpoints
 from cqos_ros2.names import is_legal
@@ -122,9 +122,17 @@ def _kind(policy: Policy, parts: Iterable[Resolved], *, strongest: bool) -> str:
     """The strongest or weakest value of an enumeration; one that is not known may be that."""
     names = [policy.domain.format(rank) for rank in policy.domain.candidates()]
     extreme = names[-1] if strongest else names[0]
-    said = (_said(part, policy) for part in parts)
-    words = [extreme if value is None or value.word not in names else value.word for value in said]
+    words = [_word(part, policy, names) or extreme for part in parts]
     return (max if strongest else min)(words, key=names.index)
+
+
+def _word(part: Resolved, policy: Policy, names: Sequence[str]) -> str | None:
+    """The value of an enumeration: as stated, or what the stated word means under the options; None if it is open."""
+    said = _said(part, policy)
+    if said is not None and said.word in names:
+        return said.word
+    value = part.profile.values[part.pack.vocabulary.indices[ENDPOINT, policy.name]]
+    return policy.domain.format(value) if said is not None and is_plain(value) else None
 
 
 def _limit(policy: Policy, parts: Iterable[Resolved], *, shortest: bool) -> int:

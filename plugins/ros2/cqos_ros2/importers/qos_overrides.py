@@ -15,6 +15,7 @@ from cqos_core.importers.tree import MappingNode, ScalarNode, is_null
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Overlay
 from cqos_ros2.importers.codes import note
 from cqos_ros2.importers.configuration import Configuration, as_flag, as_integer
+from cqos_ros2.names import NOT_BY_PARAMETERS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -121,7 +122,10 @@ class _Reader(Configuration):
         side, dot, policy = rest.rpartition(".")
         kind, _, identifier = side.partition("_")
         wrong, advice = None, f"the form is `{_FORM}`"
-        if not dot or not topic:
+        if node in NOT_BY_PARAMETERS:
+            wrong = f"the node `{node}` declares no such parameters"
+            advice = NOT_BY_PARAMETERS[node]
+        elif not dot or not topic:
             wrong = "it names no policy of a publisher or subscription"
             if topic and rest in _POLICIES:
                 advice = f"write `{OVERRIDES}.{topic}.publisher.{rest}` or `{OVERRIDES}.{topic}.subscription.{rest}`"

@@ -159,12 +159,16 @@ class _Reader(Configuration):
             settings["reliability"] = Setting("best_effort", self.place(value))
         settings.setdefault("depth", Setting(_DEPTH, self.place(value)))
         plugin = self.a_text(node, "Class").removeprefix(_OURS)
-        type_name = _MAP_UPDATES if key.text == "Update Topic" else _TYPES.get(plugin, "")
+        # A display of maps has this topic whether or not anybody sends updates, as few map servers do.
+        updates = key.text == "Update Topic"
+        type_name = _MAP_UPDATES if updates else _TYPES.get(plugin, "")
         if name.text.rpartition("/")[2] in _TRANSPORTS:
             type_name = ""
         label = self.a_text(node, "Name") or plugin
         participant = self.participant(NODE, node)
-        self.endpoint(participant, role, name.text, name, settings, type_name=type_name, label=label or None)
+        self.endpoint(
+            participant, role, name.text, name, settings, type_name=type_name, label=label or None, implied=updates
+        )
 
     def qos(self, entries: MappingNode) -> Settings:
         """Read the policies of a topic."""

@@ -23,6 +23,7 @@ from cqos_core.resolve import resolve
 from cqos_core.system import Endpoint, Participant, Profile, ProfileRef, Role, Setting, System
 
 HERE = Path(__file__).parent
+EXAMPLES = HERE.parents[3] / "examples"
 GOLDEN = HERE / "golden"
 WHERE = context()
 FORMS = [
@@ -106,6 +107,43 @@ public:
 """
 
 
+NANOSECONDS = {"seconds": 1_000_000_000, "nanoseconds": 1}
+
+
+def read_python(node):
+    """The value of an expression of the written code: a word of an enumeration, nanoseconds, a count or a flag."""
+    if isinstance(node, ast.Constant):
+        return node.value
+    if isinstance(node, ast.Attribute):
+        return node.attr.lower()
+    assert isinstance(node, ast.Call)
+    assert ast.unparse(node.func) == "Duration"
+    return sum(NANOSECONDS[each.arg or ""] * read_python(each.value) for each in node.keywords)
+
+
+def profiles_of(code):
+    """Every `QoSProfile` of a module by the id of its endpoint, which stands in the comment above it."""
+    module, lines, found = ast.parse(code), code.splitlines(), {}
+    imported = {alias.name for each in module.body if isinstance(each, ast.ImportFrom) for alias in each.names}
+    for each in module.body:
+        if isinstance(each, ast.Assign):
+            assert isinstance(each.value, ast.Call)
+            used = {node.id for node in ast.walk(each.value) if isinstance(node, ast.Name)}
+            assert used <= imported
+            identifier = lines[each.lineno - 2].rpartition("(")[2].removesuffix(")")
+            found[identifier] = {keyword.arg: read_python(keyword.value) for keyword in each.value.keywords}
+    return found
+
+
+DURATIONS = {"deadline", "lifespan", "liveliness_lease_duration"}
+ABSENT = {
+    **dict.fromkeys(DURATIONS, 0),
+    "liveliness": "system_default",
+    "avoid_ros_namespace_conventions": False,
+}
+"""What `QoSProfile` takes for a policy that is not named; the others always are."""
+
+
 @pytest.mark.skipif(shutil.which("g++") is None, reason="there is no g++")
 def test_cpp_code_compiles(tmp_path):
     (tmp_path / "rclcpp").mkdir()
@@ -184,6 +222,12 @@ def plain_values(system):
     return found
 
 
+def verdicts(system):
+    if not system.endpoints:
+        return []
+    return sorted((each.topic, each.publisher, each.subscriber, each.verdict) for each in cqos.check(system).pairs)
+
+
 @given(robots())
 def test_overrides_make_of_bare_nodes_what_was_designed(system):
     exported = export(system, "qos_overrides")
@@ -194,6 +238,46 @@ def test_overrides_make_of_bare_nodes_what_was_designed(system):
     again = merge([stripped(system), overrides])
     assert [note for note in overrides.notes if note.severity == "error"] == []
     assert plain_values(again) == plain_values(system)
+    assert verdicts(again) == verdicts(system)
+
+
+@pytest.mark.parametrize("name", ["mobile_robot.yaml", "robot_directory", "smart_agriculture_incompatible.bpmn"])
+def test_with_overrides_bare_nodes_get_the_verdicts_of_the_design(name):
+    system = cqos.read(EXAMPLES / name)
+    exported = export(system, "qos_overrides")
+    overrides = read_source(Source("params.yaml", exported.text.encode()), "qos_overrides")
+    # What the form cannot say is told, and only there the programs keep what they state.
+    told = {each.id for each in system.endpoints if any(f"`{each.id}`" in note for note in exported.notes)}
+    told = {each for each in told if not any(f"`{each}`: subscriptions have no" in note for note in exported.notes)}
+    bare = [
+        each if each.id in told or each.observed else replace(each, settings={}, profiles=())
+        for each in system.endpoints
+    ]
+    assert len(told) < len(system.endpoints) / 2
+    again = merge([replace(system, endpoints=bare), overrides])
+    assert verdicts(again) == verdicts(system)
+    assert verdicts(replace(system, endpoints=bare, overlays=[])) != verdicts(system)
+
+
+@given(robots())
+def test_python_code_states_what_was_designed(system):
+    stated = profiles_of(export(system, "rclpy").text) if system.endpoints else {}
+    written = replace(
+        system,
+        endpoints=[
+            replace(
+                each,
+                profiles=(),
+                settings={
+                    name: Setting(f"{value}ns" if isinstance(value, int) and name in DURATIONS else str(value).lower())
+                    for name, value in (ABSENT | stated[each.id]).items()
+                },
+            )
+            for each in system.endpoints
+        ],
+    )
+    assert plain_values(written) == plain_values(system)
+    assert verdicts(written) == verdicts(system)
 
 
 @given(robots())
@@ -221,6 +305,91 @@ def test_rosbag2_overrides_are_read_by_their_reader(side):
     system = read_source(Source("qos.yaml", text.encode()), "rosbag2_overrides")
     assert [note.message for note in system.notes] == []
     assert len(system.overlays) == text.count("history:")
+
+
+BAG = """rosbag2_bagfile_information:
+  version: 9
+  topics_with_message_count:
+"""
+
+
+@given(robots(), st.sampled_from(["player", "recorder"]))
+def test_a_bag_with_the_written_overrides_fits_the_system(system, side):
+    """Through both readers: the bag as `ros2 bag` plays or records it, and the file as it takes it."""
+    exported = export(system, "rosbag2_overrides", side=side)
+    if not exported.expressed:
+        return
+    topics = yaml.safe_load(exported.text)
+    if any("avoid_ros_namespace_conventions" in profile for profile in topics.values()):
+        return
+    bag = BAG + "".join(
+        f"    - {{topic_metadata: {{name: {topic}, offered_qos_profiles: []}}, message_count: 1}}\n" for topic in topics
+    )
+    switches = {"rosbag2": {"as": side}}
+    sources = (Source("metadata.yaml", bag.encode()), Source("qos.yaml", exported.text.encode()))
+    other = "subscriber" if side == "player" else "publisher"
+    met = replace(system, endpoints=[each for each in system.endpoints if each.role == other])
+    whole = merge(
+        [replace(met, participants=dict(met.participants)), *(read_source(each, None, switches) for each in sources)]
+    )
+    report = cqos.check(whole)
+    assert {pair.verdict for pair in report.pairs} <= {"compatible"}
+    assert "CQ214" not in [finding.code for finding in report.findings]
+
+
+@pytest.mark.parametrize(("stated", "written"), [("system_default", None), ("manual_by_topic", "manual_by_topic")])
+def test_a_word_whose_meaning_is_known_is_no_worst_case(stated, written):
+    """Liveliness `system_default`, which all presets have, is automatic on every middleware."""
+    design = f"cqos: 1\nprotocol: ros2\nparticipants: {{a: {{subscribes: {{/t: {{liveliness: {stated}}}}}}}}}\n"
+    (profile,) = yaml.safe_load(export(cqos.read(design.encode()), "rosbag2_overrides").text).values()
+    assert profile.get("liveliness") == written
+
+
+@pytest.mark.parametrize(
+    ("rmw", "reliability"), [("fastdds", "best_effort"), ("cyclonedds", "reliable"), (None, "reliable")]
+)
+def test_what_depends_on_the_middleware_is_known_where_that_is_stated(rmw, reliability):
+    design = "cqos: 1\nprotocol: ros2\nparticipants: {a: {subscribes: {/t: {reliability: system_default}}}}\n"
+    options = {} if rmw is None else {"ros2": {"rmw": Setting(rmw)}}
+    system = replace(cqos.read(design.encode()), options=options)
+    (profile,) = yaml.safe_load(export(system, "rosbag2_overrides").text).values()
+    assert profile["reliability"] == reliability
+
+
+# Who takes no parameters
+
+TOOLS = """
+cqos: 1
+protocol: ros2
+participants:
+  rosbag2_player: {publishes: {/scan: {reliability: best_effort}}}
+  rviz2: {subscribes: {/scan: {reliability: reliable}, /tf: {depth: 100}}}
+  driver: {publishes: {/scan: {observed: true, reliability: best_effort}}}
+"""
+
+
+def test_nodes_that_take_their_qos_from_elsewhere_are_told():
+    exported = export(cqos.read(TOOLS.encode()), "qos_overrides")
+    assert yaml.safe_load(exported.text) == {
+        "/rviz2": {"ros__parameters": {"qos_overrides": {"/tf": {"subscription": {"depth": 100}}}}},
+        "/driver": {"ros__parameters": {"qos_overrides": {"/scan": {"publisher": {"reliability": "best_effort"}}}}},
+    }
+    assert exported.notes == (
+        "`rosbag2_player/publisher//scan`: `ros2 bag play` takes its QoS from `--qos-profile-overrides-path`, not from parameters",
+        "`rviz2/subscriber//scan`: RViz takes its QoS from its configuration, not from parameters",
+    )
+
+
+def test_a_remedy_for_what_was_observed_shows_in_a_new_snapshot_only():
+    design = TOOLS.replace("rosbag2_player", "planner").replace(
+        "publishes: {/scan: {reliability: best_effort", "subscribes: {/scan: {depth: 5"
+    )
+    mended = mend(cqos.read(design.encode()), WHERE, "configuration")
+    assert mended.changed == {("driver/publisher//scan", "reliability")}
+    notes = export(mended.system, "qos_overrides", mended.changed).notes
+    assert (
+        "`driver/publisher//scan` was observed as it was: a new snapshot shows whether it was started with this"
+    ) in notes
 
 
 # Remedies

@@ -134,3 +134,20 @@ class TestEffect:
         )
         report = checked(over("/**", "{reliability: best_effort}"), design.replace("best_effort", "reliable"))
         assert not {"ROS101", "CQ214"} & set(codes(report))
+
+    @pytest.mark.parametrize("node", ["rosbag2_player", "/rosbag2_player", "/**", "/*", "/**/rosbag2_player"])
+    def test_a_tool_that_declares_no_parameters_is_not_overridden(self, node):
+        design = DESIGN.replace("lidar_driver: {namespace: /robot, ", "rosbag2_player: {").replace(
+            "[{id: front}, {id: rear}]", "default"
+        )
+        report = checked(over(node, "{reliability: best_effort}"), design.replace("best_effort", "reliable"))
+        assert report.verdict == "compatible"
+        told = {"ROS930", "CQ214"} & set(codes(report))
+        assert told == ({"CQ214"} if "*" in node else {"ROS930"})
+        if told == {"ROS930"}:
+            (finding,) = [finding for finding in report.findings if finding.code == "ROS930"]
+            assert "the node `/rosbag2_player` declares no such parameters" in finding.message
+
+    def test_a_node_of_that_name_elsewhere_is_overridden(self):
+        design = DESIGN.replace("lidar_driver:", "rosbag2_player:").replace("best_effort", "reliable")
+        assert checked(over("/robot/rosbag2_player", "{reliability: best_effort}"), design).verdict == "incompatible"

@@ -64,3 +64,15 @@ def test_many_displays_that_are_not_enabled_are_counted():
 def test_what_a_transport_sends_has_a_type_of_its_own(topic, expected):
     text = MAP.replace("/Map", "/Image").replace("DURABILITY", "Volatile").replace("/map", topic)
     assert read(Source("v.rviz", text.encode()), ReadContext()).endpoints[0].type == expected
+
+
+@pytest.mark.parametrize("published", [False, True])
+def test_updates_of_a_map_are_checked_where_somebody_sends_them(published):
+    updates = "/map_updates: {reliability: best_effort}"
+    server = SERVER.replace("{/map: ", f"{{{updates}, /map: ") if published else SERVER
+    rviz = MAP.replace("DURABILITY", "Volatile") + "      Update Topic: {Value: /map_updates}\n"
+    report = check(
+        merge([read_source(Source("d.yaml", server.encode())), read_source(Source("v.rviz", rviz.encode()))])
+    )
+    spoken = [(each.code, each.topic) for each in report.findings if each.severity != "note"]
+    assert spoken == ([("ROS101", "/map_updates")] if published else [])
