@@ -33,8 +33,12 @@ from cqos_core.system import (
 from tests.worlds import CONTEXT, reader, settings, world, writer
 
 ROOT = Path(__file__).resolve().parents[2]
+TOGETHER = ROOT / "examples" / "robot_directory"  # its files are one system
 EXAMPLES = sorted(
-    path for path in (ROOT / "examples").rglob("*") if path.suffix in {".bpmn", ".yaml"} and "pack" not in path.name
+    path
+    for path in (ROOT / "examples").rglob("*")
+    if path == TOGETHER
+    or (path.suffix in {".bpmn", ".yaml"} and "pack" not in path.name and TOGETHER not in path.parents)
 )
 INSTALLED = ExportContext(context().find_pack)
 POST = ExportContext(CONTEXT.find_pack)
