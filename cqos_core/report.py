@@ -206,7 +206,11 @@ class Group:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """The result of one check, in an order that depends on nothing but its content."""
+    """The result of one check, in an order that depends on nothing but its content.
+
+    Attributes:
+        parts: where separate systems were checked in one run, the report of each, for formats that keep them apart.
+    """
 
     verdict: Verdict
     groups: tuple[Group, ...] = ()
@@ -216,6 +220,7 @@ class Report:
     sources: tuple[str, ...] = ()
     endpoints: int = 0
     topics: int = 0
+    parts: tuple[Report, ...] = field(default=(), compare=False, repr=False)
 
     @property
     def pairs(self) -> Iterator[Pair]:

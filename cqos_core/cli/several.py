@@ -57,15 +57,22 @@ def together(reports: Sequence[Report], problems: Sequence[Problem] = ()) -> Rep
     verdicts = [report.verdict for report in reports]
     if problems or not verdicts:
         verdicts.append(Verdict.UNKNOWN)
+    unread = tuple(map(_finding, problems))
+    parts = (
+        (Report(Verdict.UNKNOWN, findings=unread, sources=tuple(dict.fromkeys(_sources((), problems)))),)
+        if problems
+        else ()
+    )
     return Report(
         verdict=max(verdicts, key=lambda verdict: verdict.rank),
         groups=tuple(group for report in reports for group in report.groups),
-        findings=(*map(_finding, problems), *(finding for report in reports for finding in report.findings)),
+        findings=(*unread, *(finding for report in reports for finding in report.findings)),
         not_checked=tuple(dict.fromkeys(text for report in reports for text in report.not_checked)),
         system=reports[0].system if len(reports) == 1 else "",
         sources=tuple(dict.fromkeys(_sources(reports, problems))),
         endpoints=sum(report.endpoints for report in reports),
         topics=sum(report.topics for report in reports),
+        parts=(*parts, *reports),
     )
 
 

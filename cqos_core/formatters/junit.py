@@ -1,4 +1,4 @@
-"""JUnit XML, which CI dashboards read: a report is a suite, a topic is a test.
+"""JUnit XML, which CI dashboards read: a system is a suite, a topic is a test.
 
 A test passes if its topic's pairs fit, fails with an error that stands, and is skipped where neither can be said:
 the verdict is unknown, or what does not fit was accepted. So nothing is green that was not found to fit.
@@ -6,7 +6,8 @@ the verdict is unknown, or what does not fit was accepted. So nothing is green t
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections import Counter
+from typing import TYPE_CHECKING, Final
 from xml.etree import ElementTree as ET
 
 from cqos_core.formatters import wording
@@ -22,26 +23,34 @@ if TYPE_CHECKING:
     from cqos_core.formatters.style import Style
     from cqos_core.report import Finding, Report
 
+_COUNTED: Final = ("tests", "failures", "errors", "skipped")
+
 
 def render_junit(report: Report, style: Style) -> str:
-    """Return the report as a JUnit document with one test suite."""
+    """Return the report as a JUnit document, with a test suite for each system that was checked by itself."""
     suites = ET.Element("testsuites")
-    suite = ET.SubElement(suites, "testsuite", name=clean(wording.heading(report) or "C-QoS"))
-    cases = _Cases(suite, report, style)
-    cases.add_all()
-    totals = {
-        "tests": str(len(suite)),
-        "failures": str(len(suite.findall("testcase/failure"))),
-        "errors": "0",
-        "skipped": str(len(suite.findall("testcase/skipped"))),
-    }
-    for element in (suites, suite):
-        element.attrib |= totals
-    counts = [wording.counts(report, style), *(f"not checked: {item}" for item in report.not_checked)]
-    ET.SubElement(suite, "system-out").text = _lines([f"{report.verdict}: {counts[0]}", *counts[1:]])
+    parts = report.parts or (report,)
+    alike = Counter(map(wording.heading, parts))
+    for part in parts:
+        name = wording.heading(part)
+        # Dashboards put together what has one name.
+        apart = f" ({part.sources[0]})" if name and alike[name] > 1 and part.sources else ""
+        _add_suite(suites, clean(f"{name}{apart}" or "C-QoS"), part, style)
+    for name in _COUNTED:
+        suites.set(name, str(sum(int(suite.attrib[name]) for suite in suites)))
     ET.indent(suites)
     text = ET.tostring(suites, encoding="unicode")
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
+
+
+def _add_suite(suites: ET.Element, name: str, report: Report, style: Style) -> None:
+    suite = ET.SubElement(suites, "testsuite", name=name)
+    cases = _Cases(suite, report, style)
+    cases.add_all()
+    failures, skipped = (len(suite.findall(f"testcase/{kind}")) for kind in ("failure", "skipped"))
+    suite.attrib |= dict(zip(_COUNTED, map(str, (len(suite), failures, 0, skipped)), strict=True))
+    counts = [wording.counts(report, style), *(f"not checked: {item}" for item in report.not_checked)]
+    ET.SubElement(suite, "system-out").text = _lines([f"{report.verdict}: {counts[0]}", *counts[1:]])
 
 
 class _Cases:
@@ -49,7 +58,7 @@ class _Cases:
 
     def __init__(self, suite: ET.Element, report: Report, style: Style) -> None:
         self._suite = suite
-        self._class = clean(wording.heading(report) or "C-QoS")
+        self._class = suite.attrib["name"]
         self._places = Places(report.findings, style.sources)
         self._show = style.show
         self._verdicts: dict[str, Verdict] = {}

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -421,3 +422,18 @@ def test_options_may_stand_anywhere_and_paths_may_begin_with_a_dash(cqos, files)
     (files / "-x.yaml").write_text(FITS)
     assert cqos("check", "--format", "json", "--", "-x.yaml").code == 0
     assert cqos("check", "--no-config", "fits.yaml", "--format=json").code == 0
+
+
+def test_equal_topics_of_several_files_are_tests_of_their_own(cqos, files):
+    """A topic that fits in one file must not hide one of that name that does not fit in another."""
+    (files / "parts").mkdir()
+    for name in ("fits", "clashes", "broken"):
+        (files / "parts" / f"{name}.yaml").write_text((files / f"{name}.yaml").read_text())
+    done = cqos("check", "parts", "--format", "junit")
+    assert done.code == 2
+    suites = re.findall(r'<testsuite name="([^"]+)" tests="(\d+)" failures="(\d+)"', done.out)
+    assert [(name, failures) for name, _, failures in suites] == [
+        ("parts/broken.yaml", "1"),
+        ("parts/clashes.yaml", "1"),
+        ("parts/fits.yaml", "0"),
+    ]

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft4Validator, Draft202012Validator
 
+from cqos_core.cli.several import together
 from cqos_core.formatters.concise import render_concise
 from cqos_core.formatters.fingerprint import fingerprint
 from cqos_core.formatters.full import render_full
@@ -108,17 +109,18 @@ groups = st.builds(
     internal=numbers,
     codes=few_texts,
 )
-reports = st.builds(
-    Report,
-    verdict=verdicts,
-    groups=st.lists(groups, max_size=2).map(tuple),
-    findings=st.lists(findings, max_size=2).map(tuple),
-    not_checked=few_texts,
-    system=texts,
-    sources=st.lists(st.sampled_from(list(SOURCES)) | texts, max_size=2).map(tuple),
-    endpoints=numbers,
-    topics=numbers,
-)
+CONTENT = {
+    "verdict": verdicts,
+    "groups": st.lists(groups, max_size=2).map(tuple),
+    "findings": st.lists(findings, max_size=2).map(tuple),
+    "not_checked": few_texts,
+    "system": texts,
+    "sources": st.lists(st.sampled_from(list(SOURCES)) | texts, max_size=2).map(tuple),
+    "endpoints": numbers,
+    "topics": numbers,
+}
+reports = st.builds(Report, **CONTENT, parts=st.just(()))
+several = st.lists(reports, min_size=2, max_size=3).map(together)
 styles = st.builds(
     Style,
     show=st.sampled_from(Severity),
@@ -311,6 +313,18 @@ def test_junit_counts_right_and_is_green_only_for_what_fits(report, style):
     # Two topics may look alike once they are cleaned.
     fit = {clean(group.topic) for group in report.groups if group.verdict is Verdict.COMPATIBLE}
     assert not green & (unfit - fit)
+
+
+@for_any(several, styles)
+def test_junit_keeps_systems_apart_that_were_checked_apart(report, style):
+    document = ET.fromstring(render_junit(report, style))  # noqa: S314 - our own text
+    alone = [ET.fromstring(render_junit(part, style)) for part in report.parts]  # noqa: S314
+    assert len(document) == len(alone)
+    for suite, [other] in zip(document, alone, strict=True):
+        assert {**suite.attrib, "name": ""} == {**other.attrib, "name": ""}
+        assert [case.get("name") for case in suite.iter("testcase")] == [c.get("name") for c in other.iter("testcase")]
+    for name in ("tests", "failures", "skipped"):
+        assert int(document.attrib[name]) == sum(int(each.attrib[name]) for each in alone)
 
 
 # --- GitHub ---

@@ -47,3 +47,27 @@ def finding(severity=Severity.ERROR, verdict=None, accepted=None):
 )
 def test_outcome(verdict, findings, expected):
     assert case(verdict, *findings) == expected
+
+
+def test_systems_that_were_checked_apart_are_suites_of_their_own():
+    def part(name, source, verdict, *findings):
+        return Report(verdict, (Group("t", ("p",), ("s",), verdict, "x"),), findings, system=name, sources=(source,))
+
+    parts = (
+        part("robot", "a.yaml", Verdict.INCOMPATIBLE, finding()),
+        part("robot", "b.yaml", Verdict.COMPATIBLE),
+        part("", "c.yaml", Verdict.UNKNOWN),
+    )
+    groups = tuple(group for each in parts for group in each.groups)
+    whole = Report(Verdict.INCOMPATIBLE, groups, parts[0].findings, parts=parts)
+    document = ET.fromstring(render_junit(whole, Style()))  # noqa: S314 - our own text
+    assert document.attrib == {"tests": "3", "failures": "1", "errors": "0", "skipped": "1"}
+    outcomes = {
+        (suite.get("name"), case.get("classname"), case.get("name")): [part.tag for part in case]
+        for suite in document.iter("testsuite")
+        for case in suite.iter("testcase")
+    }
+    names = ("robot (a.yaml)", "robot (b.yaml)", "c.yaml")
+    assert outcomes == {
+        (name, name, "t"): tags for name, tags in zip(names, (["failure"], [], ["skipped"]), strict=True)
+    }
