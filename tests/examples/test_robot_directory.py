@@ -84,11 +84,11 @@ def errors(report):
 def test_findings_name_file_and_line_of_every_value():
     code, out, err = run("check", EXAMPLE.name, "--together", "--format", "json")
     assert (code, err) == (1, "")
-    found = {}
+    found: dict[tuple[str, str], dict[str, tuple[str, ...]]] = {}
     for finding in json.loads(out)["findings"]:
         if finding["severity"] == "note":
             continue
-        sides = found[finding["code"], finding["topic"]] = {}
+        sides = found.setdefault((finding["code"], finding["topic"]), {})
         for side in finding["sides"]:
             fact = side["facts"][0]
             place = fact["place"]

@@ -185,20 +185,31 @@ VALUES = {
     "lifespan": ["10s"],
     "avoid_ros_namespace_conventions": ["true", "false"],
 }
-STATED = st.fixed_dictionaries({}, optional={name: st.sampled_from(v).map(Setting) for name, v in VALUES.items()})
+WORDS = {
+    **VALUES,
+    **{name: [*VALUES[name], "best_available"] for name in ("deadline", "lease_duration")},
+    **{
+        name: [*VALUES[name], "best_available", "system_default"]
+        for name in ("reliability", "durability", "liveliness")
+    },
+    "history": [*VALUES["history"], "system_default"],
+    "depth": [*VALUES["depth"], "system_default"],
+}
+"""Also those whose meaning depends on the middleware, or on who is met."""
 
 
 @st.composite
-def robots(draw):
+def robots(draw, values=WORDS):
+    stated = st.fixed_dictionaries({}, optional={name: st.sampled_from(v).map(Setting) for name, v in values.items()})
     system = System("robot", "ros2")
-    system.profiles["mine"] = Profile("mine", draw(STATED))
+    system.profiles["mine"] = Profile("mine", draw(stated))
     for name in ("a", "/ns/b"):
         system.participants[name] = Participant(name)
         for topic in draw(st.sets(st.sampled_from(["scan", "/map", "~/pose"]))):
             for role in draw(st.sets(st.sampled_from(["publisher", "subscriber"]))):
                 refs = draw(st.sampled_from([(), ("mine",), ("sensor_data",)]))
                 system.endpoints.append(
-                    Endpoint(f"{name}/{role}/{topic}", role, topic, name, draw(STATED), tuple(map(ProfileRef, refs)))
+                    Endpoint(f"{name}/{role}/{topic}", role, topic, name, draw(stated), tuple(map(ProfileRef, refs)))
                 )
     return system
 
@@ -268,10 +279,8 @@ def test_python_code_states_what_was_designed(system):
             replace(
                 each,
                 profiles=(),
-                settings={
-                    name: Setting(f"{value}ns" if isinstance(value, int) and name in DURATIONS else str(value).lower())
-                    for name, value in (ABSENT | stated[each.id]).items()
-                },
+                settings={name: Setting(str(value).lower()) for name, value in (ABSENT | stated[each.id]).items()},
+                dialect="parameters",  # nanoseconds, as `Duration` has them
             )
             for each in system.endpoints
         ],
@@ -280,7 +289,7 @@ def test_python_code_states_what_was_designed(system):
     assert verdicts(written) == verdicts(system)
 
 
-@given(robots())
+@given(robots(VALUES))
 def test_a_player_meets_every_subscription_and_a_recorder_every_publisher(system):
     sides: list[tuple[str, Role, Role]] = [
         ("player", "publisher", "subscriber"),
@@ -313,7 +322,7 @@ BAG = """rosbag2_bagfile_information:
 """
 
 
-@given(robots(), st.sampled_from(["player", "recorder"]))
+@given(robots(VALUES), st.sampled_from(["player", "recorder"]))
 def test_a_bag_with_the_written_overrides_fits_the_system(system, side):
     """Through both readers: the bag as `ros2 bag` plays or records it, and the file as it takes it."""
     exported = export(system, "rosbag2_overrides", side=side)
