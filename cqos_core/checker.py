@@ -111,6 +111,7 @@ def _near_miss(missing: Sequence[Resolved], offering: Sequence[Resolved], words:
             ),
         ),
         because=info.reason,
+        help=info.help,
     )
 
 

@@ -18,7 +18,8 @@ class CodeInfo:
         name: the bad pattern in kebab case.
         severity: of the finding; a problem that stops the reading is always an error.
         summary: one sentence.
-        reason: why it matters, and what to do about it.
+        reason: why it matters.
+        help: what to do about it, as a finding says it that has no better advice.
         aliases: former codes and names.
     """
 
@@ -28,6 +29,7 @@ class CodeInfo:
     summary: str
     reason: str = ""
     aliases: tuple[str, ...] = ()
+    help: str = ""
 
     @property
     def spellings(self) -> frozenset[str]:
@@ -55,7 +57,7 @@ _READING = (
         "not-recognised",
         "error",
         "No importer knows the format of the file.",
-        "Name the importer, or give the file the ending of its format.",
+        help="name the importer with `--from`, or give the file the ending of its format",
     ),
     CodeInfo(
         "CQ004",
@@ -89,7 +91,7 @@ _READING = (
         "include-cycle",
         "error",
         "A file includes itself, directly or through others.",
-        "Move what both need into a third file.",
+        help="move what both need into a third file",
     ),
     CodeInfo(
         "CQ009",
@@ -115,7 +117,8 @@ _READING = (
         "stated-twice",
         "error",
         "Something is stated twice: in two files, in two documents, or in two ways with different values.",
-        "Which of them is meant cannot be known. Both places are named; keep one.",
+        "Which of them is meant cannot be known.",
+        help="keep one of the two places, which are both named",
     ),
     CodeInfo(
         "CQ013",
@@ -136,7 +139,7 @@ _READING = (
         "name-without-variable",
         "error",
         "Something mentions a variable but its name does not, so all copies would have one name.",
-        "Write the variable in the name too.",
+        help="write the variable in the name too",
     ),
     CodeInfo(
         "CQ016",
@@ -150,21 +153,24 @@ _READING = (
         "undefined-alias",
         "error",
         "`*name` stands without quotes and refers to an anchor that is not there.",
-        "Names and patterns that begin with `*` must stand in quotes in YAML.",
+        "Names and patterns that begin with `*` stand for anchors in YAML where they have no quotes.",
+        help="write the name in quotes",
     ),
     CodeInfo(
         "CQ018",
         "unknown-tag",
         "error",
         "A value has a YAML tag that means nothing here.",
-        "No objects are made from files; texts that begin with `!` must stand in quotes.",
+        "No objects are made from files.",
+        help="write texts that begin with `!` in quotes",
     ),
     CodeInfo(
         "CQ019",
         "name-lost-in-comment",
         "warning",
         "A topic or filter with `#` is read as a comment.",
-        "In YAML a `#` after a blank or at the beginning of a value begins a comment; write the name in quotes.",
+        "In YAML a `#` after a blank or at the beginning of a value begins a comment.",
+        help="write the name in quotes",
     ),
     CodeInfo(
         "CQ020",
@@ -172,20 +178,23 @@ _READING = (
         "warning",
         "A key without a value has a colon in it, as in `{depth:5}`.",
         "In YAML a colon separates only with a blank after it.",
+        help="write a blank after the colon",
     ),
     CodeInfo(
         "CQ060",
         "stated-differently",
         "warning",
         "Files that are checked together state one profile, topic, broker or bridge differently.",
-        "The first statement holds; give one of them another name, or state it once and include it.",
+        "The first statement holds.",
+        help="give one of them another name, or state it once and include it",
     ),
     CodeInfo(
         "CQ030",
         "not-bpmn-20",
         "error",
         "The document is XML, but not BPMN 2.0 (20100524).",
-        "Drafts and older versions use other names for the same things; save the model as BPMN 2.0.",
+        "Drafts and older versions use other names for the same things.",
+        help="save the model as BPMN 2.0",
     ),
     CodeInfo(
         "CQ031",
@@ -199,7 +208,8 @@ _READING = (
         "dangling-reference",
         "warning",
         "A reference names an element that is not in the file.",
-        "Other files are not searched for it. Mend the reference, or add what it names.",
+        "Other files are not searched for it.",
+        help="mend the reference, or add what it names",
     ),
     CodeInfo(
         "CQ033",
@@ -213,7 +223,8 @@ _READING = (
         "topic-guessed-from-event-name",
         "note",
         "A signal event names no signal, so its own name is taken for the topic.",
-        "Choose a signal for the event; then its name can change without changing the topic.",
+        "The topic changes with the event's name.",
+        help="choose a signal for the event",
     ),
     CodeInfo(
         "CQ035",
@@ -258,6 +269,7 @@ _READING = (
         "warning",
         "QoS is stated where nothing reads it.",
         "QoS belongs on the event that throws or catches a signal.",
+        help="move it there, or take it away",
     ),
     CodeInfo(
         "CQ041",
@@ -283,7 +295,8 @@ _READING = (
         "import-not-followed",
         "note",
         "The model imports another file, which is not opened.",
-        "Give the files together, then their signals meet.",
+        "What stands in the other file meets nobody here.",
+        help="give the files together",
     ),
     CodeInfo(
         "CQ045",
@@ -291,6 +304,7 @@ _READING = (
         "note",
         "The model has message flows but no signals.",
         "Message flows run between two points; reading them as topics is a convention that has to be switched on.",
+        help="switch it on with `--message-flows` if that is what they mean",
     ),
     CodeInfo(
         "CQ046",
@@ -324,7 +338,8 @@ _MODEL = (
         "protocol-without-pack",
         "warning",
         "No installed rule pack judges this protocol, so its endpoints are paired with nobody.",
-        "Install the plugin that brings the pack; `cqos packs` lists those that are there.",
+        "What nobody knows the rules of cannot be judged.",
+        help="install the plugin that brings the pack; `cqos packs` lists those that are there",
     ),
     CodeInfo(
         "CQ202",
@@ -345,49 +360,56 @@ _MODEL = (
         "unknown-profile",
         "error",
         "A profile is used that is neither defined nor a preset of the protocol.",
-        "Define it under `profiles:`, or use one of the presets that the message lists.",
+        "A name that means nothing sets nothing.",
+        help="define it under `profiles:`, or use one of the presets that the message lists",
     ),
     CodeInfo(
         "CQ205",
         "setting-ignored",
         "warning",
         "A setting is stated that the middleware in use ignores, so it promises nothing.",
-        "Take it away, or use a middleware that honours it.",
+        "Whoever reads the design will count on it.",
+        help="take it away, or use a middleware that honours it",
     ),
     CodeInfo(
         "CQ206",
         "profile-shadows-preset",
         "warning",
         "A profile has the name of a preset with other values; the profile is used.",
-        "A reader who knows the preset will expect its values; give the profile a name of its own.",
+        "A reader who knows the preset will expect its values.",
+        help="give the profile a name of its own",
     ),
     CodeInfo(
         "CQ207",
         "preset-not-available",
         "error",
         "A preset is used that the stated version of the protocol does not have yet.",
-        "Write the values down instead, or target a version that has the preset.",
+        "Programs of that version do not know it.",
+        help="write the values down instead, or target a version that has the preset",
     ),
     CodeInfo(
         "CQ208",
         "unknown-option-value",
         "warning",
         "An option has a value that the rule pack does not know; the nearest it knows stands in.",
-        "Check the spelling; a newer rule pack may know the value.",
+        "What is said rests on the value that stands in.",
+        help="check the spelling; a newer rule pack may know the value",
     ),
     CodeInfo(
         "CQ209",
         "setting-stated-twice",
         "warning",
         "One policy is stated twice at one place, under different spellings and with different values.",
-        "The last one is used; keep only one.",
+        "The last one is used.",
+        help="keep only one",
     ),
     CodeInfo(
         "CQ210",
         "setting-without-effect",
         "warning",
         "A setting is stated for an endpoint of a role that does not have it.",
-        "It changes nothing; state it on the other side.",
+        "It changes nothing.",
+        help="state it on the other side",
     ),
     CodeInfo(
         "CQ211",
@@ -401,64 +423,72 @@ _MODEL = (
         "profile-cycle",
         "error",
         "Profiles are based on each other in a circle.",
-        "Break the circle; the message shows it.",
+        "What a profile sets cannot be told while it rests on itself.",
+        help="break the circle, which the message shows",
     ),
     CodeInfo(
         "CQ213",
         "unknown-start",
         "warning",
         "`starts_after` names neither a participant nor an endpoint of the system.",
-        "The order of start is then not known; correct the name.",
+        "The order of start is then not known.",
+        help="correct the name",
     ),
     CodeInfo(
         "CQ214",
         "overlay-without-effect",
         "warning",
         "Settings that another file lays over endpoints cover none of them.",
-        "The override is silently not applied; correct the node, topic or entity it names.",
+        "The override is silently not applied.",
+        help="correct the node, topic or entity that it names",
     ),
     CodeInfo(
         "CQ215",
         "overlay-gives-way",
         "warning",
         "A setting of another file decides only what endpoints leave open, and none of those that it covers does.",
-        "It looks as if it were in force, but what the endpoints state themselves is. Leave the value open there, or take "
-        "the setting away.",
+        "It looks as if it were in force, but what the endpoints state themselves is.",
+        help="leave the value open there, or take the setting away",
     ),
     CodeInfo(
         "CQ401",
         "subscriber-without-publisher",
         "warning",
         "Nobody in the system publishes what this endpoint subscribes to.",
-        "It will never receive anything; mark the topic or participant `external: true` if its publisher is elsewhere.",
+        "It will never receive anything.",
+        help="mark the topic or participant `external: true` if its publisher is elsewhere",
     ),
     CodeInfo(
         "CQ402",
         "publisher-without-subscriber",
         "note",
         "Nobody in the system subscribes to what this endpoint publishes.",
-        "Mark the topic or participant `external: true` if its subscriber is elsewhere.",
+        "What it sends reaches nobody.",
+        help="mark the topic or participant `external: true` if its subscriber is elsewhere",
     ),
     CodeInfo(
         "CQ403",
         "near-miss",
         "warning",
         "Two topics, one with publishers only and one with subscribers only, have names that nearly agree.",
-        "They never meet; one of the two names is probably misspelt.",
+        "They never meet.",
+        help="correct one of the two names, if it is misspelt",
     ),
     CodeInfo(
         "CQ404",
         "nothing-compared",
         "warning",
         "Not a single publisher meets a subscriber, so nothing was compared.",
-        "An empty comparison says nothing about compatibility; check the names, domains and protocols.",
+        "An empty comparison says nothing about compatibility.",
+        help="check the names, domains and protocols",
     ),
     CodeInfo(
         "CQ405",
         "names-collapse",
         "warning",
         "Different names stand for one topic once they are written as the protocol demands.",
-        "Their endpoints will meet although the design keeps them apart; rename one of them.",
+        "Their endpoints will meet although the design keeps them apart.",
+        help="rename one of them",
     ),
     CodeInfo(
         "CQ406",
@@ -500,21 +530,24 @@ _MODEL = (
         "unused-acceptance",
         "warning",
         "An entry of `accept` matches no finding.",
-        "What it excused is gone, or its names are misspelt; take it away so that it cannot hide something new.",
+        "What it excused is gone, or its names are misspelt.",
+        help="take it away, so that it cannot hide something new",
     ),
     CodeInfo(
         "CQ602",
         "expired-acceptance",
         "warning",
         "An entry of `accept` is past its `until` date and no longer holds.",
-        "Mend what it excused, or decide anew until when it is accepted.",
+        "What was accepted for a time counts again.",
+        help="mend what it excused, or decide anew until when it is accepted",
     ),
     CodeInfo(
         "CQ603",
         "unknown-rule",
         "warning",
         "A rule is named in `accept` or `severities` that no installed pack has.",
-        "The entry has no effect; `cqos packs` lists the rules.",
+        "The entry has no effect.",
+        help="correct the name; `cqos packs` lists the rules",
     ),
     CodeInfo(
         "CQ604",
@@ -535,21 +568,24 @@ _MODEL = (
         "invalid-baseline",
         "error",
         "The file given as a baseline is none.",
-        "Nothing in it can be taken as known; write it anew with `cqos check --write-baseline`.",
+        "Nothing in it can be taken as known.",
+        help="write it anew with `cqos check --write-baseline`",
     ),
     CodeInfo(
         "CQ701",
         "rule-failed",
         "error",
         "A rule's own function raised an error, so what it says is not known.",
-        "This is a fault of the rule pack, not of the design; report it to the pack's authors.",
+        "This is a fault of the rule pack, not of the design.",
+        help="report it to the pack's authors",
     ),
     CodeInfo(
         "CQ702",
         "importer-failed",
         "error",
         "The importer of a plugin failed while it read the file.",
-        "This is a fault of the plugin, whatever the file holds; report it to the plugin's authors.",
+        "This is a fault of the plugin, whatever the file holds.",
+        help="report it to the plugin's authors",
     ),
 )
 CODES: dict[str, CodeInfo] = {info.code: info for info in (*_READING, *_MODEL)}

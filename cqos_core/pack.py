@@ -426,6 +426,7 @@ def describe_code(info: CodeInfo) -> dict[str, Any]:
         "severity": info.severity,
         "summary": info.summary,
         "reason": info.reason,
+        "help": info.help or None,
     }
 
 

@@ -264,7 +264,7 @@ def core_finding(
         topic=topic,
         sides=(Side(role, tuple(members), place=place),),
         because=info.reason,
-        help=help,
+        help=help or info.help or None,
     )
 
 

@@ -217,7 +217,9 @@ def code_page(info: CodeInfo, pack: RulePack | None = None) -> Page:
         ("What it says", (Paragraph(info.summary),)),
     ]
     if info.reason:
-        sections.append(("Why, and what to do", (Paragraph(info.reason),)))
+        sections.append(("Why" if info.help else "Why, and what to do", (Paragraph(info.reason),)))
+    if info.help:
+        sections.append(("What to do", (Paragraph(_sentence(info.help)),)))
     return Page(f"{info.code} {info.name}", tuple(sections))
 
 
