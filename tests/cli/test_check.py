@@ -437,3 +437,25 @@ def test_equal_topics_of_several_files_are_tests_of_their_own(cqos, files):
         ("parts/clashes.yaml", "1"),
         ("parts/fits.yaml", "0"),
     ]
+
+
+def test_advice_of_a_code_is_help_and_its_reason_is_why(cqos, files):
+    (files / "alone.yaml").write_text("cqos: 1\nprotocol: ros2\nparticipants: {a: {subscribes: {/t: {}}}}\n")
+    done = cqos("check", "alone.yaml")
+    finding = done.out[done.out.index("warning[CQ401]") :]
+    finding = " ".join(finding[: finding.index("see:")].split())
+    assert finding.endswith(
+        "help: mark the topic or participant `external: true` if its publisher is elsewhere "
+        "why: It will never receive anything."
+    )
+    (found,) = (
+        each
+        for each in json.loads(cqos("check", "alone.yaml", "--format", "json").out)["findings"]
+        if each["code"] == "CQ401"
+    )
+    assert (found["because"], found["help"]) == (
+        "It will never receive anything.",
+        "mark the topic or participant `external: true` if its publisher is elsewhere",
+    )
+    said = cqos("rule", "CQ401").out
+    assert said.index("Why\n") < said.index("What to do\n") < said.index("Mark the topic")
