@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.judge import Spoken, judge_pair
 from cqos_core.pairing import apart
-from cqos_core.policy import NEED, Anything, Choice, Depends, Duration, Value, is_plain
+from cqos_core.policy import Anything, Choice, Depends, Duration, Value, is_plain
 from cqos_core.report import Fact, Finding, Remedy, Severity, Side, Verdict
 from cqos_core.resolve import intern
 from cqos_core.settle import START_ORDER
@@ -399,15 +399,14 @@ def _remedies(draft: Draft, spoken: Spoken) -> tuple[Remedy, ...]:
     found: list[Remedy] = []
     if bound.scope == "pair":
         a, b = next(iter(draft.publishers)).profile, next(iter(draft.subscribers)).profile
-        policies = draft.topic.pack.policies
         for role, groups, second in (
             (PUBLISHER, draft.publishers, False),
             (SUBSCRIBER, draft.subscribers, True),
         ):
             # A guarantee may rest on one side alone.
-            if not any(use.second is second and policies[use.index].level != NEED for use in bound.bound.uses):
-                continue
-            for change in solutions(bound.bound, a.values, b.values, second=second, want=want, fixes=bound.rule.fixes):
+            for change in solutions(
+                bound.bound, a.values, b.values, second=second, want=want, fixes=bound.rule.fixes, pair=True
+            ):
                 found += _remedy(draft, role, list(groups), change.index, change.value)
     else:
         groups = draft.publishers or draft.subscribers

@@ -119,15 +119,20 @@ NEEDS: Final = (*(word.need for word in _LISTED), SURVIVES, RELAYED)
 """What a pack that gives guarantees adds to its policies."""
 
 
+def _article(fault: str) -> str:
+    return "an" if fault.startswith("i") else "a"
+
+
 def gives(
     word: str,
-    what: Sentence | Operand,
+    what: Sentence | Operand | None,
     *,
     code: str,
     name: str,
     because: str,
     clause: str = "",
     survives: str = "link",
+    doubt: bool = False,
     fixes: tuple[str, ...] = (),
     help: str = "",  # noqa: A002 - the field's name
     aliases: tuple[str, ...] = (),
@@ -137,7 +142,7 @@ def gives(
     Args:
         word: of `WORDS`. Several rules of one word must all hold.
         what: a sentence under which it holds; it may compare with ``requested(WORDS[word].need)``. Or the number that is
-            given, which is then compared with what is needed.
+            given, which is then compared with what is needed. None: nothing gives it.
         code: permanent, as of every rule.
         name: the bad pattern in kebab case.
         because: why the guarantee is lost where this does not hold; it follows "because".
@@ -159,15 +164,18 @@ def gives(
             raise ValueError(f"`{survives}` is none of link, {', '.join(FAULTS)}")
         silent |= ~in_(Constant(survives), requested(SURVIVES))
     amount = "" if about.kind == "holds" else f" {{requested need.{word}}}"
-    after = "" if survives == "link" else f" after a {survives.replace('_', ' ')}"
+    after = "" if survives == "link" else f" after {_article(survives)} {survives.replace('_', ' ')}"
+    met = what if what is None or isinstance(what, Sentence) else about.enough(what)
+    does = "may not" if doubt else "does not"
     return Rule(
-        silent | (what if isinstance(what, Sentence) else about.enough(what)),
+        silent if met is None else silent | met,
         "requires",
         code,
         name,
         because,
         clause,
-        says=f"{{subscriber}} needs {word}{amount}{after}, which {{publisher}} does not give: {because}",
+        says=f"{{subscriber}} needs {word}{amount}{after}, which {{publisher}} {does} give: {because}",
+        doubt=doubt,
         fixes=fixes,
         help=help,
         aliases=aliases,

@@ -37,7 +37,7 @@ from cqos_core.policy import (
 )
 from cqos_core.problems import InvalidValueError
 from cqos_core.report import Finding, Severity, Side
-from cqos_core.system import PUBLISHER, Setting
+from cqos_core.system import PUBLISHER, SUBSCRIBER, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -532,9 +532,13 @@ class Resolver:
                 found.update(fields)
                 continue
             index = next((i for level in levels if (i := pack.find(level, name, dialect)) is not None), None)
-            if index is None:
+            if index is None or not _can_be_stated(pack.policies[index]):
                 if not quiet:
-                    known = [p.name.removeprefix("need.") for p in pack.policies if p.level in levels and p.roles]
+                    known = [
+                        policy.name.removeprefix("need.")
+                        for policy in pack.policies
+                        if policy.level in levels and _can_be_stated(policy)
+                    ]
                     self._add(
                         "CQ202",
                         f"{owner} states `{name}`, which {pack.title} does not know",
@@ -1178,6 +1182,11 @@ def spelled(policy: Policy, text: str, dialect: Dialect | None) -> str | None:
 
 def _is_zero(text: str) -> bool:
     return bool(text) and set(text) <= {"0", ".", "+"} and "0" in text
+
+
+def _can_be_stated(policy: Policy) -> bool:
+    """Whether a system may state a policy: needs are those of subscriptions, what publishers have of them is found out."""
+    return policy.level != NEED or SUBSCRIBER in policy.roles
 
 
 def _expand(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setting) -> dict[int, Stated]:

@@ -39,6 +39,7 @@ def solutions(
     want: bool,
     fixes: tuple[str, ...] = (),
     signal: Signal = NO_SIGNAL,
+    pair: bool = False,
 ) -> list[Change]:
     """Find, for each policy of one side, the smallest change after which the sentence is ``want``.
 
@@ -50,13 +51,14 @@ def solutions(
         want: the truth to reach.
         fixes: names of the policies that may change; empty for all.
         signal: for sentences with aggregates.
+        pair: it is one of pairs, even where it reads nothing of one side.
 
     Returns:
         One change per policy that can reach it alone, in the order of the sentence; every one has been tried out.
     """
     # Equal values of both sides are one and the same tuple, so identity says nothing about the sentence.
     scopes = {use.term.scope for use in bound.uses}
-    single = not (scopes & {"offered", "publisher"} and scopes & {"requested", "subscriber"})
+    single = not pair and not (scopes & {"offered", "publisher"} and scopes & {"requested", "subscriber"})
     vocabulary = bound.vocabulary
     found = []
     for use in bound.uses:

@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Final
 
 from cqos_core.evaluate import Function
+from cqos_core.guarantee import NEEDS
 from cqos_core.pack import Convention, Meeting, RulePack
 from cqos_dds import partitions
 from cqos_dds.dialects import DIALECTS
+from cqos_dds.guarantees import GUARANTEES
 from cqos_dds.policies import POLICIES
 from cqos_dds.rules import RULES
 
@@ -35,8 +37,8 @@ PACK: Final = RulePack(
     id="dds",
     title="DDS",
     summary="Data distribution by DDS 1.4 and DDS-XTypes 1.3, by the standard or as an implementation of it judges.",
-    policies=POLICIES,
-    rules=RULES,
+    policies=(*POLICIES, *NEEDS),
+    rules=(*RULES, *GUARANTEES),
     dialects=DIALECTS,
     conventions=CONVENTIONS,
     functions=FUNCTIONS,

@@ -2,13 +2,16 @@
 
 A guarantee holds where all its sentences do. They are asked only where a subscription says by ``needs:`` that its
 application counts on the guarantee.
+
+Over Zenoh it is not reliability that a sample arrives by (it goes over TCP), but that it is not dropped where a link is
+congested: a reliable publisher waits there only with keep_all, and one that is transient_local sends again from its cache.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.expression import as_sentence, ceil, offered, requested, topic
+from cqos_core.expression import as_sentence, ceil, in_, offered, publisher, requested, subscriber, topic
 from cqos_core.guarantee import RELAYED, WORDS, gives
 from cqos_ros2.policies import (
     DEADLINE,
@@ -16,11 +19,13 @@ from cqos_ros2.policies import (
     DEPTH_MARGIN,
     DURABILITY,
     HISTORY,
+    KEYED,
     LEASE,
     LIFESPAN,
     PERIOD,
     RELIABILITY,
     RESEND_ROUND_TRIPS,
+    RMW,
     ROUND_TRIP,
 )
 
@@ -29,27 +34,46 @@ if TYPE_CHECKING:
 
 LATE_JOIN: Final = requested(WORDS["late_join"].need)
 OFFLINE: Final = requested(WORDS["offline"].need)
+MAX_AGE: Final = WORDS["max_age"]
 MAX_GAP: Final = requested(WORDS["max_gap"].need)
 
+OVER_ZENOH: Final = publisher(RMW) == "zenoh"
+FROM_MICRO_ROS: Final = publisher(RMW) == "micro_ros"
+RELAY: Final = ("zenoh", "micro_ros")
+STRAIGHT: Final = ~in_(publisher(RMW), *RELAY) & ~in_(subscriber(RMW), *RELAY)
+
 RELIABLE: Final = (offered(RELIABILITY) == "reliable") & (requested(RELIABILITY) == "reliable")
+DELIVERED: Final = RELIABLE | OVER_ZENOH
 KEPT: Final = (offered(DURABILITY) == "transient_local") & (requested(DURABILITY) == "transient_local")
+# Zenoh keeps `depth` samples for late subscriptions whatever the history is.
+KEEPS_ALL: Final = (offered(HISTORY) == "keep_all") & ~OVER_ZENOH
+WAITS: Final = (offered(RELIABILITY) == "reliable") & (offered(HISTORY) == "keep_all")
+NEVER_DROPPED: Final = ~OVER_ZENOH | WAITS | (RELIABLE & KEPT)
 RESENT_IN: Final = ceil(RESEND_ROUND_TRIPS * ROUND_TRIP, topic(PERIOD)) + DEPTH_MARGIN
 
+RMW_ZENOH: Final = "rmw_zenoh, docs/design.md and rmw_publisher_data.cpp"
+DROPPED: Final = (
+    "where a link is congested Zenoh drops samples, except those of reliable publishers with keep_all, and those that "
+    "reliable transient_local ends ask for again"
+)
+IN_PUBLISHER: Final = "ROS 2 keeps samples in the publisher's process, and they are gone with it"
+THROUGH_RELAY: Final = "what goes through the micro-ROS agent or a Zenoh router just then may be lost with it"
 
-def has_room(history: Operand, depth: Operand, samples: Operand) -> Sentence:
+
+def has_room(all_kept: Sentence, depth: Operand, samples: Operand) -> Sentence:
     """Say that a history has room for some samples."""
-    return (history == "keep_all") | (depth >= samples)
+    return all_kept | (depth >= samples)
 
 
-def spans(history: Operand, depth: Operand, time: Operand) -> Sentence:
+def spans(all_kept: Sentence, depth: Operand, time: Operand) -> Sentence:
     """Say that a history has room for what is published in some time."""
-    return (history == "keep_all") | (depth * topic(PERIOD) >= time)
+    return all_kept | (depth * topic(PERIOD) >= time)
 
 
-GUARANTEES: Final = (
+LATEST: Final = (
     gives(
         "latest",
-        RELIABLE,
+        DELIVERED,
         code="ROS501",
         name="latest-over-best-effort",
         because="a lost sample is sent again between reliable endpoints only, and the newest may be the one that is lost",
@@ -66,17 +90,20 @@ GUARANTEES: Final = (
     ),
     gives(
         "latest",
-        offered(DURABILITY) > "transient_local",
+        topic(PERIOD) < "infinite",
         survives="publisher_restart",
         code="ROS503",
         name="latest-kept-in-publisher",
-        because="ROS 2 keeps samples in the publisher's process, and they are gone with it",
+        because="ROS 2 keeps samples in the publisher's process, so only one that is sent anew replaces what is gone with it",
         clause="DDS 1.4, 2.2.3.4",
-        help="publish the value again when the node starts",
+        help="state the `period` of the topic if its publisher sends again and again; else let it send when it starts",
     ),
+)
+
+LOSS_FREE: Final = (
     gives(
         "loss_free",
-        RELIABLE,
+        DELIVERED,
         code="ROS504",
         name="loss-over-best-effort",
         because="a lost sample is sent again between reliable endpoints only",
@@ -84,25 +111,27 @@ GUARANTEES: Final = (
     ),
     gives(
         "loss_free",
-        has_room(offered(HISTORY), offered(DEPTH), RESENT_IN),
+        has_room(offered(HISTORY) == "keep_all", offered(DEPTH), RESENT_IN),
         code="ROS505",
         name="loss-by-shallow-publisher",
         because="a sample that is lost on the way can be sent again only while the publisher still has it",
         clause="DDS 1.4, 2.2.3.18",
         fixes=("depth", "history"),
+        help="state the `period` of the topic and the option `round_trip_time`",
     ),
     gives(
         "loss_free",
-        has_room(requested(HISTORY), requested(DEPTH), RESENT_IN),
+        has_room(requested(HISTORY) == "keep_all", requested(DEPTH), RESENT_IN),
         code="ROS506",
         name="loss-by-shallow-subscription",
         because="samples that wait for one that is sent again push out older ones that nobody has taken yet",
         clause="DDS 1.4, 2.2.3.18",
         fixes=("depth", "history"),
+        help="state the `period` of the topic and the option `round_trip_time`",
     ),
     gives(
         "loss_free",
-        offered(LIFESPAN) == "infinite",
+        (offered(LIFESPAN) == "infinite") | FROM_MICRO_ROS,
         code="ROS507",
         name="loss-by-lifespan",
         because="a sample that is older than the lifespan of its publisher is dropped",
@@ -110,41 +139,50 @@ GUARANTEES: Final = (
     ),
     gives(
         "loss_free",
-        KEPT & (requested(HISTORY) == "keep_all") & (offered(HISTORY) == "keep_all"),
+        KEPT,
         survives="subscriber_restart",
         code="ROS508",
         name="loss-while-subscription-restarts",
-        because="what is sent meanwhile arrives later only if the publisher keeps all of it for subscriptions to come",
+        because="what is sent meanwhile arrives later only if both ends are transient_local",
         clause="DDS 1.4, 2.2.3.4",
     ),
     gives(
         "loss_free",
-        offered(DURABILITY) > "transient_local",
+        None,
         survives="publisher_restart",
         code="ROS509",
         name="loss-with-publisher",
         because="what the publisher has not yet sent again is gone with its process",
         clause="DDS 1.4, 2.2.3.4",
     ),
+)
+
+ARRIVAL: Final = (
     gives(
         "duplicate_free",
-        offered(RELIABILITY) >= "best_effort",
+        ~KEPT,
+        survives="subscriber_restart",
         code="ROS510",
-        name="duplicates",
-        because="a subscription takes every sample of a publisher once, by its number",
-        clause="DDSI-RTPS 2.5, 8.4",
+        name="replayed-twice",
+        because="a transient_local subscription that starts again gets again what it got before",
+        clause="DDS 1.4, 2.2.3.4",
+        help="let the application tell by the content what it has had before",
     ),
     gives(
         "ordered",
-        offered(RELIABILITY) >= "best_effort",
+        ~as_sentence(topic(KEYED)) | OVER_ZENOH,
         code="ROS511",
-        name="disorder",
-        because="a subscription takes the samples of one publisher by their numbers",
-        clause="DDSI-RTPS 2.5, 8.4",
+        name="disorder-between-instances",
+        because="DDS keeps the order within an instance, and ROS 2 cannot ask for that of several",
+        clause="DDS 1.4, 2.2.3.6",
+        help="send what must stay in order with the same key",
     ),
+)
+
+LATE: Final = (
     gives(
         "late_join",
-        KEPT & RELIABLE,
+        KEPT & DELIVERED,
         code="ROS512",
         name="late-join-not-kept",
         because="samples from before are replayed only between endpoints that are both transient_local and reliable",
@@ -152,7 +190,7 @@ GUARANTEES: Final = (
     ),
     gives(
         "late_join",
-        has_room(offered(HISTORY), offered(DEPTH), LATE_JOIN),
+        has_room(KEEPS_ALL, offered(DEPTH), LATE_JOIN),
         code="ROS513",
         name="late-join-of-shallow-publisher",
         because="the publisher keeps its history and no more for subscriptions that come late",
@@ -161,7 +199,7 @@ GUARANTEES: Final = (
     ),
     gives(
         "late_join",
-        has_room(requested(HISTORY), requested(DEPTH), LATE_JOIN),
+        has_room(requested(HISTORY) == "keep_all", requested(DEPTH), LATE_JOIN),
         code="ROS514",
         name="late-join-of-shallow-subscription",
         because="of what is replayed the subscription keeps no more than its history",
@@ -170,16 +208,16 @@ GUARANTEES: Final = (
     ),
     gives(
         "late_join",
-        offered(DURABILITY) > "transient_local",
+        None,
         survives="publisher_restart",
         code="ROS515",
         name="late-join-kept-in-publisher",
-        because="ROS 2 keeps samples in the publisher's process, and they are gone with it",
+        because=IN_PUBLISHER,
         clause="DDS 1.4, 2.2.3.4",
     ),
     gives(
         "offline",
-        KEPT & RELIABLE,
+        KEPT & DELIVERED,
         code="ROS516",
         name="offline-not-kept",
         because="what is sent while a subscription is away reaches it later only if both ends are transient_local and reliable",
@@ -187,44 +225,51 @@ GUARANTEES: Final = (
     ),
     gives(
         "offline",
-        spans(offered(HISTORY), offered(DEPTH), OFFLINE) & spans(requested(HISTORY), requested(DEPTH), OFFLINE),
+        spans(KEEPS_ALL, offered(DEPTH), OFFLINE) & spans(requested(HISTORY) == "keep_all", requested(DEPTH), OFFLINE),
         code="ROS517",
         name="offline-longer-than-history",
         because="no more than the history of both ends is kept of what is sent meanwhile",
         clause="DDS 1.4, 2.2.3.18",
         fixes=("depth", "history"),
+        help="state the `period` of the topic",
     ),
     gives(
         "offline",
-        offered(LIFESPAN) >= OFFLINE,
+        (offered(LIFESPAN) >= OFFLINE) | FROM_MICRO_ROS,
         code="ROS518",
         name="offline-longer-than-lifespan",
         because="what is older than the lifespan of its publisher is not kept",
         clause="DDS 1.4, 2.2.3.16",
     ),
+)
+
+TIME: Final = (
     gives(
         "max_age",
-        offered(LIFESPAN),
+        MAX_AGE.enough(offered(LIFESPAN)) & ~FROM_MICRO_ROS,
         code="ROS519",
         name="age-not-bounded",
-        because="only the publisher's lifespan keeps old samples from arriving",
+        because="only the publisher's lifespan keeps old samples from arriving, where the middleware has it",
         clause="DDS 1.4, 2.2.3.16",
+        help="the clocks of both ends must agree, because the age is counted from when the sample was sent",
     ),
     gives(
         "max_gap",
-        (offered(DEADLINE) <= MAX_GAP) | (RELIABLE & (topic(PERIOD) <= MAX_GAP)),
+        DELIVERED & ((offered(DEADLINE) <= MAX_GAP) | (topic(PERIOD) <= MAX_GAP)),
         code="ROS520",
         name="gap-not-bounded",
-        because="neither the publisher's deadline nor the period of the topic promises a sample in time",
+        because="neither the publisher's deadline nor the period of the topic promises a sample in time that also arrives",
         clause="DDS 1.4, 2.2.3.7",
+        help="state the `period` of the topic",
     ),
     gives(
         "liveness",
         offered(LEASE),
         code="ROS521",
         name="loss-of-publisher-unnoticed",
-        because="a publisher counts as alive until its lease has run out",
+        because="a publisher counts as alive until its lease has run out, and without one for ever",
         clause="DDS 1.4, 2.2.3.11",
+        help="with liveliness automatic only a dead process is noticed, with manual_by_topic a program that hangs as well",
     ),
     gives(
         "liveness",
@@ -236,3 +281,99 @@ GUARANTEES: Final = (
         help="state under `carries:` of the bridge that it carries liveliness on, where it does",
     ),
 )
+
+# What was found later, and so has later codes ---------------------------------------------------------------
+
+LATER: Final = (
+    gives(
+        "latest",
+        NEVER_DROPPED,
+        doubt=True,
+        code="ROS523",
+        name="latest-dropped-by-zenoh",
+        because=DROPPED,
+        clause=RMW_ZENOH,
+        fixes=("history", "reliability", "durability"),
+    ),
+    gives(
+        "loss_free",
+        NEVER_DROPPED,
+        doubt=True,
+        code="ROS524",
+        name="loss-by-zenoh",
+        because=DROPPED,
+        clause=RMW_ZENOH,
+        fixes=("history", "reliability", "durability"),
+    ),
+    gives(
+        "loss_free",
+        KEEPS_ALL & (requested(HISTORY) == "keep_all"),
+        survives="subscriber_restart",
+        doubt=True,
+        code="ROS525",
+        name="loss-by-long-restart",
+        because="more may be sent while a subscription restarts than both histories keep",
+        clause="DDS 1.4, 2.2.3.18",
+        fixes=("history",),
+        help="where it is known how long a restart takes, need `offline` for that time",
+    ),
+    gives(
+        "late_join",
+        (offered(LIFESPAN) >= LATE_JOIN * topic(PERIOD)) | FROM_MICRO_ROS,
+        code="ROS526",
+        name="late-join-expired",
+        because="of what is kept only so much is left as was sent within the lifespan of the publisher",
+        clause="DDS 1.4, 2.2.3.16",
+        help="state the `period` of the topic",
+    ),
+    gives(
+        "offline",
+        None,
+        survives="publisher_restart",
+        code="ROS527",
+        name="offline-kept-in-publisher",
+        because=IN_PUBLISHER,
+        clause="DDS 1.4, 2.2.3.4",
+    ),
+    gives(
+        "max_gap",
+        None,
+        survives="publisher_restart",
+        code="ROS528",
+        name="gap-while-publisher-restarts",
+        because="nothing arrives while the publisher is away, and no policy says for how long that is",
+        clause="DDS 1.4, 2.2.3.7",
+        help="let a second publisher of the topic fill the gap, or need the rest without `survives`",
+    ),
+    gives(
+        "max_gap",
+        NEVER_DROPPED,
+        doubt=True,
+        code="ROS529",
+        name="gap-by-zenoh",
+        because=DROPPED,
+        clause=RMW_ZENOH,
+        fixes=("history", "reliability", "durability"),
+    ),
+    *(
+        gives(
+            word,
+            STRAIGHT,
+            survives="intermediary_restart",
+            doubt=True,
+            code=code,
+            name=f"{word.replace('_', '-')}-through-relay",
+            because=THROUGH_RELAY,
+            clause="rmw_zenoh, docs/design.md; rmw_microxrcedds",
+        )
+        for code, word in (
+            ("ROS530", "latest"),
+            ("ROS531", "loss_free"),
+            ("ROS532", "late_join"),
+            ("ROS533", "offline"),
+            ("ROS534", "max_gap"),
+        )
+    ),
+)
+
+GUARANTEES: Final = (*LATEST, *LOSS_FREE, *ARRIVAL, *LATE, *TIME, *LATER)

@@ -1,0 +1,522 @@
+"""What a reader really gets in DDS, one sentence for each condition; see `cqos_core.guarantee` for the words.
+
+A guarantee holds where all its sentences do. They are asked only where a reader says by ``needs:`` that its application
+counts on the guarantee. Depth, period, deadline and filter are per instance, and so are the guarantees that rest on them.
+What other writers of the topic do is not seen in one pair: where that decides, the answer is in doubt.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.expression import as_sentence, ceil, offered, requested, topic
+from cqos_core.guarantee import RELAYED, WORDS, gives
+from cqos_dds.implementations import FAST_DDS, either_is, publisher_is, subscriber_is
+from cqos_dds.policies import (
+    ACCESS_SCOPE,
+    AUTODISPOSE,
+    AUTOPURGE_DISPOSED,
+    AUTOPURGE_NOWRITER,
+    DEADLINE,
+    DEPTH,
+    DEPTH_MARGIN,
+    DESTINATION_ORDER,
+    DURABILITY,
+    HISTORY,
+    KEYED,
+    LEASE,
+    LIFESPAN,
+    MAX_BLOCKING_TIME,
+    MAX_INSTANCES,
+    MAX_PER_INSTANCE,
+    MAX_SAMPLES,
+    ORDERED,
+    OWNERSHIP,
+    PERIOD,
+    RELIABILITY,
+    RESEND_ROUND_TRIPS,
+    ROUND_TRIP,
+    SERVICE_DEPTH,
+    SERVICE_HISTORY,
+    SERVICE_MAX_PER_INSTANCE,
+    SERVICE_MAX_SAMPLES,
+    SERVICE_RUNS,
+    TIME_BASED_FILTER,
+)
+from cqos_dds.rules import BOTH_DURABLE, KEPT_BY_SERVICE
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from cqos_core.expression import Operand, Sentence, Term
+    from cqos_core.policy import Policy
+
+LATE_JOIN: Final = requested(WORDS["late_join"].need)
+OFFLINE: Final = requested(WORDS["offline"].need)
+MAX_GAP: Final = requested(WORDS["max_gap"].need)
+
+RELIABLE: Final = (offered(RELIABILITY) == "reliable") & (requested(RELIABILITY) == "reliable")
+# Without a service, Fast DDS and OpenDDS keep in the writer's process what they would hand to it.
+IN_WRITER: Final = (offered(DURABILITY) == "transient_local") | publisher_is(*FAST_DDS, "opendds")
+KEPT: Final = BOTH_DURABLE & (IN_WRITER | SERVICE_RUNS)
+OUTLIVES: Final = (offered(DURABILITY) >= "transient") & (requested(DURABILITY) >= "transient") & SERVICE_RUNS
+RESENT_IN: Final = ceil(RESEND_ROUND_TRIPS * ROUND_TRIP, topic(PERIOD)) + DEPTH_MARGIN
+ONE_OF_EACH: Final = "which other writers write the instance is not seen in one pair"
+
+
+def has_room(side: Callable[[Policy], Term], samples: Operand) -> Sentence:
+    """Say that the history of one side has room for some samples of an instance, within its limits."""
+    last = (side(HISTORY) == "keep_last") & (side(DEPTH) >= samples)
+    every = (side(HISTORY) == "keep_all") & (side(MAX_PER_INSTANCE) >= samples)
+    return (last | every) & (side(MAX_SAMPLES) >= samples)
+
+
+def spans(side: Callable[[Policy], Term], time: Operand) -> Sentence:
+    """Say that the history of one side has room for what is written of an instance in some time, within its limits."""
+    last = (side(HISTORY) == "keep_last") & lasts(side(DEPTH), time)
+    every = (side(HISTORY) == "keep_all") & lasts(side(MAX_PER_INSTANCE), time)
+    return (last | every) & lasts(side(MAX_SAMPLES), time)
+
+
+def lasts(samples: Term, time: Operand) -> Sentence:
+    """Say that so many samples are what is written of an instance in some time."""
+    return (samples == "unlimited") | (samples * topic(PERIOD) >= time)
+
+
+def within_limits(side: Callable[[Policy], Term]) -> Sentence:
+    """Say that the limits of one side cannot be reached: none, or a history that replaces the samples of one instance."""
+    none = (
+        (side(MAX_SAMPLES) == "unlimited")
+        & (side(MAX_INSTANCES) == "unlimited")
+        & (side(MAX_PER_INSTANCE) == "unlimited")
+    )
+    return none | ((side(HISTORY) == "keep_last") & ~as_sentence(topic(KEYED)))
+
+
+SERVICE_HAS_ROOM: Final = (
+    ((offered(SERVICE_HISTORY) == "keep_last") & (offered(SERVICE_DEPTH) >= LATE_JOIN))
+    | ((offered(SERVICE_HISTORY) == "keep_all") & (offered(SERVICE_MAX_PER_INSTANCE) >= LATE_JOIN))
+) & (offered(SERVICE_MAX_SAMPLES) >= LATE_JOIN)
+STORE_HAS_ROOM: Final = (KEPT_BY_SERVICE & SERVICE_HAS_ROOM) | (~KEPT_BY_SERVICE & has_room(offered, LATE_JOIN))
+SERVICE_SPANS: Final = (
+    ((offered(SERVICE_HISTORY) == "keep_last") & lasts(offered(SERVICE_DEPTH), OFFLINE))
+    | ((offered(SERVICE_HISTORY) == "keep_all") & lasts(offered(SERVICE_MAX_PER_INSTANCE), OFFLINE))
+) & lasts(offered(SERVICE_MAX_SAMPLES), OFFLINE)
+STORE_SPANS: Final = (KEPT_BY_SERVICE & SERVICE_SPANS) | (~KEPT_BY_SERVICE & spans(offered, OFFLINE))
+STORE_KEEPS_ALL: Final = (KEPT_BY_SERVICE & (offered(SERVICE_HISTORY) == "keep_all")) | (
+    ~KEPT_BY_SERVICE & (offered(HISTORY) == "keep_all")
+)
+STORE: Final = ("history.depth", "history", "durability_service.history_depth", "durability_service.history_kind")
+RUN_SERVICE: Final = "set the option `durability_service_runs` where a service keeps what is transient or persistent"
+STATE_TIMES: Final = "state the `period` of the topic and the option `round_trip_time`"
+STATE_PERIOD: Final = "state the `period` of the topic"
+
+LATEST: Final = (
+    gives(
+        "latest",
+        RELIABLE,
+        code="DDS501",
+        name="latest-over-best-effort",
+        because="a lost sample is sent again between reliable endpoints only, and the newest may be the one that is lost",
+        clause="DDS 1.4, 2.2.3.14",
+    ),
+    gives(
+        "latest",
+        KEPT,
+        survives="subscriber_restart",
+        code="DDS502",
+        name="latest-not-kept",
+        because="what was written before a reader starts reaches it only if both ends are durable and somebody keeps it",
+        clause="DDS 1.4, 2.2.3.4",
+        help=RUN_SERVICE,
+    ),
+    gives(
+        "latest",
+        OUTLIVES | (topic(PERIOD) < "infinite"),
+        survives="publisher_restart",
+        code="DDS503",
+        name="latest-kept-in-writer",
+        because="what is kept in the writer's process is gone with it, so a durability service must have it, or it is written anew",
+        clause="DDS 1.4, 2.2.3.4",
+        help=f"{STATE_PERIOD} if its writer writes again and again; else {RUN_SERVICE}",
+    ),
+)
+
+# By the standard a reliable reader with a filter gets the last sample in the end. Cyclone DDS drops it; seen by running it.
+FILTERED_LAST: Final = gives(
+    "latest",
+    (requested(TIME_BASED_FILTER) <= topic(PERIOD)) | ~subscriber_is("cyclonedds"),
+    code="DDS539",
+    name="latest-lost-to-filter",
+    because="Cyclone DDS drops for good what the reader's filter holds back, the newest sample as well",
+    clause="DDS 1.4, 2.2.3.12; Cyclone DDS, seen by running it",
+    fixes=("time_based_filter",),
+    help=STATE_PERIOD,
+)
+
+LOSS_FREE: Final = (
+    gives(
+        "loss_free",
+        RELIABLE,
+        code="DDS504",
+        name="loss-over-best-effort",
+        because="a lost sample is sent again between reliable endpoints only",
+        clause="DDS 1.4, 2.2.3.14",
+    ),
+    gives(
+        "loss_free",
+        (offered(HISTORY) == "keep_all") | (offered(DEPTH) >= RESENT_IN),
+        code="DDS505",
+        name="loss-by-shallow-writer",
+        because="a sample that is lost on the way can be sent again only while the writer still has it",
+        clause="DDS 1.4, 2.2.3.18",
+        fixes=("history.depth", "history"),
+        help=STATE_TIMES,
+    ),
+    gives(
+        "loss_free",
+        (requested(HISTORY) == "keep_all") | (requested(DEPTH) >= RESENT_IN),
+        code="DDS506",
+        name="loss-by-shallow-reader",
+        because="samples that wait for one that is sent again push out older ones that nobody has taken yet",
+        clause="DDS 1.4, 2.2.3.18",
+        fixes=("history.depth", "history"),
+        help=STATE_TIMES,
+    ),
+    gives(
+        "loss_free",
+        offered(LIFESPAN) == "infinite",
+        code="DDS507",
+        name="loss-by-lifespan",
+        because="a sample that is older than the lifespan of its writer is dropped",
+        clause="DDS 1.4, 2.2.3.16",
+    ),
+    gives(
+        "loss_free",
+        requested(TIME_BASED_FILTER) <= topic(PERIOD),
+        code="DDS508",
+        name="loss-by-filter",
+        because="the reader's filter drops samples of an instance that follow each other too closely",
+        clause="DDS 1.4, 2.2.3.12",
+        help=STATE_PERIOD,
+    ),
+    gives(
+        "loss_free",
+        within_limits(offered) | (offered(MAX_BLOCKING_TIME) == "infinite"),
+        doubt=True,
+        code="DDS509",
+        name="loss-by-limits-of-writer",
+        because="a writer at its limits waits for max_blocking_time and then does not write; whether it gets there depends on the readers",
+        clause="DDS 1.4, 2.2.3.19",
+        fixes=("reliability.max_blocking_time", "resource_limits.max_samples", "resource_limits.max_instances"),
+        help="state `keyed: false` of a topic without instances",
+    ),
+    gives(
+        "loss_free",
+        within_limits(requested) | (offered(HISTORY) == "keep_all"),
+        doubt=True,
+        code="DDS510",
+        name="loss-by-limits-of-reader",
+        because="a reader at its limits takes no more until its program has taken some, while a keep_last writer goes on overwriting",
+        clause="DDS 1.4, 2.2.3.19",
+        fixes=("history", "resource_limits.max_samples", "resource_limits.max_instances"),
+        help="state `keyed: false` of a topic without instances",
+    ),
+    gives(
+        "loss_free",
+        offered(OWNERSHIP) == "shared",
+        doubt=True,
+        code="DDS511",
+        name="loss-by-ownership",
+        because=f"a reader drops the samples of all exclusive writers but the owner, and {ONE_OF_EACH}",
+        clause="DDS 1.4, 2.2.3.9",
+        help="it is the owner's samples that arrive: need `latest` where that is what counts",
+    ),
+    gives(
+        "loss_free",
+        requested(DESTINATION_ORDER) == "by_reception_timestamp",
+        doubt=True,
+        code="DDS512",
+        name="loss-by-source-order",
+        because=f"a sample that comes after one that was written later is dropped, and {ONE_OF_EACH}",
+        clause="DDS 1.4, 2.2.3.17",
+        fixes=("destination_order",),
+    ),
+    gives(
+        "loss_free",
+        (requested(AUTOPURGE_NOWRITER) == "infinite") & (requested(AUTOPURGE_DISPOSED) == "infinite"),
+        doubt=True,
+        code="DDS513",
+        name="loss-by-autopurge",
+        because="what the program has not taken is dropped some time after an instance is disposed or has no writer any more",
+        clause="DDS 1.4, 2.2.3.22",
+    ),
+    gives(
+        "loss_free",
+        KEPT,
+        survives="subscriber_restart",
+        code="DDS514",
+        name="loss-while-reader-restarts",
+        because="what is written meanwhile arrives later only if both ends are durable and somebody keeps it",
+        clause="DDS 1.4, 2.2.3.4",
+        help=RUN_SERVICE,
+    ),
+    gives(
+        "loss_free",
+        STORE_KEEPS_ALL & (requested(HISTORY) == "keep_all"),
+        survives="subscriber_restart",
+        doubt=True,
+        code="DDS515",
+        name="loss-by-long-restart",
+        because="more may be written while a reader restarts than is kept for it",
+        clause="DDS 1.4, 2.2.3.18",
+        fixes=("history", "durability_service.history_kind"),
+        help="where it is known how long a restart takes, need `offline` for that time",
+    ),
+    gives(
+        "loss_free",
+        None,
+        survives="publisher_restart",
+        code="DDS516",
+        name="loss-with-writer",
+        because="what a writer has not yet sent again is gone with its process; a durability service has readers that come late only",
+        clause="DDS 1.4, 2.2.3.4",
+    ),
+)
+
+ARRIVAL: Final = (
+    gives(
+        "duplicate_free",
+        ~KEPT,
+        survives="subscriber_restart",
+        code="DDS517",
+        name="replayed-twice",
+        because="a durable reader that starts again gets again what it got before",
+        clause="DDS 1.4, 2.2.3.4",
+        help="let the application tell by the content what it has had before",
+    ),
+    gives(
+        "ordered",
+        ~as_sentence(topic(KEYED))
+        | (
+            as_sentence(offered(ORDERED))
+            & as_sentence(requested(ORDERED))
+            & (offered(ACCESS_SCOPE) >= "topic")
+            & (requested(ACCESS_SCOPE) >= "topic")
+            & ~either_is(*FAST_DDS)
+        ),
+        code="DDS518",
+        name="disorder-between-instances",
+        because="order is kept within an instance; that of several takes ordered access of scope topic on both sides, which Fast DDS has not",
+        clause="DDS 1.4, 2.2.3.6",
+        help="state `keyed: false` of a topic without instances; else set both `presentation.ordered_access` and "
+        "`presentation.access_scope` on both sides",
+    ),
+)
+
+LATE: Final = (
+    gives(
+        "late_join",
+        KEPT & RELIABLE,
+        code="DDS519",
+        name="late-join-not-kept",
+        because="samples from before are replayed only between ends that are both durable and reliable, and if somebody keeps them",
+        clause="DDS 1.4, 2.2.3.4",
+        help=RUN_SERVICE,
+    ),
+    gives(
+        "late_join",
+        STORE_HAS_ROOM,
+        code="DDS520",
+        name="late-join-of-shallow-store",
+        because="the writer's history, or that of the durability service, keeps no more for readers that come late",
+        clause="DDS 1.4, 2.2.3.5 and 2.2.3.18",
+        fixes=STORE,
+    ),
+    gives(
+        "late_join",
+        has_room(requested, LATE_JOIN),
+        code="DDS521",
+        name="late-join-of-shallow-reader",
+        because="of what is replayed the reader keeps no more than its history",
+        clause="DDS 1.4, 2.2.3.18",
+        fixes=("history.depth", "history"),
+    ),
+    gives(
+        "late_join",
+        offered(LIFESPAN) >= LATE_JOIN * topic(PERIOD),
+        code="DDS522",
+        name="late-join-expired",
+        because="of what is kept only so much is left as was written within the lifespan",
+        clause="DDS 1.4, 2.2.3.16",
+        help=STATE_PERIOD,
+    ),
+    gives(
+        "late_join",
+        OUTLIVES,
+        survives="publisher_restart",
+        code="DDS523",
+        name="late-join-kept-in-writer",
+        because="what is kept in the writer's process is gone with it; only a durability service has it longer",
+        clause="DDS 1.4, 2.2.3.4",
+        help=RUN_SERVICE,
+    ),
+    gives(
+        "late_join",
+        ~as_sentence(offered(AUTODISPOSE)),
+        survives="publisher_restart",
+        code="DDS524",
+        name="late-join-disposed",
+        because="a writer that ends disposes its instances, so the durability service drops what should outlive it",
+        clause="DDS 1.4, 2.2.3.21",
+    ),
+    gives(
+        "late_join",
+        requested(AUTOPURGE_NOWRITER) == "infinite",
+        survives="publisher_restart",
+        doubt=True,
+        code="DDS525",
+        name="late-join-purged",
+        because="what comes from a durability service while its writer is away is dropped if the program does not take it in time",
+        clause="DDS 1.4, 2.2.3.22",
+    ),
+    gives(
+        "late_join",
+        offered(DURABILITY) != "transient",
+        survives="intermediary_restart",
+        doubt=True,
+        code="DDS526",
+        name="late-join-in-memory-of-service",
+        because="a durability service keeps transient samples in memory, which only a second service bridges",
+        clause="DDS 1.4, 2.2.3.4",
+        fixes=("durability",),
+    ),
+    gives(
+        "offline",
+        KEPT & RELIABLE,
+        code="DDS527",
+        name="offline-not-kept",
+        because="what is written while a reader is away reaches it later only if both ends are durable and reliable, and somebody keeps it",
+        clause="DDS 1.4, 2.2.3.4",
+        help=RUN_SERVICE,
+    ),
+    gives(
+        "offline",
+        STORE_SPANS,
+        code="DDS528",
+        name="offline-longer-than-store",
+        because="the writer's history, or that of the durability service, keeps less than is written meanwhile",
+        clause="DDS 1.4, 2.2.3.5 and 2.2.3.18",
+        fixes=STORE,
+        help=STATE_PERIOD,
+    ),
+    gives(
+        "offline",
+        spans(requested, OFFLINE),
+        code="DDS529",
+        name="offline-longer-than-history",
+        because="of what was written meanwhile the reader keeps no more than its history",
+        clause="DDS 1.4, 2.2.3.18",
+        fixes=("history.depth", "history"),
+        help=STATE_PERIOD,
+    ),
+    gives(
+        "offline",
+        offered(LIFESPAN) >= OFFLINE,
+        code="DDS530",
+        name="offline-longer-than-lifespan",
+        because="what is older than the lifespan of its writer is not kept",
+        clause="DDS 1.4, 2.2.3.16",
+    ),
+    gives(
+        "offline",
+        OUTLIVES & ~as_sentence(offered(AUTODISPOSE)),
+        survives="publisher_restart",
+        code="DDS531",
+        name="offline-kept-in-writer",
+        because="only a durability service keeps what its writer wrote, and only if the writer does not dispose of it when it ends",
+        clause="DDS 1.4, 2.2.3.4 and 2.2.3.21",
+        help=RUN_SERVICE,
+    ),
+    gives(
+        "offline",
+        offered(DURABILITY) != "transient",
+        survives="intermediary_restart",
+        doubt=True,
+        code="DDS532",
+        name="offline-in-memory-of-service",
+        because="a durability service keeps transient samples in memory, which only a second service bridges",
+        clause="DDS 1.4, 2.2.3.4",
+        fixes=("durability",),
+    ),
+)
+
+# A filter lets the first sample through that comes after its separation, unless it holds none back at all.
+PASSES: Final = requested(TIME_BASED_FILTER) <= topic(PERIOD)
+
+TIME: Final = (
+    gives(
+        "max_age",
+        offered(LIFESPAN),
+        code="DDS533",
+        name="age-not-bounded",
+        because="only the writer's lifespan keeps old samples from arriving",
+        clause="DDS 1.4, 2.2.3.16",
+        help="the clocks of both ends must agree, because the age is counted from when the sample was written",
+    ),
+    gives(
+        "max_gap",
+        RELIABLE
+        & (
+            (offered(DEADLINE) + requested(TIME_BASED_FILTER) <= MAX_GAP)
+            | (topic(PERIOD) + requested(TIME_BASED_FILTER) <= MAX_GAP)
+            | (PASSES & (topic(PERIOD) <= MAX_GAP))
+        ),
+        code="DDS534",
+        name="gap-not-bounded",
+        because="neither the writer's deadline nor the period of the topic, with the reader's filter, promises a sample in time that also arrives",
+        clause="DDS 1.4, 2.2.3.7 and 2.2.3.12",
+        help=STATE_PERIOD,
+    ),
+    gives(
+        "max_gap",
+        (offered(OWNERSHIP) == "exclusive") & ((offered(LEASE) <= MAX_GAP) | (requested(DEADLINE) <= MAX_GAP)),
+        survives="publisher_restart",
+        code="DDS535",
+        name="gap-while-writer-restarts",
+        because="nothing arrives while the writer is away, unless another exclusive writer takes over once its lease or the deadline is over",
+        clause="DDS 1.4, 2.2.3.9.2",
+        help="let a second exclusive writer stand by, with a lease or a deadline within that time",
+    ),
+    gives(
+        "max_gap",
+        offered(OWNERSHIP) == "shared",
+        survives="publisher_restart",
+        doubt=True,
+        code="DDS536",
+        name="gap-until-failover",
+        because=f"another exclusive writer takes over if there is one, and {ONE_OF_EACH}",
+        clause="DDS 1.4, 2.2.3.9.2",
+        help="let a second exclusive writer stand by",
+    ),
+    gives(
+        "liveness",
+        offered(LEASE),
+        code="DDS537",
+        name="loss-of-writer-unnoticed",
+        because="a writer counts as alive until its lease has run out, and without one for ever",
+        clause="DDS 1.4, 2.2.3.11",
+        help="with liveliness automatic only a dead process is noticed, with manual_by_topic a program that hangs as well",
+    ),
+    gives(
+        "liveness",
+        ~as_sentence(offered(RELAYED)),
+        code="DDS538",
+        name="liveness-behind-bridge",
+        because="a bridge stays alive when those whose samples it carries die",
+        clause="C-QoS, guarantees over bridges",
+        help="state under `maps:` of the bridge that it carries liveliness on, where it does",
+    ),
+)
+
+GUARANTEES: Final = (*LATEST, FILTERED_LAST, *LOSS_FREE, *ARRIVAL, *LATE, *TIME)
