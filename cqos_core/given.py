@@ -104,7 +104,7 @@ def _asked(
     changes[pack.vocabulary.indices[NEED, SURVIVES.name]] = faults
     asking = subscriber.with_values(changes)
     spoken = ((bound.rule, ask(bound, publisher.values, asking.values)) for bound in rules)
-    return [(rule, True if said is None else said.outcome.result) for rule, said in spoken]
+    return [(rule, True if said is None else None if rule.doubt else said.outcome.result) for rule, said in spoken]
 
 
 def _strongest(

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from cqos_core.expression import Literal as Constant
 from cqos_core.expression import Sentence, as_sentence, in_, requested
-from cqos_core.policy import INFINITE, NEED, Count, Duration, Flag, Names, Policy
+from cqos_core.policy import INFINITE, NEED, Count, Duration, Flag, Names, Policy, normalise
+from cqos_core.problems import InvalidValueError
 from cqos_core.rule import Rule
 
 if TYPE_CHECKING:
@@ -96,9 +97,28 @@ _LISTED: Final = (
     ),
 )
 WORDS: Final = {word.name: word for word in _LISTED}
+
+
+class Faults(Names):
+    """A list of faults, in any spelling."""
+
+    def parse(self, text: str) -> tuple[str, ...]:
+        """Read ``[subscriber_restart]``; what is named twice counts once."""
+        found = dict.fromkeys(map(normalise, super().parse(text)))
+        for name in found:
+            if name not in FAULTS:
+                message = f"`{name}` is no fault"
+                raise InvalidValueError(message, self.expected())
+        return tuple(found)
+
+    def expected(self) -> str:
+        """Give the faults."""
+        return f"a list of {', '.join(FAULTS)}"
+
+
 SURVIVES: Final = Policy(
     "need.survives",
-    Names(),
+    Faults(),
     "[]",
     f"Which faults what it needs must survive, of {', '.join(FAULTS)}; a broken link is always meant.",
     _SOURCE,
@@ -148,6 +168,7 @@ def gives(
         because: why the guarantee is lost where this does not hold; it follows "because".
         clause: where the standard, or the source of the practice, says so.
         survives: ``link``, or the one of `FAULTS` of which this speaks: it then counts for those only who ask for that.
+        doubt: where it does not hold, that leaves the need open rather than unmet, because something decides that no rule sees.
         fixes: policies offered as remedies; empty: every endpoint policy of the sentence.
         help: what to do where no remedy can be computed.
         aliases: former codes and names.

@@ -30,7 +30,7 @@ DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
 RULES = DOCS / "rules"
 COMMAND = DOCS / "command.md"
-STATED = ("topic", "options", "offered", "requested", "publisher", "subscriber", "system")
+STATED = ("topic", "options", "offered", "requested", "needs", "publisher", "subscriber", "system")
 HELP = re.compile(r"(?P<before><!-- help: cqos(?P<path>[ \w]*) -->\n\n```text\n).*?(?P<after>```\n)", re.DOTALL)
 
 

@@ -38,6 +38,7 @@ FOLLOWED = (
     "docs/ros2-files.md",
     "docs/convert-and-diff.md",
     "docs/library.md",
+    "docs/guarantees.md",
     "docs/sentences.md",
     "docs/packs.md",
     "docs/plugins.md",

@@ -108,6 +108,7 @@ STORE_KEEPS_ALL: Final = (KEPT_BY_SERVICE & (offered(SERVICE_HISTORY) == "keep_a
 )
 STORE: Final = ("history.depth", "history", "durability_service.history_depth", "durability_service.history_kind")
 RUN_SERVICE: Final = "set the option `durability_service_runs` where a service keeps what is transient or persistent"
+DURABLE: Final = f"let both ends be durable and reliable; {RUN_SERVICE}"
 STATE_TIMES: Final = "state the `period` of the topic and the option `round_trip_time`"
 STATE_PERIOD: Final = "state the `period` of the topic"
 
@@ -119,6 +120,7 @@ LATEST: Final = (
         name="latest-over-best-effort",
         because="a lost sample is sent again between reliable endpoints only, and the newest may be the one that is lost",
         clause="DDS 1.4, 2.2.3.14",
+        help="let both ends be reliable",
     ),
     gives(
         "latest",
@@ -128,7 +130,7 @@ LATEST: Final = (
         name="latest-not-kept",
         because="what was written before a reader starts reaches it only if both ends are durable and somebody keeps it",
         clause="DDS 1.4, 2.2.3.4",
-        help=RUN_SERVICE,
+        help=DURABLE,
     ),
     gives(
         "latest",
@@ -162,6 +164,7 @@ LOSS_FREE: Final = (
         name="loss-over-best-effort",
         because="a lost sample is sent again between reliable endpoints only",
         clause="DDS 1.4, 2.2.3.14",
+        help="let both ends be reliable",
     ),
     gives(
         "loss_free",
@@ -259,7 +262,7 @@ LOSS_FREE: Final = (
         name="loss-while-reader-restarts",
         because="what is written meanwhile arrives later only if both ends are durable and somebody keeps it",
         clause="DDS 1.4, 2.2.3.4",
-        help=RUN_SERVICE,
+        help=DURABLE,
     ),
     gives(
         "loss_free",
@@ -322,7 +325,7 @@ LATE: Final = (
         name="late-join-not-kept",
         because="samples from before are replayed only between ends that are both durable and reliable, and if somebody keeps them",
         clause="DDS 1.4, 2.2.3.4",
-        help=RUN_SERVICE,
+        help=DURABLE,
     ),
     gives(
         "late_join",
@@ -390,6 +393,7 @@ LATE: Final = (
         because="a durability service keeps transient samples in memory, which only a second service bridges",
         clause="DDS 1.4, 2.2.3.4",
         fixes=("durability",),
+        help="offer persistent, which a service keeps on disk",
     ),
     gives(
         "offline",
@@ -398,7 +402,7 @@ LATE: Final = (
         name="offline-not-kept",
         because="what is written while a reader is away reaches it later only if both ends are durable and reliable, and somebody keeps it",
         clause="DDS 1.4, 2.2.3.4",
-        help=RUN_SERVICE,
+        help=DURABLE,
     ),
     gives(
         "offline",
@@ -448,6 +452,7 @@ LATE: Final = (
         because="a durability service keeps transient samples in memory, which only a second service bridges",
         clause="DDS 1.4, 2.2.3.4",
         fixes=("durability",),
+        help="offer persistent, which a service keeps on disk",
     ),
 )
 
@@ -515,7 +520,7 @@ TIME: Final = (
         name="liveness-behind-bridge",
         because="a bridge stays alive when those whose samples it carries die",
         clause="C-QoS, guarantees over bridges",
-        help="state under `maps:` of the bridge that it carries liveliness on, where it does",
+        help="state `carries: [liveliness]` of the bridge, where it stops publishing when its source is gone",
     ),
 )
 

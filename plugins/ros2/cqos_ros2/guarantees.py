@@ -78,6 +78,7 @@ LATEST: Final = (
         name="latest-over-best-effort",
         because="a lost sample is sent again between reliable endpoints only, and the newest may be the one that is lost",
         clause="DDS 1.4, 2.2.3.14",
+        help="let both ends be reliable",
     ),
     gives(
         "latest",
@@ -87,6 +88,7 @@ LATEST: Final = (
         name="latest-not-kept",
         because="what was sent before a subscription starts reaches it only if both ends are transient_local",
         clause="DDS 1.4, 2.2.3.4",
+        help="let both ends be transient_local",
     ),
     gives(
         "latest",
@@ -108,6 +110,7 @@ LOSS_FREE: Final = (
         name="loss-over-best-effort",
         because="a lost sample is sent again between reliable endpoints only",
         clause="DDS 1.4, 2.2.3.14",
+        help="let both ends be reliable",
     ),
     gives(
         "loss_free",
@@ -145,6 +148,7 @@ LOSS_FREE: Final = (
         name="loss-while-subscription-restarts",
         because="what is sent meanwhile arrives later only if both ends are transient_local",
         clause="DDS 1.4, 2.2.3.4",
+        help="let both ends be transient_local",
     ),
     gives(
         "loss_free",
@@ -187,6 +191,7 @@ LATE: Final = (
         name="late-join-not-kept",
         because="samples from before are replayed only between endpoints that are both transient_local and reliable",
         clause="DDS 1.4, 2.2.3.4",
+        help="let both ends be transient_local and reliable",
     ),
     gives(
         "late_join",
@@ -222,6 +227,7 @@ LATE: Final = (
         name="offline-not-kept",
         because="what is sent while a subscription is away reaches it later only if both ends are transient_local and reliable",
         clause="DDS 1.4, 2.2.3.4",
+        help="let both ends be transient_local and reliable",
     ),
     gives(
         "offline",

@@ -1,0 +1,361 @@
+"""What pairs give and subscriptions need: `gives`, and the laws of needs over the packs that we ship."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cqos_core import check, check_pair
+from cqos_core.api import context, pair_system
+from cqos_core.checker import check_system
+from cqos_core.expression import offered
+from cqos_core.given import give
+from cqos_core.guarantee import FAULTS, NEEDS, RELAYED, SURVIVES, WORDS, gives
+from cqos_core.judge import judge_pair
+from cqos_core.report import Severity, Verdict
+from cqos_core.resolve import resolve
+from cqos_core.system import Setting
+from cqos_dds.pack import PACK as DDS
+from cqos_ros2.pack import PACK as ROS2
+from cqos_ros2.pack import SEMANTIC
+from tests.worlds import CARE, DELAY, POST, codes, only, reader, settings, world, writer
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from cqos_core.pack import RulePack
+    from cqos_core.report import PairReport
+
+GIVING = replace(
+    POST,
+    policies=(*POST.policies, *NEEDS),
+    rules=(
+        *POST.rules,
+        gives("latest", offered(CARE) >= "signed", code="POST511", name="mislaid", because="plain letters get lost"),
+        gives("max_age", offered(DELAY), code="POST512", name="stale", because="letters lie about"),
+        gives(
+            "latest",
+            None,
+            survives="publisher_restart",
+            code="POST513",
+            name="gone",
+            because="nobody writes them again",
+        ),
+        gives(
+            "loss_free",
+            offered(CARE) == "insured",
+            doubt=True,
+            code="POST514",
+            name="perhaps-lost",
+            because="what becomes of them nobody sees",
+        ),
+    ),
+)
+
+
+# gives ----------------------------------------------------------------------------------------------------------------
+
+
+def rule(word: str, what: Any, **more: Any) -> Any:
+    return gives(word, what, code="POST599", name="bad", because="so it is", **more)
+
+
+def test_a_rule_is_silent_until_the_need_is_stated():
+    made = rule("latest", offered(CARE) >= "signed")
+    assert str(made.sentence) == '~requested(need.latest) | (offered(care) >= "signed")'
+    assert (made.kind, made.severity, made.guarantee, made.survives) == ("requires", "error", "latest", "link")
+
+
+def test_a_number_is_compared_with_what_is_needed():
+    most, least = rule("max_age", offered(DELAY)), rule("offline", offered(DELAY))
+    assert str(most.sentence) == (
+        '(requested(need.max_age) == "infinite") | (offered(delay) <= requested(need.max_age))'
+    )
+    assert str(least.sentence) == '(requested(need.offline) == "0s") | (offered(delay) >= requested(need.offline))'
+
+
+def test_a_fault_counts_for_those_who_ask_for_it():
+    made = rule("latest", offered(CARE) >= "signed", survives="intermediary_restart")
+    assert '~in_("intermediary_restart", requested(need.survives))' in str(made.sentence)
+    assert "after an intermediary restart" in made.says
+
+
+def test_what_nothing_gives_must_not_be_needed():
+    assert str(rule("latest", None).sentence) == "~requested(need.latest)"
+
+
+def test_there_is_no_other_word():
+    with pytest.raises(KeyError, match="speed"):
+        rule("speed", offered(DELAY))
+
+
+def test_there_is_no_other_fault():
+    with pytest.raises(ValueError, match=r"`flood` is none of link, subscriber_restart, publisher_restart"):
+        rule("latest", None, survives="flood")
+
+
+# What the core makes of it --------------------------------------------------------------------------------------------
+
+
+def judged(needs: Mapping[str, Any], **offer: str) -> Any:
+    return check_system(
+        world(writer("box", **offer), reader("box", more={"needs": settings(**needs)})), context([GIVING])
+    )
+
+
+def test_an_unmet_need_is_an_error_that_says_what_is_needed_and_why():
+    report = judged({"max_age": "1s"}, delay="2s")
+    finding = only(report, "POST512")
+    assert report.verdict == "incompatible"
+    assert finding.message == (
+        "subscriber `reader` needs max_age 1s, which publisher `writer` does not give: letters lie about"
+    )
+    assert [(each.role, each.policy, each.value) for each in finding.remedies] == [("publisher", "delay", "1s")]
+
+
+def test_a_need_in_doubt_is_a_warning():
+    report = judged({"loss_free": "true"}, care="plain")
+    finding = only(report, "POST514")
+    assert (report.verdict, finding.severity) == (Verdict.UNKNOWN, Severity.WARNING)
+    assert "may not give" in finding.message
+
+
+def test_a_guarantee_in_doubt_is_not_known():
+    resolved = resolve(world(writer("box", care="plain"), reader("box")), {"post": GIVING}.get).endpoints
+    values = {each.word.name: each.text for each in give(resolved[0].profile, resolved[1].profile)}
+    assert values["loss_free"] == "unknown"
+    assert values["latest"] == "no"
+
+
+def test_what_a_publisher_relays_cannot_be_stated():
+    report = judged({"relayed": "true"})
+    finding = only(report, "CQ202")
+    assert "relayed" not in (finding.help or "").partition("known:")[2]
+    assert "survives" in (finding.help or "")
+    assert RELAYED.level == SURVIVES.level
+
+
+def test_a_misspelt_need_has_a_suggestion():
+    assert "did you mean `late_join`?" in (only(judged({"latejoin": "1"}), "CQ202").help or "")
+
+
+def test_a_fault_that_there_is_not_is_no_silent_yes():
+    finding = only(judged({"latest": "true", "survives": "[subscriber_restart, flood]"}, care="signed"), "CQ203")
+    assert "`flood` is no fault" in finding.message
+    assert finding.help == "expected a list of subscriber_restart, publisher_restart, intermediary_restart"
+
+
+def test_faults_are_read_in_any_spelling():
+    report = judged({"latest": "true", "survives": "Publisher Restart"}, care="signed")
+    assert "after a publisher restart" in only(report, "POST513").message
+
+
+def test_a_word_of_which_a_pack_says_nothing_is_no_silent_yes():
+    assert "POST511" not in codes(judged({"ordered": "true"}, care="plain"))
+    assert "needs ordered" in only(judged({"ordered": "true"}), "CQ211").message
+
+
+@pytest.mark.parametrize("pack", [ROS2, DDS], ids=lambda pack: pack.id)
+def test_our_packs_say_something_of_every_word(pack):
+    assert set(pack.guaranteed) == set(WORDS)
+    assert all(bound.rule.clause and bound.scope == "pair" for rules in pack.guaranteed.values() for bound in rules)
+
+
+# Laws over both packs -------------------------------------------------------------------------------------------------
+
+ROBOTS: tuple[Any, ...] = (
+    ROS2,
+    {
+        "reliability": ["best_effort", "reliable", "system_default"],
+        "durability": ["volatile", "transient_local", "system_default"],
+        "history": ["keep_last", "keep_all"],
+        "depth": ["0", "1", "5", "1000"],
+        "deadline": ["500ms", "1s", "infinite"],
+        "liveliness_lease_duration": ["1s", "infinite"],
+    },
+    {"lifespan": ["1s", "10s", "infinite"]},
+    {},
+    {"rmw": ["cyclonedds", "fastdds", "zenoh", "micro_ros"], "round_trip_time": ["20ms"]},
+    {"period": ["10ms", "1s", "infinite"], "keyed": ["true", "false"]},
+)
+PROGRAMS: tuple[Any, ...] = (
+    DDS,
+    {
+        "reliability": ["best_effort", "reliable"],
+        "durability": ["volatile", "transient_local", "transient"],
+        "history": ["keep_last", "keep_all"],
+        "history.depth": ["1", "5", "1000"],
+        "resource_limits.max_samples": ["10", "unlimited"],
+        "deadline": ["1s", "infinite"],
+        "liveliness.lease_duration": ["1s", "infinite"],
+        "ownership": ["shared", "exclusive"],
+        "presentation.access_scope": ["instance", "topic"],
+        "presentation.ordered_access": ["true", "false"],
+    },
+    {
+        "lifespan": ["1s", "10s", "infinite"],
+        "durability_service.history_depth": ["1", "5"],
+        "writer_data_lifecycle": ["true", "false"],
+    },
+    {
+        "time_based_filter": ["0s", "500ms"],
+        "reader_data_lifecycle.autopurge_nowriter_samples_delay": ["0s", "infinite"],
+    },
+    {
+        "implementation": ["standard", "cyclonedds", "fastdds", "opendds"],
+        "durability_service_runs": ["true", "false"],
+        "round_trip_time": ["20ms"],
+    },
+    {"period": ["10ms", "1s", "infinite"], "keyed": ["true", "false"]},
+)
+BARE = {
+    "ros2": replace(SEMANTIC, rules=tuple(rule for rule in SEMANTIC.rules if not rule.guarantee)),
+    "dds": replace(DDS, rules=tuple(rule for rule in DDS.rules if not rule.guarantee)),
+}
+# From the weakest on.
+STRENGTHS = {
+    "late_join": ["0", "1", "5", "6", "1000"],
+    "offline": ["0s", "1s", "10s", "1h"],
+    "max_age": ["infinite", "10s", "1s", "1ns"],
+    "max_gap": ["infinite", "1s", "999ms", "1ns"],
+    "liveness": ["infinite", "1s", "1ms"],
+    **{word: ["false", "true"] for word in ("latest", "loss_free", "duplicate_free", "ordered")},
+}
+RANK = {"compatible": 0, "unknown": 1, "incompatible": 2}
+Pair = dict[str, Any]
+
+
+def some(table: Mapping[str, list[str]]) -> Any:
+    return st.fixed_dictionaries({}, optional={name: st.sampled_from(texts) for name, texts in table.items()})
+
+
+def needs() -> Any:
+    faults = st.lists(st.sampled_from(FAULTS), unique=True).map(lambda names: {"survives": f"[{', '.join(names)}]"})
+    return st.builds(lambda stated, survives: stated | survives, some(STRENGTHS), faults | st.just({}))
+
+
+@st.composite
+def pairs(draw) -> Pair:
+    """A pair of ROS 2 or DDS without needs, as `check_pair` takes it."""
+    pack, both, of_writers, of_readers, options, topic = draw(st.sampled_from([ROBOTS, PROGRAMS]))
+    return {
+        "protocol": pack.id,
+        "offered": draw(some({**both, **of_writers})),
+        "requested": draw(some({**both, **of_readers})),
+        "options": draw(some(options)),
+        "topic": draw(some(topic)),
+        "packs": [pack],
+    }
+
+
+def given_up(report: PairReport, pack: RulePack) -> set[str]:
+    """Codes of guarantees that a report speaks of."""
+    ours = {rule.code for rule in pack.rules if rule.guarantee}
+    return {finding.code for finding in report.findings} & ours
+
+
+@given(pairs())
+def test_without_needs_a_pack_speaks_as_if_it_gave_nothing(pair):
+    report = check_pair(**pair)
+    bare = check_pair(**pair | {"packs": [BARE[pair["protocol"]]]})
+    assert given_up(report, pair["packs"][0]) == set()
+    assert report.verdict == bare.verdict
+    assert [finding.message for finding in report.findings] == [finding.message for finding in bare.findings]
+
+
+@given(pairs(), needs(), st.data())
+def test_a_weaker_need_never_adds_a_finding_and_never_makes_the_verdict_worse(pair, stated, data):
+    weaker = dict(stated)
+    name = data.draw(st.sampled_from([*STRENGTHS, "survives"]))
+    if name == "survives":
+        weaker.pop(name, None)
+    else:
+        order = STRENGTHS[name]
+        weaker[name] = data.draw(st.sampled_from(order[: order.index(stated.get(name, order[0])) + 1]))
+    before, after = check_pair(**pair, needs=stated), check_pair(**pair, needs=weaker)
+    pack = pair["packs"][0]
+    assert given_up(after, pack) <= given_up(before, pack)
+    assert RANK[after.verdict] <= RANK[before.verdict]
+
+
+@given(pairs(), needs())
+def test_an_unmet_need_refuses_and_one_not_known_leaves_open(pair, stated):
+    without, report = check_pair(**pair), check_pair(**pair, needs=stated)
+    pack = pair["packs"][0]
+    told = [finding for finding in report.findings if finding.code in given_up(report, pack)]
+    if without.verdict == "incompatible":
+        assert told == []
+        assert report.verdict == "incompatible"
+        return
+    severities = {finding.severity for finding in told}
+    assert severities <= {Severity.ERROR, Severity.WARNING}
+    for finding in told:
+        assert finding.verdict == ("incompatible" if finding.severity is Severity.ERROR else "unknown")
+    worst = "incompatible" if Severity.ERROR in severities else "unknown" if told else without.verdict
+    assert report.verdict == worst
+
+
+@given(pairs(), needs())
+def test_needs_stated_together_are_all_told(pair, stated):
+    pack = pair["packs"][0]
+    survives = {name: text for name, text in stated.items() if name == "survives"}
+    apart = [
+        given_up(check_pair(**pair, needs={word: text} | survives), pack)
+        for word, text in stated.items()
+        if word != "survives"
+    ]
+    assert given_up(check_pair(**pair, needs=stated), pack) == set().union(*apart)
+
+
+@given(pairs(), needs())
+def test_a_remedy_mends_what_it_says(pair, stated):
+    for finding in check_pair(**pair, needs=stated).findings:
+        if finding.code not in {rule.code for rule in pair["packs"][0].rules if rule.guarantee}:
+            continue
+        for remedy in finding.remedies:
+            side = "offered" if remedy.role == "publisher" else "requested"
+            mended = pair | {side: {**pair[side], remedy.policy: remedy.value}}
+            assert finding.code not in {each.code for each in check_pair(**mended, needs=stated).findings}
+
+
+@given(pairs(), needs())
+def test_a_pair_a_system_and_two_profiles_agree(pair, stated):
+    pack = pair["packs"][0]
+    text = {side: pair[side] for side in ("offered", "requested", "options", "topic")}
+    system = pair_system(pack.id, **text, needs=stated)
+    resolved = resolve(system, {pack.id: pack}.get).endpoints
+    alone = judge_pair(resolved[0].profile, resolved[1].profile)
+    asked, checked = check_pair(**pair, needs=stated), check_system(system, context([pack]))
+    assert alone.verdict == asked.verdict == checked.verdict
+    guarantees = {rule.code for rule in pack.rules if rule.guarantee}
+    spoken = {each.bound.rule.code for each in alone.spoken} & guarantees
+    assert spoken == given_up(asked, pack) == {finding.code for finding in checked.findings} & guarantees
+
+
+def test_needs_of_one_subscription_are_not_those_of_another():
+    system = world(
+        writer("box", care="plain"),
+        reader("box", "first", more={"needs": {"latest": Setting("true")}}),
+        reader("box", "second"),
+    )
+    report = check_system(system, context([GIVING]))
+    assert {group.subscribers: str(group.verdict) for group in report.groups} == {
+        ("first",): "incompatible",
+        ("second",): "compatible",
+    }
+    assert only(report, "POST511").endpoints == ("first", "writer")
+
+
+def test_a_node_that_needs_is_judged_on_the_wire_of_dds_too():
+    text = b"""
+cqos: 1
+participants:
+  program: {protocol: dds, publishes: {rt/scan: {reliability: reliable, lifespan: 10s}}}
+  node: {protocol: ros2, rmw: cyclonedds, subscribes: {scan: {needs: {max_age: 1s}}}}
+"""
+    report = check(text, importer="yaml", packs=[ROS2, DDS])
+    assert only(report, "DDS533").severity is Severity.ERROR
