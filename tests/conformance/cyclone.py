@@ -24,7 +24,7 @@ os.environ["CYCLONEDDS_URI"] = LOOPBACK
 from cyclonedds.core import DDSException  # noqa: E402 - it reads its configuration when it is imported
 from cyclonedds.domain import DomainParticipant  # noqa: E402
 from cyclonedds.idl import IdlStruct  # noqa: E402
-from cyclonedds.idl.annotations import appendable, final, mutable  # noqa: E402
+from cyclonedds.idl.annotations import appendable, final, key, mutable  # noqa: E402
 from cyclonedds.internal import dds_c_t  # noqa: E402
 from cyclonedds.pub import DataWriter, Publisher  # noqa: E402
 from cyclonedds.qos import BasePolicy, Policy, Qos, _CQos  # noqa: E402
@@ -77,6 +77,15 @@ class Mutable(IdlStruct, typename="Sample"):
     """A type that can grow anywhere."""
 
     value: int
+
+
+@dataclass
+class Keyed(IdlStruct, typename="Keyed"):
+    """A sample of one of several instances."""
+
+    instance: int
+    value: int
+    key("instance")
 
 
 TYPES: dict[str, Any] = {"final": Final, "appendable": Appendable, "mutable": Mutable}
@@ -151,6 +160,25 @@ class Cyclone:
             raise AssertionError(f"the two sides name different policies: {offered}, {requested}")
         return Answer((True, True), bool(seen), NAMED[status.last_policy_id] if status.total_count else None)
 
+    def connected(
+        self, offered: Settings, requested: Settings, sample: Any | None = None
+    ) -> tuple[DataWriter[Any], Callable[[], DataReader[Any]]]:
+        """Create a writer on a topic of its own; return it, and what creates a reader and waits until they match."""
+        name, type_ = f"cqos_{os.getpid()}_{next(self.numbers)}", sample or self.type
+        topics = Topic(self.writing, name, type_), Topic(self.reading, name, type_)
+        writer = DataWriter(Publisher(self.writing, group(offered)), topics[0], qos(offered))
+
+        def read() -> DataReader[Any]:
+            reader = DataReader(Subscriber(self.reading, group(requested)), topics[1], qos(requested))
+            until = time.monotonic() + 5
+            while not (writer.get_matched_subscriptions() and reader.get_matched_publications()):
+                if time.monotonic() > until:
+                    raise AssertionError(f"they do not match: {offered}, {requested}")
+                time.sleep(0.01)
+            return reader
+
+        return writer, read
+
     def replayed(self, offered: Settings, requested: Settings, written: int) -> list[int]:
         """Write samples, then create a reader, and return what it gets of those written before."""
         name = f"cqos_{os.getpid()}_{next(self.numbers)}"
@@ -159,12 +187,17 @@ class Cyclone:
         for number in range(written):
             writer.write(self.type(number))
         reader = DataReader(Subscriber(self.reading), topics[1], qos(requested))
-        found: list[int] = []
-        until = time.monotonic() + PATIENCE
-        while time.monotonic() < until and len(found) < written:
-            found += [sample.value for sample in reader.take(written)]
-            time.sleep(0.01)
-        return found
+        return taken(reader, written)
+
+
+def taken(reader: DataReader[Any], most: int) -> list[int]:
+    """Take samples until nothing more is expected to arrive, or so many are there."""
+    found: list[int] = []
+    until = time.monotonic() + PATIENCE
+    while time.monotonic() < until and len(found) < most:
+        found += [sample.value for sample in reader.take(most)]
+        time.sleep(0.01)
+    return found
 
 
 def _created(create: Callable[[], Any]) -> Any | None:

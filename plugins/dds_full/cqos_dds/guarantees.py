@@ -93,15 +93,17 @@ def within_limits(side: Callable[[Policy], Term]) -> Sentence:
     return none | ((side(HISTORY) == "keep_last") & ~as_sentence(topic(KEYED)))
 
 
+# Limits of the durability service do not bind what Cyclone DDS keeps; seen by running it.
+UNBOUND: Final = publisher_is("cyclonedds")
 SERVICE_HAS_ROOM: Final = (
     ((offered(SERVICE_HISTORY) == "keep_last") & (offered(SERVICE_DEPTH) >= LATE_JOIN))
-    | ((offered(SERVICE_HISTORY) == "keep_all") & (offered(SERVICE_MAX_PER_INSTANCE) >= LATE_JOIN))
-) & (offered(SERVICE_MAX_SAMPLES) >= LATE_JOIN)
+    | ((offered(SERVICE_HISTORY) == "keep_all") & ((offered(SERVICE_MAX_PER_INSTANCE) >= LATE_JOIN) | UNBOUND))
+) & ((offered(SERVICE_MAX_SAMPLES) >= LATE_JOIN) | UNBOUND)
 STORE_HAS_ROOM: Final = (KEPT_BY_SERVICE & SERVICE_HAS_ROOM) | (~KEPT_BY_SERVICE & has_room(offered, LATE_JOIN))
 SERVICE_SPANS: Final = (
     ((offered(SERVICE_HISTORY) == "keep_last") & lasts(offered(SERVICE_DEPTH), OFFLINE))
-    | ((offered(SERVICE_HISTORY) == "keep_all") & lasts(offered(SERVICE_MAX_PER_INSTANCE), OFFLINE))
-) & lasts(offered(SERVICE_MAX_SAMPLES), OFFLINE)
+    | ((offered(SERVICE_HISTORY) == "keep_all") & (lasts(offered(SERVICE_MAX_PER_INSTANCE), OFFLINE) | UNBOUND))
+) & (lasts(offered(SERVICE_MAX_SAMPLES), OFFLINE) | UNBOUND)
 STORE_SPANS: Final = (KEPT_BY_SERVICE & SERVICE_SPANS) | (~KEPT_BY_SERVICE & spans(offered, OFFLINE))
 STORE_KEEPS_ALL: Final = (KEPT_BY_SERVICE & (offered(SERVICE_HISTORY) == "keep_all")) | (
     ~KEPT_BY_SERVICE & (offered(HISTORY) == "keep_all")
