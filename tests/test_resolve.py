@@ -546,14 +546,6 @@ def test_what_a_participant_states_is_read_even_where_it_has_no_endpoint():
     assert [f.code for f in findings(participant("idle", colour="red"))] == ["CQ202"]
 
 
-def test_bridges_are_read_and_said_not_to_be_judged():
-    from cqos_core.system import Bridge
-
-    system = world(writer("box"))
-    system.bridges["b"] = Bridge("b")
-    assert [finding.code for finding in resolved(system).findings] == ["CQ211"]
-
-
 def test_a_participant_finds_its_broker():
     """The named one, or the only one."""
     from cqos_core.api import context
