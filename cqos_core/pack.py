@@ -14,7 +14,7 @@ from cqos_core.policy import ENDPOINT, LEVELS, NEED, Policy, normalise
 from cqos_core.problems import PackError, SentenceError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from cqos_core.codes import CodeInfo
     from cqos_core.evaluate import Use
@@ -168,7 +168,8 @@ class Wire:
         protocol: id of the wire's pack.
         topic: from a topic key and the endpoint's plain values by policy name, the topic on the wire; None where the endpoint
             is not on that wire.
-        policies: own endpoint policy to wire policy; wire policies that none stands for keep their defaults.
+        policies: own endpoint policy to the wire policy, or the several, that it sets; wire policies that none stands for
+            keep their defaults.
         options: own option to the wire's option or participant setting.
         words: own value to wire value, where the two spell it differently.
         fixed: wire policies that endpoints of this protocol always have, with their values.
@@ -177,11 +178,17 @@ class Wire:
 
     protocol: str
     topic: Callable[[str, Mapping[str, str]], str | None]
-    policies: Mapping[str, str]
+    policies: Mapping[str, str | tuple[str, ...]]
     options: Mapping[str, str] = field(default_factory=dict)
     words: Mapping[str, str] = field(default_factory=dict)
     fixed: Mapping[str, str] = field(default_factory=dict)
     type: Callable[[str], str] = str
+
+    def translations(self) -> Iterator[tuple[str, str]]:
+        """Yield each own policy with each wire policy that it sets."""
+        for own, on_wire in self.policies.items():
+            for name in (on_wire,) if isinstance(on_wire, str) else on_wire:
+                yield own, name
 
 
 @dataclass(frozen=True, slots=True)

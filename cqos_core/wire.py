@@ -48,7 +48,7 @@ def _on_wire(resolver: Resolver, endpoint: Resolved, wire: Wire, name: str, pack
     settings = {name: Setting(text) for name, text in wire.fixed.items()}
     opened: dict[int, Value] = {}
     own_index: dict[int, int] = {}
-    for own_name, wire_name in wire.policies.items():
+    for own_name, wire_name in wire.translations():
         index = own.vocabulary.indices[ENDPOINT, own_name]
         wire_index = pack.find(ENDPOINT, wire_name)
         if wire_index is None:
@@ -68,6 +68,8 @@ def _on_wire(resolver: Resolver, endpoint: Resolved, wire: Wire, name: str, pack
         profiles=(),
         overlay={},
         dialect="yaml",
+        # What its own protocol knows is here; the rest it never sets, whether or not anybody saw it run.
+        observed=False,
         protocol=pack.id,
         type=None if stated.type is None else wire.type(stated.type),
     )

@@ -17,7 +17,7 @@ LOOPBACK = """<CycloneDDS><Domain>
     <Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>
     <AllowMulticast>false</AllowMulticast>
   </General>
-  <Discovery><ParticipantIndex>auto</ParticipantIndex></Discovery>
+  <Discovery><ParticipantIndex>auto</ParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers></Discovery>
 </Domain></CycloneDDS>"""
 os.environ["CYCLONEDDS_URI"] = LOOPBACK
 

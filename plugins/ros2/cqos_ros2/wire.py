@@ -39,8 +39,9 @@ WIRE: Final = Wire(
         "liveliness": "liveliness",
         "liveliness_lease_duration": "liveliness.lease_duration",
         "lifespan": "lifespan",
-        "history": "history",
-        "depth": "history.depth",
+        # What rmw_cyclonedds keeps for late readers; by Cyclone DDS alone that would be one sample.
+        "history": ("history", "durability_service.history_kind"),
+        "depth": ("history.depth", "durability_service.history_depth"),
     },
     options={"domain": "domain", "rmw": "implementation"},
     words={"manual_by_node": "manual_by_participant", "micro_ros": "fastdds"},

@@ -1,0 +1,119 @@
+"""``cqos snapshot``: systems of what runs."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Final
+
+import click
+
+from cqos_core.cli.parameters import color_option, debug_option
+from cqos_core.cli.sinks import check_targets
+from cqos_core.cli.streams import emit, say, write_file
+from cqos_core.exporters.contract import ExportContext
+from cqos_core.exporters.yaml_form import write
+from cqos_core.formatters.wording import plural
+from cqos_core.plugins import load_plugins
+from cqos_core.problems import CqosError, describe
+from cqos_dds.snapshot import ros
+from cqos_dds.snapshot.observed import system_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from types import FrameType
+
+    from cqos_dds.snapshot.seen import Seen
+
+_NOBODY: Final = 2
+_HIGHEST_DOMAIN: Final = 232
+
+
+@click.group()
+def snapshot() -> None:
+    """Write what runs as a system file, to check it or to compare it with its design."""
+
+
+@snapshot.command(
+    epilog="Exit codes: 0 written; 2 wrong usage, nobody is there, or Cyclone DDS is missing or cannot join; 3 internal "
+    "error."
+)
+@click.option(
+    "--domain", type=click.IntRange(0, _HIGHEST_DOMAIN), default=0, show_default=True, metavar="N", help="The domain."
+)
+@click.option(
+    "--seconds",
+    type=click.FloatRange(0, 3600, min_open=True),
+    default=5.0,
+    show_default=True,
+    metavar="S",
+    help="How long to look; participants announce themselves every few seconds. Ctrl-C ends it early.",
+)
+@click.option("--output", metavar="FILE", help="Write there rather than to standard output, whole or not at all.")
+@color_option
+@debug_option
+@click.pass_context
+def dds(ctx: click.Context, *, domain: int, seconds: float, output: str | None, color: str) -> None:
+    """Write who is in a DDS domain: participants, topics, types and QoS, as discovery tells them.
+
+    Joins the domain with Cyclone DDS, which reads its configuration from CYCLONEDDS_URI, and writes or reads no topic of
+    anybody. Endpoints of ROS 2 get their own names. What discovery does not tell stays unknown.
+
+    \b
+    Examples:
+      cqos snapshot dds --domain 7 --output running.yaml
+      cqos diff design.yaml running.yaml
+    """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    check_targets("--output", [] if output is None else [output], ())
+    seen, looked = _look(domain, seconds, color)
+    found = f"{plural(len(seen.participants), 'participant')}, {plural(len(seen.endpoints), 'endpoint')}"
+    if not seen.endpoints:
+        say(
+            f"domain {domain}: {found} seen in {looked:.1f} s, so there is nothing to write",
+            severity="error",
+            choice=color,
+        )
+        ctx.exit(_NOBODY)
+    say(f"domain {domain}: {found} seen in {looked:.1f} s", severity="note", choice=color)
+    plugins = load_plugins()
+    system = system_of(seen, with_ros=ros.PROTOCOL in plugins.packs)
+    exported = write(system, ExportContext(plugins.pack, settings={"profiles": "shared"}))
+    text = f"# What ran in DDS domain {domain}, as discovery tells it.\n{exported.text}"
+    if output is None:
+        emit(text)
+    else:
+        write_file(output, text)
+
+
+def _look(domain: int, seconds: float, color: str) -> tuple[Seen, float]:
+    """Look for some time, or until somebody interrupts; return who is there at the end, and how long it took."""
+    try:
+        from cqos_dds.snapshot.discovery import Discovery
+    except ImportError as error:
+        raise CqosError(
+            f"`cqos snapshot dds` needs Cyclone DDS, which is not installed ({describe(error)}): "
+            "pip install 'cqos-dds[snapshot]'"
+        ) from None
+    began = time.monotonic()
+    with _interruptible() as interrupted:
+        discovery = Discovery(domain)
+        say(f"looking into domain {domain} for {seconds:g} s; Ctrl-C ends it early", severity="note", choice=color)
+        interrupted.wait(seconds)
+        return discovery.seen(), time.monotonic() - began
+
+
+@contextmanager
+def _interruptible() -> Iterator[threading.Event]:
+    """Hand out an event that an interrupt sets, in place of ending the command."""
+    interrupted = threading.Event()
+
+    def interrupt(_signal: int, _frame: FrameType | None) -> None:
+        interrupted.set()
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield interrupted
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -1,0 +1,65 @@
+"""What discovery tells of a domain: plain values, whoever found them out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cqos_core.system import Role
+
+
+@dataclass(frozen=True, slots=True)
+class SeenParticipant:
+    """One participant.
+
+    Attributes:
+        key: its GUID, which changes from start to start.
+        name: what its program calls it; empty where it has no name.
+        implementation: as the pack names it, None where the vendor is not known.
+        process, pid, host: who runs it, empty where that is not told.
+    """
+
+    key: str
+    name: str = ""
+    implementation: str | None = None
+    process: str = ""
+    pid: str = ""
+    host: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SeenEndpoint:
+    """One writer or reader.
+
+    Attributes:
+        participant: key of its participant.
+        settings: values of the policies that are told of it, by their names in the pack.
+        name: what its program calls it; empty where it has no name.
+    """
+
+    key: str
+    participant: str
+    role: Role
+    topic: str
+    type: str
+    settings: dict[str, str]
+    name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SeenTopic:
+    """One topic that somebody has declared."""
+
+    name: str
+    type: str
+
+
+@dataclass(slots=True)
+class Seen:
+    """All that is there at one time, but for who looks."""
+
+    domain: int
+    participants: list[SeenParticipant] = field(default_factory=list)
+    endpoints: list[SeenEndpoint] = field(default_factory=list)
+    topics: list[SeenTopic] = field(default_factory=list)

@@ -1,0 +1,349 @@
+"""``cqos snapshot dds`` sees what real programs do, each in a process of its own, on loopback and a domain of its own."""
+
+import contextlib
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+if os.environ.get("CI") != "true":
+    pytest.importorskip("cyclonedds", reason="cyclonedds is not installed: pip install cyclonedds")
+
+from cyclonedds.qos import Policy, Qos
+
+import cqos_core as cqos
+from cqos_core.system import PUBLISHER, SUBSCRIBER
+from cqos_dds.pack import PACK
+from cqos_dds.snapshot import discovery
+from tests.conformance.cyclone import LOOPBACK, free_domain
+
+ROOT = Path(__file__).resolve().parents[4]
+PROGRAM = Path(__file__).with_name("program.py")
+COMMAND = str(Path(sys.executable).with_name("cqos"))
+STRING = "std_msgs::msg::dds_::String_"
+OF_ROS = {"data_representation": "[xcdr1]"}
+SECONDS = 2.5
+ENVIRONMENT = {**os.environ, "CYCLONEDDS_URI": LOOPBACK, "PYTHONPATH": str(ROOT)}
+
+Start = Callable[..., None]
+
+
+@pytest.fixture
+def domain() -> int:
+    return free_domain()
+
+
+@pytest.fixture
+def start(domain: int) -> Iterator[Start]:
+    """Start programs; they end when their standard input does."""
+    with contextlib.ExitStack() as running:
+
+        def run(name: str, *endpoints: tuple[Any, ...]) -> None:
+            told = json.dumps({"name": name, "endpoints": endpoints})
+            program = subprocess.Popen(
+                [sys.executable, PROGRAM, str(domain), told],
+                env=ENVIRONMENT,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                text=True,
+            )
+            running.callback(_end, program)
+            assert program.stdout is not None
+            assert program.stdout.readline() == "up\n"
+
+        yield run
+
+
+def _end(program: subprocess.Popen[str]) -> None:
+    try:
+        program.communicate(timeout=10)
+    except subprocess.TimeoutExpired:
+        program.kill()
+        program.communicate()
+        raise
+
+
+def snapshot(domain: int, *arguments: Any, **environ: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [COMMAND, "snapshot", "dds", "--domain", str(domain), "--seconds", str(SECONDS), *map(str, arguments)],
+        env={**ENVIRONMENT, **environ},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+
+
+def endpoints(path: Path) -> dict[str, tuple[str, str, str, dict[str, str]]]:
+    return {
+        each.id: (
+            each.protocol or "dds",
+            each.role,
+            each.type or "",
+            {name: one.text for name, one in each.settings.items()},
+        )
+        for each in cqos.read(path).endpoints
+    }
+
+
+def test_it_sees_exactly_what_runs(domain: int, start: Start, tmp_path: Path):
+    start("talker", (PUBLISHER, "rt/chatter", STRING, {**OF_ROS, "reliability": "reliable", "deadline": "100ms"}))
+    start(
+        "listener",
+        (SUBSCRIBER, "rt/chatter", STRING, {**OF_ROS, "deadline": "50ms"}),
+        (
+            PUBLISHER,
+            "state",
+            "State",
+            {"partition": "[left, right]", "ownership": "exclusive", "ownership_strength": "3"},
+        ),
+    )
+    start("", (SUBSCRIBER, "state", "State", {"partition": "[left]", "ownership": "exclusive", "history.depth": "4"}))
+    file = tmp_path / "running.yaml"
+    done = snapshot(domain, "--output", file)
+    assert (done.returncode, done.stdout) == (0, "")
+    assert f"domain {domain}: 3 participants, 4 endpoints seen in" in done.stderr
+
+    system = cqos.read(file)
+    assert sorted(system.participants) == ["listener", "python", "talker"]
+    assert {each.settings["rmw"].text for name, each in system.participants.items() if name != "python"} == {
+        "cyclonedds"
+    }
+    assert system.participants["python"].settings["implementation"].text == "cyclonedds"
+    assert all(each.observed for each in system.endpoints)
+    found = endpoints(file)
+    assert {name: each[:3] for name, each in found.items()} == {
+        "talker/publisher//chatter": ("ros2", "publisher", "std_msgs/msg/String"),
+        "listener/subscriber//chatter": ("ros2", "subscriber", "std_msgs/msg/String"),
+        "listener/publisher/state": ("dds", "publisher", "State"),
+        "python/subscriber/state": ("dds", "subscriber", "State"),
+    }
+    assert found["talker/publisher//chatter"][3].items() >= {"reliability": "reliable", "deadline": "100ms"}.items()
+    assert (
+        found["listener/publisher/state"][3].items()
+        >= {
+            "partition": "[left, right]",
+            "ownership": "exclusive",
+            "ownership_strength": "3",
+        }.items()
+    )
+    assert found["python/subscriber/state"][3]["history.depth"] == "4"
+
+    report = cqos.check(file)
+    assert [(each.topic, str(each.verdict)) for each in report.groups] == [
+        ("/chatter", "incompatible"),
+        ("state", "compatible"),
+    ]
+    assert [each.code for each in report.findings if each.severity == "error"] == ["ROS103"]
+
+
+def test_check_and_diff_work_on_it(domain: int, start: Start, tmp_path: Path):
+    start("sensor", (PUBLISHER, "reading", "Reading", {"durability": "transient_local"}))
+    start("logger", (SUBSCRIBER, "reading", "Reading", {"reliability": "reliable"}))
+    running, design = tmp_path / "running.yaml", tmp_path / "design.yaml"
+    assert snapshot(domain, "--output", running).returncode == 0
+    designed: dict[str, Any] = {
+        "cqos": 1,
+        "protocol": "dds",
+        "options": {"dds": {"implementation": "cyclonedds", "extensibility": "final", "domain": domain}},
+        "participants": {
+            "sensor": {"publishes": {"reading": {"type": "Reading", "durability": "transient_local"}}},
+            "logger": {"subscribes": {"reading": {"type": "Reading", "reliability": "reliable"}}},
+        },
+    }
+
+    def diff() -> subprocess.CompletedProcess[str]:
+        design.write_text(json.dumps(designed), encoding="utf-8")
+        command = [COMMAND, "diff", str(design), str(running)]
+        return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+
+    same = diff()
+    assert same.returncode == 0, same.stdout
+    designed["participants"]["logger"]["subscribes"]["reading"]["durability"] = "transient_local"
+    other = diff()
+    assert other.returncode == 1
+    assert re.search(r"durability.*transient_local.*volatile", other.stdout, re.DOTALL)
+
+
+def test_an_interrupt_ends_it_with_what_was_seen(domain: int, start: Start, tmp_path: Path):
+    start("sensor", (PUBLISHER, "reading", "Reading", {}))
+    file = tmp_path / "running.yaml"
+    command = [COMMAND, "snapshot", "dds", "--domain", str(domain), "--seconds", "600", "--output", str(file)]
+    looking = subprocess.Popen(command, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True)
+    assert looking.stderr is not None
+    assert looking.stderr.readline() == f"note: looking into domain {domain} for 600 s; Ctrl-C ends it early\n"
+    time.sleep(SECONDS)
+    looking.send_signal(signal.SIGINT)
+    _, told = looking.communicate(timeout=30)
+    assert looking.returncode == 0
+    assert f"domain {domain}: 1 participant, 1 endpoint seen in" in told
+    assert list(endpoints(file)) == ["sensor/publisher/reading"]
+
+
+def test_who_left_is_not_there(domain: int, tmp_path: Path):
+    file = tmp_path / "running.yaml"
+    told = json.dumps({"name": "late", "endpoints": [(PUBLISHER, "reading", "Reading", {})]})
+    command = [COMMAND, "snapshot", "dds", "--domain", str(domain), "--seconds", "600", "--output", str(file)]
+    looking = subprocess.Popen(command, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True)
+    assert looking.stderr is not None
+    assert looking.stderr.readline()
+    program = subprocess.Popen(
+        [sys.executable, PROGRAM, str(domain), told],
+        env=ENVIRONMENT,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert program.stdout is not None
+    assert program.stdout.readline() == "up\n"
+    time.sleep(1)
+    _end(program)
+    time.sleep(1)
+    looking.send_signal(signal.SIGINT)
+    _, said = looking.communicate(timeout=30)
+    assert looking.returncode == 2
+    assert f"error: domain {domain}: 0 participants, 0 endpoints seen in" in said
+
+
+def test_an_empty_domain_is_told_and_nothing_is_written(domain: int, tmp_path: Path):
+    file = tmp_path / "running.yaml"
+    done = snapshot(domain, "--output", file)
+    assert done.returncode == 2
+    assert f"domain {domain}: 0 participants, 0 endpoints seen in" in done.stderr
+    assert "nothing to write" in done.stderr
+    assert not file.exists()
+
+
+def test_who_lacks_cyclone_dds_is_told_what_to_install(tmp_path: Path):
+    package = tmp_path / "cyclonedds"
+    package.mkdir()
+    (package / "__init__.py").write_text(
+        "raise ModuleNotFoundError(\"No module named 'cyclonedds'\")", encoding="utf-8"
+    )
+    done = snapshot(1, PYTHONPATH=str(tmp_path))
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "pip install 'cqos-dds[snapshot]'" in done.stderr
+
+
+def test_a_domain_that_cannot_be_joined_is_told(domain: int):
+    nowhere = LOOPBACK.replace("127.0.0.1", "203.0.113.1", 1)
+    done = snapshot(domain, CYCLONEDDS_URI=nowhere)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert f"Cyclone DDS cannot join domain {domain}" in done.stderr
+    assert "CYCLONEDDS_URI" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--domain", "233"), "233 is not in the range 0<=x<=232"),
+        (("--seconds", "0"), "0.0 is not in the range"),
+        (("--output", "no/such/folder/file.yaml"), "there is no folder"),
+    ],
+)
+def test_wrong_usage_is_refused_before_anybody_looks(arguments: tuple[str, ...], said: str):
+    done = subprocess.run(
+        [COMMAND, "snapshot", "dds", *arguments], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert done.returncode == 2
+    assert said in " ".join(done.stderr.split())
+
+
+# Policies
+
+
+def test_every_policy_comes_in_the_words_of_the_pack():
+    qos = Qos(
+        Policy.Reliability.Reliable(5),
+        Policy.Durability.TransientLocal,
+        Policy.Deadline(10**9),
+        Policy.LatencyBudget(2),
+        Policy.Liveliness.ManualByTopic(3),
+        Policy.Ownership.Exclusive,
+        Policy.OwnershipStrength(-1),
+        Policy.DestinationOrder.BySourceTimestamp,
+        Policy.PresentationAccessScope.Group(coherent_access=True, ordered_access=False),
+        Policy.Partition(["a", "b*"]),
+        Policy.DataRepresentation(use_xcdrv2_representation=True),
+        Policy.TypeConsistency.AllowTypeCoercion(ignore_member_names=False, force_type_validation=True),
+        Policy.History.KeepAll,
+        Policy.ResourceLimits(-1, 4, 5),
+        Policy.DurabilityService(6, Policy.History.KeepLast(7), 8, -1, 9),
+        Policy.Lifespan(2**63 - 1),
+        Policy.TimeBasedFilter(0),
+        Policy.TransportPriority(-1),
+        Policy.WriterDataLifecycle(autodispose=False),
+        Policy.ReaderDataLifecycle(1, 2**63 - 1),
+        Policy.Userdata(b"enclave=/;"),
+        Policy.Groupdata(b"\x00\xff"),
+    )
+    written = discovery.settings(qos, PUBLISHER) | discovery.settings(qos, SUBSCRIBER)
+    written |= discovery.settings(qos + Qos(Policy.History.KeepLast(3)), SUBSCRIBER)
+    never = {"type", "entity_factory", "liveliness.announcement_period"}  # which discovery does not tell at all
+    assert set(written) == {policy.name for policy in PACK.policies if policy.level == "endpoint"} - never
+    assert (
+        written.items()
+        >= {
+            "reliability.max_blocking_time": "5ns",
+            "liveliness": "manual_by_topic",
+            "liveliness.lease_duration": "3ns",
+            "ownership_strength": "-1",
+            "presentation.access_scope": "group",
+            "presentation.coherent_access": "true",
+            "partition": '[a, "b*"]',
+            "data_representation": "[xcdr2]",
+            "type_consistency": "allow_type_coercion",
+            "type_consistency.ignore_member_names": "false",
+            "history": "keep_last",
+            "history.depth": "3",
+            "resource_limits.max_samples": "unlimited",
+            "resource_limits.max_instances": "4",
+            "durability_service.history_kind": "keep_last",
+            "durability_service.history_depth": "7",
+            "durability_service.max_instances": "unlimited",
+            "lifespan": "infinite",
+            "transport_priority": "-1",
+            "writer_data_lifecycle": "false",
+            "reader_data_lifecycle.autopurge_nowriter_samples_delay": "1ns",
+            "user_data": "enclave=/;",
+            "group_data": "0x00ff",
+        }.items()
+    )
+    assert "history.depth" not in discovery.settings(qos, SUBSCRIBER)
+    for name, text in written.items():
+        PACK.policy(name).domain.parse(text)
+
+
+def test_a_policy_of_one_side_is_written_on_that_side_only():
+    qos = Qos(Policy.Lifespan(1), Policy.TimeBasedFilter(1))
+    assert "lifespan" in discovery.settings(qos, PUBLISHER)
+    assert "lifespan" not in discovery.settings(qos, SUBSCRIBER)
+    assert "time_based_filter" not in discovery.settings(qos, PUBLISHER)
+
+
+def test_what_others_do_not_announce_stays_unknown():
+    qos = Qos(
+        Policy.History.KeepLast(1), Policy.ResourceLimits(1, 1, 1), Policy.TransportPriority(1), Policy.Deadline(1)
+    )
+    assert discovery.settings(qos, PUBLISHER, "fastdds").keys() == {"partition", "deadline"}
+    assert "history.depth" in discovery.settings(qos, PUBLISHER, "cyclonedds")
+
+
+def test_the_order_of_several_representations_is_not_told_and_only_writers_have_one():
+    qos = Qos(Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_representation=True))
+    assert "data_representation" not in discovery.settings(qos, PUBLISHER)
+    assert discovery.settings(qos, SUBSCRIBER)["data_representation"] == "[xcdr1, xcdr2]"
+
+
+def test_no_vendor_that_the_pack_does_not_know():
+    domain = PACK.policy("implementation", "option")
+    for name in discovery.VENDORS.values():
+        assert domain.word(name) in domain.words or domain.domain.parse(name), name
