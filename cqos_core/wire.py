@@ -44,14 +44,14 @@ def _plain_texts(endpoint: Resolved) -> dict[str, str]:
 
 
 def _on_wire(resolver: Resolver, endpoint: Resolved, wire: Wire, name: str, pack: RulePack) -> Resolved:
-    own, values = endpoint.pack, endpoint.profile.values
+    own, values, stated = endpoint.pack, endpoint.profile.values, endpoint.endpoint
     settings = {name: Setting(text) for name, text in wire.fixed.items()}
     opened: dict[int, Value] = {}
     own_index: dict[int, int] = {}
     for own_name, wire_name in wire.translations():
         index = own.vocabulary.indices[ENDPOINT, own_name]
         wire_index = pack.find(ENDPOINT, wire_name)
-        if wire_index is None:
+        if wire_index is None or stated.role not in pack.policies[wire_index].roles:
             continue
         own_index[wire_index] = index
         value = _translated(values[index], own.policies[index], pack.policies[wire_index], wire.words)
@@ -60,7 +60,6 @@ def _on_wire(resolver: Resolver, endpoint: Resolved, wire: Wire, name: str, pack
             settings[wire_name] = Setting(text, endpoint.origin(index)[1])
         else:
             opened[wire_index] = value
-    stated = endpoint.endpoint
     carried = replace(
         stated,
         topic=name,

@@ -1,9 +1,9 @@
-"""The same pairs, judged by the DDS pack and by Cyclone DDS, and what the two say side by side."""
+"""The same pairs, judged by a pack and by Cyclone DDS, and what the two say side by side; for the packs of DDS and ROS 2."""
 
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Final
@@ -13,9 +13,11 @@ from cqos_core.judge import judge_endpoint, judge_pair
 from cqos_core.pairing import apart
 from cqos_core.resolve import resolve
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, System
-from cqos_dds.pack import PACK
+from cqos_dds.pack import PACK as DDS_PACK
+from cqos_ros2.pack import PACK as ROS2_PACK
 
 if TYPE_CHECKING:
+    from cqos_core.pack import RulePack
     from cqos_core.resolve import QosProfile
     from tests.conformance.cyclone import Answer, Cyclone
 
@@ -93,7 +95,7 @@ CHOICES: Final[dict[str, tuple[str, ...]]] = {
 }
 """The values tried of each policy."""
 
-TOGETHER: Final = {
+TOGETHER: Final[dict[str, tuple[str, ...]]] = {
     "reliability": ("reliability",),
     "durability": ("durability",),
     "presentation": (
@@ -111,7 +113,7 @@ TOGETHER: Final = {
 }
 """Policies whose values are tried in all combinations, both sides."""
 
-ALONE: Final = {
+ALONE: Final[dict[str, tuple[str, ...]]] = {
     "history and resource limits": (
         "history",
         "history.depth",
@@ -131,42 +133,142 @@ ALONE: Final = {
 """Policies whose values decide whether one endpoint can be created, tried in all combinations."""
 
 
-def grid(names: Sequence[str]) -> Iterator[Settings]:
+@dataclass(frozen=True)
+class Subject:
+    """A pack, and what of it is compared.
+
+    Attributes:
+        choices: the values tried of each policy.
+        together: policies whose values are tried in all combinations, on both sides.
+        alone: the same on one side, with a plain partner.
+        named_by: the policy that Cyclone DDS names where a rule speaks, in its order of comparing.
+        options: with which the pack says what Cyclone DDS does.
+        standard: with which it says what others do; None where there is no such thing.
+        on_wire: from settings of the pack to those of the DDS pack with which the endpoint is created.
+    """
+
+    pack: RulePack
+    choices: Mapping[str, Sequence[str]]
+    together: Mapping[str, Sequence[str]]
+    alone: Mapping[str, Sequence[str]]
+    named_by: Mapping[str, str]
+    options: Mapping[str, str]
+    standard: Mapping[str, str] | None
+    on_wire: Callable[[Settings], Settings]
+
+
+def as_rmw_cyclonedds(settings: Settings) -> Settings:
+    """What a node asks of Cyclone DDS for these settings of ROS 2 (rmw_cyclonedds, create_readwrite_qos).
+
+    Written down from the reading of rmw_cyclonedds, not from our own pack, which is compared with it.
+    """
+    history = "keep_all" if settings.get("history") == "keep_all" else "keep_last"
+    depth = settings.get("depth", "10")
+    if depth == "0":
+        depth = "1"
+    stated = {
+        "reliability": "best_effort" if settings.get("reliability") == "best_effort" else "reliable",
+        "durability": "transient_local" if settings.get("durability") == "transient_local" else "volatile",
+        "history": history,
+        "history.depth": depth,
+        "data_representation": "[xcdr1]",
+    }
+    if stated["durability"] == "transient_local":
+        stated |= {"durability_service.history_kind": history, "durability_service.history_depth": depth}
+    for name, on_wire in (
+        ("deadline", "deadline"),
+        ("lifespan", "lifespan"),
+        ("liveliness_lease_duration", "liveliness.lease_duration"),
+    ):
+        if settings.get(name, "0s") != "0s":  # which is unspecified
+            stated[on_wire] = settings[name]
+    liveliness = settings.get("liveliness", "system_default")
+    kinds = {"manual_by_node": "manual_by_participant", "system_default": "automatic"}
+    stated["liveliness"] = kinds.get(liveliness, liveliness)
+    return stated
+
+
+ROS2_CHOICES: Final[dict[str, tuple[str, ...]]] = {
+    "reliability": ("best_effort", "reliable", "system_default"),
+    "durability": ("volatile", "transient_local", "system_default"),
+    "deadline": DURATIONS,
+    "liveliness": ("automatic", "manual_by_node", "manual_by_topic", "system_default"),
+    "liveliness_lease_duration": DURATIONS,
+    "lifespan": DURATIONS,
+    "history": ("keep_last", "keep_all", "system_default"),
+    "depth": ("0", "1", "5", "1000"),
+}
+DDS: Final = Subject(
+    DDS_PACK,
+    CHOICES,
+    TOGETHER,
+    ALONE,
+    NAMED_BY,
+    {"implementation": "cyclonedds", "extensibility": "final"},
+    {"implementation": "standard"},
+    dict,
+)
+ROS2: Final = Subject(
+    ROS2_PACK,
+    ROS2_CHOICES,
+    {
+        "reliability": ("reliability",),
+        "durability": ("durability",),
+        "deadline": ("deadline",),
+        "liveliness": ("liveliness", "liveliness_lease_duration"),
+        "lifespan": ("lifespan",),
+        "history": ("history", "depth"),
+    },
+    {},
+    {
+        "ROS101": "reliability",
+        "ROS102": "durability",
+        "ROS103": "deadline",
+        "ROS104": "liveliness",
+        "ROS105": "liveliness",
+    },
+    {"rmw": "cyclonedds"},
+    None,
+    as_rmw_cyclonedds,
+)
+
+
+def grid(names: Sequence[str], subject: Subject = DDS) -> Iterator[Settings]:
     """Every combination of values."""
-    for values in product(*(CHOICES[name] for name in names)):
+    for values in product(*(subject.choices[name] for name in names)):
         yield dict(zip(names, values, strict=True))
 
 
-def pairs_of(names: Sequence[str]) -> Iterator[Pair]:
+def pairs_of(names: Sequence[str], subject: Subject = DDS) -> Iterator[Pair]:
     """Every combination of values on both sides, and with either side unstated."""
-    settings: list[Settings] = [{}, *grid(names)]
+    settings: list[Settings] = [{}, *grid(names, subject)]
     yield from product(settings, settings)
 
 
-def single(names: Sequence[str]) -> Iterator[Pair]:
+def single(names: Sequence[str], subject: Subject = DDS) -> Iterator[Pair]:
     """Every combination of values on one side, with a plain partner."""
-    writer = all("publisher" in PACK.policy(name).roles for name in names)
-    for settings in grid(names):
+    writer = all("publisher" in subject.pack.policy(name).roles for name in names)
+    for settings in grid(names, subject):
         yield (settings, {}) if writer else ({}, settings)
 
 
-def random_pairs(number: int, seed: int) -> Iterator[Pair]:
+def random_pairs(number: int, seed: int, subject: Subject = DDS) -> Iterator[Pair]:
     """Pairs of random values of some policies; a reader often takes over what its writer has, so that many match."""
     dice = random.Random(seed)  # noqa: S311 - dice
     for _ in range(number):
         some = dice.choice((0.1, 0.3, 0.6))
-        offered = _some("publisher", some, dice)
-        requested = _some("subscriber", some, dice)
-        common = {name: text for name, text in offered.items() if name in CHOICES and dice.random() < 0.5}
-        allowed = {name: text for name, text in common.items() if "subscriber" in PACK.policy(name).roles}
+        offered = _some("publisher", some, dice, subject)
+        requested = _some("subscriber", some, dice, subject)
+        common = {name: text for name, text in offered.items() if dice.random() < 0.5}
+        allowed = {name: text for name, text in common.items() if "subscriber" in subject.pack.policy(name).roles}
         yield offered, {**requested, **allowed}
 
 
-def _some(role: str, some: float, dice: random.Random) -> Settings:
+def _some(role: str, some: float, dice: random.Random, subject: Subject) -> Settings:
     found = {}
-    for name, values in CHOICES.items():
+    for name, values in subject.choices.items():
         seldom = name.startswith(("resource_limits", "durability_service", "history", "data_representation"))
-        if role in PACK.policy(name).roles and dice.random() < (some / 6 if seldom else some):
+        if role in subject.pack.policy(name).roles and dice.random() < (some / 6 if seldom else some):
             found[name] = dice.choice(values)
     return found
 
@@ -181,24 +283,25 @@ class Judgement:
     unknown: bool = False
 
 
-def judge(pairs: Iterable[Pair], **options: str) -> list[Judgement]:
+def judge(pairs: Iterable[Pair], subject: Subject = DDS, **options: str) -> list[Judgement]:
     """Judge all pairs, each on a topic of its own."""
-    system = System(protocol="dds", participants={"p": Participant("p"), "q": Participant("q")})
-    system.options["dds"] = {name: Setting(text) for name, text in options.items()}
+    protocol = subject.pack.id
+    system = System(protocol=protocol, participants={"p": Participant("p"), "q": Participant("q")})
+    system.options[protocol] = {name: Setting(text) for name, text in options.items()}
     for number, (offered, requested) in enumerate(pairs):
         for role, owner, settings in ((PUBLISHER, "p", offered), (SUBSCRIBER, "q", requested)):
             stated = {name: Setting(text) for name, text in settings.items()}
             system.endpoints.append(Endpoint(f"{role}{number}", role, f"t{number}", owner, stated))
-    resolved = resolve(system, context([PACK]).find_pack)
+    resolved = resolve(system, context([subject.pack]).find_pack)
     assert resolved.findings == []
     endpoints = iter(resolved.endpoints)
     return [
-        _judgement(publisher.profile, subscriber.profile)
+        _judgement(publisher.profile, subscriber.profile, subject)
         for publisher, subscriber in zip(*[endpoints] * 2, strict=True)
     ]
 
 
-def _judgement(publisher: QosProfile, subscriber: QosProfile) -> Judgement:
+def _judgement(publisher: QosProfile, subscriber: QosProfile, subject: Subject) -> Judgement:
     created = _can_be_created(publisher, PUBLISHER), _can_be_created(subscriber, SUBSCRIBER)
     if not all(created):
         return Judgement(created)
@@ -206,7 +309,7 @@ def _judgement(publisher: QosProfile, subscriber: QosProfile) -> Judgement:
         return Judgement(created, matched=False)
     judged = judge_pair(publisher, subscriber)
     codes = {spoken.bound.rule.code for spoken in judged.spoken}
-    broken = [name for code, name in NAMED_BY.items() if code in codes]
+    broken = [name for code, name in subject.named_by.items() if code in codes]
     matched = judged.verdict == "compatible"
     return Judgement(
         created, matched, None if matched else next(iter(broken), None), unknown=judged.verdict == "unknown"
@@ -229,11 +332,15 @@ def disagreement(pair: Pair, ours: Judgement, theirs: Answer) -> str | None:
 
 @dataclass(frozen=True)
 class Section:
-    """Pairs, what the pack says of them with ``cyclonedds`` and with ``standard``, and what Cyclone DDS does."""
+    """Pairs, what the pack says of them for Cyclone DDS and by the standard, and what Cyclone DDS does.
+
+    Attributes:
+        standard: None where the subject knows no such thing.
+    """
 
     pairs: Sequence[Pair]
     ours: Sequence[Judgement]
-    standard: Sequence[Judgement]
+    standard: Sequence[Judgement] | None
     seen: Sequence[Answer]
 
     @property
@@ -242,13 +349,23 @@ class Section:
         found = (disagreement(*each) for each in zip(self.pairs, self.ours, self.seen, strict=True))
         return [text for text in found if text is not None]
 
+    @property
+    def matching(self) -> int:
+        """How many pairs match."""
+        return sum(each.matched is True for each in self.seen)
 
-def section(cyclone: Cyclone, pairs: Iterable[Pair], extensibility: str = "final") -> Section:
+    @property
+    def not_created(self) -> int:
+        """Of how many pairs one end cannot be created."""
+        return sum(each.matched is None for each in self.seen)
+
+
+def section(cyclone: Cyclone, pairs: Iterable[Pair], subject: Subject = DDS, **options: str) -> Section:
     """Ask everybody for every pair."""
     listed = list(pairs)
     return Section(
         listed,
-        judge(listed, implementation="cyclonedds", extensibility=extensibility),
-        judge(listed, implementation="standard"),
-        [cyclone.ask(offered, requested) for offered, requested in listed],
+        judge(listed, subject, **{**subject.options, **options}),
+        None if subject.standard is None else judge(listed, subject, **subject.standard),
+        [cyclone.ask(subject.on_wire(offered), subject.on_wire(requested)) for offered, requested in listed],
     )

@@ -1,16 +1,19 @@
-"""Writes docs/conformance.md: how the DDS pack agrees with Cyclone DDS, and where Cyclone DDS departs from the standard.
+"""Writes docs/conformance.md: how the packs agree with Cyclone DDS, and where Cyclone DDS departs from the standard.
 
-python -m tests.conformance.table    write it; the tests compare it
+python -m tests.conformance.table                write it; the tests compare it
+python -m tests.conformance.table 20000 2026     first compare so many random pairs of each pack, and record what comes out
 """
 
 from __future__ import annotations
 
+import json
+import sys
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from tests.conformance.comparison import ALONE, TOGETHER, Section, pairs_of, random_pairs, section, single
+from tests.conformance.comparison import DDS, ROS2, Section, pairs_of, random_pairs, section, single
 from tests.conformance.cyclone import Cyclone
 
 if TYPE_CHECKING:
@@ -20,35 +23,58 @@ if TYPE_CHECKING:
     from tests.conformance.cyclone import Answer
 
 DOCUMENT: Final = Path(__file__).resolve().parents[2] / "docs" / "conformance.md"
+RECORDED: Final = Path(__file__).with_name("recorded.json")
+"""What came out of larger runs, which take minutes."""
 PAIRS: Final = 2_000
 SEED: Final = 1
+SUBJECTS: Final = {"dds": DDS, "ros2": ROS2}
 _LISTED: Final = 12
 
 INTRODUCTION: Final = """# Conformance with Cyclone DDS
 
 Written by `python -m tests.conformance.table` from what Eclipse Cyclone DDS {version} does when it is run; the tests fail
-where this page or the pack differs from it.
+where this page or a pack differs from it.
 
 A writer and a reader are created with the settings of each pair, on loopback, with a data type that is final. Compared
 is whether each can be created, whether they match, and which policy Cyclone DDS names as the reason where they do not.
-*Agree* is what the pack says with `implementation: cyclonedds`. *Departures* are pairs of which Cyclone DDS and
-`implementation: standard` say different things.
+*Agree* is what the pack says of Cyclone DDS.
 """
-RANDOM: Final = """Random pairs combine all of these. The tests run {pairs:,} with a fixed seed;
-`CQOS_CONFORMANCE_PAIRS=20000 pytest tests/conformance` runs more, and `CQOS_CONFORMANCE_SEED` others.
-"""
+OF_DDS: Final = """## The DDS pack
 
+With `implementation: cyclonedds`. *Departures* are pairs of which Cyclone DDS and `implementation: standard` say different
+things.
+"""
+OF_ROS2: Final = """## The ROS 2 pack
+
+With `rmw: cyclonedds`. The endpoints are created as rmw_cyclonedds creates those of a node with these settings.
+"""
+RANDOM: Final = """## Random pairs
+
+Random pairs combine all of these values. The tests compare {pairs:,} of each pack with seed {seed};
+`CQOS_CONFORMANCE_PAIRS=20000 CQOS_CONFORMANCE_SEED=7 pytest tests/conformance` compares more, or others. Larger runs are
+recorded by `python -m tests.conformance.table 20000 2026`:
+"""
+HEADER: Final = ("policies", "pairs", "match", "not created", "agree")
 
 RANDOM_PAIRS: Final = "random pairs"
-SECTIONS: Final = (*TOGETHER, *ALONE, RANDOM_PAIRS)
+ALL_SECTIONS: Final = [
+    (protocol, name)
+    for protocol, subject in SUBJECTS.items()
+    for name in (*subject.together, *subject.alone, RANDOM_PAIRS)
+]
 
 
 @cache
-def seen(name: str) -> Section:
+def seen(protocol: str, name: str) -> Section:
     """Return the pairs of one row of the table, all judged."""
+    subject = SUBJECTS[protocol]
     if name == RANDOM_PAIRS:
-        return section(running(), random_pairs(PAIRS, SEED))
-    return section(running(), pairs_of(TOGETHER[name]) if name in TOGETHER else single(ALONE[name]))
+        pairs = random_pairs(PAIRS, SEED, subject)
+    elif name in subject.together:
+        pairs = pairs_of(subject.together[name], subject)
+    else:
+        pairs = single(subject.alone[name], subject)
+    return section(running(), pairs, subject)
 
 
 @cache
@@ -57,38 +83,71 @@ def running() -> Cyclone:
     return Cyclone()
 
 
+def figures(one: Section) -> dict[str, int]:
+    """Count what came out of a section."""
+    return {
+        "pairs": len(one.pairs),
+        "match": one.matching,
+        "not created": one.not_created,
+        "agree": len(one.pairs) - len(one.disagreements),
+    }
+
+
+def record(number: int, seed: int) -> None:
+    """Compare random pairs of each pack, and write down what came out."""
+    recorded = {}
+    for protocol, subject in SUBJECTS.items():
+        one = section(running(), random_pairs(number, seed, subject), subject)
+        for text in one.disagreements[:_LISTED]:
+            sys.stderr.write(f"{text}\n")
+        recorded[protocol] = {"seed": seed, "Cyclone DDS": version("cyclonedds"), **figures(one)}
+    RECORDED.write_text(json.dumps(recorded, indent=2) + "\n", encoding="utf-8")
+
+
 def document() -> str:
     """Return the page."""
-    rows = []
-    departures: list[str] = []
-    for name in SECTIONS:
-        one = seen(name)
-        apart = [
-            _departure(*each)
-            for each in zip(one.pairs, one.standard, one.seen, strict=True)
-            if (each[1].created, each[1].matched) != (each[2].created, each[2].matched)
-        ]
-        numbers = (
-            len(one.pairs),
-            sum(each.matched is True for each in one.seen),
-            sum(each.matched is None for each in one.seen),
-            len(one.pairs) - len(one.disagreements),
-            len(apart),
-        )
-        rows.append([name, *(f"{number:,}" for number in numbers)])
-        if apart and name != RANDOM_PAIRS:
-            departures += [f"## Departures: {name}", _table(DEPARTURE_HEADER, apart[:_LISTED])]
-            departures += [f"And {len(apart) - _LISTED:,} more."] if len(apart) > _LISTED else []
+    of_dds = [(name, seen(protocol, name)) for protocol, name in ALL_SECTIONS if protocol == "dds"]
+    of_ros2 = [(name, seen(protocol, name)) for protocol, name in ALL_SECTIONS if protocol == "ros2"]
+    recorded = json.loads(RECORDED.read_text(encoding="utf-8"))
+    larger = ("pairs", "seed", "Cyclone DDS", "match", "not created", "agree")
     parts = [
         INTRODUCTION.format(version=version("cyclonedds")),
-        _table(("policies", "pairs", "match", "not created", "agree", "departures"), rows),
-        RANDOM.format(pairs=PAIRS),
-        *departures,
+        OF_DDS,
+        _table((*HEADER, "departures"), [[name, *_counted(one), f"{len(_apart(one)):,}"] for name, one in of_dds]),
+        OF_ROS2,
+        _table(HEADER, [[name, *_counted(one)] for name, one in of_ros2]),
+        RANDOM.format(pairs=PAIRS, seed=SEED),
+        _table(
+            ("pack", *larger),
+            [[name, *(_number(one[key]) for key in larger)] for name, one in recorded.items()],
+        ),
     ]
+    for name, one in of_dds:
+        apart = _apart(one)
+        if apart and name != RANDOM_PAIRS:
+            parts += [f"## Departures: {name}", _table(DEPARTURE_HEADER, apart[:_LISTED])]
+            parts += [f"And {len(apart) - _LISTED:,} more."] if len(apart) > _LISTED else []
     return "\n".join(f"{part.rstrip()}\n" for part in parts)
 
 
+def _counted(one: Section) -> list[str]:
+    return [_number(number) for number in figures(one).values()]
+
+
+def _number(value: int | str) -> str:
+    return value if isinstance(value, str) else f"{value:,}"
+
+
 DEPARTURE_HEADER: Final = ("offered", "requested", "standard", "Cyclone DDS")
+
+
+def _apart(one: Section) -> list[list[str]]:
+    """Return the pairs of which Cyclone DDS and the standard say different things."""
+    return [
+        _departure(*each)
+        for each in zip(one.pairs, one.standard or (), one.seen, strict=True)
+        if (each[1].created, each[1].matched) != (each[2].created, each[2].matched)
+    ]
 
 
 def _departure(pair: Pair, standard: Judgement, seen: Answer) -> list[str]:
@@ -112,4 +171,6 @@ def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 if __name__ == "__main__":
+    if sys.argv[1:]:
+        record(*map(int, sys.argv[1:3]))
     DOCUMENT.write_text(document(), encoding="utf-8")

@@ -1,0 +1,106 @@
+"""Law: ROS 2 and DDS say the same of the same values, whether both ends are nodes, both are programs, or one of each."""
+
+from typing import Any
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cqos_core import check
+from cqos_core.report import Report
+from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Role, Setting, System
+from cqos_ros2.wire import WIRE
+
+DURATIONS = ["1ns", "999999999ns", "1s", "1000000001ns", "1h", "infinite"]
+VALUES: dict[str, list[str]] = {
+    "reliability": ["best_effort", "reliable"],
+    "durability": ["volatile", "transient_local"],
+    "deadline": DURATIONS,
+    "liveliness": ["automatic", "manual_by_node", "manual_by_topic"],
+    "liveliness_lease_duration": DURATIONS,
+    "lifespan": DURATIONS,
+    "history": ["keep_last", "keep_all"],
+    "depth": ["1", "5", "1000"],
+}
+SAME_RULE = {f"ROS10{number}": f"DDS10{number}" for number in range(1, 6)}
+Settings = dict[str, str]
+
+# Every value is stated: defaults of ROS 2 and DDS are not the same.
+settings = st.fixed_dictionaries({name: st.sampled_from(values) for name, values in VALUES.items()})
+
+
+def on_wire(stated: Settings) -> Settings:
+    """The same values as a program of DDS writes them."""
+    found = dict(WIRE.fixed)
+    for own, wire in WIRE.translations():
+        found[wire] = WIRE.words.get(stated[own], stated[own])
+    return found
+
+
+def judged(offered: Settings, requested: Settings, rmw: str) -> Report:
+    """Judge the pair on four topics: nodes on both ends, a node on one, on the other, on none."""
+    system = System(
+        participants={
+            "node": Participant("node", "ros2", {"rmw": Setting(rmw)}),
+            "other_node": Participant("other_node", "ros2", {"rmw": Setting(rmw)}),
+            "program": Participant("program", "dds", {"implementation": Setting(rmw)}),
+            "other_program": Participant("other_program", "dds", {"implementation": Setting(rmw)}),
+        }
+    )
+
+    def add(role: Role, owner: str, name: str, stated: Settings) -> None:
+        ours = owner.endswith("node")
+        system.endpoints.append(
+            Endpoint(
+                f"{owner}/{role}/{name}",
+                role,
+                f"/{name}" if ours else f"rt/{name}",
+                owner,
+                {key: Setting(text) for key, text in (stated if ours else on_wire(stated)).items() if _has(role, key)},
+                type="std_msgs/msg/String" if ours else "std_msgs::msg::dds_::String_",
+            )
+        )
+
+    for name, publisher, subscriber in (
+        ("nodes", "node", "other_node"),
+        ("node_first", "node", "program"),
+        ("node_last", "program", "node"),
+        ("programs", "program", "other_program"),
+    ):
+        add(PUBLISHER, publisher, name, offered)
+        add(SUBSCRIBER, subscriber, name, requested)
+    return check(system)
+
+
+def _has(role: Role, name: str) -> bool:
+    return role == PUBLISHER or not name.startswith(("lifespan", "durability_service"))
+
+
+def verdicts(report: Report) -> dict[str, tuple[Any, set[str]]]:
+    """The verdict on each topic, and the rules of request and offer that were broken, by their codes in DDS."""
+    found: dict[str, tuple[Any, set[str]]] = {}
+    for group in report.groups:
+        codes = {SAME_RULE.get(code, code) for code in group.codes}
+        found[group.topic.rpartition("/")[2]] = group.verdict, codes & set(SAME_RULE.values())
+    return found
+
+
+@given(settings, settings, st.sampled_from(["cyclonedds", "fastdds", "connext"]))
+def test_ros_2_and_dds_say_the_same_of_the_same_values(offered, requested, rmw):
+    found = verdicts(judged(offered, requested, rmw))
+    assert found.keys() == {"nodes", "node_first", "node_last", "programs"}
+    assert found["node_first"] == found["node_last"] == found["programs"] == found["nodes"]
+
+
+def test_each_rule_of_request_and_offer_is_reached_on_each_topic():
+    fine = {name: values[-1] for name, values in VALUES.items()} | {"deadline": "1s", "liveliness_lease_duration": "1s"}
+    worse = {
+        "ROS101": {"reliability": "best_effort"},
+        "ROS102": {"durability": "volatile"},
+        "ROS103": {"deadline": "1000000001ns"},
+        "ROS104": {"liveliness": "manual_by_node"},
+        "ROS105": {"liveliness_lease_duration": "1h"},
+    }
+    for code, change in worse.items():
+        found = verdicts(judged({**fine, **change}, fine, "cyclonedds"))
+        assert set(found) == {"nodes", "node_first", "node_last", "programs"}
+        assert all(each == ("incompatible", {SAME_RULE[code]}) for each in found.values()), (code, found)
