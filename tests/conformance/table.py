@@ -119,7 +119,10 @@ def document() -> str:
         RANDOM.format(pairs=PAIRS, seed=SEED),
         _table(
             ("pack", *larger),
-            [[name, *(_number(one[key]) for key in larger)] for name, one in recorded.items()],
+            [
+                [name, *(str(one[key]) if key == "seed" else _number(one[key]) for key in larger)]
+                for name, one in recorded.items()
+            ],
         ),
     ]
     for name, one in of_dds:

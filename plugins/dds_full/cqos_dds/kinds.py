@@ -59,6 +59,10 @@ class Representations(Names):
 
     known: Final = ("xcdr1", "xml", "xcdr2")
 
+    def candidates(self) -> tuple[tuple[str, ...], ...]:
+        """Give the lists that are in use, which remedies choose from: nobody is advised to take XML."""
+        return ("xcdr1",), ("xcdr1", "xcdr2"), ("xcdr2",), ("xcdr2", "xcdr1")
+
     def parse(self, text: str) -> tuple[str, ...]:
         """Read ``[XCDR2_DATA_REPRESENTATION]``, ``[2]`` or ``xcdr2``; what is named twice counts once."""
         return tuple(dict.fromkeys(map(self._one, super().parse(text))))

@@ -8,6 +8,8 @@ from cqos_core.evaluate import Function
 from cqos_core.guarantee import NEEDS
 from cqos_core.pack import Convention, Meeting, RulePack
 from cqos_dds import partitions
+from cqos_dds.advice import ADVICE
+from cqos_dds.departures import DEPARTURES
 from cqos_dds.dialects import DIALECTS
 from cqos_dds.guarantees import GUARANTEES
 from cqos_dds.policies import POLICIES
@@ -38,7 +40,7 @@ PACK: Final = RulePack(
     title="DDS",
     summary="Data distribution by DDS 1.4 and DDS-XTypes 1.3, by the standard or as an implementation of it judges.",
     policies=(*POLICIES, *NEEDS),
-    rules=(*RULES, *GUARANTEES),
+    rules=(*RULES, *ADVICE, *DEPARTURES, *GUARANTEES),
     dialects=DIALECTS,
     conventions=CONVENTIONS,
     functions=FUNCTIONS,

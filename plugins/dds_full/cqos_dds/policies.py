@@ -211,6 +211,15 @@ TYPE: Final = Policy(
     "DDS 1.4, 2.2.2.3",
     aliases=("type_name", "data_type"),
 )
+TYPE_INFORMATION: Final = Policy(
+    "type_information",
+    Flag(),
+    "default",
+    "Whether an endpoint announces its data type in full, so that types are compared by their members rather than by "
+    "their names. Cyclone DDS does so by default.",
+    "DDS-XTypes 1.3, 7.6.3.2",
+    words={"default": by_option("implementation", cyclonedds="true", otherwise="false")},
+)
 TYPE_CONSISTENCY: Final = Policy(
     "type_consistency",
     Choice("disallow_type_coercion", "allow_type_coercion", ordered=False, affixes=("dds_",)),
@@ -589,6 +598,7 @@ POLICIES: Final = (
     DATA_REPRESENTATION,
     PARTITION,
     TYPE,
+    TYPE_INFORMATION,
     TYPE_CONSISTENCY,
     IGNORE_SEQUENCE_BOUNDS,
     IGNORE_STRING_BOUNDS,

@@ -45,6 +45,7 @@ WIRE: Final = Wire(
     },
     options={"domain": "domain", "rmw": "implementation"},
     words={"manual_by_node": "manual_by_participant", "micro_ros": "fastdds"},
-    fixed={"data_representation": "[xcdr1]"},  # what rmw_cyclonedds and rmw_fastrtps write and read
+    # What rmw_cyclonedds and rmw_fastrtps write and read; of their types they announce the names only.
+    fixed={"data_representation": "[xcdr1]", "type_information": "false"},
     type=type_name,
 )

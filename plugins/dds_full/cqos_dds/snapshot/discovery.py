@@ -110,7 +110,10 @@ def _endpoint(sample: Any, role: Role) -> SeenEndpoint:
         role,
         sample.topic_name,
         sample.type_name,
-        settings(sample.qos, role, VENDORS.get(key[:4])),
+        {
+            **settings(sample.qos, role, VENDORS.get(key[:4])),
+            "type_information": str(sample.type_id is not None).lower(),
+        },
         _name(sample.qos),
     )
 
