@@ -139,7 +139,7 @@ def help_of(path: list[str]) -> str:
     context = click.Context(cli, info_name="cqos", **settings)  # type: ignore[arg-type]
     command: click.Command = cli
     for name in path:
-        found = cli.get_command(context, name)
+        found = command.get_command(context, name) if isinstance(command, click.Group) else None
         if found is None:
             raise SystemExit(f"docs/command.md shows the help of `cqos {name}`, which there is not")
         command, context = found, click.Context(found, info_name=name, parent=context, **settings)  # type: ignore[arg-type]

@@ -36,6 +36,7 @@ FOLLOWED = (
     "README.md",
     "docs/quick-start.md",
     "docs/ros2-files.md",
+    "docs/dds.md",
     "docs/convert-and-diff.md",
     "docs/library.md",
     "docs/guarantees.md",

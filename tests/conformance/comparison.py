@@ -92,6 +92,19 @@ CHOICES: Final[dict[str, tuple[str, ...]]] = {
     "durability_service.max_samples_per_instance": LENGTHS,
     "lifespan": DURATIONS,
     "ownership_strength": ("-1", "0", "1"),
+    "transport_priority": ("-1", "0", "1"),
+    "writer_data_lifecycle": ("false", "true"),
+    "reader_data_lifecycle.autopurge_nowriter_samples_delay": DURATIONS,
+    "reader_data_lifecycle.autopurge_disposed_samples_delay": DURATIONS,
+    "durability_service.service_cleanup_delay": DURATIONS,
+    "type_consistency": ("disallow_type_coercion", "allow_type_coercion"),
+    "type_consistency.ignore_sequence_bounds": ("false", "true"),
+    "type_consistency.ignore_string_bounds": ("false", "true"),
+    "type_consistency.ignore_member_names": ("false", "true"),
+    "type_consistency.prevent_type_widening": ("false", "true"),
+    "type_consistency.force_type_validation": ("false", "true"),
+    "user_data": ("", "of a program"),
+    "group_data": ("", "of a group"),
 }
 """The values tried of each policy."""
 
@@ -113,6 +126,20 @@ TOGETHER: Final[dict[str, tuple[str, ...]]] = {
 }
 """Policies whose values are tried in all combinations, both sides."""
 
+NEVER_COMPARED: Final = (
+    "lifespan",
+    "ownership_strength",
+    "time_based_filter",
+    "transport_priority",
+    "writer_data_lifecycle",
+    "reader_data_lifecycle.autopurge_nowriter_samples_delay",
+    "reader_data_lifecycle.autopurge_disposed_samples_delay",
+    "durability_service.service_cleanup_delay",
+    "user_data",
+    "group_data",
+)
+"""Policies that stop no match, tried one at a time."""
+
 ALONE: Final[dict[str, tuple[str, ...]]] = {
     "history and resource limits": (
         "history",
@@ -129,6 +156,7 @@ ALONE: Final[dict[str, tuple[str, ...]]] = {
         "durability_service.max_samples_per_instance",
     ),
     "deadline and time based filter": ("deadline", "time_based_filter"),
+    "type consistency": tuple(name for name in CHOICES if name.startswith("type_consistency")),
 }
 """Policies whose values decide whether one endpoint can be created, tried in all combinations."""
 
@@ -252,6 +280,15 @@ def single(names: Sequence[str], subject: Subject = DDS) -> Iterator[Pair]:
         yield (settings, {}) if writer else ({}, settings)
 
 
+def one_by_one(names: Sequence[str], subject: Subject = DDS) -> Iterator[Pair]:
+    """Every value of each policy by itself, on the side that has it, or on both."""
+    for name in names:
+        for text in subject.choices[name]:
+            yield tuple(  # type: ignore[misc]
+                {name: text} if role in subject.pack.policy(name).roles else {} for role in (PUBLISHER, SUBSCRIBER)
+            )
+
+
 def random_pairs(number: int, seed: int, subject: Subject = DDS) -> Iterator[Pair]:
     """Pairs of random values of some policies; a reader often takes over what its writer has, so that many match."""
     dice = random.Random(seed)  # noqa: S311 - dice
@@ -267,7 +304,9 @@ def random_pairs(number: int, seed: int, subject: Subject = DDS) -> Iterator[Pai
 def _some(role: str, some: float, dice: random.Random, subject: Subject) -> Settings:
     found = {}
     for name, values in subject.choices.items():
-        seldom = name.startswith(("resource_limits", "durability_service", "history", "data_representation"))
+        seldom = name.startswith(
+            ("resource_limits", "durability_service", "history", "data_representation", "type_consistency")
+        )
         if role in subject.pack.policy(name).roles and dice.random() < (some / 6 if seldom else some):
             found[name] = dice.choice(values)
     return found

@@ -4,6 +4,7 @@ import os
 import random
 import socket
 import time
+import types
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import count
@@ -86,6 +87,14 @@ class Keyed(IdlStruct, typename="Keyed"):
     instance: int
     value: int
     key("instance")
+
+
+def sample_type(name: str, members: Mapping[str, type]) -> Any:
+    """Return a data type of this name that cannot grow."""
+    made = types.new_class(
+        name, (IdlStruct,), {"typename": name}, lambda body: body.update(__annotations__=dict(members))
+    )
+    return final(dataclass(made))
 
 
 TYPES: dict[str, Any] = {"final": Final, "appendable": Appendable, "mutable": Mutable}
@@ -179,6 +188,16 @@ class Cyclone:
 
         return writer, read
 
+    def meet(self, writes: Any, reads: Any) -> bool:
+        """Whether a writer and a reader of these types match."""
+        name = f"cqos_{os.getpid()}_{next(self.numbers)}"
+        writer = DataWriter(self.writing, Topic(self.writing, name, writes))
+        reader = DataReader(self.reading, Topic(self.reading, name, reads))
+        seen, found = writer.get_matched_subscriptions(), reader.get_matched_publications()
+        if bool(seen) is not bool(found):
+            raise AssertionError(f"only one side matches: {writes}, {reads}")
+        return bool(seen)
+
     def replayed(self, offered: Settings, requested: Settings, written: int) -> list[int]:
         """Write samples, then create a reader, and return what it gets of those written before."""
         name = f"cqos_{os.getpid()}_{next(self.numbers)}"
@@ -233,6 +252,8 @@ def group(settings: Settings) -> Qos:
         policies.append(scope(*flags))
     if "partition" in stated:
         policies.append(Policy.Partition(stated["partition"]))
+    if "group_data" in stated:
+        policies.append(Policy.Groupdata(stated["group_data"].encode()))
     return Qos(*policies)
 
 
@@ -267,6 +288,20 @@ def _limits(stated: Mapping[str, Any], of: str) -> tuple[int, int, int]:
     return most, instances, each
 
 
+def _type_consistency(stated: Mapping[str, Any]) -> Any:
+    force = bool(stated.get("type_consistency.force_type_validation", 0))
+    if stated.get("type_consistency") == "disallow_type_coercion":
+        return Policy.TypeConsistency.DisallowTypeCoercion(force)
+    flags = {
+        "ignore_sequence_bounds": 1,
+        "ignore_string_bounds": 1,
+        "ignore_member_names": 0,
+        "prevent_type_widening": 0,
+    }
+    chosen = {name: bool(stated.get(f"type_consistency.{name}", default)) for name, default in flags.items()}
+    return Policy.TypeConsistency.AllowTypeCoercion(**chosen, force_type_validation=force)
+
+
 _POLICIES: dict[str, Callable[[Mapping[str, Any]], Any]] = {
     "reliability": _reliability,
     "durability": lambda s: getattr(Policy.Durability, _camel(s["durability"])),
@@ -290,4 +325,11 @@ _POLICIES: dict[str, Callable[[Mapping[str, Any]], Any]] = {
     "time_based_filter": lambda s: Policy.TimeBasedFilter(s["time_based_filter"]),
     "lifespan": lambda s: Policy.Lifespan(s["lifespan"]),
     "ownership_strength": lambda s: Policy.OwnershipStrength(s["ownership_strength"]),
+    "transport_priority": lambda s: Policy.TransportPriority(s["transport_priority"]),
+    "writer_data_lifecycle": lambda s: Policy.WriterDataLifecycle(bool(s["writer_data_lifecycle"])),
+    "reader_data_lifecycle": lambda s: Policy.ReaderDataLifecycle(
+        *(s.get(f"reader_data_lifecycle.autopurge_{of}_samples_delay", INFINITE) for of in ("nowriter", "disposed"))
+    ),
+    "type_consistency": _type_consistency,
+    "user_data": lambda s: Policy.Userdata(s["user_data"].encode()),
 }

@@ -13,7 +13,17 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from tests.conformance.comparison import DDS, ROS2, Section, pairs_of, random_pairs, section, single
+from tests.conformance.comparison import (
+    DDS,
+    NEVER_COMPARED,
+    ROS2,
+    Section,
+    one_by_one,
+    pairs_of,
+    random_pairs,
+    section,
+    single,
+)
 from tests.conformance.cyclone import Cyclone
 
 if TYPE_CHECKING:
@@ -57,10 +67,10 @@ recorded by `python -m tests.conformance.table 20000 2026`:
 HEADER: Final = ("policies", "pairs", "match", "not created", "agree")
 
 RANDOM_PAIRS: Final = "random pairs"
+THE_REST: Final = "policies that are never compared"
 ALL_SECTIONS: Final = [
-    (protocol, name)
-    for protocol, subject in SUBJECTS.items()
-    for name in (*subject.together, *subject.alone, RANDOM_PAIRS)
+    *(("dds", name) for name in (*DDS.together, *DDS.alone, THE_REST, RANDOM_PAIRS)),
+    *(("ros2", name) for name in (*ROS2.together, RANDOM_PAIRS)),
 ]
 
 
@@ -70,6 +80,8 @@ def seen(protocol: str, name: str) -> Section:
     subject = SUBJECTS[protocol]
     if name == RANDOM_PAIRS:
         pairs = random_pairs(PAIRS, SEED, subject)
+    elif name == THE_REST:
+        pairs = one_by_one(NEVER_COMPARED, subject)
     elif name in subject.together:
         pairs = pairs_of(subject.together[name], subject)
     else:

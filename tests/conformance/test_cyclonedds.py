@@ -14,7 +14,7 @@ if os.environ.get("CI") != "true":
 
 from cqos_core import check_pair
 from tests.conformance.comparison import Section, judge, pairs_of, random_pairs, section
-from tests.conformance.cyclone import TYPES, Cyclone
+from tests.conformance.cyclone import TYPES, Cyclone, sample_type
 from tests.conformance.table import (
     ALL_SECTIONS,
     DOCUMENT,
@@ -86,6 +86,26 @@ def test_what_transient_local_writers_store_is_said_by_the_durability_service(of
     report = check_pair("dds", {**durable, **offered}, {**durable, "depth": 8}, {"implementation": "cyclonedds"})
     stored_less = offered.get("history") == "keep_all" or int(offered["history.depth"]) > stored
     assert ("DDS353" in [finding.code for finding in report.findings]) is stored_less
+
+
+TWO_MEMBERS = {"value": int, "more": int}
+
+
+@pytest.mark.parametrize(
+    ("reader", "matched"),
+    [
+        (sample_type("Sample", {"value": int}), True),
+        (sample_type("Example", {"value": int}), True),
+        (sample_type("Sample", TWO_MEMBERS), False),
+        (sample_type("Example", TWO_MEMBERS), False),
+    ],
+    ids=["one type", "another name", "other members", "another name and other members"],
+)
+def test_types_are_compared_by_their_members(reader, matched):
+    """The fact behind DDS213 and DDS402."""
+    assert running().meet(sample_type("Sample", {"value": int}), reader) is matched
+    report = check_pair("dds", {"type": "Sample"}, {"type": reader.__idl_typename__}, {"implementation": "cyclonedds"})
+    assert "DDS402" not in [finding.code for finding in report.findings]
 
 
 @pytest.mark.parametrize("weak", ["offered", "requested"])
