@@ -135,7 +135,7 @@ def test_it_sees_exactly_what_runs(domain: int, start: Start, tmp_path: Path):
             "ownership_strength": "3",
         }.items()
     )
-    assert found["python/subscriber/state"][3]["history.depth"] == "4"
+    assert found["python/subscriber/state"][3].items() >= {"history.depth": "4", "type_information": "true"}.items()
 
     report = cqos.check(file)
     assert [(each.topic, str(each.verdict)) for each in report.groups] == [
@@ -287,7 +287,8 @@ def test_every_policy_comes_in_the_words_of_the_pack():
     )
     written = discovery.settings(qos, PUBLISHER) | discovery.settings(qos, SUBSCRIBER)
     written |= discovery.settings(qos + Qos(Policy.History.KeepLast(3)), SUBSCRIBER)
-    never = {"type", "entity_factory", "liveliness.announcement_period"}  # which discovery does not tell at all
+    # What stands beside the policies, and what discovery does not tell at all.
+    never = {"type", "type_information", "entity_factory", "liveliness.announcement_period"}
     assert set(written) == {policy.name for policy in PACK.policies if policy.level == "endpoint"} - never
     assert (
         written.items()
