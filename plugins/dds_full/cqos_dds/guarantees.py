@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.expression import as_sentence, ceil, offered, requested, topic
 from cqos_core.guarantee import RELAYED, WORDS, gives
+from cqos_dds.advice import BOTH_DURABLE, KEPT_BY_SERVICE
 from cqos_dds.implementations import FAST_DDS, either_is, publisher_is, subscriber_is
 from cqos_dds.policies import (
     ACCESS_SCOPE,
@@ -43,7 +44,6 @@ from cqos_dds.policies import (
     SERVICE_RUNS,
     TIME_BASED_FILTER,
 )
-from cqos_dds.rules import BOTH_DURABLE, KEPT_BY_SERVICE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
