@@ -72,13 +72,24 @@ def _near_misses(
             folded: dict[str, list[tuple[str, str]]] = {}
             for key in offering:
                 folded.setdefault(fold(key[1]), []).append(key)
+            matched = _matched(pack, folded, {fold(key[1]) for key in missing})
             for key in missing:
-                candidates = [c for c in folded.get(fold(key[1]), ()) if c not in silenced]
-                if len(candidates) != 1 or key in silenced:
+                near = (fold(key[1]), *matched.get(fold(key[1]), ()))
+                candidates = [c for each in near for c in folded.get(each, ()) if c not in silenced]
+                if not candidates or key in silenced or (len(candidates) > 1 and not matched):
                     continue
-                silenced |= {key, candidates[0]}
-                findings.append(_near_miss(lonely[key], lonely[candidates[0]], words))
+                silenced |= {key, *candidates}
+                findings.append(_near_miss(lonely[key], [each for c in candidates for each in lonely[c]], words))
     return findings, silenced
+
+
+def _matched(pack: RulePack, offering: Iterable[str], missing: set[str]) -> Mapping[str, Sequence[str]]:
+    """By key of subscribers the other keys of publishers that it would meet, both folded."""
+    found: dict[str, list[str]] = {}
+    match = pack.meeting.match
+    for publisher, subscriber in match(list(offering), missing) if match is not None else ():
+        found.setdefault(subscriber, []).append(publisher)
+    return found
 
 
 def _near_miss(missing: Sequence[Resolved], offering: Sequence[Resolved], words: str) -> Finding:
@@ -209,7 +220,9 @@ def assemble(
     if not groups:
         count = len(resolved.endpoints)
         message = f"no publisher meets a subscriber among {count} endpoints, so nothing was compared"
-        plain.append(core_finding("CQ404", message))
+        # Where all partners are elsewhere, that is what one expects.
+        expected = count and all(endpoint.external for endpoint in resolved.endpoints)
+        plain.append(core_finding("CQ404", message, severity=Severity.NOTE if expected else None))
     made += [Made(finding, ("own", index), frozenset()) for index, finding in enumerate(plain)]
     made = with_severities(made, system.severities, context.find_rule)
     findings, said = with_acceptances(made, system.accept, context.find_rule, context.today or date.today())  # noqa: DTZ011 - a calendar day, where the user is
@@ -225,7 +238,17 @@ def assemble(
         system=system.name,
         sources=tuple(system.sources),
         endpoints=len(resolved.endpoints),
-        topics=len(results),
+        topics=_topics(results),
+    )
+
+
+def _topics(results: Mapping[tuple[str, str], TopicResult]) -> int:
+    """How many topics there are: a filter all of whose subscribers are on other topics is none."""
+    met = {name for result in results.values() for group in result.groups for name in group.subscribers}
+    return sum(
+        1
+        for result in results.values()
+        if result.groups or not result.lonely or any(each.id not in met for each in result.lonely)
     )
 
 

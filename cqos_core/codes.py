@@ -451,6 +451,14 @@ _MODEL = (
         help="leave the value open there, or take the setting away",
     ),
     CodeInfo(
+        "CQ216",
+        "broker-not-known",
+        "error",
+        "A participant names a broker that the system does not describe, or none where there are several.",
+        "What the broker can do, and who else is connected to it, is then not known.",
+        help="describe it under `brokers:`, or name one that is there",
+    ),
+    CodeInfo(
         "CQ401",
         "subscriber-without-publisher",
         "warning",
@@ -479,7 +487,7 @@ _MODEL = (
         "nothing-compared",
         "warning",
         "Not a single publisher meets a subscriber, so nothing was compared.",
-        "An empty comparison says nothing about compatibility.",
+        "An empty comparison says nothing about compatibility. Where all endpoints have their partners elsewhere it is a note.",
         help="check the names, domains and protocols",
     ),
     CodeInfo(

@@ -374,6 +374,11 @@ def _merge_key(draft: Draft, finding: Finding, because: tuple[str, ...]) -> tupl
         templates = frozenset(e.endpoint.template or e.id for e in endpoints)
         values = tuple((s.role, f.policy, f.value) for s in finding.sides for f in s.facts)
         return ("template", rule.code, templates, values, draft.tags)
+    if any(endpoint.visiting for endpoint in endpoints):
+        # A subscriber that meets many topics is told once what is alike on all of them.
+        values = tuple((s.role, f.policy, f.value) for s in finding.sides for f in s.facts)
+        wanting = frozenset(e.id for members in draft.subscribers for e in members.endpoints)
+        return ("meeting", rule.code, wanting, values, draft.tags)
     if draft.spoken.bound.scope == "endpoint" and any(e.stated_id != e.id for e in endpoints):
         # What is wrong with a service is stated once, though it has several topics.
         stated = frozenset(e.stated_id for e in endpoints)

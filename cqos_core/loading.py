@@ -15,7 +15,7 @@ from cqos_core.system import ImportNote, Place, System
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.system import Endpoint, Participant, Settings
+    from cqos_core.system import Broker, Endpoint, Participant, Settings
 
 HEAD: Final = 65_536
 STDIN: Final = "-"
@@ -331,7 +331,9 @@ def merge(systems: Sequence[System]) -> System:
             _join_participant(whole, participant, system.protocol)
         for endpoint in system.endpoints:
             _join_endpoint(whole, endpoint, system)
-        for kind in ("profiles", "topics", "brokers", "bridges"):
+        for broker in system.brokers.values():
+            _join_broker(whole, broker, system.protocol)
+        for kind in ("profiles", "topics", "bridges"):
             _join(whole, kind, getattr(system, kind))
         for pack, settings in system.options.items():
             _join_settings(whole, f"option `{pack}.{{}}`", whole.options.setdefault(pack, {}), settings)
@@ -362,6 +364,18 @@ def _join_participant(whole: System, participant: Participant, protocol: str | N
     known.external = known.external and participant.external
     known.starts_after = tuple(dict.fromkeys((*known.starts_after, *participant.starts_after)))
     known.label = known.label or participant.label
+
+
+def _join_broker(whole: System, broker: Broker, protocol: str | None) -> None:
+    broker.protocol = broker.protocol or protocol
+    known = whole.brokers.setdefault(broker.id, broker)
+    if known is broker:
+        return
+    if known.protocol != broker.protocol:
+        first, second = known.protocol or "none", broker.protocol or "none"
+        _stated_differently(whole, f"protocol of broker `{known.id}`", first, second, broker.place)
+    _join_settings(whole, f"`{{}}` of broker `{known.id}`", known.settings, broker.settings)
+    known.profiles = tuple(dict.fromkeys((*known.profiles, *broker.profiles)))
 
 
 def _join_settings(whole: System, what: str, known: Settings, stated: Settings) -> None:

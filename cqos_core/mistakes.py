@@ -10,7 +10,6 @@ from cqos_core.expression import OPERAND_FUNCTIONS, SCOPES, SENTENCE_FUNCTIONS
 from cqos_core.policy import (
     BOTH,
     COMBINATIONS,
-    ENDPOINT,
     LEVELS,
     NO,
     UNMATCHED,
@@ -256,7 +255,7 @@ def _setting(pack: RulePack, level: str, name: str, text: str) -> Iterator[str]:
 
 def _preset(preset: Preset, pack: RulePack) -> Iterator[str]:
     for name, text in preset.settings.items():
-        yield from _setting(pack, ENDPOINT, name, text)
+        yield from _setting(pack, preset.level, name, text)
     if preset.needs is not None:
         yield from _option_value(pack, *preset.needs)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 from cqos_core.evaluate import Bound, Function, Vocabulary, bind, role_of, scope_of
 from cqos_core.guarantee import WORDS
@@ -14,14 +14,14 @@ from cqos_core.policy import ENDPOINT, LEVELS, NEED, Policy, normalise
 from cqos_core.problems import PackError, SentenceError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.codes import CodeInfo
     from cqos_core.evaluate import Use
     from cqos_core.logs import Misfit
     from cqos_core.policy import Plain
     from cqos_core.rule import Rule
-    from cqos_core.system import Endpoint
+    from cqos_core.system import Broker, Endpoint, Participant, Settings
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +30,7 @@ class Preset:
 
     Attributes:
         settings: policy name to text; policies not named keep their defaults.
+        level: whose policies these are: ``endpoint`` or ``broker``.
         needs: option and the least value of it that has this preset, for instance ``("distro", "iron")``; None: always.
         aliases: other spellings; compared normalised.
     """
@@ -38,6 +39,22 @@ class Preset:
     doc: str = ""
     needs: tuple[str, str] | None = None
     aliases: tuple[str, ...] = ()
+    level: Literal["endpoint", "broker"] = ENDPOINT
+
+
+@dataclass(frozen=True, slots=True)
+class Completion:
+    """What follows from all that a system states together, and nothing in it states alone.
+
+    Attributes:
+        participants: settings by id of the participant.
+        endpoints: settings by position of the endpoint.
+        implied: endpoints that participants have by their own settings, such as the message that a connection leaves behind.
+    """
+
+    participants: Mapping[str, Settings] = field(default_factory=dict)
+    endpoints: Mapping[int, Settings] = field(default_factory=dict)
+    implied: tuple[Endpoint, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +114,7 @@ class Naming(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class NameContext:
-    """What a topic name is resolved with."""
+    """What a topic name is resolved with; ``role`` is empty where it is asked for a topic, not for one of its endpoints."""
 
     participant: str
     label: str | None
@@ -105,6 +122,7 @@ class NameContext:
     remap: Mapping[str, str]
     kind: str
     dialect: str
+    role: str = ""
 
 
 def plain_name(written: str, context: NameContext) -> Naming:  # noqa: ARG001 - the signature of all naming functions
@@ -127,6 +145,15 @@ def no_misfits(line: str) -> tuple[Misfit, ...]:  # noqa: ARG001 - the signature
     return ()
 
 
+def nothing_follows(
+    participants: Sequence[Participant],  # noqa: ARG001 - the signature of all
+    endpoints: Sequence[Endpoint],  # noqa: ARG001
+    brokers: Mapping[str, Broker],  # noqa: ARG001
+) -> Completion:
+    """Add nothing to what a system states."""
+    return Completion()
+
+
 def only_itself(endpoint: Endpoint) -> tuple[Endpoint, ...]:
     """Every endpoint stands for itself."""
     return (endpoint,)
@@ -144,6 +171,10 @@ class Meeting:
         expand: what an endpoint stands for: a service server is one subscriber and one publisher.
         folds: functions from a key to a coarser one; two lonely keys with an equal fold are a near miss.
             Each comes with the words that say how they differ.
+        match: where equal keys are not all that meets (a filter and the names it matches): from the keys of publishers and of
+            subscribers all pairs of different ones that meet.
+        overlapping: the flag of an endpoint that says that its participant has another subscriber, with another key, on the
+            same topic; set where that is so.
         described: one sentence for docs and packs listings.
     """
 
@@ -155,6 +186,8 @@ class Meeting:
         ("differ only in upper and lower case", str.casefold),
         ("differ only in slashes at the ends", lambda key: key.strip("/")),
     )
+    match: Callable[[Collection[str], Collection[str]], Iterable[tuple[str, str]]] | None = None
+    overlapping: str = ""
     described: str = "endpoints on the same topic name"
 
 
@@ -231,6 +264,7 @@ class RulePack:
         conventions: facts about well-known topics.
         functions: named functions its sentences use.
         meeting: how names are resolved and endpoints expanded.
+        complete: adds what follows from all participants, endpoints and brokers of the protocol together.
         wire: the protocol underneath, where endpoints of this one meet endpoints of that one.
         variants: ``(option, value)`` to the pack that judges when the system's option has that value.
         not_checked: what no QoS check of this protocol can see, for the report.
@@ -250,6 +284,7 @@ class RulePack:
     conventions: tuple[Convention, ...] = ()
     functions: tuple[Function, ...] = ()
     meeting: Meeting = field(default_factory=Meeting)
+    complete: Callable[[Sequence[Participant], Sequence[Endpoint], Mapping[str, Broker]], Completion] = nothing_follows
     wire: Wire | None = None
     variants: Mapping[tuple[str, str], RulePack] = field(default_factory=dict)
     not_checked: tuple[str, ...] = ()

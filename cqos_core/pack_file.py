@@ -143,6 +143,7 @@ class PresetModel(_Model):
     doc: str = ""
     needs: dict[str, str] | None = Field(default=None, max_length=1)
     aliases: list[str] = Field(default_factory=list)
+    level: Literal["endpoint", "broker"] = "endpoint"
 
 
 class ConventionModel(_Model):
@@ -379,7 +380,7 @@ def _meaning(model: MeaningModel) -> Meaning:
 
 def _preset(model: PresetModel) -> Preset:
     needs = next(iter(model.needs.items())) if model.needs else None
-    return Preset(_texts(model.settings), model.doc, needs, tuple(model.aliases))
+    return Preset(_texts(model.settings), model.doc, needs, tuple(model.aliases), model.level)
 
 
 def _dialect(model: DialectModel) -> Dialect:

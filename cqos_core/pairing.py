@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.system import PUBLISHER
+from cqos_core.policy import ENDPOINT
+from cqos_core.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.pack import BoundRule, RulePack
     from cqos_core.resolve import QosProfile, Resolved
@@ -26,7 +27,8 @@ class Members:
     Attributes:
         profile: their values; `settle` may replace it.
         tags: indices of the acceptances that name these endpoints.
-        carried: they are copies from another protocol that meet endpoints of this one only; their own pack judges the rest.
+        carried: they are copies, from another protocol or another key, that meet endpoints of this topic only; what else is to
+            be said of them is said where they come from.
         starts_after: what is up before them, for values that come from peers.
     """
 
@@ -83,13 +85,14 @@ def group(endpoints: Sequence[Resolved], acceptances: Sequence[Acceptance] = ())
     """Group the endpoints of one topic; the result depends on nothing but their content."""
     ordered = sorted(endpoints, key=lambda endpoint: endpoint.id)
     named = [acceptance for acceptance in acceptances if acceptance.endpoint is not None]
-    topic = Topic(ordered[0].key or "", min(endpoint.shown for endpoint in ordered), ordered[0].pack)
+    own = [endpoint for endpoint in ordered if not endpoint.visiting]
+    topic = Topic(own[0].key or "", min(endpoint.shown for endpoint in own), own[0].pack)
     found: dict[tuple[object, ...], Members] = {}
     for endpoint in ordered:
         stated = endpoint.endpoint
         tags = accepted_by(endpoint.id, acceptances) if named else frozenset()
         starts = (*stated.starts_after, *endpoint.participant.participant.starts_after)
-        carried = endpoint.carried is not None
+        carried = endpoint.is_copy
         key = (stated.role, endpoint.profile, stated.observed, tags, starts, carried)
         members = found.get(key)
         if members is None:
@@ -106,6 +109,43 @@ def bucket(endpoints: Iterable[Resolved]) -> dict[tuple[str, str], list[Resolved
         if endpoint.key is not None:
             found.setdefault((endpoint.pack.id, endpoint.key), []).append(endpoint)
     return found
+
+
+def introduce(found: Mapping[tuple[str, str], list[Resolved]]) -> None:
+    """Put copies of subscribers beside the publishers that they meet on another key, as a filter meets names."""
+    keys: dict[str, tuple[dict[str, None], dict[str, None]]] = {}
+    packs: dict[str, RulePack] = {}
+    for (protocol, key), endpoints in found.items():
+        if endpoints[0].pack.meeting.match is not None:
+            packs[protocol] = endpoints[0].pack
+            offering, requesting = keys.setdefault(protocol, ({}, {}))
+            for endpoint in endpoints:
+                (offering if endpoint.role == PUBLISHER else requesting)[key] = None
+    for protocol, pack in packs.items():
+        match = pack.meeting.match
+        copies: dict[str, list[Resolved]] = {}
+        beside: dict[str, list[Resolved]] = {}
+        for key, other in match(*keys[protocol]) if match is not None else ():
+            if other not in copies:
+                subscribers = (each for each in found[protocol, other] if each.role == SUBSCRIBER)
+                copies[other] = [replace(each, visiting=True) for each in subscribers]
+            beside.setdefault(key, []).extend(copies[other])
+        for key, visitors in beside.items():
+            found[protocol, key].extend(visitors)
+            if pack.meeting.overlapping:
+                _tell_overlapping(found[protocol, key], pack)
+
+
+def _tell_overlapping(endpoints: list[Resolved], pack: RulePack) -> None:
+    """Set the flag of subscribers whose participant has another one on the topic, with another key."""
+    index = pack.vocabulary.indices[ENDPOINT, pack.meeting.overlapping]
+    own_keys: dict[str, set[str | None]] = {}
+    for endpoint in endpoints:
+        if endpoint.role == SUBSCRIBER:
+            own_keys.setdefault(endpoint.endpoint.participant, set()).add(endpoint.key)
+    for position, endpoint in enumerate(endpoints):
+        if endpoint.role == SUBSCRIBER and len(own_keys[endpoint.endpoint.participant]) > 1:
+            endpoints[position] = replace(endpoint, profile=endpoint.profile.with_values({index: 1}))
 
 
 @lru_cache(maxsize=_CACHE)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 from cqos_core.codes import CODES
 from cqos_core.evaluate import Values, Written
-from cqos_core.pack import Dialect, NameContext
+from cqos_core.pack import Dialect, NameContext, nothing_follows
 from cqos_core.policy import (
     ENDPOINT,
     NEED,
@@ -178,6 +178,7 @@ class Resolved:
         profile: the values.
         layers: nearest first; where values came from. Endpoints with equal settings share them.
         carried: the endpoint of another protocol that this one is on the wire.
+        visiting: it is a copy, beside publishers that it meets although its own key is another one.
     """
 
     endpoint: Endpoint
@@ -191,6 +192,12 @@ class Resolved:
     participant: ResolvedParticipant
     external: bool
     carried: Carried | None = None
+    visiting: bool = False
+
+    @property
+    def is_copy(self) -> bool:
+        """Whether the endpoint itself is elsewhere, on another wire or another key."""
+        return self.visiting or self.carried is not None
 
     @property
     def role(self) -> str:
@@ -296,7 +303,7 @@ class Resolver:
         self.own_layers: dict[tuple[int, str, str], Layer] = {}
         self.said: set[tuple[str, str, Place | None]] = set()
         self.topic_layers: dict[tuple[int, str, str], tuple[tuple[Layer, ...], bool]] = {}
-        self.named: dict[tuple[int, str, str, str, str], Naming] = {}
+        self.named: dict[tuple[int, str, str, str, str, str], Naming] = {}
         self.shared: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
         self.packless: dict[str, list[Endpoint]] = {}
         self.option_layers: dict[int, Layer] = {}
@@ -308,10 +315,17 @@ class Resolver:
         self.name_problems: dict[tuple[NameProblem, str, str], list[Endpoint]] = {}
         self.ids: set[str] = set()
         self.clashes = False
+        self.broker_layers: dict[tuple[int, str], tuple[Layer, ...]] = {}
+        self.brokerless: dict[str, dict[str, Participant]] = {}
+        self.participant_facts: dict[str, Settings] = {}
+        self.endpoint_facts: dict[int, Settings] = {}
+        self.implied: list[Endpoint] = []
+        self.completed = False
+        self._complete()
 
     def run(self) -> ResolvedSystem:
         """Resolve every endpoint of the system."""
-        for endpoint in self.system.endpoints:
+        for endpoint in (*self.system.endpoints, *self.implied):
             self.stated(endpoint)
         for participant in self.system.participants.values():
             # What a participant states is checked even where it has no endpoint.
@@ -321,10 +335,36 @@ class Resolver:
         self.report_rest()
         return self.result
 
+    def _complete(self) -> None:
+        """Ask the packs in use what follows from all that is stated."""
+        packs = packs_in_use(self.system, self.find_pack, self.default)
+        for pack in packs:
+            if pack.complete is nothing_follows:
+                continue
+            self.completed = True
+            stated = [each for each in self.system.endpoints if self._protocol_of(each) == pack.id]
+            owners = {each.participant for each in stated}
+            participants = [
+                each
+                for each in self.system.participants.values()
+                if each.id in owners or (each.protocol or self.system.protocol or self.default) == pack.id
+            ]
+            completion = pack.complete(participants, stated, self._brokers(pack))
+            self.participant_facts.update(completion.participants)
+            self.endpoint_facts.update({id(stated[at]): facts for at, facts in completion.endpoints.items()})
+            self.implied += completion.implied
+
+    def _protocol_of(self, endpoint: Endpoint) -> str | None:
+        owner = self.system.participants[endpoint.participant]
+        return endpoint.protocol or owner.protocol or self.system.protocol or self.default
+
     def stated(self, endpoint: Endpoint) -> None:
         """Resolve one endpoint as it is stated; it may stand for several."""
         participant = self.system.participants[endpoint.participant]
-        protocol = endpoint.protocol or participant.protocol or self.system.protocol or self.default
+        protocol = self._protocol_of(endpoint)
+        facts = self.endpoint_facts.get(id(endpoint))
+        if facts:
+            endpoint = replace(endpoint, settings={**endpoint.settings, **facts})
         pack = self._pack_of(protocol)
         if pack is None:
             self.packless.setdefault(protocol or "", []).append(endpoint)
@@ -339,6 +379,7 @@ class Resolver:
         self._report_names()
         self._report_needs()
         self._report_overlays()
+        self._report_brokerless()
 
     def _pack_of(self, protocol: str | None) -> RulePack | None:
         if protocol is None:
@@ -349,6 +390,16 @@ class Resolver:
         chosen = choose_variant(pack, self.system.options.get(pack.id, {}))
         self.result.packs[chosen.id] = chosen
         return chosen
+
+    def _report_brokerless(self) -> None:
+        for _, participants in sorted(self.brokerless.items()):
+            ids = sorted(participants)
+            more = f" and {len(ids) - 1} more" if len(ids) > 1 else ""
+            verb = "do" if more else "does"
+            message = f"`{ids[0]}`{more} {verb} not say which of several brokers {'they connect' if more else 'it connects'} to"
+            advice = f"state `broker:` with one of {', '.join(sorted(self.system.brokers))}"
+            place = participants[ids[0]].place
+            self._add("CQ216", message, place, "participant", ids, advice, Severity.WARNING)
 
     def _report_overlays(self) -> None:
         """Report overlays, and settings of theirs, that are without effect."""
@@ -435,16 +486,19 @@ class Resolver:
     def _make_participant(self, participant: Participant, pack: RulePack) -> ResolvedParticipant:
         owner = f"participant `{participant.label or participant.id}`"
         levels, spoken = ("participant", "option"), pack.dialects.get("yaml")
-        own = self._recognise(pack, levels, participant.settings, spoken, owner, "participant", [participant.id])
-        layers = (Layer("explicit", own), self._options(pack))
-        key = (id(pack), tuple((index, stated.text) for index, stated in own.items()))
+        settings = {**participant.settings, **self.participant_facts.get(participant.id, {})}
+        own = self._recognise(pack, levels, settings, spoken, owner, "participant", [participant.id])
+        layers: tuple[Layer, ...] = (Layer("explicit", own), self._options(pack))
+        broker = self._broker_of(own, participant, pack)
+        key = (id(pack), broker and broker.id, tuple((index, stated.text) for index, stated in own.items()))
         shared = self.contexts.get(key)
         if shared is None:
             before = len(self.result.findings)
-            shared = self._context(participant, pack, layers, owner)
+            shared = self._context(participant, pack, layers, owner, broker)
             if len(self.result.findings) == before:
                 self.contexts[key] = shared
         values, texts = shared
+        layers = (*layers, *self._broker_layers(broker, pack))
         return ResolvedParticipant(participant, pack, values, layers, texts, participant.external)
 
     def _options(self, pack: RulePack) -> Layer:
@@ -457,9 +511,9 @@ class Resolver:
         return layer
 
     def _context(
-        self, participant: Participant, pack: RulePack, layers: Sequence[Layer], owner: str
+        self, participant: Participant, pack: RulePack, layers: Sequence[Layer], owner: str, broker: Broker | None
     ) -> tuple[dict[int, Value], dict[str, str]]:
-        """Values of options and connection, and the texts they were stated as."""
+        """Values of options, connection and broker, and the texts the former were stated as."""
         values: dict[int, Value] = {}
         for index, policy in enumerate(pack.policies):
             if policy.level == "option":
@@ -469,6 +523,7 @@ class Resolver:
                 values[index] = self._value(
                     pack, index, policy, PUBLISHER, layers, values, None, owner, participant.place
                 )
+        values |= self._broker_values(pack, broker, values)
         texts = {
             pack.policies[index].name: stated.text
             for layer in reversed(layers)
@@ -521,8 +576,6 @@ class Resolver:
         owner: str,
         role: str,
         members: Sequence[str],
-        *,
-        quiet: bool = False,
     ) -> dict[int, Stated]:
         found: dict[int, Stated] = {}
         for name, setting in settings.items():
@@ -533,25 +586,24 @@ class Resolver:
                 continue
             index = next((i for level in levels if (i := pack.find(level, name, dialect)) is not None), None)
             if index is None or not _can_be_stated(pack.policies[index]):
-                if not quiet:
-                    known = [
-                        policy.name.removeprefix("need.")
-                        for policy in pack.policies
-                        if policy.level in levels and _can_be_stated(policy)
-                    ]
-                    self._add(
-                        "CQ202",
-                        f"{owner} states `{name}`, which {pack.title} does not know",
-                        setting.place,
-                        role,
-                        members,
-                        suggestion(name, known),
-                    )
+                known = [
+                    policy.name.removeprefix("need.")
+                    for policy in pack.policies
+                    if policy.level in levels and _can_be_stated(policy)
+                ]
+                self._add(
+                    "CQ202",
+                    f"{owner} states `{name}`, which {pack.title} does not know",
+                    setting.place,
+                    role,
+                    members,
+                    suggestion(name, known),
+                )
                 continue
             text = spelled(pack.policies[index], setting.text, dialect)
             if text is None:
                 continue
-            if index in found and found[index].text != text and not quiet:
+            if index in found and found[index].text != text:
                 message = f"{owner} states `{pack.policies[index].name}` twice, as {found[index].text} and as {text}"
                 self._add("CQ209", message, setting.place, role, members)
             found[index] = Stated(text, setting, name)
@@ -638,8 +690,8 @@ class Resolver:
 
     def _preset(self, ref: ProfileRef, pack: RulePack) -> Layer | None:
         name = pack.preset_names.get(normalise(ref.name))
-        if name is None:
-            known = (*self.system.profiles, *pack.presets)
+        if name is None or pack.presets[name].level != ENDPOINT:
+            known = (*self.system.profiles, *(name for name, each in pack.presets.items() if each.level == ENDPOINT))
             message = f"profile `{ref.name}` is neither defined nor a preset of {pack.title}"
             self._add_once("CQ204", message, ref.place, suggestion(ref.name, known))
             return None
@@ -655,7 +707,7 @@ class Resolver:
 
     def _preset_settings(self, name: str, pack: RulePack) -> dict[int, Stated]:
         return {
-            pack.vocabulary.indices[ENDPOINT, policy]: Stated(text, Setting(text))
+            pack.vocabulary.indices[pack.presets[name].level, policy]: Stated(text, Setting(text))
             for policy, text in pack.presets[name].settings.items()
         }
 
@@ -665,7 +717,7 @@ class Resolver:
         if endpoint.topic is None:
             return None
         pack = participant.pack
-        key = (id(pack), endpoint.participant, endpoint.topic, endpoint.kind, endpoint.dialect)
+        key = (id(pack), endpoint.participant, endpoint.topic, endpoint.kind, endpoint.dialect, endpoint.role)
         naming = self.named.get(key)
         if naming is None:
             context = NameContext(
@@ -675,6 +727,7 @@ class Resolver:
                 participant.participant.remap,
                 endpoint.kind,
                 endpoint.dialect,
+                endpoint.role,
             )
             naming = self.named[key] = pack.meeting.resolve(endpoint.topic, context)
         for problem in naming.problems:
@@ -905,8 +958,6 @@ class Resolver:
                         None,
                     )
                 )
-            elif policy.level == "broker":
-                values.append(self._broker_value(pack, index, policy, participant))
             else:
                 values.append(participant.values[index])
         beside = (replace(layer, overlay="may_hold") for extra in possible.values() for layer in extra)
@@ -966,30 +1017,69 @@ class Resolver:
             message = f"{owner} states `{policy.name}`, which only a {roles} has"
             self._add("CQ210", message, stated.setting.place, endpoint.role, [identifier])
 
-    def _broker_value(self, pack: RulePack, index: int, policy: Policy, participant: ResolvedParticipant) -> Value:
-        broker = self._broker_of(participant)
-        layers: list[Layer] = []
-        if broker is not None:
-            found = self._recognise(
-                pack,
-                ("broker",),
-                broker.settings,
-                None,
-                f"broker `{broker.id}`",
-                "broker",
-                [broker.id],
-                quiet=True,
-            )
-            layers.append(Layer("explicit", found))
-        place = broker.place if broker is not None else None
-        return self._value(pack, index, policy, PUBLISHER, layers, participant.values, None, "broker", place)
+    # Brokers
 
-    def _broker_of(self, participant: ResolvedParticipant) -> Broker | None:
-        named = participant.texts.get("broker")
-        if named is not None:
-            return self.system.brokers.get(named)
-        brokers = list(self.system.brokers.values())
-        return brokers[0] if len(brokers) == 1 else None
+    def _broker_values(self, pack: RulePack, broker: Broker | None, options: Mapping[int, Value]) -> dict[int, Value]:
+        layers = self._broker_layers(broker, pack)
+        owner, place = ("broker", None) if broker is None else (f"broker `{broker.id}`", broker.place)
+        return {
+            index: self._value(pack, index, policy, PUBLISHER, layers, options, None, owner, place)
+            for index, policy in enumerate(pack.policies)
+            if policy.level == "broker"
+        }
+
+    def _broker_layers(self, broker: Broker | None, pack: RulePack) -> tuple[Layer, ...]:
+        """What is stated of a broker, nearest first: itself, then its profiles and presets."""
+        if broker is None:
+            return ()
+        known = self.broker_layers.get((id(pack), broker.id))
+        if known is None:
+            owner = f"broker `{broker.id}`"
+            own = self._recognise(pack, ("broker",), broker.settings, None, owner, "broker", [broker.id])
+            known = (Layer("explicit", own), *self._profiles_of_broker(broker.profiles, pack, {broker.id}))
+            self.broker_layers[id(pack), broker.id] = known
+        return known
+
+    def _profiles_of_broker(self, refs: Sequence[ProfileRef], pack: RulePack, trail: set[str]) -> Iterator[Layer]:
+        for ref in reversed(refs):
+            own = self.system.profiles.get(ref.name)
+            preset = pack.preset_names.get(normalise(ref.name))
+            if own is not None and own.name not in trail:
+                owner = f"profile `{own.name}`"
+                found = self._recognise(pack, ("broker",), own.settings, None, owner, "profile", [own.name])
+                yield Layer(f"profile {own.name}", found)
+                yield from self._profiles_of_broker(own.base, pack, {*trail, own.name})
+            elif own is None and preset is not None and pack.presets[preset].level == "broker":
+                yield Layer(f"preset {preset}", self._preset_settings(preset, pack), counts_as_stated=False)
+            elif own is None:
+                known = (
+                    *self.system.profiles,
+                    *(name for name, each in pack.presets.items() if each.level == "broker"),
+                )
+                message = f"profile `{ref.name}` is neither defined nor a preset of a broker of {pack.title}"
+                self._add_once("CQ204", message, ref.place, suggestion(ref.name, known))
+
+    def _brokers(self, pack: RulePack) -> dict[str, Broker]:
+        default = self.system.protocol or pack.id
+        return {name: each for name, each in self.system.brokers.items() if (each.protocol or default) == pack.id}
+
+    def _broker_of(self, own: Mapping[int, Stated], participant: Participant, pack: RulePack) -> Broker | None:
+        """The broker that a participant names, else the only one there is."""
+        brokers = self._brokers(pack)
+        index = next((i for level in ("participant", "option") if (i := pack.find(level, "broker")) is not None), None)
+        if index is None or not brokers:
+            return None
+        stated = own.get(index) or self._options(pack).settings.get(index)
+        if stated is not None:
+            if stated.text not in brokers:
+                message = f"there is no broker `{stated.text}` in the system"
+                place = stated.setting.place or participant.place
+                self._add_once("CQ216", message, place, suggestion(stated.text, brokers))
+            return brokers.get(stated.text)
+        if len(brokers) > 1:
+            self.brokerless.setdefault(pack.id, {})[participant.id] = participant
+            return None
+        return next(iter(brokers.values()))
 
     # Values
 

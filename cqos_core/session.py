@@ -197,6 +197,8 @@ class Session:
         ids = [endpoint.id for endpoint in system.endpoints]
         # Bridges add endpoints and hand needs on, so that one edit may reach any topic.
         incremental = not system.overlays and not system.bridges and len(ids) == len(set(ids))
+        # What follows from all endpoints together follows anew from each edit.
+        incremental = incremental and (resolver is None or not resolver.completed)
         if incremental and resolver is not None and not resolver.result.findings and resolver.asked == asked:
             self._resolve_touched(resolver, touched)
             if not resolver.result.findings and not resolver.clashes:

@@ -86,7 +86,7 @@ def check_topic(
     topic = group(endpoints, acceptances)
     settle(topic)
     drafts: Drafts = {}
-    pairs = _judge_pairs(topic, drafts)
+    pairs = _judge_pairs(topic, drafts) if topic.publishers and topic.subscribers else _no_pairs(topic)
     groups = _groups(topic, pairs)
     _endpoint_rules(topic, drafts)
     _signal_rules(topic, pairs, drafts)
@@ -95,8 +95,12 @@ def check_topic(
     made += team_findings(topic, (checks or {}).get(id(topic.pack), ()))
     made += _within_participants(topic, groups)
     alone = not (topic.publishers and topic.subscribers)
-    lonely = tuple(endpoint for endpoint in topic.endpoints if alone and endpoint.carried is None)
+    lonely = tuple(endpoint for endpoint in topic.endpoints if alone and not endpoint.is_copy)
     return TopicResult(tuple(groups), tuple(made), lonely)
+
+
+def _no_pairs(topic: Topic) -> _Pairs:
+    return _Pairs([0] * len(topic.publishers), segments=[{} for _ in topic.publishers])
 
 
 def _judge_pairs(topic: Topic, drafts: Drafts) -> _Pairs:
@@ -342,6 +346,8 @@ def _endpoint_rules(topic: Topic, drafts: Drafts) -> None:
 
 def _parts(topic: Topic, pairs: _Pairs) -> list[tuple[list[Members], list[Members]]]:
     """Split a topic into parts that do not meet each other (domains, partitions), each a signal of its own."""
+    if not topic.publishers:
+        return [([], topic.subscribers)]
     parts: list[tuple[list[Members], int]] = []
     for publisher, met in zip(topic.publishers, pairs.met, strict=True):
         together, reached = [publisher], met

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from cqos_core.pairing import bucket
+from cqos_core.pairing import bucket, introduce
 from cqos_core.policy import ENDPOINT, Depends, is_plain
 from cqos_core.problems import InvalidValueError
 from cqos_core.resolve import Carried
@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 
 
 def topics(resolver: Resolver) -> dict[tuple[str, str], list[Resolved]]:
-    """Sort the resolved endpoints by protocol and topic, with carried ones beside those they can meet."""
+    """Sort the resolved endpoints by protocol and topic, with copies beside those that they meet on another one."""
     found = bucket(resolver.result.endpoints)
+    introduce(found)
     for endpoint in resolver.result.endpoints:
         wire = endpoint.pack.wire
         if wire is None or endpoint.key is None:
