@@ -1,0 +1,34 @@
+"""The MQTT rule pack of C-QoS. Here are only the hooks; everything else is imported when a check needs it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cqos_core.plugins import ImporterInfo, RulePackInfo, hookimpl
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+@hookimpl
+def register_rule_packs(register: Callable[[RulePackInfo], None]) -> None:
+    """Register ``mqtt``."""
+    summary = "MQTT 3.1.1 and 5.0: publication, broker and subscription judged together"
+    register(RulePackInfo("mqtt", summary, "cqos_mqtt.pack:PACK"))
+
+
+@hookimpl
+def register_importers(register: Callable[[ImporterInfo], None]) -> None:
+    """Register the files in which people write what MQTT clients do."""
+    for name, summary, suffixes in _READ:
+        claim = f"cqos_mqtt.importers.detect:claims_{name}"
+        register(ImporterInfo(name, summary, suffixes, claim, f"cqos_mqtt.importers.{name}:read"))
+
+
+_DOCUMENTS = (".yaml", ".yml", ".json")
+_READ = (
+    ("asyncapi", "AsyncAPI 2.x and 3.x documents with MQTT servers", _DOCUMENTS),
+    ("wot", "W3C WoT Thing Descriptions with MQTT forms", (".jsonld", ".json", ".td")),
+    ("node_red", "Flows of Node-RED (flows.json)", (".json",)),
+    ("mosquitto", "Configurations of Mosquitto (mosquitto.conf)", (".conf",)),
+)

@@ -1,0 +1,1 @@
+"""Readers of the files in which people write what MQTT clients and brokers do."""

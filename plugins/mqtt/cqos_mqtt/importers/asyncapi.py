@@ -1,0 +1,235 @@
+"""Reads AsyncAPI 2.x and 3.x: an application with its MQTT servers, what it sends and what it receives.
+
+In 2.x the verbs take the view of the other side: `subscribe` is what the application sends. In 3.x `send` and `receive` take
+its own. A channel parameter stands for one level of the topic. Each document is one application; several documents make a
+system, and servers of one host are one broker.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.importers.reading import collector_paused, listed, shown
+from cqos_core.importers.tree import MappingNode, ScalarNode
+from cqos_core.problems import InputError, Problem
+from cqos_core.system import PUBLISHER, SUBSCRIBER, Place, Setting
+from cqos_mqtt.importers.document import Document, entries_of, levels, stated
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.importers.tree import Node
+    from cqos_core.system import Role, Settings, System
+
+_PROTOCOLS: Final = frozenset(("mqtt", "mqtts", "secure-mqtt", "mqtt5", "mqtts5"))
+_VERSION: Final = re.compile(r"(2|3)\.\d+(?:\.\d+)?(?:-\S+)?")
+_CONNECTION: Final = {
+    "clientId": "client_id",
+    "cleanSession": "clean_start",
+    "keepAlive": "keep_alive",
+    "sessionExpiryInterval": "session_expiry_interval",
+    "maximumPacketSize": "maximum_packet_size",
+    "x-receiveMaximum": "receive_maximum",
+}
+_WILL: Final = {
+    "topic": "will.topic",
+    "qos": "will.qos",
+    "message": "will.payload",
+    "retain": "will.retain",
+    "x-delayInterval": "will.delay_interval",
+}
+_PUBLICATION: Final = {"qos": "qos", "retain": "retain", "messageExpiryInterval": "message_expiry_interval"}
+_SUBSCRIPTION: Final = {
+    "qos": "qos",
+    "x-noLocal": "no_local",
+    "x-retainAsPublished": "retain_as_published",
+    "x-retainHandling": "retain_handling",
+}
+_SAYS: Final = {"subscribe": PUBLISHER, "publish": SUBSCRIBER, "send": PUBLISHER, "receive": SUBSCRIBER}
+UNKNOWN: Final = "unknown"
+
+
+def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - nothing is included
+    """Read a document as the clients of one application.
+
+    Raises:
+        InputError: it is neither YAML nor JSON, or of a version that is not known.
+    """
+    reader = _Reader(source)
+    with collector_paused():
+        reader.load()
+        reader.document()
+    return reader.finish()
+
+
+@dataclass(frozen=True, slots=True)
+class _Server:
+    """A server that speaks MQTT, with the client that the application has there."""
+
+    name: str
+    node: MappingNode
+    client: str
+
+
+class _Reader(Document):
+    """Reads one document."""
+
+    def document(self) -> None:
+        """Read servers, then channels and operations."""
+        root = self.a_map(self.root, "document")
+        written = self.a_text(root, "asyncapi")
+        version = _VERSION.fullmatch(written)
+        if version is None:
+            place = self.place(stated(root, "asyncapi") or root)
+            message = f"{shown(written)} is no version of AsyncAPI that is read"
+            raise InputError([*self.problems, Problem("MQTT907", message, place, "expected 2.0.0 to 2.6.0, or 3.x")])
+        title = self.a_text(self.a_map(stated(root, "info"), "info"), "title") or self.source.name
+        self.system.name = title
+        servers = self.servers(root, title)
+        if not servers:
+            where = stated(root, "servers") or Place(self.source.name, root.line, root.column)
+            self.note("MQTT903", f"`{title}` has no server that speaks MQTT, so nothing of it is read", where)
+            return
+        if version[1] == "2":
+            self.of_version_2(self.a_map(stated(root, "channels"), "channels"), servers)
+        else:
+            self.of_version_3(self.a_map(stated(root, "operations"), "operations"), servers)
+
+    # Servers
+
+    def servers(self, root: MappingNode, title: str) -> list[_Server]:
+        """Add a client for each server that speaks MQTT."""
+        found = []
+        for key, node in entries_of(self.a_map(stated(root, "servers"), "servers")):
+            server = self.a_map(node, key.text)
+            if self.a_text(server, "protocol").lower() in _PROTOCOLS:
+                found.append((key, server))
+        clients = []
+        for key, server in found:
+            client = title if len(found) == 1 else f"{title} at {key.text}"
+            self.client(client, key, self.connection(server, key))
+            clients.append(_Server(key.text, server, client))
+        return clients
+
+    def connection(self, server: MappingNode, key: ScalarNode) -> Settings:
+        """Read how the application connects."""
+        address = self.a_text(server, "host") or self.a_text(server, "url")
+        where = stated(server, "host") or stated(server, "url") or key
+        settings: Settings = {"broker": self.broker(_host(address) or key.text, where)}
+        version = stated(server, "protocolVersion")
+        if version is not None:
+            settings["protocol_version"] = self.setting(version)
+        elif self.a_text(server, "protocol").lower() in {"mqtt5", "mqtts5"}:
+            settings["protocol_version"] = Setting("5.0", self.place(stated(server, "protocol") or key))
+        bindings = self.a_map(stated(server, "bindings"), "bindings")
+        for name in ("mqtt5", "mqtt"):
+            binding = self.a_map(stated(bindings, name), name)
+            self.take(binding, _CONNECTION, settings)
+            self.take(self.a_map(stated(binding, "lastWill"), "lastWill"), _WILL, settings)
+        return settings
+
+    # Channels and operations
+
+    def of_version_2(self, channels: MappingNode, servers: list[_Server]) -> None:
+        """Read channels with the operations in them, as 2.x writes them."""
+        for key, node in entries_of(channels):
+            channel = self.a_map(node, key.text)
+            names = {
+                each.text for each in self.a_list(stated(channel, "servers"), "servers") if isinstance(each, ScalarNode)
+            }
+            reached = [server for server in servers if not names or server.name in names]
+            for verb in ("subscribe", "publish"):
+                if stated(channel, verb) is not None:
+                    operation = self.a_map(stated(channel, verb), verb)
+                    own_key = channel.entries[verb][0]
+                    # In 2.x what a trait says takes the place of what the operation says.
+                    layers = [operation, *self.traits(operation)]
+                    self.operation(_SAYS[verb], key.text, own_key, layers, reached)
+
+    def of_version_3(self, operations: MappingNode, servers: list[_Server]) -> None:
+        """Read operations with the channels they lead to, as 3.x writes them."""
+        for key, node in entries_of(operations):
+            operation = self.a_map(node, key.text)
+            action = self.a_text(operation, "action")
+            if action not in {"send", "receive"}:
+                where = stated(operation, "action") or key
+                self.problem("CQ009", f"`action` must be {listed(('send', 'receive'))}, found {shown(action)}", where)
+                continue
+            channel = self.followed(stated(operation, "channel"))
+            if not isinstance(channel, MappingNode):
+                if stated(operation, "channel") is None:
+                    self.problem("CQ009", f"operation {shown(key.text)} has no `channel`", key)
+                continue
+            address = stated(channel, "address")
+            if not isinstance(address, ScalarNode):
+                self.note(
+                    "MQTT921", f"the channel of operation {shown(key.text)} has no address, so it is passed over", key
+                )
+                continue
+            # In 3.x what a trait says gives way to what the operation says.
+            layers = [*self.traits(operation), operation]
+            self.operation(_SAYS[action], address.text, key, layers, self.reached(channel, servers))
+
+    def reached(self, channel: MappingNode, servers: list[_Server]) -> list[_Server]:
+        """Return the servers on which a channel is, all where it names none."""
+        named = self.a_list(stated(channel, "servers"), "servers")
+        nodes = [self.followed(each) for each in named]
+        return [server for server in servers if not named or any(server.node is node for node in nodes)]
+
+    def traits(self, operation: MappingNode) -> list[MappingNode]:
+        """Return the traits of an operation, in their order."""
+        return [self.a_map(each, "traits") for each in self.a_list(stated(operation, "traits"), "traits")]
+
+    def operation(
+        self, role: Role, address: str, where: ScalarNode, layers: list[MappingNode], servers: list[_Server]
+    ) -> None:
+        """Add what an operation is at each server; of its layers a later one wins."""
+        settings: Settings = {}
+        for layer in layers:
+            bindings = self.a_map(stated(layer, "bindings"), "bindings")
+            binding = self.a_map(stated(bindings, "mqtt"), "mqtt")
+            self.take(binding, _PUBLICATION if role == PUBLISHER else _SUBSCRIPTION, settings)
+        for server in servers:
+            self.endpoint(server.client, role, levels(address), where, dict(settings))
+
+    # Values
+
+    def take(self, binding: MappingNode, names: dict[str, str], settings: Settings) -> None:
+        """Take the fields of a binding as settings."""
+        for name, policy in names.items():
+            node = self.followed(stated(binding, name))
+            if node is not None:
+                value = self.value(node, name)
+                if value is not None:
+                    settings[policy] = value
+
+    def value(self, node: Node, name: str) -> Setting | None:
+        """Read a value, or the schema of one: what it fixes, else that it is not known."""
+        if not isinstance(node, MappingNode):
+            return self.setting(node)
+        fixed = stated(node, "const") or self._only(node)
+        if fixed is not None:
+            return self.setting(fixed)
+        bounds = ", ".join(_bounds(node))
+        self.note("MQTT905", f"`{name}` is left open by its schema{f' ({bounds})' if bounds else ''}", node)
+        return Setting(UNKNOWN, self.place(node))
+
+    def _only(self, schema: MappingNode) -> Node | None:
+        listed_values = self.a_list(stated(schema, "enum"), "enum")
+        return listed_values[0] if len(listed_values) == 1 else None
+
+
+def _bounds(schema: MappingNode) -> Iterator[str]:
+    for name in ("minimum", "maximum"):
+        node = stated(schema, name)
+        if isinstance(node, ScalarNode):
+            yield f"{name} {node.text}"
+
+
+def _host(address: str) -> str:
+    """Return host and port of an address, without scheme, path and user."""
+    bare = address.partition("://")[2] or address
+    return bare.partition("/")[0].rpartition("@")[2]

@@ -1,0 +1,105 @@
+"""What the importers of MQTT files report, beside what all importers do (``CQ0xx``).
+
+MQTT900-MQTT919: AsyncAPI; MQTT920-MQTT939: Thing Descriptions and flows; MQTT940-MQTT959: Mosquitto.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.codes import CodeInfo
+from cqos_core.system import ImportNote
+
+if TYPE_CHECKING:
+    from cqos_core.system import Place
+
+CODES: Final = (
+    CodeInfo(
+        "MQTT901",
+        "unresolved-reference",
+        "error",
+        "A `$ref` leads to nothing in its document.",
+        "References within the document begin with `#/`; what stands in other files or on the network is not fetched.",
+    ),
+    CodeInfo(
+        "MQTT902",
+        "cyclic-reference",
+        "error",
+        "References lead in a circle.",
+        "What they stand for can never be found; the message shows the circle.",
+    ),
+    CodeInfo(
+        "MQTT903",
+        "no-mqtt-server",
+        "warning",
+        "No server of an AsyncAPI document speaks MQTT, so its channels are not read.",
+        "Only what is sent and received over MQTT is read.",
+        help="state `protocol: mqtt` (or mqtts, secure-mqtt) at a server",
+    ),
+    CodeInfo(
+        "MQTT905",
+        "value-left-open",
+        "note",
+        "A binding describes a value by a schema that allows several, so it is not known.",
+        "Rules over it are not decided.",
+        help="a `const` in the schema says which it is",
+    ),
+    CodeInfo(
+        "MQTT907",
+        "document-of-another-version",
+        "error",
+        "The document is of a version of AsyncAPI that is not known.",
+        "Versions 2.0 to 2.6 and 3.x are read.",
+    ),
+    CodeInfo(
+        "MQTT920",
+        "form-without-topic",
+        "warning",
+        "A form names neither a topic nor a filter, in its terms or in its address.",
+        "It is passed over.",
+        help="state `mqv:topic` or `mqv:filter`",
+    ),
+    CodeInfo(
+        "MQTT921",
+        "topic-filled-in-later",
+        "note",
+        "A topic is filled in at run time, from messages or the environment, so it is not known here.",
+        "It is passed over.",
+    ),
+    CodeInfo(
+        "MQTT922",
+        "node-without-broker",
+        "warning",
+        "A node names a broker that is not among the nodes of the flows.",
+        "It is never connected.",
+        help="choose a broker in the editor, or export the configuration nodes as well",
+    ),
+    CodeInfo(
+        "MQTT940",
+        "directive-refused",
+        "error",
+        "A line of mosquitto.conf or of an acl_file has a value that Mosquitto refuses.",
+        "Mosquitto does not start with it.",
+    ),
+    CodeInfo(
+        "MQTT941",
+        "acl-not-read",
+        "warning",
+        "The acl_file that a configuration names cannot be read, so who may publish and subscribe is not known.",
+        "Then nothing is concluded about access.",
+        help="name both files together, or put it where the configuration says",
+    ),
+    CodeInfo(
+        "MQTT942",
+        "listeners-differ",
+        "note",
+        "A configuration has settings for single listeners, which are read as if they held for the whole broker.",
+        "What is stricter for one listener is taken for all of them.",
+    ),
+)
+_BY_CODE: Final = {info.code: info for info in CODES}
+
+
+def note(code: str, message: str, place: Place | None, advice: str | None = None) -> ImportNote:
+    """Say something that is no reason to stop, with the severity of its code."""
+    return ImportNote(code, _BY_CODE[code].severity, message, place, advice)

@@ -1,0 +1,53 @@
+"""Recognises the files of MQTT people from a name and the first bytes, without importing a parser."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+_WIDE: Final = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
+_ASYNCAPI: Final = re.compile(r"""^(?:asyncapi|"asyncapi"|'asyncapi')[ \t]*:""", re.MULTILINE)
+_ASYNCAPI_IN_FLOW: Final = re.compile(r"""[{,]\s*["']?asyncapi["']?\s*:""")
+_FLOW: Final = re.compile(r"(?:\s++|#[^\n]*+|---)*+\{")
+_MQTT: Final = re.compile(r"mqtt", re.IGNORECASE)
+_CONTEXT: Final = re.compile(r'"@context"\s*:')
+_THING: Final = re.compile(r"www\.w3\.org/\d{4}/wot/td|w3\.org/ns/td|wot/td/v1")
+_FORM: Final = re.compile(r'"mqv:|"mqtts?://|"mqtts?\+')
+_FLOWS: Final = re.compile(r"\s*\[\s*\{")
+_NODE: Final = re.compile(r'"type"\s*:\s*"mqtt(?:-broker| in| out)"')
+_DIRECTIVE: Final = re.compile(
+    r"^[ \t]*(?:listener[ \t]+\d|allow_anonymous|persistence_location|persistent_client_expiration|max_queued_messages|"
+    r"max_inflight_messages|queue_qos0_messages|per_listener_settings|acl_file|password_file|max_keepalive|max_qos|"
+    r"upgrade_outgoing_qos|autosave_interval|sys_interval|retain_available|connection_messages|allow_zero_length_clientid|"
+    r"max_packet_size|message_size_limit|allow_duplicate_messages)\b",
+    re.MULTILINE,
+)
+
+
+def claims_asyncapi(name: str, head: bytes) -> bool:  # noqa: ARG001 - the signature of all claims
+    """Say whether this is an AsyncAPI document in which MQTT is spoken of."""
+    text = _text(head)
+    key = _ASYNCAPI_IN_FLOW if _FLOW.match(text) else _ASYNCAPI
+    return key.search(text) is not None and _MQTT.search(text) is not None
+
+
+def claims_wot(name: str, head: bytes) -> bool:  # noqa: ARG001
+    """Say whether this is a Thing Description with forms for MQTT."""
+    text = _text(head)
+    return all(found.search(text) for found in (_CONTEXT, _THING, _FORM))
+
+
+def claims_node_red(name: str, head: bytes) -> bool:  # noqa: ARG001
+    """Say whether these are flows of Node-RED with MQTT nodes."""
+    text = _text(head)
+    return _FLOWS.match(text) is not None and _NODE.search(text) is not None
+
+
+def claims_mosquitto(name: str, head: bytes) -> bool:
+    """Say whether this is a configuration of Mosquitto."""
+    lower = name.lower()
+    return lower.endswith(".conf") and (lower.endswith("mosquitto.conf") or _DIRECTIVE.search(_text(head)) is not None)
+
+
+def _text(head: bytes) -> str:
+    return head.decode(_WIDE.get(head[:2], "utf-8"), "ignore").lstrip("\ufeff")

@@ -1,0 +1,75 @@
+"""Kinds of value as MQTT writes them: levels of QoS, whole seconds, sizes without limit."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from cqos_core.policy import INFINITE, Choice, Count, Duration, Names
+from cqos_core.problems import InvalidValueError
+
+_S: Final = 1_000_000_000
+LONGEST: Final = 2**32 - 1
+"""Four bytes of seconds; all bits set stand for never, where a field says so."""
+
+
+def quality() -> Choice:
+    """Return the domain of a QoS; a higher level is no stronger one in every respect, but it is granted as a maximum."""
+    return Choice(
+        "0",
+        "1",
+        "2",
+        synonyms={
+            "at_most_once": "0",
+            "at_least_once": "1",
+            "exactly_once": "2",
+            **{f"{word}{level}": level for word in ("qos", "qos_") for level in "012"},
+        },
+    )
+
+
+class Seconds(Duration):
+    """A whole number of seconds, as the fields of MQTT hold it; a bare number is in seconds."""
+
+    def __init__(self, maximum: int = LONGEST) -> None:
+        """``maximum`` is the largest number that the field has room for."""
+        super().__init__(bare_unit="s", infinities=(LONGEST * _S,))
+        self.maximum = maximum
+
+    def parse(self, text: str) -> int:
+        """Read ``60``, ``60s``, ``1min`` or ``infinite``."""
+        value = super().parse(text)
+        if value == INFINITE:
+            return value
+        if value % _S:
+            raise InvalidValueError(f"`{text}` is no whole number of seconds", self.expected())
+        if value > self.maximum * _S:
+            raise InvalidValueError(f"`{text}` is more than the field has room for", self.expected())
+        return value
+
+    def expected(self) -> str:
+        """Say the bounds."""
+        return f"whole seconds from 0 to {self.maximum}, with or without unit"
+
+
+class Access(Names):
+    """Lines of access control: what, who, and on which filter."""
+
+    what: Final = ("read", "write", "readwrite", "deny")
+
+    def parse(self, text: str) -> tuple[str, ...]:
+        """Read ``["read alice farm/#"]``."""
+        lines = super().parse(text)
+        for line in lines:
+            parts = line.split(" ", 2)
+            if len(parts) < 3 or parts[0] not in self.what:  # noqa: PLR2004 - what, who and the filter
+                raise InvalidValueError(f"`{line}` is no line of access control", self.expected())
+        return lines
+
+    def expected(self) -> str:
+        """Give the parts."""
+        return f"a list of lines, each one of {', '.join(self.what)}, then the user (`*`, `-`), then the filter"
+
+
+def unlimited(least: int = 1, most: int = LONGEST, unit: str = "") -> Count:
+    """Return the domain of a limit that need not be there."""
+    return Count(least, most, unlimited=("unlimited", "none", "no_limit"), unit=unit)

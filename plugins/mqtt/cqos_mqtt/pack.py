@@ -1,0 +1,74 @@
+"""The MQTT pack: fields, rules, guarantees, presets and filters, put together as one value."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from cqos_core.evaluate import Function
+from cqos_core.guarantee import NEEDS
+from cqos_core.pack import Convention, Dialect, Meeting, RulePack
+from cqos_mqtt import filters, names, sessions
+from cqos_mqtt.guarantees import GUARANTEES
+from cqos_mqtt.importers.codes import CODES
+from cqos_mqtt.policies import POLICIES
+from cqos_mqtt.presets import PRESETS
+from cqos_mqtt.rules import RULES
+
+COMMANDS: Final = {"command": "true"}
+CONVENTIONS: Final = (
+    Convention("$SYS/*", external=True, doc="What the broker tells of itself."),
+    Convention("*/set", COMMANDS, doc="Orders to a device (Home Assistant, Zigbee2MQTT)."),
+    Convention("*/command", COMMANDS, doc="Orders to a device."),
+    Convention("*/cmd", COMMANDS, doc="Orders to a device."),
+    Convention("cmnd/*", COMMANDS, doc="Orders to a device (Tasmota)."),
+    Convention("spBv1.0/*/[ND]CMD/*", COMMANDS, doc="Orders to an edge node or device (Sparkplug B)."),
+    Convention("spBv1.0/STATE/*", external=True, doc="Births and deaths of host applications (Sparkplug B)."),
+)
+
+FUNCTIONS: Final = (
+    Function("is_filter", names.is_filter, "Whether a text is a valid filter."),
+    Function("is_topic", names.is_topic, "Whether a text is a valid name of a topic."),
+    Function("may_read", names.may_read, "Whether a topic is among what may be read and not among what may not."),
+    Function("hears", names.hears, "Whether some of a list of filters matches a topic."),
+)
+
+DIALECTS: Final = {
+    # System files of C-QoS, and all others: seconds need no unit where MQTT counts in seconds.
+    "yaml": Dialect(),
+    "bpmn": Dialect(bare_unit="s"),
+}
+
+NOT_CHECKED: Final = (
+    "whether user names, passwords and certificates let the clients connect",
+    "whether the broker's access control lets them publish and subscribe, save what an acl_file says that was read",
+    "whether subscribers keep up with what arrives",
+    "messages that are published before a subscription is there, save retained ones",
+    "delays of the network, which no expiry counts",
+)
+
+PACK: Final = RulePack(
+    id="mqtt",
+    title="MQTT",
+    summary="Messages over brokers by MQTT 3.1.1 and 5.0: publication, broker and subscription judged together.",
+    policies=(*POLICIES, *NEEDS),
+    rules=(*RULES, *GUARANTEES),
+    presets=PRESETS,
+    dialects=DIALECTS,
+    conventions=CONVENTIONS,
+    functions=FUNCTIONS,
+    meeting=Meeting(
+        names.resolve,
+        folds=(
+            ("differ only in upper and lower case", names.without_case),
+            ("differ only in slashes at the ends", names.without_slashes),
+            ("would meet but for a `$` at the start, which wildcards do not match", names.without_dollar),
+        ),
+        match=filters.match,
+        overlapping="overlapping",
+        described="publications and subscriptions of clients of one broker, where the filter matches the topic",
+    ),
+    complete=sessions.complete,
+    not_checked=NOT_CHECKED,
+    codes=CODES,
+    source="OASIS MQTT 3.1.1 and 5.0, Sparkplug B 3.0; manuals of the brokers; Mosquitto by running it",
+)

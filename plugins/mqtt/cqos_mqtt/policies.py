@@ -1,0 +1,627 @@
+"""The fields of MQTT 3.1.1 and 5.0: what a connection, a broker, a publication and a subscription may state.
+
+Values stand in order where they have one. A value in quotes is written as a person writes it; seconds need no unit.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from cqos_core.policy import Anything, Choice, Count, Duration, Flag, Names, Policy, Text
+from cqos_mqtt.kinds import Access, Seconds, quality, unlimited
+
+PUBLICATION: Final = ("publisher",)
+SUBSCRIPTION: Final = ("subscriber",)
+VERSIONS: Final = ("3.1.1", "5.0")
+
+
+# What a schema leaves open; see the AsyncAPI importer.
+LEFT_OPEN: Final = {"unknown": Anything("its document leaves it open")}
+
+
+def version() -> Choice:
+    """Return the domain of a version of the protocol; the numbers on the wire are 4 and 5."""
+    spellings = {"3.1.1": ("4", "311", "3.1", "3", "v3", "v311", "v3.1.1", "mqtt311"), "5.0": ("5", "v5", "mqtt5")}
+    return Choice(*VERSIONS, synonyms={word: name for name, words in spellings.items() for word in words})
+
+
+# What a publication or a subscription states ---------------------------------------------------------------
+
+QOS: Final = Policy(
+    "qos",
+    quality(),
+    "0",
+    "With which guarantee a message goes to the broker, and at most from it to a subscriber: at most once, at least once, "
+    "exactly once. What a subscription states is a maximum, not a demand.",
+    "MQTT 3.1.1, 4.3; MQTT 5.0, 4.3",
+    aliases=("quality_of_service",),
+)
+RETAIN: Final = Policy(
+    "retain",
+    Flag(),
+    "false",
+    "Whether the broker keeps the last message of the topic for those who subscribe later.",
+    "MQTT 3.1.1, 3.3.1.3; MQTT 5.0, 3.3.1.3",
+    aliases=("retained",),
+    roles=PUBLICATION,
+)
+EXPIRY: Final = Policy(
+    "message_expiry_interval",
+    Seconds(),
+    "infinite",
+    "After how long in the broker a message is no longer delivered; 3.1.1 has no such field.",
+    "MQTT 5.0, 3.3.2.3.3",
+    aliases=("message_expiry", "expiry"),
+    roles=PUBLICATION,
+    words=LEFT_OPEN,
+)
+PAYLOAD: Final = Policy(
+    "max_payload",
+    Count(0, 268_435_455, unit="bytes"),
+    None,
+    "The size of the largest payload.",
+    "MQTT 5.0, 2.1.4",
+    aliases=("payload_size",),
+    roles=PUBLICATION,
+)
+TOPIC_ALIAS: Final = Policy(
+    "topic_alias",
+    Count(0, 65_535),
+    None,
+    "The number sent in place of the topic's name.",
+    "MQTT 5.0, 3.3.2.3.4",
+    roles=PUBLICATION,
+)
+NO_LOCAL: Final = Policy(
+    "no_local",
+    Flag(),
+    "false",
+    "Whether the client's own publications are kept from this subscription; 3.1.1 cannot send it.",
+    "MQTT 5.0, 3.8.3.1",
+    aliases=("nl",),
+    roles=SUBSCRIPTION,
+)
+RETAIN_AS_PUBLISHED: Final = Policy(
+    "retain_as_published",
+    Flag(),
+    "false",
+    "Whether forwarded messages keep their RETAIN flag; 3.1.1 cannot send it.",
+    "MQTT 5.0, 3.8.3.1",
+    aliases=("rap",),
+    roles=SUBSCRIPTION,
+)
+RETAIN_HANDLING: Final = Policy(
+    "retain_handling",
+    Choice(
+        "send",
+        "send_if_new",
+        "do_not_send",
+        ordered=False,
+        synonyms={"0": "send", "1": "send_if_new", "2": "do_not_send", "never": "do_not_send"},
+    ),
+    "send",
+    "Whether retained messages are sent at subscribing: always, only where the session does not have the subscription yet, "
+    "or never; 3.1.1 cannot send it.",
+    "MQTT 5.0, 3.8.3.1",
+    aliases=("rh",),
+    roles=SUBSCRIPTION,
+)
+NEEDS_RETAIN_FLAG: Final = Policy(
+    "needs_retain_flag",
+    Flag(),
+    "false",
+    "Whether who subscribes must see which messages were retained when they were published, as a bridge must.",
+    roles=SUBSCRIPTION,
+)
+
+# What follows from the name and from the other endpoints of a client; filled in.
+SHARED: Final = Policy(
+    "shared",
+    Flag(),
+    "false",
+    "Whether the subscription is a share of a group, `$share/group/filter`; filled in.",
+    "MQTT 5.0, 4.8.2",
+    roles=SUBSCRIPTION,
+)
+WILDCARDS: Final = Policy(
+    "wildcards",
+    Flag(),
+    "false",
+    "Whether the filter has wildcards; filled in.",
+    "MQTT 3.1.1, 4.7.1; MQTT 5.0, 4.7.1",
+    roles=SUBSCRIPTION,
+)
+OVERLAPPING: Final = Policy(
+    "overlapping",
+    Flag(),
+    "false",
+    "Whether another filter of the same client matches the topic too; filled in.",
+    "MQTT 3.1.1, 3.3.5; MQTT 5.0, 3.3.4",
+    roles=SUBSCRIPTION,
+)
+REPEATED: Final = Policy(
+    "repeated",
+    Flag(),
+    "false",
+    "Whether the same client states the same filter again with other settings; filled in.",
+    "MQTT 5.0, 3.8.4",
+    roles=SUBSCRIPTION,
+)
+MIXED_QOS: Final = Policy(
+    "mixed_qos",
+    Flag(),
+    "false",
+    "Whether the same client publishes to the topic with another QoS too; filled in.",
+    "MQTT 3.1.1, 4.6",
+    roles=PUBLICATION,
+)
+IS_WILL: Final = Policy(
+    "will",
+    Flag(),
+    "false",
+    "Whether this is the Will of a connection, which the broker publishes when the client is lost; filled in.",
+    "MQTT 3.1.1, 3.1.2.5; MQTT 5.0, 3.1.2.5",
+    roles=PUBLICATION,
+)
+CLOSING: Final = Policy(
+    "closing_message",
+    Flag(),
+    "false",
+    "Whether the client itself publishes to the topic of its Will, as it must where it ends in good order; filled in.",
+    "MQTT 3.1.1, 3.14.4; MQTT 5.0, 3.14.4",
+    roles=PUBLICATION,
+)
+
+MAY_PUBLISH: Final = Policy(
+    "may_publish",
+    Flag(),
+    "true",
+    "Whether the access control of the broker lets the client publish here; filled in where that is known.",
+    "Mosquitto, mosquitto.conf(5), acl_file",
+    roles=PUBLICATION,
+)
+CONTROLLED: Final = Policy(
+    "controlled_topic",
+    Text(),
+    "",
+    "The topic, where the broker controls who reads it; filled in.",
+    "Mosquitto, mosquitto.conf(5), acl_file",
+    roles=PUBLICATION,
+)
+READABLE: Final = Policy(
+    "readable",
+    Names(),
+    "[]",
+    "What the access control of the broker lets the client read, empty where that is not known; filled in.",
+    "Mosquitto, mosquitto.conf(5), acl_file",
+    roles=SUBSCRIPTION,
+)
+UNREADABLE: Final = Policy(
+    "unreadable",
+    Names(),
+    "[]",
+    "What the access control of the broker keeps from the client; filled in.",
+    "Mosquitto, mosquitto.conf(5), acl_file",
+    roles=SUBSCRIPTION,
+)
+
+# What a connection states -----------------------------------------------------------------------------------
+
+CLIENT_ID: Final = Policy(
+    "client_id",
+    Text(),
+    None,
+    "The name by which the broker finds the session of a client again; empty lets the broker make one up.",
+    "MQTT 3.1.1, 3.1.3.1; MQTT 5.0, 3.1.3.1",
+    level="participant",
+    aliases=("clientid", "client_identifier"),
+)
+USERNAME: Final = Policy(
+    "username",
+    Text(),
+    None,
+    "The name with which the client logs in; by it the broker decides what it may do.",
+    "MQTT 3.1.1, 3.1.3.4; MQTT 5.0, 3.1.3.5",
+    level="participant",
+    aliases=("user",),
+)
+GENERATED_ID: Final = Policy(
+    "generated_client_id",
+    Flag(),
+    "false",
+    "Whether the client makes up a new id at each start.",
+    level="participant",
+    aliases=("random_client_id",),
+)
+CLEAN: Final = Policy(
+    "clean_start",
+    Flag(),
+    "true",
+    "Whether the client begins with a new session each time it connects. In 3.1.1, as clean session, it also says that the "
+    "session ends with the connection.",
+    "MQTT 3.1.1, 3.1.2.4; MQTT 5.0, 3.1.2.4",
+    level="participant",
+    aliases=("clean_session", "cleansession", "cleanstart"),
+)
+SESSION_EXPIRY: Final = Policy(
+    "session_expiry_interval",
+    Seconds(),
+    "0s",
+    "For how long the broker keeps the session after the connection ends; 3.1.1 has no such field.",
+    "MQTT 5.0, 3.1.2.11.2",
+    level="participant",
+    aliases=("session_expiry",),
+    words=LEFT_OPEN,
+)
+KEEP_ALIVE: Final = Policy(
+    "keep_alive",
+    Seconds(65_535),
+    "60s",
+    "After how long of silence the client pings; after one and a half times of it the broker takes it for lost. 0 is off.",
+    "MQTT 3.1.1, 3.1.2.10; MQTT 5.0, 3.1.2.10",
+    level="participant",
+    aliases=("keepalive",),
+    words={"off": "infinite", **LEFT_OPEN},
+    zero="off",
+)
+RECEIVE_MAXIMUM: Final = Policy(
+    "receive_maximum",
+    Count(1, 65_535),
+    "65535",
+    "How many messages of QoS 1 and 2 may be on their way to the client at once.",
+    "MQTT 5.0, 3.1.2.11.3",
+    level="participant",
+)
+PACKET_SIZE: Final = Policy(
+    "maximum_packet_size",
+    unlimited(unit="bytes"),
+    "unlimited",
+    "The largest packet that the client takes; larger ones are dropped without a word.",
+    "MQTT 5.0, 3.1.2.11.4",
+    level="participant",
+    aliases=("max_packet_size",),
+    words=LEFT_OPEN,
+)
+ALIASES: Final = Policy(
+    "topic_alias_maximum",
+    Count(0, 65_535),
+    "0",
+    "The highest topic alias that the client understands.",
+    "MQTT 5.0, 3.1.2.11.5",
+    level="participant",
+)
+WILL_TOPIC: Final = Policy(
+    "will.topic",
+    Text(),
+    "",
+    "Where the broker publishes for the client when it is lost; empty is no Will.",
+    "MQTT 3.1.1, 3.1.2.5; MQTT 5.0, 3.1.2.5",
+    level="participant",
+    aliases=("lastwill.topic", "last_will.topic"),
+)
+WILL_PAYLOAD: Final = Policy(
+    "will.payload",
+    Text(),
+    None,
+    "What the Will says.",
+    "MQTT 3.1.1, 3.1.3.3; MQTT 5.0, 3.1.3.4",
+    level="participant",
+    aliases=("will.message", "lastwill.message", "last_will.payload"),
+)
+WILL_QOS: Final = Policy(
+    "will.qos",
+    quality(),
+    "0",
+    "The QoS of the Will.",
+    "MQTT 3.1.1, 3.1.2.6; MQTT 5.0, 3.1.2.6",
+    level="participant",
+    aliases=("lastwill.qos", "last_will.qos"),
+)
+WILL_RETAIN: Final = Policy(
+    "will.retain",
+    Flag(),
+    "false",
+    "Whether the Will is retained.",
+    "MQTT 3.1.1, 3.1.2.7; MQTT 5.0, 3.1.2.7",
+    level="participant",
+    aliases=("lastwill.retain", "last_will.retain"),
+)
+WILL_DELAY: Final = Policy(
+    "will.delay_interval",
+    Seconds(),
+    "0s",
+    "How long the broker waits with the Will, in case the client comes back; 3.1.1 has no such field.",
+    "MQTT 5.0, 3.1.3.2.2",
+    level="participant",
+    aliases=("will.delay",),
+)
+WILL_EXPIRY: Final = Policy(
+    "will.message_expiry_interval",
+    Seconds(),
+    "infinite",
+    "After how long in the broker the Will is no longer delivered.",
+    "MQTT 5.0, 3.1.3.2.4",
+    level="participant",
+    aliases=("will.expiry",),
+)
+# What follows from all clients together; filled in.
+SAME_ID: Final = Policy(
+    "client_id_taken",
+    Flag(),
+    "false",
+    "Whether another client of the same broker has the same id; filled in.",
+    "MQTT 3.1.1, 3.1.4; MQTT 5.0, 3.1.4",
+    level="participant",
+)
+SESSION: Final = Policy(
+    "session",
+    Text(),
+    "",
+    "The client itself, where one of its subscriptions is not to see its own publications; filled in.",
+    "MQTT 5.0, 3.8.3.1",
+    level="participant",
+)
+SUBSCRIBED: Final = Policy(
+    "subscribed",
+    Names(),
+    "[]",
+    "The filters of the client, where somebody has to notice the loss of another; filled in.",
+    level="participant",
+)
+
+# What a broker can do ---------------------------------------------------------------------------------------
+
+MAXIMUM_QOS: Final = Policy(
+    "maximum_qos",
+    quality(),
+    "2",
+    "The highest QoS it takes; a publication above it ends the connection.",
+    "MQTT 5.0, 3.2.2.3.4",
+    level="broker",
+    aliases=("max_qos",),
+)
+GRANTED_QOS: Final = Policy(
+    "granted_qos",
+    quality(),
+    "2",
+    "The highest QoS it grants a subscription, where that is less than it takes.",
+    "MQTT 3.1.1, 3.9.3; MQTT 5.0, 3.9.3",
+    level="broker",
+)
+RETAIN_AVAILABLE: Final = Policy(
+    "retain_available",
+    Flag(),
+    "true",
+    "Whether it keeps retained messages; if not, a retained publication ends the connection.",
+    "MQTT 5.0, 3.2.2.3.5",
+    level="broker",
+)
+WILDCARD_AVAILABLE: Final = Policy(
+    "wildcard_subscription_available",
+    Flag(),
+    "true",
+    "Whether it takes filters with wildcards.",
+    "MQTT 5.0, 3.2.2.3.11",
+    level="broker",
+)
+SHARED_AVAILABLE: Final = Policy(
+    "shared_subscription_available",
+    Flag(),
+    "true",
+    "Whether it takes shared subscriptions.",
+    "MQTT 5.0, 3.2.2.3.13",
+    level="broker",
+)
+IDENTIFIER_AVAILABLE: Final = Policy(
+    "subscription_identifier_available",
+    Flag(),
+    "true",
+    "Whether it takes subscription identifiers.",
+    "MQTT 5.0, 3.2.2.3.12",
+    level="broker",
+)
+BROKER_SESSION_EXPIRY: Final = Policy(
+    "session_expiry_interval",
+    Seconds(),
+    "infinite",
+    "The longest time that it keeps a session, whatever the client asks for.",
+    "MQTT 5.0, 3.2.2.3.2",
+    level="broker",
+    aliases=("persistent_client_expiration", "maximum_session_expiry"),
+)
+SERVER_KEEP_ALIVE: Final = Policy(
+    "server_keep_alive",
+    Seconds(65_535),
+    "infinite",
+    "The longest keep alive that it allows; it takes the place of a longer one.",
+    "MQTT 5.0, 3.2.2.3.14",
+    level="broker",
+    aliases=("max_keepalive",),
+)
+BROKER_RECEIVE_MAXIMUM: Final = Policy(
+    "receive_maximum",
+    Count(1, 65_535),
+    "65535",
+    "How many messages of QoS 1 and 2 a client may send before it waits for an answer.",
+    "MQTT 5.0, 3.2.2.3.3",
+    level="broker",
+)
+BROKER_PACKET_SIZE: Final = Policy(
+    "maximum_packet_size",
+    unlimited(unit="bytes"),
+    "unlimited",
+    "The largest packet that it takes.",
+    "MQTT 5.0, 3.2.2.3.6",
+    level="broker",
+    aliases=("max_packet_size",),
+)
+BROKER_ALIASES: Final = Policy(
+    "topic_alias_maximum",
+    Count(0, 65_535),
+    "0",
+    "The highest topic alias that it understands.",
+    "MQTT 5.0, 3.2.2.3.8",
+    level="broker",
+)
+OLDEST: Final = Policy("oldest_version", version(), "3.1.1", "The oldest version it speaks.", level="broker")
+NEWEST: Final = Policy("newest_version", version(), "5.0", "The newest version it speaks.", level="broker")
+INFLIGHT: Final = Policy(
+    "max_inflight_messages",
+    unlimited(1, 65_535),
+    "unlimited",
+    "How many messages of QoS 1 and 2 it has on their way to one client at most.",
+    level="broker",
+)
+QUEUED: Final = Policy(
+    "max_queued_messages",
+    unlimited(0),
+    None,
+    "How many messages it keeps for a client that is absent or slow; what comes then is dropped, and the publisher is not told.",
+    level="broker",
+)
+QUEUES_QOS0: Final = Policy(
+    "queue_qos0_messages",
+    Flag(),
+    "false",
+    "Whether it keeps messages of QoS 0 for absent clients too.",
+    "MQTT 3.1.1, 3.1.2.4; MQTT 5.0, 4.1",
+    level="broker",
+)
+PERSISTENCE: Final = Policy(
+    "persistence",
+    Flag(),
+    None,
+    "Whether sessions and retained messages are still there after it was restarted.",
+    level="broker",
+)
+UPGRADES: Final = Policy(
+    "upgrade_outgoing_qos",
+    Flag(),
+    "false",
+    "Whether it delivers with the QoS of the subscription also where the publication has less, which MQTT does not allow.",
+    level="broker",
+)
+
+ACCESS: Final = Policy(
+    "acl",
+    Access(),
+    None,
+    "Who may do what, one line each: `read`, `write`, `readwrite` or `deny`, the user (`*` everybody, `-` who gives no name), "
+    "the filter. Where there is any, all else is forbidden.",
+    "Mosquitto, mosquitto.conf(5), acl_file",
+    level="broker",
+)
+
+# What is known about a topic --------------------------------------------------------------------------------
+
+TOPIC_NAME: Final = Policy("name", Text(), None, "The name or filter; judged where names are read.", level="topic")
+PERIOD: Final = Policy(
+    "period",
+    Duration(),
+    None,
+    "The time between two messages.",
+    level="topic",
+    aliases=("publish_period",),
+)
+BURST: Final = Policy("burst", Count(), None, "How many messages may come at once.", level="topic")
+COMMAND: Final = Policy(
+    "command",
+    Flag(),
+    "false",
+    "Messages are orders, which must not be carried out again when somebody subscribes later.",
+    level="topic",
+)
+
+# What is assumed of the deployment --------------------------------------------------------------------------
+
+VERSION: Final = Policy(
+    "protocol_version",
+    version(),
+    None,
+    "The version of MQTT that a client speaks; where it is not stated, both are looked at.",
+    "MQTT 3.1.1, 3.1.2.2; MQTT 5.0, 3.1.2.2",
+    level="option",
+    aliases=("version", "mqtt_version"),
+    assume=VERSIONS,
+)
+BROKER: Final = Policy(
+    "broker",
+    Text(),
+    None,
+    "The broker that a client connects to; clients of different brokers never meet.",
+    level="option",
+)
+IMPLIED_NEEDS: Final = Policy(
+    "implied_needs",
+    Choice("off", "note", "warning", ordered=False),
+    "note",
+    "What a QoS that somebody stated counts for where no need is stated: nothing, a note, or a warning.",
+    level="option",
+)
+
+POLICIES: Final = (
+    QOS,
+    RETAIN,
+    EXPIRY,
+    PAYLOAD,
+    TOPIC_ALIAS,
+    NO_LOCAL,
+    RETAIN_AS_PUBLISHED,
+    RETAIN_HANDLING,
+    NEEDS_RETAIN_FLAG,
+    SHARED,
+    WILDCARDS,
+    OVERLAPPING,
+    REPEATED,
+    MIXED_QOS,
+    IS_WILL,
+    CLOSING,
+    MAY_PUBLISH,
+    CONTROLLED,
+    READABLE,
+    UNREADABLE,
+    CLIENT_ID,
+    USERNAME,
+    GENERATED_ID,
+    CLEAN,
+    SESSION_EXPIRY,
+    KEEP_ALIVE,
+    RECEIVE_MAXIMUM,
+    PACKET_SIZE,
+    ALIASES,
+    WILL_TOPIC,
+    WILL_PAYLOAD,
+    WILL_QOS,
+    WILL_RETAIN,
+    WILL_DELAY,
+    WILL_EXPIRY,
+    SAME_ID,
+    SESSION,
+    SUBSCRIBED,
+    MAXIMUM_QOS,
+    GRANTED_QOS,
+    RETAIN_AVAILABLE,
+    WILDCARD_AVAILABLE,
+    SHARED_AVAILABLE,
+    IDENTIFIER_AVAILABLE,
+    BROKER_SESSION_EXPIRY,
+    SERVER_KEEP_ALIVE,
+    BROKER_RECEIVE_MAXIMUM,
+    BROKER_PACKET_SIZE,
+    BROKER_ALIASES,
+    OLDEST,
+    NEWEST,
+    INFLIGHT,
+    QUEUED,
+    QUEUES_QOS0,
+    PERSISTENCE,
+    UPGRADES,
+    ACCESS,
+    TOPIC_NAME,
+    PERIOD,
+    BURST,
+    COMMAND,
+    VERSION,
+    BROKER,
+    IMPLIED_NEEDS,
+)

@@ -1,0 +1,85 @@
+"""Presets: brokers as they come, and the messages of Sparkplug B.
+
+A broker's limits are those of its defaults; whoever configures it otherwise states so beside the preset.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from cqos_core.pack import Preset
+
+
+def a_broker(doc: str, *aliases: str, **limits: str) -> Preset:
+    """Write one broker: what it can do, and where that is said."""
+    return Preset(limits, doc, aliases=aliases, level="broker")
+
+
+def sparkplug(doc: str, qos: str, *, retain: bool = False) -> Preset:
+    """Write one row of the table of Sparkplug B."""
+    return Preset({"qos": qos, "retain": "true" if retain else "false"}, f"Sparkplug B 3.0: {doc}")
+
+
+BROKERS: Final = {
+    "mosquitto": a_broker(
+        "Eclipse Mosquitto 2 without configuration (mosquitto.conf(5); receive maximum and topic aliases as it announces them).",
+        "eclipse_mosquitto",
+        max_queued_messages="1000",
+        max_inflight_messages="20",
+        receive_maximum="20",
+        topic_alias_maximum="10",
+        queue_qos0_messages="false",
+        persistence="false",
+    ),
+    "hivemq_ce": a_broker(
+        "HiveMQ Community Edition (config.xml: defaults of <mqtt> and <restrictions>).",
+        "hivemq",
+        max_queued_messages="1000",
+        receive_maximum="10",
+        topic_alias_maximum="5",
+        maximum_packet_size="268435460",
+        queue_qos0_messages="false",
+        persistence="true",
+    ),
+    "emqx": a_broker(
+        "EMQX 5 (configuration `mqtt`: defaults; sessions and retained messages are in memory).",
+        max_queued_messages="1000",
+        max_inflight_messages="32",
+        receive_maximum="32",
+        topic_alias_maximum="65535",
+        maximum_packet_size="1048576",
+        queue_qos0_messages="true",
+        persistence="false",
+    ),
+    "aws_iot_core": a_broker(
+        "A cloud broker without QoS 2: AWS IoT Core (AWS IoT Core message broker and protocol limits and quotas).",
+        "cloud_without_qos_2",
+        maximum_qos="1",
+        session_expiry_interval="7d",
+        server_keep_alive="1200",
+        receive_maximum="100",
+        topic_alias_maximum="8",
+        maximum_packet_size="131072",
+        persistence="true",
+    ),
+    "zenoh": a_broker(
+        "The MQTT plug-in of Zenoh, which grants QoS 0 to everybody (zenoh-plugin-mqtt, README).",
+        "zenoh_mqtt",
+        granted_qos="0",
+        persistence="false",
+    ),
+}
+
+SPARKPLUG: Final = {
+    "sparkplug_message": sparkplug("NBIRTH, DBIRTH, NDATA, DDATA, DDEATH, NCMD and DCMD.", "0"),
+    "sparkplug_death": sparkplug("NDEATH, which is the Will of an edge node.", "1"),
+    "sparkplug_state": sparkplug("STATE, birth and death of a host application.", "1", retain=True),
+    "sparkplug_commands": sparkplug("the subscription of an edge node to NCMD and DCMD, which come with QoS 0.", "1"),
+}
+
+NODE_RED: Final = {
+    "node_red_in": Preset({"qos": "2"}, "A node `mqtt in` of Node-RED that nobody changed."),
+    "node_red_out": Preset({"qos": "0", "retain": "false"}, "A node `mqtt out` of Node-RED that nobody changed."),
+}
+
+PRESETS: Final = {**BROKERS, **SPARKPLUG, **NODE_RED}

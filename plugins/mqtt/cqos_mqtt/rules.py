@@ -1,0 +1,553 @@
+"""The rules of MQTT that need no stated need, one sentence each; what an application needs is in `guarantees`.
+
+`requires` speaks when its sentence is false, `forbids` only when it is definitely true, and where a `meets` sentence is
+false two endpoints never meet. A bare policy is that of the endpoint itself, `offered` is the publication's, `requested`
+the subscription's, `publisher`, `subscriber` and `participant` are their connections, `broker` is between them.
+
+A QoS that somebody stated is no demand, so what it does not get is a note: the option `implied_needs` makes it a warning,
+or silent. The rules from MQTT151 on are the warnings.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.expression import (
+    all_equal,
+    any_of,
+    as_sentence,
+    broker,
+    call,
+    count,
+    least,
+    offered,
+    participant,
+    publisher,
+    requested,
+    stated,
+    subscriber,
+    topic,
+)
+from cqos_core.rule import Rule, forbids, meets, requires
+from cqos_mqtt.policies import (
+    BROKER,
+    BROKER_ALIASES,
+    BROKER_PACKET_SIZE,
+    BURST,
+    CLEAN,
+    CLIENT_ID,
+    CLOSING,
+    COMMAND,
+    CONTROLLED,
+    EXPIRY,
+    GENERATED_ID,
+    GRANTED_QOS,
+    IMPLIED_NEEDS,
+    INFLIGHT,
+    IS_WILL,
+    MAXIMUM_QOS,
+    MAY_PUBLISH,
+    MIXED_QOS,
+    NEEDS_RETAIN_FLAG,
+    NEWEST,
+    NO_LOCAL,
+    OLDEST,
+    OVERLAPPING,
+    PACKET_SIZE,
+    PAYLOAD,
+    QOS,
+    QUEUED,
+    READABLE,
+    RECEIVE_MAXIMUM,
+    REPEATED,
+    RETAIN,
+    RETAIN_AS_PUBLISHED,
+    RETAIN_AVAILABLE,
+    RETAIN_HANDLING,
+    SAME_ID,
+    SESSION,
+    SESSION_EXPIRY,
+    SHARED,
+    SHARED_AVAILABLE,
+    TOPIC_ALIAS,
+    TOPIC_NAME,
+    UNREADABLE,
+    UPGRADES,
+    VERSION,
+    WILDCARD_AVAILABLE,
+    WILDCARDS,
+    WILL_DELAY,
+    WILL_TOPIC,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from cqos_core.expression import Operand, Sentence, Term
+
+# The core of MQTT: what a subscription is granted, and with which guarantee a message arrives.
+GRANTED: Final = least(requested(QOS), broker(MAXIMUM_QOS), broker(GRANTED_QOS))
+EFFECTIVE: Final = least(offered(QOS), GRANTED)
+
+
+def in_3_1_1(side: Callable[[Term], Operand]) -> Sentence:
+    """The connection speaks the older version."""
+    return side(VERSION) == "3.1.1"
+
+
+def keeps_session(side: Callable[[Term], Operand]) -> Sentence:
+    """The broker keeps the session of this connection while it is away."""
+    return (in_3_1_1(side) & ~side(CLEAN)) | ((side(VERSION) == "5.0") & (side(SESSION_EXPIRY) > "0s"))
+
+
+def implied(
+    sentence: Sentence, *, code: str, name: str, because: str, clause: str, fixes: tuple[str, ...] = (), says: str = ""
+) -> tuple[Rule, Rule]:
+    """Return the rule over a need that is only implied: a note, and under a code 50 further on the warning."""
+    louder = f"MQTT{int(code.removeprefix('MQTT')) + 50}"
+    return (
+        forbids(
+            sentence & (IMPLIED_NEEDS == "note"),
+            code=code,
+            name=name,
+            because=because,
+            clause=clause,
+            severity="note",
+            fixes=fixes,
+            says=says,
+        ),
+        forbids(
+            sentence & (IMPLIED_NEEDS == "warning"),
+            code=louder,
+            name=f"{name}-warned",
+            because=because,
+            clause=clause,
+            fixes=fixes,
+            says=says,
+        ),
+    )
+
+
+# MQTT1xx: with which QoS messages arrive ---------------------------------------------------------------------
+
+DELIVERY: Final = (
+    *implied(
+        stated(requested(QOS)) & (offered(QOS) < GRANTED),
+        code="MQTT103",
+        name="publisher-limits",
+        because="a message arrives with the lower QoS of the two, and the subscription's is only a maximum",
+        clause="MQTT 3.1.1, MQTT-3.8.4-6; MQTT 5.0, MQTT-3.8.4-8",
+        fixes=("qos",),
+    ),
+    *implied(
+        stated(offered(QOS)) & (offered(QOS) == "2") & (GRANTED < "2"),
+        code="MQTT104",
+        name="subscriber-downgrades",
+        because="what is published exactly once arrives with the lower QoS that the subscription is granted",
+        clause="MQTT 3.1.1, MQTT-3.8.4-6; MQTT 5.0, MQTT-3.8.4-8",
+        fixes=("qos",),
+    ),
+    *implied(
+        stated(offered(QOS)) & (offered(QOS) == "1") & (GRANTED == "0"),
+        code="MQTT105",
+        name="worst-pair",
+        because="messages may come twice on the way to the broker and be lost on the way from it",
+        clause="MQTT 3.1.1, 3.8.4; MQTT 5.0, 3.8.4",
+        fixes=("qos",),
+    ),
+    forbids(
+        stated(requested(QOS)) & (requested(QOS) > broker(GRANTED_QOS)),
+        code="MQTT106",
+        name="granted-below-request",
+        says="{endpoint} asks for QoS {qos}, and the broker grants at most {granted_qos}",
+        because="the broker grants less than is asked for, and who does not look at its answer never knows",
+        clause="MQTT 3.1.1, MQTT-3.8.4-5; MQTT 5.0, MQTT-3.8.4-7",
+        fixes=("qos",),
+    ),
+    forbids(
+        broker(UPGRADES) & (offered(QOS) < requested(QOS)),
+        code="MQTT107",
+        name="upgrading-broker",
+        because="the broker delivers with a higher QoS than the message had on the way to it, where it may have been lost",
+        clause="MQTT 3.1.1, MQTT-3.8.4-6; MQTT 5.0, MQTT-3.8.4-8",
+        fixes=("qos",),
+    ),
+)
+
+# MQTT2xx: what the broker can do -----------------------------------------------------------------------------
+
+REFUSED: Final = "the broker ends the connection, because "
+
+CAPABILITIES: Final = (
+    requires(
+        offered(IS_WILL) | (offered(QOS) <= broker(MAXIMUM_QOS)),
+        code="MQTT201",
+        name="publish-above-maximum-qos",
+        says="{endpoint} publishes with QoS {qos}, and the broker takes at most {maximum_qos}",
+        because=REFUSED + "it does not take messages of this QoS",
+        clause="MQTT 5.0, MQTT-3.2.2-11; reason code 0x9B",
+        fixes=("qos",),
+    ),
+    forbids(
+        in_3_1_1(publisher) & (offered(QOS) > broker(MAXIMUM_QOS)),
+        code="MQTT202",
+        name="refused-without-reason",
+        says="{endpoint} of MQTT 3.1.1 publishes with QoS {qos}, and the broker closes the connection without a reason",
+        because="the broker cannot tell a client of 3.1.1 what it takes, so the connection just ends, again and again",
+        clause="MQTT 5.0, 3.2.2.3.4",
+        severity="note",
+        fixes=("qos",),
+    ),
+    forbids(
+        stated(requested(QOS)) & (requested(QOS) > broker(MAXIMUM_QOS)),
+        code="MQTT203",
+        name="subscribe-above-maximum-qos",
+        says="{endpoint} asks for QoS {qos}, and the broker grants at most {maximum_qos}",
+        because="the subscription is accepted, but granted a lower QoS",
+        clause="MQTT 5.0, MQTT-3.2.2-9 and MQTT-3.2.2-10",
+        fixes=("qos",),
+    ),
+    requires(
+        ~offered(IS_WILL) | (offered(QOS) <= broker(MAXIMUM_QOS)),
+        code="MQTT204",
+        name="will-above-maximum-qos",
+        says="{endpoint} has QoS {qos}, and the broker takes at most {maximum_qos}",
+        because="the broker refuses the connection, because it does not take a Will of this QoS",
+        clause="MQTT 5.0, MQTT-3.2.2-12; reason code 0x9B",
+        fixes=("qos",),
+    ),
+    requires(
+        offered(IS_WILL) | ~offered(RETAIN) | broker(RETAIN_AVAILABLE),
+        code="MQTT205",
+        name="retain-unavailable",
+        says="{endpoint} retains its messages, and the broker retains none",
+        because=REFUSED + "it keeps no retained messages",
+        clause="MQTT 5.0, MQTT-3.2.2-14; reason code 0x9A",
+        fixes=("retain",),
+    ),
+    requires(
+        ~offered(IS_WILL) | ~offered(RETAIN) | broker(RETAIN_AVAILABLE),
+        code="MQTT206",
+        name="will-retain-unavailable",
+        says="{endpoint} is retained, and the broker retains nothing",
+        because="the broker refuses the connection, because it keeps no retained messages",
+        clause="MQTT 5.0, MQTT-3.2.2-13; reason code 0x9A",
+        fixes=("retain",),
+    ),
+    requires(
+        ~requested(WILDCARDS) | broker(WILDCARD_AVAILABLE),
+        code="MQTT207",
+        name="wildcard-unavailable",
+        says="{endpoint} has a filter with wildcards, and the broker takes none",
+        because="the broker refuses the subscription",
+        clause="MQTT 3.1.1, MQTT-3.8.3-2; MQTT 5.0, 3.2.2.3.11; reason code 0xA2",
+        help="subscribe to the topics by name",
+    ),
+    requires(
+        ~requested(SHARED) | broker(SHARED_AVAILABLE),
+        code="MQTT208",
+        name="shared-unavailable",
+        says="{endpoint} is a shared subscription, and the broker takes none",
+        because="the broker refuses the subscription",
+        clause="MQTT 5.0, 3.2.2.3.13; reason code 0x9E",
+        help="subscribe without `$share`, or use a broker that has shared subscriptions",
+    ),
+    forbids(
+        offered(PAYLOAD) > broker(BROKER_PACKET_SIZE),
+        code="MQTT209",
+        name="message-too-big-for-broker",
+        says="{endpoint} sends up to {max_payload} bytes, and the broker takes packets of {maximum_packet_size}",
+        because=REFUSED + "the packet is larger than it takes",
+        clause="MQTT 5.0, MQTT-3.2.2-15; reason code 0x95",
+        severity="error",
+        fixes=("max_payload",),
+    ),
+    requires(
+        (subscriber(PACKET_SIZE) == "unlimited") | (offered(PAYLOAD) <= subscriber(PACKET_SIZE)),
+        code="MQTT210",
+        name="message-too-big-for-subscriber",
+        because="the broker drops what is larger than the subscriber takes, goes on as if it had been sent, and nobody is told",
+        clause="MQTT 5.0, MQTT-3.1.2-24 and MQTT-3.1.2-25",
+        fixes=("max_payload", "maximum_packet_size"),
+    ),
+    forbids(
+        (offered(TOPIC_ALIAS) == 0) | (offered(TOPIC_ALIAS) > broker(BROKER_ALIASES)),
+        code="MQTT211",
+        name="alias-above-maximum",
+        says="{endpoint} uses topic alias {topic_alias}, and the broker understands 1 to {topic_alias_maximum}",
+        because=REFUSED + "it does not understand the topic alias",
+        clause="MQTT 5.0, MQTT-3.3.2-8, MQTT-3.3.2-9 and MQTT-3.3.2-11",
+        severity="error",
+        fixes=("topic_alias",),
+    ),
+    forbids(
+        (participant(VERSION) > broker(NEWEST)) | (participant(VERSION) < broker(OLDEST)),
+        code="MQTT212",
+        name="version-unsupported",
+        because="the broker refuses the connection, because it does not speak the version",
+        clause="MQTT 3.1.1, MQTT-3.1.2-2; MQTT 5.0, MQTT-3.1.2-2",
+        severity="error",
+    ),
+)
+
+# MQTT3xx: retained messages ----------------------------------------------------------------------------------
+
+RETAINED: Final = (
+    forbids(
+        (requested(RETAIN_HANDLING) == "send_if_new") & keeps_session(subscriber),
+        code="MQTT303",
+        name="retained-not-repeated",
+        because="a client that comes back to its session and subscribes again is not sent the retained message again",
+        clause="MQTT 5.0, MQTT-3.3.1-10",
+        severity="note",
+        fixes=("retain_handling",),
+    ),
+    *implied(
+        offered(RETAIN) & (offered(QOS) == "0") & stated(offered(RETAIN)),
+        code="MQTT305",
+        name="retained-qos-0-optional",
+        because="the broker may drop a retained message of QoS 0 at any time",
+        clause="MQTT 3.1.1, MQTT-3.3.1-7; MQTT 5.0, 3.3.1.3",
+        fixes=("qos",),
+    ),
+    forbids(
+        offered(RETAIN) & (offered(PAYLOAD) == 0),
+        code="MQTT309",
+        name="empty-retained",
+        says="{endpoint} retains messages without payload",
+        because="an empty retained message deletes the stored one and is itself not stored",
+        clause="MQTT 3.1.1, MQTT-3.3.1-10 and MQTT-3.3.1-11; MQTT 5.0, MQTT-3.3.1-6 and MQTT-3.3.1-7",
+        fixes=("retain",),
+    ),
+    forbids(
+        offered(RETAIN) & topic(COMMAND),
+        code="MQTT310",
+        name="retained-command",
+        says="{endpoint} retains orders on `{topic}`: whoever subscribes later carries out the last one again",
+        because="a retained order is carried out again by everybody who subscribes or comes back later",
+        clause="C-QoS, practice",
+        fixes=("retain",),
+    ),
+)
+
+# MQTT4xx: sessions -------------------------------------------------------------------------------------------
+
+SESSIONS: Final = (
+    *implied(
+        stated(offered(QOS)) & (offered(QOS) >= "1") & ~offered(IS_WILL) & ~keeps_session(publisher),
+        code="MQTT404",
+        name="publisher-without-session",
+        says="{endpoint} publishes with QoS {qos}, but its session ends with the connection",
+        because="what is on its way when the connection breaks is not sent again, because the session is gone",
+        clause="MQTT 3.1.1, MQTT-4.4.0-1; MQTT 5.0, MQTT-4.4.0-1",
+        fixes=("clean_start", "session_expiry_interval"),
+    ),
+    forbids(
+        in_3_1_1(participant) & (participant(CLIENT_ID) == "") & ~participant(CLEAN),
+        code="MQTT408",
+        name="empty-client-id",
+        because="the broker refuses an empty client id without clean session, because it could not find the session again",
+        clause="MQTT 3.1.1, MQTT-3.1.3-7 and MQTT-3.1.3-8",
+        severity="error",
+    ),
+    forbids(
+        keeps_session(participant)
+        & (participant(GENERATED_ID) | ((participant(VERSION) == "5.0") & (participant(CLIENT_ID) == ""))),
+        code="MQTT409",
+        name="generated-client-id",
+        because="the session is kept, but never found again, because the client comes back with another id",
+        clause="MQTT 5.0, MQTT-3.1.3-6 and MQTT-3.2.2-16",
+    ),
+    forbids(
+        as_sentence(participant(SAME_ID)),
+        code="MQTT410",
+        name="duplicate-client-id",
+        because="two clients of one broker have the same id, so each ends the connection of the other",
+        clause="MQTT 3.1.1, MQTT-3.1.4-2; MQTT 5.0, MQTT-3.1.4-3",
+        severity="error",
+    ),
+    forbids(
+        in_3_1_1(participant) & ((participant(SESSION_EXPIRY) > "0s") | (participant(WILL_DELAY) > "0s")),
+        code="MQTT411",
+        name="connection-field-not-in-3-1-1",
+        because="MQTT 3.1.1 has neither a session expiry nor a delay of the Will, so they cannot be sent",
+        clause="MQTT 5.0, 3.1.2.11.2 and 3.1.3.2.2",
+        severity="error",
+    ),
+    forbids(
+        in_3_1_1(publisher) & stated(offered(EXPIRY)) & (offered(EXPIRY) < "infinite"),
+        code="MQTT412",
+        name="message-expiry-not-in-3-1-1",
+        because="MQTT 3.1.1 has no message expiry, so it cannot be sent, and the messages never expire",
+        clause="MQTT 5.0, 3.3.2.3.3",
+        severity="error",
+        fixes=("message_expiry_interval",),
+    ),
+)
+
+# MQTT5xx: the Will -------------------------------------------------------------------------------------------
+
+WILL: Final = (
+    forbids(
+        (participant(WILL_TOPIC) != "")
+        & (participant(VERSION) == "5.0")
+        & (participant(WILL_DELAY) > participant(SESSION_EXPIRY)),
+        code="MQTT508",
+        name="will-delay-cut",
+        because="the Will is published when the session ends, which is before its delay is over",
+        clause="MQTT 5.0, MQTT-3.1.2-8 and 3.1.3.2.2",
+        severity="note",
+    ),
+    *implied(
+        offered(IS_WILL) & ~offered(CLOSING),
+        code="MQTT510",
+        name="clean-exit-silent",
+        says="{endpoint} is not published when the client ends in good order, and the client itself publishes nothing there",
+        because="a client that disconnects in good order takes its Will back, so nobody learns that it is gone",
+        clause="MQTT 3.1.1, MQTT-3.14.4-3; MQTT 5.0, MQTT-3.14.4-3",
+    ),
+)
+
+# MQTT6xx: filters and options of subscriptions, who meets whom -----------------------------------------------
+
+FILTERS: Final = (
+    forbids(
+        ~call("is_filter", topic(TOPIC_NAME)),
+        code="MQTT601",
+        name="invalid-filter",
+        because="the broker refuses the subscription or ends the connection",
+        clause="MQTT 3.1.1, MQTT-4.7.1-2, MQTT-4.7.1-3 and MQTT-4.7.3-1 to 3; MQTT 5.0, MQTT-4.7.1-1, MQTT-4.7.1-2, "
+        "MQTT-4.7.3-1 to 3, MQTT-4.8.2-1 and MQTT-4.8.2-2",
+        severity="error",
+    ),
+    forbids(
+        ~call("is_topic", topic(TOPIC_NAME)),
+        code="MQTT602",
+        name="invalid-topic-name",
+        because="the broker ends the connection of who publishes there",
+        clause="MQTT 3.1.1, MQTT-3.3.2-2 and MQTT-4.7.1-1; MQTT 5.0, MQTT-3.3.2-2 and MQTT-4.7.0-1",
+        severity="error",
+    ),
+    forbids(
+        requested(OVERLAPPING) & (offered(QOS) >= "0"),
+        code="MQTT605",
+        name="overlapping-filters",
+        says="{subscriber} and another filter of the same client both match `{topic}`",
+        because="several filters of one client match the topic, so each message may come once for each of them",
+        clause="MQTT 3.1.1, MQTT-3.3.5-1; MQTT 5.0, MQTT-3.3.4-2",
+        severity="note",
+        help="one filter that covers both, or one client for each",
+    ),
+    forbids(
+        as_sentence(requested(REPEATED)),
+        code="MQTT606",
+        name="same-filter-replaced",
+        says="{endpoint} is stated more than once, with different settings",
+        because="a client has one subscription per filter, and the settings that it sends last take the place of the others",
+        clause="MQTT 3.1.1, MQTT-3.8.4-3; MQTT 5.0, MQTT-3.8.4-3",
+        help="state the filter once",
+    ),
+    requires(
+        ~requested(NO_LOCAL) | ~requested(SHARED),
+        code="MQTT607",
+        name="no-local-shared",
+        says="{endpoint} is shared and has no_local",
+        because="the broker ends the connection: No Local on a shared subscription is a protocol error",
+        clause="MQTT 5.0, MQTT-3.8.3-4",
+        fixes=("no_local",),
+    ),
+    meets(
+        ~requested(NO_LOCAL) | (subscriber(SESSION) == "") | (publisher(SESSION) != subscriber(SESSION)),
+        code="MQTT608",
+        name="no-local-hides-own",
+        because="with No Local a client is not sent what it publishes itself",
+        clause="MQTT 5.0, MQTT-3.8.3-3",
+    ),
+    forbids(
+        any_of(requested(SHARED)) & (count(offered(QOS) >= "0") == 0) & ~all_equal(requested(QOS)),
+        code="MQTT611",
+        name="shared-mixed-qos",
+        says="the members of share group `{topic}` ask for different QoS",
+        because="with which QoS a message arrives then depends on who of the group gets it",
+        clause="MQTT 5.0, MQTT-4.8.2-3",
+        help="ask for the same QoS in the whole group",
+    ),
+    forbids(
+        requested(SHARED) & in_3_1_1(subscriber),
+        code="MQTT612",
+        name="share-in-3-1-1",
+        says="{endpoint} is a shared subscription over MQTT 3.1.1",
+        because="3.1.1 has no shared subscriptions: some brokers know them all the same, to others it is a filter that matches "
+        "nothing",
+        clause="MQTT 5.0, 4.8.2",
+    ),
+    forbids(
+        in_3_1_1(subscriber)
+        & (requested(NO_LOCAL) | requested(RETAIN_AS_PUBLISHED) | (requested(RETAIN_HANDLING) != "send")),
+        code="MQTT613",
+        name="subscription-option-not-in-3-1-1",
+        because="MQTT 3.1.1 has no options of subscriptions beside the QoS, so they cannot be sent",
+        clause="MQTT 5.0, 3.8.3.1",
+        severity="error",
+    ),
+    forbids(
+        requested(NEEDS_RETAIN_FLAG) & (in_3_1_1(subscriber) | ~requested(RETAIN_AS_PUBLISHED)),
+        code="MQTT614",
+        name="retain-flag-lost",
+        because="messages that are forwarded come without their RETAIN flag, unless the subscription asks for it as published",
+        clause="MQTT 3.1.1, MQTT-3.3.1-9; MQTT 5.0, MQTT-3.3.1-12 and MQTT-3.3.1-13",
+        fixes=("retain_as_published",),
+    ),
+    meets(
+        offered(MAY_PUBLISH)
+        & (
+            (offered(CONTROLLED) == "")
+            | call("may_read", offered(CONTROLLED), requested(READABLE), requested(UNREADABLE))
+        ),
+        code="MQTT621",
+        name="not-allowed",
+        because="the access control of the broker does not let the one publish there, or the other read it",
+        clause="Mosquitto, mosquitto.conf(5), acl_file",
+    ),
+    meets(
+        publisher(BROKER) == subscriber(BROKER),
+        code="MQTT620",
+        name="different-brokers",
+        because="they are connected to different brokers",
+        clause="MQTT 3.1.1, 1.2; MQTT 5.0, 1.2",
+    ),
+)
+
+# MQTT7xx: flow and order -------------------------------------------------------------------------------------
+
+SMALL_WINDOW: Final = 10
+
+FLOW: Final = (
+    *implied(
+        (requested(QOS) >= "1") & (subscriber(RECEIVE_MAXIMUM) < SMALL_WINDOW),
+        code="MQTT701",
+        name="small-receive-maximum",
+        because="few messages may be on their way at once, so others wait in the queue of the broker",
+        clause="MQTT 5.0, MQTT-3.3.4-7, MQTT-3.3.4-9 and MQTT-4.9.0-2",
+    ),
+    *implied(
+        as_sentence(offered(MIXED_QOS)),
+        code="MQTT703",
+        name="order-across-qos",
+        says="{endpoint} is published with several QoS by one client",
+        because="messages keep their order within one QoS of a topic, not across several",
+        clause="MQTT 3.1.1, MQTT-4.6.0-6; MQTT 5.0, MQTT-4.6.0-5",
+    ),
+    forbids(
+        (EFFECTIVE >= "1") & (topic(BURST) > least(subscriber(RECEIVE_MAXIMUM), broker(INFLIGHT)) + broker(QUEUED)),
+        code="MQTT704",
+        name="queue-overflow",
+        says="`{topic}` may bring {burst} messages at once, more than the broker keeps for {subscriber}",
+        because="what comes faster than a connected subscriber takes it is dropped once its queue is full, and the publisher is "
+        "not told",
+        clause="C-QoS, limits of brokers",
+        help="a larger `max_queued_messages`, or fewer messages at once",
+    ),
+)
+
+RULES: Final = (*DELIVERY, *CAPABILITIES, *RETAINED, *SESSIONS, *WILL, *FILTERS, *FLOW)

@@ -1,0 +1,220 @@
+"""What follows from all clients and their endpoints together: Wills, sessions, shares, client ids.
+
+MQTT has subscriptions of a session and messages of a connection; an endpoint alone says little of either.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.pack import Completion
+from cqos_core.policy import flow, normalise
+from cqos_core.problems import InvalidValueError
+from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Setting
+from cqos_mqtt import names
+from cqos_mqtt.filters import SHARE, bare, has_wildcards
+from cqos_mqtt.kinds import Access
+from cqos_mqtt.policies import (
+    ACCESS,
+    BROKER,
+    CLIENT_ID,
+    NO_LOCAL,
+    QOS,
+    USERNAME,
+    WILL_EXPIRY,
+    WILL_PAYLOAD,
+    WILL_QOS,
+    WILL_RETAIN,
+    WILL_TOPIC,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from cqos_core.policy import Policy
+    from cqos_core.system import Broker, Participant, Settings
+
+WILL: Final = "will"
+"""The kind of the endpoint that a Will is."""
+ANYBODY: Final = "*"
+NOBODY: Final = "-"
+"""Who in a line of access control: every client, and those who give no name."""
+_TRUE: Final = Setting("true")
+_LIVENESS: Final = ("liveness", "need.liveness")
+
+
+def complete(
+    participants: Sequence[Participant], endpoints: Sequence[Endpoint], brokers: Mapping[str, Broker]
+) -> Completion:
+    """Add to clients and endpoints what only the whole says of them."""
+    of_participants: dict[str, dict[str, Setting]] = {}
+    of_endpoints: dict[int, dict[str, Setting]] = {}
+    _client_ids(participants, of_participants)
+    by_client: dict[str, list[tuple[int, Endpoint]]] = {}
+    for position, endpoint in enumerate(endpoints):
+        if endpoint.role == SUBSCRIBER and endpoint.topic is not None:
+            _of_the_filter(endpoint.topic, of_endpoints.setdefault(position, {}))
+        by_client.setdefault(endpoint.participant, []).append((position, endpoint))
+    for client, own in by_client.items():
+        facts = _of_the_client(client, [endpoint for _, endpoint in own])
+        if facts:
+            of_participants.setdefault(client, {}).update(facts)
+        if len(own) > 1:
+            _of_several(own, of_endpoints)
+    clients = {each.id: each for each in participants}
+    for client, own in by_client.items():
+        rights = _rights(clients[client], brokers) if brokers else None
+        if rights is not None:
+            for position, endpoint in own:
+                of_endpoints.setdefault(position, {}).update(_allowed(endpoint, rights))
+    kept = {position: facts for position, facts in of_endpoints.items() if facts}
+    return Completion(of_participants, kept, tuple(_wills(participants, by_client)))
+
+
+def _rights(client: Participant, brokers: Mapping[str, Broker]) -> list[tuple[str, str]] | None:
+    """Return what the access control of its broker says of a client: access and filter; None where that is not known."""
+    named = stated(client.settings, BROKER)
+    broker = (
+        brokers.get(named.text) if named is not None else next(iter(brokers.values())) if len(brokers) == 1 else None
+    )
+    lines = stated(broker.settings, ACCESS) if broker is not None else None
+    if lines is None:
+        return None
+    try:
+        parsed = Access().parse(lines.text)
+    except InvalidValueError:  # told where values are read
+        return None
+    entries = [each.split(" ", 2) for each in parsed]
+    user, client_id = stated(client.settings, USERNAME), stated(client.settings, CLIENT_ID)
+    if user is None and any(len(each) > 1 and each[1] not in {ANYBODY, NOBODY} for each in entries):
+        return None
+    who = {ANYBODY, user.text.replace(" ", "_") if user is not None else NOBODY}
+    known = {"%u": user.text if user is not None else "", "%c": client_id.text if client_id is not None else "+"}
+    return [(access, _filled(written, known)) for access, whom, written in entries if whom in who]
+
+
+def _filled(written: str, known: Mapping[str, str]) -> str:
+    for mark, text in known.items():
+        written = written.replace(mark, text)
+    return written
+
+
+def _allowed(endpoint: Endpoint, rights: Sequence[tuple[str, str]]) -> dict[str, Setting]:
+    """Say what a client may do with one endpoint."""
+    topic = endpoint.topic or ""
+    denied = [written for access, written in rights if access == "deny"]
+    if endpoint.role == PUBLISHER:
+        writable = [written for access, written in rights if access in {"write", "readwrite"}]
+        allowed = names.hears(topic, writable) and not names.hears(topic, denied)
+        return {"may_publish": Setting("true" if allowed else "false"), "controlled_topic": Setting(topic)}
+    readable = [written for access, written in rights if access in {"read", "readwrite"}]
+    if not readable:
+        return {"unreadable": Setting(json.dumps(["#", "$SYS/#"]))}
+    return {"readable": Setting(json.dumps(readable)), "unreadable": Setting(json.dumps(denied))}
+
+
+def _of_the_filter(written: str, facts: dict[str, Setting]) -> None:
+    if written.startswith(SHARE):
+        facts["shared"] = _TRUE
+    if has_wildcards(bare(written)):
+        facts["wildcards"] = _TRUE
+
+
+def _client_ids(participants: Iterable[Participant], found: dict[str, dict[str, Setting]]) -> None:
+    """Tell clients that have the id of another one of the same broker."""
+    ids = {}
+    for each in participants:
+        own = stated(each.settings, CLIENT_ID)
+        if own is not None and own.text:
+            connected = stated(each.settings, BROKER)
+            ids[each.id] = (own.text, connected.text if connected is not None else None), own
+    numbers = Counter(key for key, _ in ids.values())
+    for name, (key, own) in ids.items():
+        if numbers[key] > 1:
+            found.setdefault(name, {})["client_id_taken"] = Setting("true", own.place)
+
+
+def _of_the_client(client: str, endpoints: Sequence[Endpoint]) -> dict[str, Setting]:
+    """Say who the client is and what it subscribes to, where a rule has to know; else clients stay alike."""
+    facts: dict[str, Setting] = {}
+    if any((own := stated(each.settings, NO_LOCAL)) is not None and own.text != "false" for each in endpoints):
+        facts["session"] = Setting(client)
+    if any(name in each.needs for each in endpoints for name in _LIVENESS):
+        filters = sorted({each.topic for each in endpoints if each.role == SUBSCRIBER and each.topic})
+        facts["subscribed"] = Setting(json.dumps(filters))
+    return facts
+
+
+def _of_several(own: Sequence[tuple[int, Endpoint]], found: dict[int, dict[str, Setting]]) -> None:
+    """Tell subscriptions that replace each other, and publications with several QoS."""
+    alike: dict[tuple[str, str | None], list[tuple[int, Endpoint]]] = {}
+    for position, endpoint in own:
+        if endpoint.kind != WILL:
+            alike.setdefault((endpoint.role, endpoint.topic), []).append((position, endpoint))
+    for (role, _), several in alike.items():
+        if len(several) == 1:
+            continue
+        if role == SUBSCRIBER and len({_written(endpoint) for _, endpoint in several}) > 1:
+            for position, _ in several:
+                found.setdefault(position, {})["repeated"] = _TRUE
+        levels = {level.text for _, endpoint in several if (level := stated(endpoint.settings, QOS)) is not None}
+        if role == PUBLISHER and len(levels) > 1:
+            for position, _ in several:
+                found.setdefault(position, {})["mixed_qos"] = _TRUE
+
+
+def _written(endpoint: Endpoint) -> tuple[object, ...]:
+    settings = {normalise(name): setting.text for name, setting in endpoint.settings.items()}
+    return (tuple(sorted(settings.items())), tuple(ref.name for ref in endpoint.profiles))
+
+
+def _wills(
+    participants: Iterable[Participant], by_client: Mapping[str, Sequence[tuple[int, Endpoint]]]
+) -> Iterable[Endpoint]:
+    """Yield the Will of each client that has one, as the publication that it is."""
+    for each in participants:
+        topic = stated(each.settings, WILL_TOPIC)
+        own = [endpoint for _, endpoint in by_client.get(each.id, ())]
+        if topic is None or not topic.text or any(endpoint.kind == WILL for endpoint in own):
+            continue
+        settings = {WILL: _TRUE}
+        for policy, name in ((WILL_QOS, "qos"), (WILL_RETAIN, "retain"), (WILL_EXPIRY, "message_expiry_interval")):
+            value = stated(each.settings, policy)
+            if value is not None:
+                settings[name] = value
+        payload = stated(each.settings, WILL_PAYLOAD)
+        if payload is not None:
+            settings["max_payload"] = Setting(str(len(payload.text.encode(errors="replace"))), payload.place)
+        if any(endpoint.role == PUBLISHER and endpoint.topic == topic.text for endpoint in own):
+            settings["closing_message"] = _TRUE
+        yield Endpoint(
+            f"{each.id}/will",
+            PUBLISHER,
+            topic.text,
+            each.id,
+            settings,
+            kind=WILL,
+            external=each.external,
+            template=f"{each.template}/will" if each.template is not None else None,
+            place=topic.place or each.place,
+        )
+
+
+def stated(settings: Settings, policy: Policy) -> Setting | None:
+    """Return a setting under any name of its policy, also as one of the fields of a map: ``will: {topic: x}``."""
+    group, _, field = policy.name.rpartition(".")
+    for name, setting in settings.items():
+        word = normalise(name)
+        if word in policy.spellings:
+            return setting
+        if group and f"{word}.{field}" in policy.spellings and setting.text.lstrip().startswith("{"):
+            try:
+                fields = flow(setting.text)
+            except InvalidValueError:
+                continue
+            for key, value in fields.items() if isinstance(fields, dict) else ():
+                if f"{word}.{normalise(key)}" in policy.spellings and isinstance(value, str):
+                    return Setting(value, setting.place)
+    return None

@@ -1,0 +1,217 @@
+"""AsyncAPI 2.x and 3.x: directions, references, traits, parameters, several documents as one system."""
+
+import json
+from typing import Any
+
+import pytest
+
+from cqos_core import check, read
+from cqos_core.problems import InputError
+
+V2 = """
+asyncapi: 2.6.0
+info: {title: station, version: 1.0.0}
+servers:
+  field:
+    url: mqtt://broker:1883
+    protocol: mqtt
+    protocolVersion: "5.0"
+    bindings:
+      mqtt:
+        clientId: st-1
+        cleanSession: false
+        keepAlive: 30
+        sessionExpiryInterval: 3600
+        lastWill: {topic: farm/a/gone, qos: 1, message: bye, retain: true}
+  web: {url: "https://x", protocol: http}
+channels:
+  farm/{plot}/weather:
+    parameters: {plot: {schema: {type: string}}}
+    subscribe:
+      traits:
+        - $ref: "#/components/operationTraits/sure"
+      bindings: {mqtt: {qos: 0, retain: true, messageExpiryInterval: 600}}
+  farm/orders:
+    publish:
+      bindings:
+        mqtt: {$ref: "#/components/operationBindings/sure/mqtt"}
+components:
+  operationTraits:
+    sure: {bindings: {mqtt: {qos: 1}}}
+  operationBindings:
+    sure: {mqtt: {qos: 2}}
+"""
+V3 = """
+asyncapi: 3.0.0
+info: {title: display, version: 1.0.0}
+servers:
+  field: {host: "broker:1883", protocol: mqtts, protocolVersion: "5.0"}
+channels:
+  weather: {address: "farm/north/weather", servers: [{$ref: "#/servers/field"}]}
+  orders: {address: "farm/orders"}
+operations:
+  show:
+    action: receive
+    channel: {$ref: "#/channels/weather"}
+    traits: [{$ref: "#/components/operationTraits/sure"}]
+    bindings: {mqtt: {qos: 2, x-noLocal: true}}
+  order:
+    action: send
+    channel: {$ref: "#/channels/orders"}
+    bindings: {mqtt: {qos: 1}}
+components:
+  operationTraits:
+    sure: {bindings: {mqtt: {qos: 1}}}
+"""
+
+
+def endpoints(text: str) -> dict[str, dict[str, str]]:
+    system = read(text.encode(), importer="asyncapi")
+    return {each.id: {name: setting.text for name, setting in each.settings.items()} for each in system.endpoints}
+
+
+def codes(text: str | bytes) -> list[str]:
+    report = check(text.encode() if isinstance(text, str) else text, importer="asyncapi")
+    return [finding.code for finding in report.findings if finding.severity != "note"]
+
+
+def located(text: str, code: str) -> list[int | None]:
+    report = check(text.encode(), importer="asyncapi")
+    found = [finding for finding in report.findings if finding.code == code]
+    assert all(finding.severity == "error" for finding in found)
+    return [finding.place.line if finding.place else None for finding in found]
+
+
+def test_version_2_takes_the_view_of_the_other_side():
+    assert endpoints(V2) == {
+        "station/publisher/farm/+/weather": {"qos": "1", "retain": "true", "message_expiry_interval": "600"},
+        "station/subscriber/farm/orders": {"qos": "2"},
+    }
+
+
+def test_version_3_takes_its_own_view_and_traits_give_way():
+    assert endpoints(V3) == {
+        "display/subscriber/farm/north/weather": {"qos": "2", "no_local": "true"},
+        "display/publisher/farm/orders": {"qos": "1"},
+    }
+
+
+def test_the_connection_is_that_of_the_server():
+    system = read(V2.encode(), importer="asyncapi")
+    (client,) = system.participants.values()
+    assert {name: setting.text for name, setting in client.settings.items()} == {
+        "broker": "broker:1883",
+        "protocol_version": "5.0",
+        "client_id": "st-1",
+        "clean_start": "false",
+        "keep_alive": "30",
+        "session_expiry_interval": "3600",
+        "will.topic": "farm/a/gone",
+        "will.qos": "1",
+        "will.payload": "bye",
+        "will.retain": "true",
+    }
+    assert list(system.brokers) == ["broker:1883"]
+
+
+def test_json_is_read_alike():
+    yaml = pytest.importorskip("yaml")
+    assert endpoints(json.dumps(yaml.safe_load(V3))) == endpoints(V3)
+
+
+def test_several_documents_form_one_system():
+    report = check(V2.encode(), V3.encode())
+    assert report.verdict == "compatible"
+    assert sorted((group.publishers, group.subscribers) for group in report.groups) == [
+        (("display/publisher/farm/orders",), ("station/subscriber/farm/orders",)),
+        (("station/publisher/farm/+/weather",), ("display/subscriber/farm/north/weather",)),
+    ]
+
+
+def test_every_value_has_its_place():
+    report = check(V2.encode(), V3.replace("qos: 2,", "qos: 3,").encode())
+    (finding,) = [finding for finding in report.findings if finding.code == "CQ203"]
+    assert finding.place is not None
+    assert finding.place.line == 14
+
+
+@pytest.mark.parametrize(
+    ("what", "instead", "code", "line"),
+    [
+        ("bindings: {mqtt: {qos: 1}}\ncomponents", "bindings: {mqtt: {qos: 3}}\ncomponents", "CQ203", 18),
+        ("{qos: 1}}\ncomponents", "{qos: 1, messageExpiryInterval: -5}}\ncomponents", "CQ203", 18),
+        ("#/channels/orders", "#/channels/oders", "MQTT901", 17),
+        ("#/channels/orders", "other.yaml#/channels/orders", "MQTT901", 17),
+        ("farm/orders", "farm/#/orders", "MQTT601", 15),
+    ],
+)
+def test_bad_input_gives_a_located_error(what, instead, code, line):
+    assert what in V3
+    assert located(V3.replace(what, instead), code) == [line]
+
+
+def test_references_in_a_circle_are_told_where_they_begin():
+    text = V3.replace(
+        '{address: "farm/orders"}', '{$ref: "#/channels/a"}\n  a: {$ref: "#/channels/b"}\n  b: {$ref: "#/channels/a"}'
+    )
+    report = check(text.encode(), importer="asyncapi")
+    (finding,) = [finding for finding in report.findings if finding.code == "MQTT902"]
+    assert "#/channels/a → #/channels/b → #/channels/a" in finding.message
+    assert finding.place is not None
+
+
+def test_fields_of_5_0_in_a_server_of_3_1_1_are_told():
+    text = V2.replace('"5.0"', '"3.1.1"')
+    report = check(text.encode(), V3.encode())
+    found = {finding.code: finding for finding in report.findings}
+    assert found["MQTT411"].severity == found["MQTT412"].severity == "error"
+    assert found["MQTT412"].place is not None
+
+
+def test_recursive_schemas_are_no_circle():
+    text = V3 + "  schemas: {node: {type: object, properties: {next: {$ref: '#/components/schemas/node'}}}}\n"
+    assert codes(text) == codes(V3)
+
+
+@pytest.mark.parametrize(
+    ("schema", "text"),
+    [("{const: 60}", "60"), ("{enum: [60]}", "60"), ("{type: integer, minimum: 30, maximum: 300}", "unknown")],
+)
+def test_a_schema_in_place_of_a_value(schema, text):
+    found = endpoints(V2.replace("messageExpiryInterval: 600", f"messageExpiryInterval: {schema}"))
+    assert found["station/publisher/farm/+/weather"]["message_expiry_interval"] == text
+
+
+def test_what_a_schema_leaves_open_is_not_known():
+    text = V2.replace("messageExpiryInterval: 600", "messageExpiryInterval: {minimum: 30, maximum: 300}")
+    report = check(text.encode(), V3.encode())
+    assert "MQTT905" in [finding.code for finding in report.findings]
+
+
+def test_a_document_without_mqtt_says_so():
+    assert codes(V3.replace("mqtts", "kafka")) == ["CQ404", "MQTT903"]
+
+
+@pytest.mark.parametrize("version", ["1.2.0", "4.0.0", "three"])
+def test_other_versions_are_refused(version):
+    with pytest.raises(InputError) as raised:
+        read(V3.replace("3.0.0", version).encode(), importer="asyncapi")
+    assert [(problem.code, problem.place.line) for problem in raised.value.problems] == [("MQTT907", 2)]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "asyncapi: 3.0.0\n",
+        "asyncapi: 3.0.0\nservers: []\n",
+        "asyncapi: 2.0.0\nchannels: {a: 1}\n",
+        "[]",
+        "asyncapi: 3.0.0\nservers: {a: {protocol: mqtt}}\noperations: {o: {action: x}}",
+    ],
+)
+def test_what_is_not_as_it_should_be_is_no_traceback(text):
+    try:
+        report: Any = check(text.encode(), importer="asyncapi")
+    except InputError as error:
+        report = error
+    assert report

@@ -1,0 +1,347 @@
+"""Thing Descriptions, flows of Node-RED and configurations of Mosquitto; and that nobody claims what is somebody else's."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cqos_core import check, read
+from cqos_core.problems import InputError
+from cqos_core.report import Severity
+from cqos_mqtt.importers import detect
+from cqos_mqtt.importers.codes import CODES
+
+ROOT = Path(__file__).resolve().parents[4]
+CLAIMS = {name: getattr(detect, f"claims_{name}") for name in ("asyncapi", "wot", "node_red", "mosquitto")}
+
+
+def loud(*inputs: Any, **more: Any) -> list[str]:
+    report = check(*inputs, **more)
+    return [finding.code for finding in report.findings if finding.severity is not Severity.NOTE]
+
+
+def settings(each: Any) -> dict[str, str]:
+    return {name: setting.text for name, setting in each.settings.items()}
+
+
+# Thing Descriptions
+
+THING: dict[str, Any] = {
+    "@context": "https://www.w3.org/2022/wot/td/v1.1",
+    "title": "lamp",
+    "base": "mqtt://broker:1883",
+    "properties": {
+        "state": {
+            "forms": [
+                {"href": "", "op": "observeproperty", "mqv:filter": "lamp/+/state", "mqv:qos": "1", "mqv:retain": True},
+                {"href": "", "op": "writeproperty", "mqv:topic": "lamp/set", "mqv:qos": "2"},
+            ]
+        }
+    },
+    "events": {"gone": {"forms": [{"href": "mqtt://other/lamp/gone"}]}},
+    "actions": {"blink": {"forms": [{"href": "", "mqv:controlPacket": "publish", "mqv:topic": "lamp/{id}/blink"}]}},
+}
+
+
+def test_a_thing_does_the_opposite_of_what_its_consumers_do():
+    system = read(json.dumps(THING).encode())
+    assert {each.id: settings(each) for each in system.endpoints} == {
+        "lamp/publisher/lamp/+/state": {"qos": "1", "retain": "true"},
+        "lamp/subscriber/lamp/set": {"qos": "2"},
+        "lamp/subscriber/lamp/+/blink": {},
+        "lamp/publisher/lamp/gone": {},
+    }
+    assert sorted(system.brokers) == ["broker:1883", "other"]
+
+
+def test_the_qos_of_a_form_is_a_need():
+    consumer = {
+        "cqos": 1,
+        "protocol": "mqtt",
+        "participants": {"app": {"publishes": {"lamp/set": {"qos": 0}}, "subscribes": {"lamp/a/state": {"qos": 1}}}},
+    }
+    found = loud(json.dumps(THING).encode(), json.dumps(consumer).encode())
+    assert [code for code in found if code.startswith("MQTT")] == ["MQTT101"]
+
+
+def test_a_form_without_topic_is_told():
+    thing = {**THING, "properties": {"x": {"forms": [{"href": "mqtt://broker:1883", "mqv:qos": "0"}]}}}
+    report = check(json.dumps(thing).encode())
+    assert "MQTT920" in [finding.code for finding in report.findings]
+
+
+# Node-RED
+
+BROKER = {
+    "id": "b1",
+    "type": "mqtt-broker",
+    "name": "",
+    "broker": "localhost",
+    "port": "1883",
+    "clientid": "",
+    "autoConnect": True,
+    "usetls": False,
+    "protocolVersion": "4",
+    "keepalive": "60",
+    "cleansession": True,
+    "birthTopic": "",
+    "birthQos": "0",
+    "birthRetain": "false",
+    "birthPayload": "",
+    "birthMsg": {},
+    "closeTopic": "",
+    "willTopic": "",
+    "willQos": "0",
+    "willPayload": "",
+    "sessionExpiry": "",
+}
+
+
+def node_in(number: int, **more: Any) -> dict[str, Any]:
+    return {
+        "id": f"i{number}",
+        "type": "mqtt in",
+        "z": "t",
+        "name": "",
+        "topic": f"home/room{number}/temperature",
+        "qos": "2",
+        "datatype": "auto-detect",
+        "broker": "b1",
+        "nl": False,
+        "rap": True,
+        "rh": 0,
+        "inputs": 0,
+        **more,
+    }
+
+
+def node_out(number: int, **more: Any) -> dict[str, Any]:
+    return {
+        "id": f"o{number}",
+        "type": "mqtt out",
+        "z": "t",
+        "name": "",
+        "topic": f"home/room{number}/set",
+        "qos": "",
+        "retain": "",
+        "broker": "b1",
+        **more,
+    }
+
+
+def flows(*nodes: dict[str, Any], broker: dict[str, Any] | None = None) -> bytes:
+    return json.dumps([{"id": "t", "type": "tab", "label": "home"}, {**BROKER, **(broker or {})}, *nodes]).encode()
+
+
+@pytest.mark.parametrize("version", ["4", "5"])
+def test_a_dashboard_of_forty_default_nodes_gives_no_warning_at_all(version):
+    nodes = [node_in(n) for n in range(25)] + [node_out(n) for n in range(10)]
+    nodes += [node_in(98, topic="home/+/temperature"), node_in(99, topic="home/#"), node_in(97, topic="home/room1/set")]
+    nodes += [node_out(96, topic="home/room1/temperature"), node_in(95, topic="home/room2/set")]
+    assert len(nodes) == 40
+    report = check(flows(*nodes, broker={"protocolVersion": version}))
+    assert [finding.message for finding in report.findings if finding.severity is not Severity.NOTE] == []
+    assert report.endpoints == 40
+
+
+def test_forty_default_nodes_that_meet_nobody_give_no_warning_either():
+    nodes = [node_in(n) for n in range(20)] + [node_out(n) for n in range(20)]
+    assert loud(flows(*nodes)) == []
+    assert loud(flows(*(node_in(n) for n in range(40)))) == []
+
+
+def test_what_is_changed_counts():
+    text = flows(node_in(1, qos="1", rh=2), node_out(1, qos="2", retain="true"), broker={"protocolVersion": "5"})
+    system = read(text)
+    assert [settings(each) for each in system.endpoints] == [
+        {"qos": "1", "retain_handling": "2", "retain_as_published": "true"},
+        {"qos": "2", "retain": "true"},
+    ]
+
+
+def test_a_retained_order_is_told():
+    assert loud(flows(node_out(1, retain="true", qos="1"))) == ["MQTT310"]
+
+
+def test_without_client_id_there_is_no_kept_session():
+    system = read(flows(node_in(1), broker={"cleansession": False}))
+    (client,) = system.participants.values()
+    assert settings(client)["clean_start"] == "true"
+    system = read(flows(node_in(1), broker={"cleansession": False, "clientid": "flows"}))
+    (client,) = system.participants.values()
+    assert settings(client)["clean_start"] == "false"
+
+
+def test_birth_close_and_will_are_publications():
+    broker = {
+        "birthTopic": "home/status",
+        "birthQos": "1",
+        "willTopic": "home/status",
+        "willQos": "1",
+        "willPayload": "gone",
+    }
+    report = check(flows(node_in(1, topic="home/status"), broker=broker))
+    assert sorted(group.publishers for group in report.groups) == [
+        ("localhost/publisher/home/status", "localhost/will")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("node", "code"),
+    [
+        (node_in(1, topic="", inputs=1), "MQTT921"),
+        (node_out(1, topic=""), "MQTT921"),
+        (node_in(1, topic="home/${ROOM}"), "MQTT921"),
+        (node_in(1, broker="gone"), "MQTT922"),
+        (node_in(1, topic="home/#/x"), "MQTT601"),
+        (node_in(1, qos="3"), "CQ203"),
+    ],
+)
+def test_what_is_wrong_with_a_node_is_told_at_its_place(node, code):
+    report = check(flows(node))
+    (finding,) = [finding for finding in report.findings if finding.code == code]
+    assert finding.place is not None
+    assert finding.place.line == 1
+
+
+def test_what_is_disabled_is_not_there():
+    text = json.dumps(
+        [{"id": "t", "type": "tab", "disabled": True}, BROKER, node_in(1), node_in(2, z="u"), node_in(3, z="u", d=True)]
+    )
+    assert [each.topic for each in read(text.encode()).endpoints] == ["home/room2/temperature"]
+
+
+# Mosquitto
+
+CONF = """\
+# the house
+listener 1883
+max_qos 1
+persistence true
+max_queued_messages 5
+max_keepalive 120
+acl_file {acl}
+"""
+ACL = """\
+# anonymous
+topic read $SYS/#
+user alice
+topic write home/#
+topic deny home/secret
+user bob
+topic read home/+/temperature
+pattern readwrite clients/%u/#
+"""
+SYSTEM = """
+cqos: 1
+protocol: mqtt
+participants:
+  sensor: {client: {username: alice}, publishes: {home/a/temperature: {qos: 2}, home/secret: {}}}
+  viewer: {client: {username: bob}, subscribes: {home/+/temperature: {}, home/secret: {}}}
+"""
+
+
+@pytest.fixture
+def house(tmp_path: Path) -> tuple[str, str]:
+    (tmp_path / "acl").write_text(ACL, encoding="utf-8")
+    (tmp_path / "mosquitto.conf").write_text(CONF.format(acl="acl"), encoding="utf-8")
+    (tmp_path / "house.yaml").write_text(SYSTEM, encoding="utf-8")
+    return str(tmp_path / "house.yaml"), str(tmp_path / "mosquitto.conf")
+
+
+def test_limits_of_the_broker_are_read(house):
+    broker = read(house[1]).brokers["mosquitto"]
+    assert {name: text for name, text in settings(broker).items() if name != "acl"} == {
+        "maximum_qos": "1",
+        "persistence": "true",
+        "max_queued_messages": "5",
+        "server_keep_alive": "120",
+    }
+    assert json.loads(settings(broker)["acl"])[2:4] == ["deny alice home/secret", "read bob home/+/temperature"]
+
+
+def test_the_broker_of_a_configuration_judges_its_clients(house):
+    report = check(*house)
+    found = {finding.code: finding for finding in report.findings}
+    assert found["MQTT201"].severity == "error"
+    assert found["MQTT621"].topic == "home/secret"
+    assert [(group.topic, group.verdict) for group in report.groups] == [("home/a/temperature", "compatible")]
+
+
+def test_an_acl_file_that_is_not_there_is_told(tmp_path):
+    (tmp_path / "mosquitto.conf").write_text(CONF.format(acl="gone"), encoding="utf-8")
+    report = check(str(tmp_path / "mosquitto.conf"))
+    assert "MQTT941" in [finding.code for finding in report.findings]
+
+
+@pytest.mark.parametrize(
+    ("line", "number"),
+    [("max_qos 3", 8), ("persistence yes", 8), ("max_queued_messages -1", 8), ("persistent_client_expiration 2x", 8)],
+)
+def test_what_mosquitto_refuses_is_a_located_error(tmp_path, line, number):
+    path = tmp_path / "mosquitto.conf"
+    path.write_text(CONF.format(acl="x") + line, encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        read(str(path))
+    assert [(each.code, each.place.line) for each in raised.value.problems] == [("MQTT940", number)]
+
+
+def test_what_stands_in_a_bridge_is_not_of_the_broker(tmp_path):
+    path = tmp_path / "mosquitto.conf"
+    path.write_text(
+        "max_queued_messages 9\nconnection barn\naddress barn:1883\nmax_queued_messages 1\n", encoding="utf-8"
+    )
+    assert settings(read(str(path)).brokers["mosquitto"])["max_queued_messages"] == "9"
+
+
+# Who claims what
+
+FOREIGN = [
+    ("flow.json", b'[{"id": "a", "type": "inject"}]'),
+    ("openapi.yaml", b"openapi: 3.0.0\npaths: {}\n"),
+    ("kafka.yaml", b"asyncapi: 3.0.0\nservers: {a: {protocol: kafka}}\n"),
+    (
+        "thing.json",
+        b'{"@context": "https://www.w3.org/2022/wot/td/v1.1", "properties": {"a": {"forms": [{"href": "http://x"}]}}}',
+    ),
+    ("nginx.conf", b"server { listen 80; }\n"),
+    ("values.yaml", b"mqtt:\n  asyncapi_url: x\n"),
+    ("system.yaml", b"cqos: 1\nprotocol: mqtt\nparticipants: {}\n"),
+    ("list.yaml", b"- topic: a\n  qos: 1\n"),
+    ("ha.yaml", b"mqtt:\n  sensor:\n    - state_topic: a\n      qos: 1\n"),
+]
+
+
+@pytest.mark.parametrize(("name", "data"), FOREIGN)
+def test_nobody_claims_foreign_files(name, data):
+    assert [each for each, claims in CLAIMS.items() if claims(name, data)] == []
+
+
+def test_nobody_claims_the_files_of_others():
+    files = [*ROOT.glob("examples/**/*.yaml"), *ROOT.glob("plugins/*/tests/cases/*.yml"), *ROOT.glob("docs/*.json")]
+    assert len(files) > 100
+    for path in files:
+        head = path.read_bytes()[:65536]
+        assert [each for each, claims in CLAIMS.items() if claims(path.name, head)] == [], path
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "claimed"),
+    [
+        ("a.yaml", b"asyncapi: '2.6.0'\nservers: {a: {protocol: mqtt}}\n", "asyncapi"),
+        ("a.json", b'{"asyncapi": "3.0.0", "servers": {"a": {"protocol": "secure-mqtt"}}}', "asyncapi"),
+        ("lamp.td.json", json.dumps(THING).encode(), "wot"),
+        ("flows.json", flows(), "node_red"),
+        ("mosquitto.conf", b"", "mosquitto"),
+        ("limits.conf", b"max_queued_messages 5\n", "mosquitto"),
+    ],
+)
+def test_each_claims_its_own(name, data, claimed):
+    assert [each for each, claims in CLAIMS.items() if claims(name, data)] == [claimed]
+
+
+def test_every_code_has_its_page_and_its_use():
+    sources = "\n".join(path.read_text(encoding="utf-8") for path in Path(detect.__file__).parent.glob("*.py"))
+    for info in CODES:
+        assert sources.count(info.code) > 1, info.code

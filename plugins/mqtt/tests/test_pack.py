@@ -1,0 +1,346 @@
+"""The pack as a whole: described for machines, brokers and presets, filters as meeting, bad input, sessions kept open."""
+
+import json
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+
+from cqos_core import Session, check, check_pair, read
+from cqos_core.api import context
+from cqos_core.expression import parse
+from cqos_core.guarantee import WORDS
+from cqos_core.judge import judge_pair
+from cqos_core.report import Report, Severity
+from cqos_core.resolve import resolve
+from cqos_core.system import Broker, Setting
+from cqos_mqtt.pack import PACK
+
+
+def text(**more: Any) -> bytes:
+    return json.dumps({"cqos": 1, "protocol": "mqtt", **more}).encode()
+
+
+def judged(**more: Any) -> Report:
+    return check(text(**more), importer="yaml", packs=[PACK])
+
+
+def codes(report: Report, *severities: str) -> list[str]:
+    return [each.code for each in report.findings if not severities or each.severity in severities]
+
+
+def met(report: Report) -> list[tuple[str, tuple[str, ...], tuple[str, ...]]]:
+    return [(group.topic, group.publishers, group.subscribers) for group in report.groups]
+
+
+def test_registering_imports_nothing_heavy():
+    script = "import sys, cqos_mqtt; print([m for m in sys.modules if m.startswith(('cqos_mqtt.', 'yaml', 'pydantic', 'cqos_core.pack'))])"
+    found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"
+
+
+def test_claiming_a_file_imports_no_parser():
+    script = "import sys, cqos_mqtt.importers.detect; print([m for m in sys.modules if m.startswith(('yaml', 'cqos_mqtt.p', 'cqos_core.'))])"
+    found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert "yaml" not in found.stdout
+    assert "cqos_mqtt.p" not in found.stdout
+
+
+def test_the_pack_describes_itself_to_machines():
+    described = json.loads(json.dumps(PACK.describe()))
+    assert described["id"] == "mqtt"
+    assert all(each["because"] and each["clause"] for each in described["rules"])
+    assert all(each["doc"] for each in described["policies"])
+
+
+def test_every_sentence_has_a_text_form():
+    for rule in PACK.rules:
+        assert parse(str(rule.sentence)) == rule.sentence
+
+
+def test_every_word_of_the_currency_is_given():
+    assert set(PACK.guaranteed) == set(WORDS)
+
+
+def test_every_rule_names_its_clause_for_each_version_it_holds_for():
+    for rule in PACK.rules:
+        assert rule.clause.startswith(("MQTT 3.1.1, ", "MQTT 5.0, ", "C-QoS, ", "Mosquitto, ")), rule.code
+
+
+def test_every_preset_of_a_broker_names_its_source():
+    brokers = {name: preset for name, preset in PACK.presets.items() if preset.level == "broker"}
+    assert {"mosquitto", "hivemq_ce", "emqx", "aws_iot_core"} <= set(brokers)
+    assert all("(" in preset.doc for preset in brokers.values())
+
+
+@pytest.mark.parametrize("version", ["3.1.1", "5.0", None])
+def test_two_defaults_fit_without_a_word(version):
+    report = check_pair("mqtt", {}, {}, {"version": version} if version else {}, packs=[PACK])
+    assert report.verdict == "compatible"
+    assert report.findings == ()
+
+
+# The core function: what a subscription gets, as the table of the standard has it
+
+
+@pytest.mark.parametrize(
+    ("published", "granted", "loss_free", "duplicate_free"),
+    [
+        (0, 0, False, True),
+        (0, 1, False, True),
+        (0, 2, False, True),
+        (1, 0, False, False),
+        (1, 1, True, False),
+        (1, 2, True, False),
+        (2, 0, False, True),
+        (2, 1, True, False),
+        (2, 2, True, True),
+    ],
+)
+def test_loss_and_duplicates_are_two_properties(published, granted, loss_free, duplicate_free):
+    for word, given in (("loss_free", loss_free), ("duplicate_free", duplicate_free)):
+        report = check_pair("mqtt", {"qos": published}, {"qos": granted}, needs={word: True}, packs=[PACK])
+        assert (report.verdict == "compatible") is given, word
+
+
+# Filters as meeting
+
+FARM: dict[str, dict[str, Any]] = {
+    "station": {"publishes": {"farm/a/weather": {}, "farm/b/weather": {}, "$SYS/x": {}}},
+    "display": {"subscribes": {"farm/+/weather": {}}},
+    "one": {"subscribes": {"farm/a/weather": {}}},
+    "all": {"subscribes": {"#": {}}},
+}
+
+
+def test_a_filter_meets_every_topic_it_matches():
+    report = judged(participants=FARM)
+    assert met(report) == [
+        (
+            "farm/a/weather",
+            ("station/publisher/farm/a/weather",),
+            ("all/subscriber/#", "display/subscriber/farm/+/weather", "one/subscriber/farm/a/weather"),
+        ),
+        (
+            "farm/b/weather",
+            ("station/publisher/farm/b/weather",),
+            ("all/subscriber/#", "display/subscriber/farm/+/weather"),
+        ),
+    ]
+    assert codes(report, "error", "warning") == []
+
+
+def test_a_report_counts_topics_and_not_filters():
+    report = judged(participants={**FARM, "station": {"publishes": {"farm/a/weather": {}, "farm/b/weather": {}}}})
+    assert report.topics == 2
+    assert report.endpoints == 5
+
+
+def test_a_filter_that_matches_nothing_is_told_once():
+    report = judged(participants={**FARM, "other": {"subscribes": {"barn/#": {}}}})
+    assert codes(report, "warning") == ["CQ401"]
+
+
+@pytest.mark.parametrize(
+    ("filter", "words"),
+    [
+        ("Barn/+/light", "upper and lower case"),
+        ("/barn/+/light", "slashes at the ends"),
+        ("barn/+/light/", "slashes at the ends"),
+        ("$share/g/BARN/#", "upper and lower case"),
+    ],
+)
+def test_a_near_miss_of_a_filter_is_told(filter, words):  # noqa: A002
+    report = judged(participants={"a": {"publishes": {"barn/x/light": {}}}, "b": {"subscribes": {filter: {}}}})
+    (finding,) = [each for each in report.findings if each.code == "CQ403"]
+    assert words in finding.message
+    assert "CQ401" not in codes(report)
+
+
+def test_a_dollar_at_the_start_is_a_near_miss():
+    report = judged(participants={"a": {"publishes": {"$state/x": {}}}, "b": {"subscribes": {"+/x": {}}}})
+    assert "CQ403" in codes(report)
+
+
+def test_a_published_wildcard_is_an_error_and_meets_nobody():
+    report = judged(participants={"a": {"publishes": {"a/+": {}}}, "b": {"subscribes": {"a/b": {}}}})
+    (finding,) = [each for each in report.findings if each.code == "MQTT602"]
+    assert finding.place is not None
+    assert report.groups == ()
+
+
+def test_explaining_a_pair_finds_the_topic_that_a_filter_meets():
+    from cqos_core import explain
+
+    found = explain(
+        text(participants=FARM),
+        publisher="station/publisher/farm/b/weather",
+        subscriber="all/subscriber/#",
+        packs=[PACK],
+    )
+    assert found.verdict == "compatible"
+
+
+# Brokers
+
+
+def test_settings_of_a_broker_win_over_its_presets_and_keep_their_origin():
+    report = judged(
+        brokers={"main": {"profile": "aws_iot_core", "max_packet_size": 10}},
+        participants={"a": {"publishes": {"t": {"qos": 2, "max_payload": 11}}}, "b": {"subscribes": {"t": {}}}},
+    )
+    found = {each.code: each for each in report.findings}
+    facts = {
+        each.policy: each.origin for code in ("MQTT201", "MQTT209") for side in found[code].sides for each in side.facts
+    }
+    assert facts["maximum_qos"] == "preset aws_iot_core"
+    assert facts["maximum_packet_size"] == "explicit"
+
+
+def test_a_profile_of_the_system_may_be_that_of_a_broker():
+    report = judged(
+        profiles={"small": {"max_qos": 0, "profile": "mosquitto"}},
+        brokers={"main": {"profile": "small"}},
+        participants={"a": {"publishes": {"t": {"qos": 1, "topic_alias": 11}}}, "b": {"subscribes": {"t": {}}}},
+    )
+    assert codes(report, "error") == ["MQTT201", "MQTT211"]
+
+
+@pytest.mark.parametrize(
+    ("brokers", "code"),
+    [
+        ({"main": {"max_qoss": 1}}, "CQ202"),
+        ({"main": {"max_qos": 3}}, "CQ203"),
+        ({"main": {"profile": "mosquito"}}, "CQ204"),
+        ({"main": {"acl": ["reed bob #"]}}, "CQ203"),
+        ({"main": {"acl": [["read"]]}}, "CQ203"),
+        ({"main": {"profile": "sparkplug_state"}}, "CQ204"),
+    ],
+)
+def test_what_is_wrong_with_a_broker_is_told_once_at_its_place(brokers, code):
+    report = judged(
+        brokers=brokers,
+        participants={name: {"publishes": {"t": {}}, "subscribes": {"t": {}}} for name in ("a", "b", "c")},
+    )
+    (finding,) = [each for each in report.findings if each.code == code]
+    assert finding.severity == "error"
+    assert finding.place is not None
+
+
+def test_a_preset_of_a_broker_is_none_of_an_endpoint():
+    report = judged(participants={"a": {"publishes": {"t": "mosquitto"}}, "b": {"subscribes": {"t": {}}}})
+    assert codes(report, "error") == ["CQ204"]
+
+
+def test_a_broker_that_is_not_there():
+    report = judged(brokers={"main": {}}, participants={"a": {"broker": "mian", "publishes": {"t": {}}}})
+    (finding,) = [each for each in report.findings if each.code == "CQ216"]
+    assert finding.severity == "error"
+    assert "did you mean `main`" in (finding.help or "")
+
+
+def test_who_names_none_of_several_brokers_is_told_in_one_finding():
+    people: dict[str, Any] = {name: {"publishes": {"t": {}}} for name in ("a", "b", "c")}
+    report = judged(brokers={"x": {}, "y": {}}, participants=people)
+    (finding,) = [each for each in report.findings if each.code == "CQ216"]
+    assert finding.severity == "warning"
+    assert finding.sides[0].members == ("a", "b", "c")
+
+
+# Sparkplug B
+
+
+def test_sparkplug_as_it_is_meant_gives_no_finding_about_qos():
+    report = judged(
+        options={"mqtt": {"implied_needs": "warning"}},
+        participants={
+            "host": {
+                "publishes": {"spBv1.0/plant/NCMD/edge": "sparkplug_message", "spBv1.0/STATE/host": "sparkplug_state"},
+                "subscribes": {"spBv1.0/#": {}},
+            },
+            "edge": {
+                "publishes": {"spBv1.0/plant/NDATA/edge": "sparkplug_message"},
+                "subscribes": {"spBv1.0/plant/NCMD/edge": "sparkplug_commands", "spBv1.0/STATE/host": {"qos": 1}},
+            },
+        },
+    )
+    assert codes(report, "error", "warning") == []
+    assert len(report.groups) == 3
+
+
+# Bad input
+
+
+@pytest.mark.parametrize(
+    ("client", "settings", "code"),
+    [
+        ({}, {"qos": 3}, "CQ203"),
+        ({}, {"message_expiry": -1}, "CQ203"),
+        ({}, {"message_expiry": "500ms"}, "CQ203"),
+        ({}, {"message_expiry": 4294967296}, "CQ203"),
+        ({"keep_alive": 65536}, {}, "CQ203"),
+        ({"session_expiry": -1}, {}, "CQ203"),
+        ({"version": "6"}, {}, "CQ203"),
+        ({"receive_maximum": 0}, {}, "CQ203"),
+        ({"will": {"topic": "a/#"}}, {}, "MQTT602"),
+        ({"will": {"topic": "a", "qos": 3}}, {}, "CQ203"),
+        ({"version": "3.1.1", "session_expiry": 5}, {}, "MQTT411"),
+    ],
+)
+def test_bad_input_gives_a_located_error(client, settings, code):
+    report = judged(
+        participants={"a": {"client": client, "publishes": {"t": settings}}, "b": {"subscribes": {"t": {}}}}
+    )
+    found = [each for each in report.findings if each.code == code]
+    assert found
+    assert all(each.severity == "error" and each.place is not None and each.place.line for each in found)
+
+
+# Guarantees over bridges, and sessions
+
+
+def test_the_loss_of_who_publishes_behind_a_bridge_is_not_noticed():
+    """What MQTT509 says; a bridge states `relayed` of what it publishes."""
+    system = read(
+        text(
+            participants={
+                "bridge": {"client": {"will": {"topic": "gone"}}, "publishes": {"t": {}}},
+                "viewer": {"subscribes": {"t": {"needs": {"liveness": "2min"}}, "gone": {}}},
+            }
+        ),
+        importer="yaml",
+    )
+    ends = {each.id: each.profile for each in resolve(system, context([PACK]).find_pack).endpoints}
+    index = PACK.vocabulary.indices["need", "relayed"]
+    publisher, subscriber = ends["bridge/publisher/t"], ends["viewer/subscriber/t"]
+    assert judge_pair(publisher, subscriber).verdict == "compatible"
+    judgement = judge_pair(publisher.with_values({index: 1}), subscriber)
+    assert [each.bound.rule.code for each in judgement.spoken] == ["MQTT509"]
+
+
+def test_a_session_follows_what_one_edit_changes_elsewhere():
+    """An edit of one endpoint changes what is known of others: what overlaps, what replaces it, who hears a Will."""
+    system = read(text(participants=FARM), importer="yaml")
+    session = Session(system, packs=[PACK])
+    for edit in range(4):
+        if edit == 1:
+            session.put_broker(Broker("main", "mqtt", {"maximum_qos": Setting("0")}))
+        elif edit == 2:
+            own = next(each for each in session.system.endpoints if each.participant == "all")
+            own.topic = "farm/#"
+            session.put(own)
+        elif edit == 3:
+            session.remove("one/subscriber/farm/a/weather")
+        report, fresh = session.report(), check(session.system, packs=[PACK])
+        assert report.findings == fresh.findings
+        assert report.groups == fresh.groups
+
+
+def test_two_thousand_endpoints_on_as_many_filters_stay_small():
+    people: dict[str, Any] = {f"s{n}": {"publishes": {f"site/{n}/value": {"qos": 1}}} for n in range(1_000)}
+    people |= {f"v{n}": {"subscribes": {f"site/{n}/#": {"qos": 1}}} for n in range(1_000)}
+    report = judged(participants=people)
+    assert len(report.groups) == 1_000
+    assert codes(report, "error", "warning") == []
+    assert all(each.severity is Severity.NOTE for each in report.findings)
