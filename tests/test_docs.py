@@ -40,6 +40,7 @@ FOLLOWED = (
     "docs/convert-and-diff.md",
     "docs/library.md",
     "docs/guarantees.md",
+    "docs/mqtt.md",
     "docs/sentences.md",
     "docs/packs.md",
     "docs/plugins.md",
