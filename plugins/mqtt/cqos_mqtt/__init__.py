@@ -31,4 +31,5 @@ _READ = (
     ("wot", "W3C WoT Thing Descriptions with MQTT forms", (".jsonld", ".json", ".td")),
     ("node_red", "Flows of Node-RED (flows.json)", (".json",)),
     ("mosquitto", "Configurations of Mosquitto (mosquitto.conf)", (".conf",)),
+    ("mqtt_client", "Parameters of mqtt_client, the bridge between ROS 2 and MQTT", (".yaml", ".yml")),
 )

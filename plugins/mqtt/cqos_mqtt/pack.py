@@ -17,6 +17,9 @@ from cqos_mqtt.rules import RULES
 COMMANDS: Final = {"command": "true"}
 CONVENTIONS: Final = (
     Convention("$SYS/*", external=True, doc="What the broker tells of itself."),
+    Convention(
+        "mqtt_client/ros_msg_type/*", {"command": "false"}, doc="The type of messages that mqtt_client carries."
+    ),
     Convention("*/set", COMMANDS, doc="Orders to a device (Home Assistant, Zigbee2MQTT)."),
     Convention("*/command", COMMANDS, doc="Orders to a device."),
     Convention("*/cmd", COMMANDS, doc="Orders to a device."),

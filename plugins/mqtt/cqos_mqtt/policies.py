@@ -44,6 +44,7 @@ RETAIN: Final = Policy(
     "MQTT 3.1.1, 3.3.1.3; MQTT 5.0, 3.3.1.3",
     aliases=("retained",),
     roles=PUBLICATION,
+    words=LEFT_OPEN,
 )
 EXPIRY: Final = Policy(
     "message_expiry_interval",

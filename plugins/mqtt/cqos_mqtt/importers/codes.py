@@ -1,6 +1,7 @@
 """What the importers of MQTT files report, beside what all importers do (``CQ0xx``).
 
-MQTT900-MQTT919: AsyncAPI; MQTT920-MQTT939: Thing Descriptions and flows; MQTT940-MQTT959: Mosquitto.
+MQTT900-MQTT919: AsyncAPI; MQTT920-MQTT939: Thing Descriptions and flows; MQTT940-MQTT959: Mosquitto;
+MQTT960-MQTT979: bridges.
 """
 
 from __future__ import annotations
@@ -95,6 +96,27 @@ CODES: Final = (
         "note",
         "A configuration has settings for single listeners, which are read as if they held for the whole broker.",
         "What is stricter for one listener is taken for all of them.",
+    ),
+    CodeInfo(
+        "MQTT960",
+        "bridged-topic-incomplete",
+        "warning",
+        "A topic that a bridge is to carry is not described as far as the bridge needs it.",
+        "The bridge does not carry it.",
+    ),
+    CodeInfo(
+        "MQTT961",
+        "bridge-setting-ignored",
+        "warning",
+        "A setting of a bridge has no effect.",
+        "It looks as if it were in force, but the bridge does not read it.",
+    ),
+    CodeInfo(
+        "MQTT962",
+        "bridged-pattern-not-followed",
+        "note",
+        "Which topics a bridge carries by a pattern with `+` is not worked out.",
+        "What is needed behind the bridge on those topics is not handed on to their publishers.",
     ),
 )
 _BY_CODE: Final = {info.code: info for info in CODES}

@@ -15,6 +15,8 @@ _THING: Final = re.compile(r"www\.w3\.org/\d{4}/wot/td|w3\.org/ns/td|wot/td/v1")
 _FORM: Final = re.compile(r'"mqv:|"mqtts?://|"mqtts?\+')
 _FLOWS: Final = re.compile(r"\s*\[\s*\{")
 _NODE: Final = re.compile(r'"type"\s*:\s*"mqtt(?:-broker| in| out)"')
+_PARAMETERS: Final = re.compile(r"""^[^#\n]*\bros__parameters["']?[ \t]*:""", re.MULTILINE)
+_BRIDGED: Final = re.compile(r"^[^#\n]*\b(?:ros2mqtt|mqtt2ros)\b", re.MULTILINE)
 _DIRECTIVE: Final = re.compile(
     r"^[ \t]*(?:listener[ \t]+\d|allow_anonymous|persistence_location|persistent_client_expiration|max_queued_messages|"
     r"max_inflight_messages|queue_qos0_messages|per_listener_settings|acl_file|password_file|max_keepalive|max_qos|"
@@ -47,6 +49,12 @@ def claims_mosquitto(name: str, head: bytes) -> bool:
     """Say whether this is a configuration of Mosquitto."""
     lower = name.lower()
     return lower.endswith(".conf") and (lower.endswith("mosquitto.conf") or _DIRECTIVE.search(_text(head)) is not None)
+
+
+def claims_mqtt_client(name: str, head: bytes) -> bool:  # noqa: ARG001
+    """Say whether these are parameters of mqtt_client."""
+    text = _text(head)
+    return _PARAMETERS.search(text) is not None and _BRIDGED.search(text) is not None
 
 
 def _text(head: bytes) -> str:

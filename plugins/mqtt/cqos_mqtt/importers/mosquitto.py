@@ -1,4 +1,4 @@
-"""Reads configurations of Mosquitto: the limits of the broker, and by its acl_file who may publish and read what.
+"""Reads configurations of Mosquitto: the limits of the broker, who may publish and read what, and its bridges.
 
 The broker is called after the file (`mosquitto.conf` is `mosquitto`), or as the switch `mosquitto.broker` says. An acl_file is
 opened where the configuration names it.
@@ -15,6 +15,7 @@ from cqos_core.importers.reading import Reading, listed, shown
 from cqos_core.problems import InputError, Problem
 from cqos_core.system import Broker, Place, ProfileRef, Setting, System
 from cqos_mqtt.importers.codes import note
+from cqos_mqtt.importers.mosquitto_bridge import add_bridge
 from cqos_mqtt.sessions import ANYBODY, NOBODY
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ _UNITS: Final = {"h": 3600, "d": 86_400, "w": 7 * 86_400, "m": 30 * 86_400, "y":
 _ACCESS: Final = ("read", "write", "readwrite", "deny")
 
 
-class _Line(NamedTuple):
+class Line(NamedTuple):
     """One directive: its name, the rest of its line, and where it stands."""
 
     name: str
@@ -63,26 +64,39 @@ class _Reader(Reading):
                 message = f"the importer `mosquitto` has no switch {shown(name)}; it has {SWITCH}"
                 raise InputError([Problem("CQ047", message)])
         listeners = 0
-        in_bridge = False
+        bridges: list[list[Line]] = []
         for line in _lines(self.source):
-            in_bridge = in_bridge or line.name == "connection"
+            if line.name == "connection":
+                bridges.append([line])
+                continue
+            if bridges:
+                bridges[-1].append(line)
+                continue
             listeners += line.name == "listener"
             take = _DIRECTIVES.get(line.name)
-            if take is not None and not in_bridge:
+            if take is not None:
                 self.directive(line, take)
                 if listeners and line.name in _OF_LISTENERS:
                     message = f"`{line.name}` holds for one listener, and is taken for the whole broker"
                     self.notes.append(note("MQTT942", message, line.place))
-            elif line.name == "acl_file" and not in_bridge:
+            elif line.name == "acl_file":
                 self.access(line)
-        if self.problems:
-            raise InputError(self.problems)
         name = switches.get(SWITCH) or PurePath(self.source.name).stem or "mosquitto"
         place = Place(self.source.name, 1, 1)
         broker = Broker(name, "mqtt", self.settings, (ProfileRef("mosquitto", place),), place)
-        return System(name, "mqtt", brokers={name: broker}, notes=self.notes, sources=self.sources)
+        system = System(name, "mqtt", brokers={name: broker}, notes=self.notes, sources=self.sources)
+        for lines in bridges:
+            try:
+                add_bridge(system, name, lines[0].value or "bridge", lines)
+            except ValueError as error:
+                why, line = error.args
+                message = f"Mosquitto refuses `{line.name} {line.value}`: {why}"
+                self.problems.append(Problem("MQTT940", message, line.place))
+        if self.problems:
+            raise InputError(self.problems)
+        return system
 
-    def directive(self, line: _Line, take: Callable[[str], tuple[str, str]]) -> None:
+    def directive(self, line: Line, take: Callable[[str], tuple[str, str]]) -> None:
         """Take one directive as a setting."""
         try:
             policy, text = take(line.value)
@@ -97,7 +111,7 @@ class _Reader(Reading):
 
     # Access
 
-    def access(self, line: _Line) -> None:
+    def access(self, line: Line) -> None:
         """Read the acl_file that a line names."""
         try:
             opened = self.context.open(line.value, self.source.name)
@@ -124,13 +138,13 @@ class _Reader(Reading):
             yield f"{access} {ANYBODY if line.name == 'pattern' else user.replace(' ', '_')} {topic}"
 
 
-def _lines(source: Source) -> Iterator[_Line]:
+def _lines(source: Source) -> Iterator[Line]:
     """Yield the directives of a file; a line that begins with `#` is a comment."""
     for number, text in enumerate(decode(source.data).splitlines(), 1):
         written = text.strip()
         if written and not written.startswith("#"):
             name, _, value = written.partition(" ")
-            yield _Line(name, value.strip(), Place(source.name, number, len(text) - len(text.lstrip()) + 1))
+            yield Line(name, value.strip(), Place(source.name, number, len(text) - len(text.lstrip()) + 1))
 
 
 def _is_number(text: str) -> bool:
