@@ -184,15 +184,11 @@ class Meetings:
         """Yield publisher and subscriber of every pair that an endpoint is in."""
         for copy, beside in self._copies.get(endpoint.id, ()):
             for other in beside:
-                if other.role == copy.role or (_is_copy(copy) and _is_copy(other)):
+                if other.role == copy.role or (copy.is_copy and other.is_copy):
                     continue
                 publisher, subscriber = (copy, other) if copy.role == PUBLISHER else (other, copy)
                 if not apart(publisher.profile, subscriber.profile):
                     yield publisher, subscriber
-
-
-def _is_copy(endpoint: Resolved) -> bool:
-    return endpoint.carried is not None
 
 
 # Needs
@@ -289,7 +285,12 @@ def bridge_findings(system: System, hops: Sequence[Hop], by_topic: Topics) -> li
     if not system.bridges:
         return []
     meeting = Meetings(by_topic)
-    return [*_without_effect(system, hops), *_loops(hops, meeting), *_weaker(hops, meeting)]
+    return [
+        *_without_effect(system, hops),
+        *_loops(hops, meeting),
+        *_weaker(hops, meeting),
+        *_into_one(hops, meeting),
+    ]
 
 
 def _without_effect(system: System, hops: Sequence[Hop]) -> Iterator[Finding]:
@@ -379,6 +380,32 @@ def _weaker(hops: Sequence[Hop], meeting: Meetings) -> Iterator[Finding]:
             side = Side(PUBLISHER, (hop.target.id,), place=hop.target.endpoint.place)
             finding = core_finding("CQ504", message, topic=hop.target.shown)
             yield replace(finding, sides=(side, Side(SUBSCRIBER, (hop.source.id,))))
+
+
+def _into_one(hops: Sequence[Hop], meeting: Meetings) -> Iterator[Finding]:
+    """Warn where several topics end in one that stores less for late subscribers than there are topics."""
+    together: dict[tuple[str, str, str], list[Hop]] = {}
+    for hop in hops:
+        together.setdefault((hop.bridge.id, hop.target.pack.id, hop.target.key or ""), []).append(hop)
+    for same in together.values():
+        sources = {publisher.key for hop in same for publisher, _ in meeting.pairs(hop.source)}
+        stored = [
+            each.value
+            for hop in same
+            for own, subscriber in meeting.pairs(hop.target)
+            for each in give(own.profile, subscriber.profile)
+            if each.word.name == "late_join" and each.value
+        ]
+        if stored and min(stored) < len(sources):
+            first = same[0]
+            message = (
+                f"bridge `{first.bridge.id}` carries {len(sources)} topics into `{first.target.shown}`, of which a late "
+                f"subscriber gets {min(stored)} in all"
+            )
+            place = first.target.endpoint.place
+            members = sorted(hop.target.id for hop in same)
+            topic = first.target.shown
+            yield core_finding("CQ505", message, place=place, role=PUBLISHER, members=members, topic=topic)
 
 
 def _is_given(given: Iterable[Given], name: str) -> bool:

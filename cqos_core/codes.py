@@ -531,7 +531,16 @@ _MODEL = (
         "bridge-gives-less",
         "note",
         "A bridge gets more than those behind it do: values that are not lost before it may be lost behind it.",
-        "Where the application counts on it, state that by `needs:`; it is then an error that says what to change.",
+        "Nobody says that an application counts on it, so it is no error.",
+        help="state by `needs:` what an application counts on; it is then an error that says what to change",
+    ),
+    CodeInfo(
+        "CQ505",
+        "bridge-into-shallow-topic",
+        "warning",
+        "A bridge carries several topics into one, which stores less for late subscribers than there are topics.",
+        "The newest value of one topic pushes out that of another, so a late subscriber never learns of some.",
+        help="carry each topic on under its own name, or store more",
     ),
     CodeInfo(
         "CQ601",

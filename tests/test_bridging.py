@@ -252,6 +252,21 @@ def test_less_behind_a_bridge_is_a_note_where_nobody_needs_it():
     assert "CQ504" not in codes(check(across({"care": "plain"}, {"care": "plain"}, {})))
 
 
+@pytest.mark.parametrize(("copies", "told_"), [("1", True), ("2", False)])
+def test_several_topics_into_one_that_stores_less_is_told(copies, told_):
+    system = bridged(
+        writer("home/a", "w1"),
+        writer("home/b", "w2"),
+        reader("all", "r"),
+        bridges=[bridge("b", ("in", "home/*"), ("here", "all"), send={"copies": copies})],
+    )
+    report = check(system)
+    assert ("CQ505" in codes(report)) is told_
+    if told_:
+        message = "bridge `b` carries 2 topics into `all`, of which a late subscriber gets 1 in all"
+        assert only(report, "CQ505").message == message
+
+
 def test_a_session_with_a_bridge_reports_as_a_fresh_check_does():
     system = across({"care": "plain"}, {"care": "signed"}, {"latest": True})
     session = Session(system, packs=[GIVING, ABROAD])

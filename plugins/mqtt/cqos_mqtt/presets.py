@@ -82,4 +82,10 @@ NODE_RED: Final = {
     "node_red_out": Preset({"qos": "0", "retain": "false"}, "A node `mqtt out` of Node-RED that nobody changed."),
 }
 
-PRESETS: Final = {**BROKERS, **SPARKPLUG, **NODE_RED}
+BRIDGES: Final = {
+    "mqtt_client": Preset({"qos": "0", "retain": "false"}, "The MQTT side of mqtt_client (ROS 2) as it comes."),
+    "mqtt_bridge": Preset({"qos": "0", "retain": "false"}, "The MQTT side of mqtt_bridge (ROS) as it comes."),
+    "mosquitto_bridge": Preset({"qos": "0"}, "A topic of a connection of Mosquitto without a QoS."),
+}
+
+PRESETS: Final = {**BROKERS, **SPARKPLUG, **NODE_RED, **BRIDGES}
