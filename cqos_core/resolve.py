@@ -43,7 +43,18 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.pack import NameProblem, Naming, Preset, RulePack
-    from cqos_core.system import Broker, Endpoint, Overlay, Participant, Place, Profile, ProfileRef, Settings, System
+    from cqos_core.system import (
+        Broker,
+        Endpoint,
+        Overlay,
+        Participant,
+        Place,
+        Profile,
+        ProfileRef,
+        Scope,
+        Settings,
+        System,
+    )
 
 
 class Stated(NamedTuple):
@@ -283,6 +294,14 @@ def suggestion(name: str, known: Iterable[str]) -> str:
     return f"{hint}known: {', '.join(names) or 'none'}"
 
 
+class _User(NamedTuple):
+    """Who takes values from profiles; ``topic`` is empty where the names of topics do not matter."""
+
+    dialect: str
+    role: str
+    topic: str
+
+
 class Resolver:
     """Resolves one system; everything that endpoints can share is resolved once."""
 
@@ -299,7 +318,8 @@ class Resolver:
         self.default = default
         self.asked = asked or {}
         self.result = ResolvedSystem(system)
-        self.profile_layers: dict[tuple[int, str, str], tuple[tuple[Layer, ProfileRef | None], ...]] = {}
+        self.profile_layers: dict[tuple[int, _User, str, Scope], tuple[tuple[Layer, ProfileRef | None], ...]] = {}
+        self.by_topic = any(ref.scope.by_topic for profile in system.profiles.values() for ref in profile.base)
         self.own_layers: dict[tuple[int, str, str], Layer] = {}
         self.said: set[tuple[str, str, Place | None]] = set()
         self.topic_layers: dict[tuple[int, str, str], tuple[tuple[Layer, ...], bool]] = {}
@@ -612,41 +632,44 @@ class Resolver:
     # Profiles and presets
 
     def _layers_of(
-        self, refs: Sequence[ProfileRef], pack: RulePack, dialect_name: str, participant: ResolvedParticipant
+        self, refs: Sequence[ProfileRef], pack: RulePack, user: _User, participant: ResolvedParticipant
     ) -> Iterator[Layer]:
         """Layers of the profiles that ``refs`` name, nearest first."""
         for ref in reversed(refs):
-            for layer, preset in self._profile(ref, pack, dialect_name):
+            for layer, preset in self._profile(ref, pack, user):
                 if preset is not None:
                     # What was read once for all is told where it is used.
                     self._check_available(ref if ref.name == preset.name else preset, pack, participant)
                 yield layer
 
-    def _profile(
-        self, ref: ProfileRef, pack: RulePack, dialect_name: str
-    ) -> tuple[tuple[Layer, ProfileRef | None], ...]:
+    def _profile(self, ref: ProfileRef, pack: RulePack, user: _User) -> tuple[tuple[Layer, ProfileRef | None], ...]:
         """The layers of a profile and of all it is based on, nearest first, each once; presets with where they are named."""
-        key = (id(pack), dialect_name, ref.name)
+        key = (id(pack), user, ref.name, ref.scope)
         known = self.profile_layers.get(key)
         if known is not None:
             return known
-        found: dict[str, tuple[Layer, ProfileRef | None]] = {}
-        trail: list[str] = []
-        waiting = [iter((ref,))]
+        found: dict[tuple[str, str | None], tuple[Layer, ProfileRef | None]] = {}
+        trail: dict[str, None] = {}
+        waiting: list[tuple[Iterator[ProfileRef], str | None]] = [(iter((ref,)), None)]
         while waiting:
-            each = next(waiting[-1], None)
+            refs, part = waiting[-1]
+            each = next(refs, None)
             if each is None:
                 waiting.pop()
-                del trail[-1:]
+                if trail:
+                    trail.popitem()
+            elif not each.scope.covers(user.role, user.topic, part):
+                continue
             elif each.name in trail:
-                self._report_circle(trail[trail.index(each.name) :])
-            elif each.name not in found:
+                names = list(trail)
+                self._report_circle(names[names.index(each.name) :])
+            elif (each.name, part := part or each.scope.part) not in found:
                 own = self.system.profiles.get(each.name)
-                layer = self._preset(each, pack) if own is None else self._own_layer(own, pack, dialect_name)
+                layer = self._preset(each, pack) if own is None else self._own_layer(own, pack, user.dialect)
                 if layer is not None:
-                    found[each.name] = (layer, each if own is None else None)
-                trail.append(each.name)
-                waiting.append(iter(() if own is None else own.base[::-1]))
+                    found[each.name, part] = (layer, each if own is None else None)
+                trail[each.name] = None
+                waiting.append((iter(() if own is None else own.base[::-1]), part))
         if found:
             # Where a name is no profile, each place that uses it is told.
             self.profile_layers[key] = tuple(found.values())
@@ -691,7 +714,9 @@ class Resolver:
     def _preset(self, ref: ProfileRef, pack: RulePack) -> Layer | None:
         name = pack.preset_names.get(normalise(ref.name))
         if name is None or pack.presets[name].level != ENDPOINT:
-            known = (*self.system.profiles, *(name for name, each in pack.presets.items() if each.level == ENDPOINT))
+            parts = {each.name for own in self.system.profiles.values() for each in own.base if each.scope.part}
+            presets = (name for name, each in pack.presets.items() if each.level == ENDPOINT)
+            known = (*(name for name in self.system.profiles if name not in parts), *presets)
             message = f"profile `{ref.name}` is neither defined nor a preset of {pack.title}"
             self._add_once("CQ204", message, ref.place, suggestion(ref.name, known))
             return None
@@ -778,24 +803,25 @@ class Resolver:
         written = endpoint.topic or ""
         topic_layers, topic_external = self._topic(written, naming, pack) if naming is not None else ((), False)
         overlays = tuple(self._overlays(endpoint, naming, participant)) if self.system.overlays else ()
+        by_topic = self.by_topic or any(ref.scope.by_topic for ref in endpoint.profiles)
+        user = _User(endpoint.dialect, endpoint.role, naming.shown if naming is not None and by_topic else "")
         signature = (
             overlays,
             id(pack),
             id(participant.values),
             id(topic_layers),
-            endpoint.role,
-            endpoint.dialect,
+            user,
             endpoint.observed,
             endpoint.type,
             tuple((name, setting.text) for name, setting in endpoint.settings.items()),
             tuple((name, setting.text) for name, setting in endpoint.overlay.items()),
-            tuple(ref.name for ref in endpoint.profiles),
+            tuple((ref.name, ref.scope) for ref in endpoint.profiles),
             tuple((name, setting.text) for name, setting in endpoint.needs.items()),
         )
         shared = self.shared.get(signature)
         if shared is None:
             before = len(self.result.findings)
-            shared = self._resolve(endpoint, identifier, participant, topic_layers, overlays)
+            shared = self._resolve(endpoint, identifier, participant, user, topic_layers, overlays)
             if len(self.result.findings) == before:
                 # Nothing was said of this endpoint, so an equal one has nothing to say either.
                 self.shared[signature] = shared
@@ -898,6 +924,7 @@ class Resolver:
         endpoint: Endpoint,
         identifier: str,
         participant: ResolvedParticipant,
+        user: _User,
         topic_layers: tuple[Layer, ...],
         overlays: tuple[int, ...],
     ) -> tuple[QosProfile, tuple[Layer, ...]]:
@@ -915,7 +942,7 @@ class Resolver:
         layers = [
             Layer("overlay", overlay, here=True),
             written,
-            *self._layers_of(endpoint.profiles, pack, endpoint.dialect, participant),
+            *self._layers_of(endpoint.profiles, pack, user, participant),
         ]
         if pack.base_preset is not None and not endpoint.observed:
             settings = self._preset_settings(pack.base_preset, pack)

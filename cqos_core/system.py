@@ -7,7 +7,8 @@ thing keeps its `Place`, so that a finding can point at the line it came from.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from fnmatch import fnmatchcase
+from typing import Final, Literal
 
 Role = Literal["publisher", "subscriber"]
 PUBLISHER: Role = "publisher"
@@ -60,11 +61,47 @@ Settings = dict[str, Setting]
 
 
 @dataclass(frozen=True, slots=True)
+class Scope:
+    """Which endpoints take a profile where it is named, and what of it.
+
+    Attributes:
+        role: endpoints of this role only; None: of both.
+        topic: shell pattern over the name of the topic.
+        but: patterns of topics whose endpoints take another profile instead.
+        part: which part of an endpoint's settings it is for, in the words of its format (``publisher_qos``). Whatever
+            is named for another part, anywhere below a name that is taken for one, is passed over.
+    """
+
+    role: Role | None = None
+    topic: str = "*"
+    but: tuple[str, ...] = ()
+    part: str | None = None
+
+    @property
+    def by_topic(self) -> bool:
+        """Whether the name of the topic matters."""
+        return self.topic != "*" or bool(self.but)
+
+    def covers(self, role: str, topic: str, part: str | None = None) -> bool:
+        """Whether an endpoint takes the profile, when it looks for values of ``part``, or of all its parts."""
+        return (
+            self.role in {None, role}
+            and (part is None or self.part in {None, part})
+            and (self.topic == "*" or fnmatchcase(topic, self.topic))
+            and not any(fnmatchcase(topic, pattern) for pattern in self.but)
+        )
+
+
+EVERYBODY: Final = Scope()
+
+
+@dataclass(frozen=True, slots=True)
 class ProfileRef:
-    """A profile or preset used by name, and where it was named."""
+    """A profile or preset used by name, where it was named, and who takes it there."""
 
     name: str
     place: Place | None = None
+    scope: Scope = EVERYBODY
 
 
 @dataclass(slots=True)

@@ -7,14 +7,14 @@ its own (overlays). Here all of that becomes what a person would have written in
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.exporters.contract import judged, unique
 from cqos_core.pack import NameContext
 from cqos_core.policy import ENDPOINT, Choice, normalise
 from cqos_core.problems import InvalidValueError
 from cqos_core.resolve import spelled
-from cqos_core.system import Profile, ProfileRef, Setting, System
+from cqos_core.system import EVERYBODY, PUBLISHER, SUBSCRIBER, Profile, ProfileRef, Setting, System
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.pack import Dialect, RulePack
     from cqos_core.policy import Policy
     from cqos_core.resolve import Resolved
-    from cqos_core.system import Acceptance, Endpoint, Participant, Settings, TeamRule, Topic
+    from cqos_core.system import Acceptance, Endpoint, Participant, Role, Settings, TeamRule, Topic
 
 KINDS: Final = frozenset({"message", "service_server", "service_client", "action_server", "action_client"})
 YAML: Final = "yaml"
@@ -173,7 +173,7 @@ class _Designer:
             id=each.id,
             topic=self._topic_name(each, tongue),
             settings=settings,
-            profiles=self.profiles.used(endpoint.profiles, tongue),
+            profiles=self.profiles.used(endpoint.profiles, tongue, _user(each)),
             overlay={},
             type=endpoint.type or None,
             dialect=YAML,
@@ -319,38 +319,94 @@ def _at(stated: object) -> str:
     return "" if place is None else f" ({place})"
 
 
+class _User(NamedTuple):
+    """What decides which parts of a profile an endpoint takes."""
+
+    role: Role
+    topic: str
+
+
+_ANYBODY: Final = _User(PUBLISHER, "")
+
+
+def _user(each: Judged) -> _User:
+    return _User(each.endpoint.role, each.parts[0].shown if each.parts else each.endpoint.topic or "")
+
+
 class _Profiles:
-    """The profiles of a system; one that is used in several dialects becomes one for each in which it reads differently."""
+    """The profiles of a system as the form has them: each the same for all who use it.
+
+    One that is used in several dialects, or of which endpoints take different parts, becomes one for each way in which it
+    reads.
+    """
 
     def __init__(self, system: System) -> None:
         self.stated = system.profiles
+        self.scoped = any(ref.scope != EVERYBODY for profile in system.profiles.values() for ref in profile.base)
         self.forms: dict[str, dict[tuple[tuple[str, str], ...], str]] = {}
         self.made_of: dict[str, Profile] = {}
-        self.names: dict[tuple[str, int, str], str] = {}
+        self.names: dict[tuple[str, str | None, int, str, _User], str] = {}
         self.taken = set(system.profiles)
 
-    def used(self, refs: Iterable[ProfileRef], tongue: _Tongue) -> tuple[ProfileRef, ...]:
-        """Return references to the profiles as they read in ``tongue``."""
-        return tuple(ProfileRef(self._name(ref.name, tongue, ()), ref.place) for ref in refs)
+    def used(self, refs: Iterable[ProfileRef], tongue: _Tongue, user: _User) -> tuple[ProfileRef, ...]:
+        """Return references to the profiles as they read in ``tongue``, of their parts those that ``user`` takes."""
+        covering = [ref for ref in refs if ref.scope.covers(user.role, user.topic)]
+        user = user if self.scoped else _ANYBODY
+        return tuple(ProfileRef(self._name(ref.name, ref.scope.part, tongue, user, ()), ref.place) for ref in covering)
 
-    def _name(self, name: str, tongue: _Tongue, above: tuple[str, ...]) -> str:
-        key = (name, id(tongue.pack), tongue.name)
+    def _name(self, name: str, part: str | None, tongue: _Tongue, user: _User, above: tuple[str, ...]) -> str:
+        key = (name, part, id(tongue.pack), tongue.name, user)
         known = self.names.get(key)
         if known is not None:
             return known
         profile = self.stated.get(name)
         if profile is None or name in above:
             return name
-        base = tuple(ProfileRef(self._name(r.name, tongue, (*above, name)), r.place) for r in profile.base)
+        base = tuple(
+            ProfileRef(self._name(ref.name, part or ref.scope.part, tongue, user, (*above, name)), ref.place)
+            for ref in profile.base
+            if ref.scope.covers(user.role, user.topic, part)
+        )
         made = replace(profile, settings=tongue.translated(profile.settings), base=base)
         form = (*((key, setting.text) for key, setting in made.settings.items()), *(("", ref.name) for ref in base))
         forms = self.forms.setdefault(name, {})
         if form not in forms:
-            forms[form] = name if not forms else unique(f"{name}-{tongue.name}", self.taken)
+            forms[form] = self._free(name, part, tongue, user, first=not forms)
             self.made_of[forms[form]] = replace(made, name=forms[form])
         self.names[key] = forms[form]
         return forms[form]
 
+    def _free(self, name: str, part: str | None, tongue: _Tongue, user: _User, *, first: bool) -> str:
+        """Return a name for one way in which a profile reads; where roles take different parts, each has its own."""
+        if self._takes_sides(name):
+            return unique(f"{name}-{user.role}", self.taken)
+        return name if first else unique(f"{name}-{part or tongue.name}", self.taken)
+
+    def _takes_sides(self, name: str) -> bool:
+        """Whether publishers and subscribers may take different parts of a profile."""
+        seen, waiting = {name}, [name]
+        while waiting:
+            profile = self.stated.get(waiting.pop())
+            for ref in profile.base if profile is not None else ():
+                if ref.scope.role is not None:
+                    return True
+                if ref.name not in seen:
+                    seen.add(ref.name)
+                    waiting.append(ref.name)
+        return False
+
     def made(self) -> dict[str, Profile]:
         """Return all profiles, those that nobody uses as they were stated."""
+        if self.scoped:
+            self._make_unused()
+            return dict(self.made_of)
         return {**self.stated, **self.made_of}
+
+    def _make_unused(self) -> None:
+        """Make of each profile that nobody uses, and that is no part of another, what each role takes of it."""
+        parts = {ref.name for each in self.stated.values() for ref in each.base if ref.scope.part is not None}
+        plain = _Tongue(None, None, YAML)
+        for name in self.stated:
+            if name not in parts and name not in self.forms:
+                for role in (PUBLISHER, SUBSCRIBER):
+                    self._name(name, None, plain, _User(role, ""), ())

@@ -53,7 +53,8 @@ def write(system: System, context: ExportContext) -> Exported:
         design = with_shared_profiles(design)
     form = _Form(design)
     text = document(form.document(), _head(system))
-    return Exported(text, len(design.system.endpoints), (*design.notes, *form.notes))
+    expressed = len(design.system.endpoints) or len(design.system.profiles)
+    return Exported(text, expressed, (*design.notes, *form.notes))
 
 
 def _head(system: System) -> list[str]:

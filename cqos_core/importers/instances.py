@@ -197,7 +197,7 @@ def _fill(value: Any, binding: Mapping[str, str], made: Multiplier) -> Any:
     if isinstance(value, Setting):
         return value if "${" not in value.text else Setting(made.text(value.text, binding), value.place)
     if isinstance(value, ProfileRef):
-        return value if "${" not in value.name else ProfileRef(made.text(value.name, binding), value.place)
+        return value if "${" not in value.name else replace(value, name=made.text(value.name, binding))
     if isinstance(value, dict):
         if not any(True for _ in _texts(value)):
             return value
