@@ -14,13 +14,14 @@ from cqos_core.checker import Context, check_system
 from cqos_core.codes import find_code
 from cqos_core.explanation import explain_pair
 from cqos_core.importers.source import Source
-from cqos_core.loading import load_paths, merge, read_path, read_source
+from cqos_core.loading import depends_on_others, load_paths, merge, protocols_of, read_path, read_source
 from cqos_core.plugins import Plugins, load_plugins
 from cqos_core.policy import INFINITE, Names
 from cqos_core.problems import CqosError, InputError, Problem
 from cqos_core.resolve import suggestion
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System
 from cqos_core.system import Topic as StatedTopic
+from cqos_core.trial import tried_out
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -64,28 +65,46 @@ def read(*inputs: Input, importer: str | None = None, protocol: str | None = Non
     Raises:
         InputError: with every problem of every input.
     """
-    systems: list[System] = []
+    found: dict[int, list[System]] = {}
+    later: dict[int, Source] = {}
     problems: list[Problem] = []
     for position, each in enumerate(inputs):
         if isinstance(each, System):
-            systems.append(replace(deepcopy(each), protocol=each.protocol or protocol))
+            found[position] = [replace(deepcopy(each), protocol=each.protocol or protocol)]
             continue
         try:
-            if isinstance(each, bytes):
-                number = sum(isinstance(other, bytes) for other in inputs[: position + 1])
-                name = "<bytes>" if number == 1 else f"<bytes {number}>"
-                systems.append(read_source(Source(name, each), importer, protocol=protocol))
-            elif Path(each).is_dir():
+            if not isinstance(each, bytes) and Path(each).is_dir():
                 loaded = load_paths([fspath(each)], importer, protocol=protocol)
                 problems += loaded.problems
-                systems += [system for _, system in loaded.systems]
+                found[position] = [system for _, system in loaded.systems]
+                continue
+            source = _source(inputs, position)
+            if importer is None and depends_on_others(source):
+                later[position] = source
             else:
-                systems.append(read_source(read_path(fspath(each)), importer, from_disk=True, protocol=protocol))
+                on_disk = not isinstance(each, bytes)
+                found[position] = [read_source(source, importer, from_disk=on_disk, protocol=protocol)]
         except InputError as error:
             problems += error.problems
-    if problems or not systems:
+    beside = protocols_of(system for systems in found.values() for system in systems) if later else ()
+    for position, source in later.items():
+        try:
+            on_disk = not isinstance(inputs[position], bytes)
+            found[position] = [read_source(source, from_disk=on_disk, protocol=protocol, beside=beside)]
+        except InputError as error:
+            problems += error.problems
+    if problems or not any(found.values()):
         raise InputError(problems or [Problem("CQ003", "there is nothing to read")])
-    return merge(systems)
+    return merge([system for position in sorted(found) for system in found[position]])
+
+
+def _source(inputs: Sequence[Input], position: int) -> Source:
+    """Open a file, or give bytes a name that no others have."""
+    data = inputs[position]
+    if not isinstance(data, bytes):
+        return read_path(fspath(data))  # type: ignore[arg-type]
+    number = sum(isinstance(other, bytes) for other in inputs[: position + 1])
+    return Source("<bytes>" if number == 1 else f"<bytes {number}>", data)
 
 
 def check(
@@ -108,7 +127,8 @@ def check(
         InputError: an input cannot be read; every problem is listed.
     """
     where = context(packs, protocol)
-    system = with_options(read(*inputs, importer=importer, protocol=protocol), options or {}, where)
+    system = tried_out(read(*inputs, importer=importer, protocol=protocol), protocol)
+    system = with_options(system, options or {}, where)
     return exact_places(check_system(system, where), system.sources)
 
 
@@ -294,7 +314,7 @@ def explain(
         CqosError: there is no such endpoint, or the two are on different topics.
     """
     where = context(packs, protocol)
-    system = with_options(read(*inputs, protocol=protocol), options or {}, where)
+    system = with_options(tried_out(read(*inputs, protocol=protocol), protocol), options or {}, where)
     return explain_pair(system, publisher, subscriber, where)
 
 

@@ -1,6 +1,7 @@
 """Codes of the core: what it reports about inputs, models, meeting and configuration. Permanent, like rule codes.
 
-CQ0xx: reading (CQ001-CQ029 in general, CQ030-CQ059 BPMN, CQ060 several files together); CQ2xx: settings and profiles; CQ4xx: names and meeting; CQ5xx: bridges;
+CQ0xx: reading (CQ001-CQ029 in general, CQ030-CQ059 BPMN, CQ060 several files together, CQ061 profiles alone); CQ2xx: settings and
+profiles; CQ4xx: names and meeting; CQ5xx: bridges;
 CQ6xx: accepted exceptions and the team's own rules; CQ7xx: plugins at fault.
 """
 
@@ -187,6 +188,13 @@ _READING = (
         "Files that are checked together state one profile, topic, broker or bridge differently.",
         "The first statement holds.",
         help="give one of them another name, or state it once and include it",
+    ),
+    CodeInfo(
+        "CQ061",
+        "profiles-tried-alone",
+        "note",
+        "There are profiles and no endpoints, so each profile is tried as a publisher and a subscriber that meet.",
+        "What can be told of a profile alone is told: whether its endpoints can be created, and whether two that share it fit.",
     ),
     CodeInfo(
         "CQ030",

@@ -13,7 +13,7 @@ from cqos_core.problems import CqosError, InputError, Problem, describe, keep_tr
 from cqos_core.system import ImportNote, Place, System
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.system import Broker, Endpoint, Participant, Settings
 
@@ -58,8 +58,13 @@ def read_stream(name: str, stream: BinaryIO, limit: int | None = None) -> Source
     return Source(name, data)
 
 
-def recognise(source: Source, plugins: Plugins, wanted: str | None = None) -> ImporterInfo | None:
+def recognise(
+    source: Source, plugins: Plugins, wanted: str | None = None, beside: Collection[str] = ()
+) -> ImporterInfo | None:
     """Return the importer for ``source``: the one ``wanted`` by name, else the one that claims it, else None.
+
+    Where one that lays what it reads over endpoints of another file claims it too, ``beside`` decides: the protocols of
+    the files that are given together with it.
 
     Raises:
         InputError: no importer has the wanted name, or two claim the source.
@@ -71,12 +76,41 @@ def recognise(source: Source, plugins: Plugins, wanted: str | None = None) -> Im
                 [Problem("CQ003", f"there is no importer `{wanted}`; installed: {known}", Place(source.name))]
             )
         return plugins.importers[wanted]
-    claiming = [info for info in plugins.importers.values() if _claims(info, source, plugins)]
+    claiming = _fitting(_claiming(source, plugins), beside)
     if len(claiming) > 1:
         named = " and ".join(f"`{info.name}` ({plugins.owner('importers', info.name)})" for info in claiming)
         message = f"two importers claim this file: {named}"
         raise InputError([Problem("CQ003", message, Place(source.name), "choose one with --from")])
     return claiming[0] if claiming else None
+
+
+def _claiming(source: Source, plugins: Plugins) -> list[ImporterInfo]:
+    return [info for info in plugins.importers.values() if _claims(info, source, plugins)]
+
+
+def _fitting(claiming: list[ImporterInfo], beside: Collection[str]) -> list[ImporterInfo]:
+    """Of several importers, those that lay over what is there, else those that read files that stand for themselves."""
+    if len(claiming) == 1:
+        return claiming
+    over = [info for info in claiming if info.overlays in beside]
+    return over or [info for info in claiming if not info.overlays] or claiming
+
+
+def depends_on_others(source: Source) -> bool:
+    """Whether the files given together with ``source`` decide who reads it, so that it has to be read after them."""
+    plugins = load_plugins()
+    claiming = _claiming(source, plugins)
+    return len(claiming) > 1 and any(info.overlays for info in claiming)
+
+
+def protocols_of(systems: Iterable[System]) -> frozenset[str]:
+    """Return the protocols that anything in ``systems`` is of."""
+    found: set[str | None] = set()
+    for system in systems:
+        found.add(system.protocol)
+        found.update(participant.protocol for participant in system.participants.values())
+        found.update(endpoint.protocol for endpoint in system.endpoints)
+    return frozenset(protocol for protocol in found if protocol is not None)
 
 
 def _claims(info: ImporterInfo, source: Source, plugins: Plugins) -> bool:
@@ -95,6 +129,7 @@ def read_source(
     *,
     from_disk: bool = False,
     protocol: str | None = None,
+    beside: Collection[str] = (),
 ) -> System:
     """Read one source with the importer that claims it, or the named one.
 
@@ -104,17 +139,33 @@ def read_source(
         switches: importer switches by importer and name.
         from_disk: whether files that it includes may be opened.
         protocol: what it means if it states none; else the protocol that its format stands for.
+        beside: the protocols of the files given together with it; see `recognise`.
 
     Raises:
         InputError: nobody reads the format, or the content cannot be read; with every problem found.
     """
     plugins = load_plugins()
-    info = recognise(source, plugins, importer)
+    info = recognise(source, plugins, importer, {*beside, *_stated(protocol)})
     if info is None:
         known = ", ".join(sorted(plugins.importers))
         message = "no installed importer recognises this format"
         raise InputError([Problem("CQ003", message, Place(source.name), f"installed: {known}; choose one with --from")])
-    context = ReadContext(open_file if from_disk else no_files, switches or {})
+    opener = open_file if from_disk else no_files
+
+    def included(source: Source, protocols: frozenset[str]) -> System | None:
+        found = recognise(source, plugins, None, {*protocols, *_stated(protocol)})
+        return None if found is None else _read(found, source, ReadContext(opener, options=switches or {}), protocol)
+
+    return _read(info, source, ReadContext(opener, included, switches or {}), protocol)
+
+
+def _stated(protocol: str | None) -> tuple[str, ...]:
+    return () if protocol is None else (protocol,)
+
+
+def _read(info: ImporterInfo, source: Source, context: ReadContext, protocol: str | None) -> System:
+    """Read a source with one importer."""
+    plugins = load_plugins()
     try:
         system = info.load_reader()(source, context)
         _refuse_unusable(system)
@@ -275,19 +326,39 @@ def load_paths(
     plugins = load_plugins()
     found = find_files(paths, plugins, importer)
     loaded = Loaded(skipped=found.skipped, unsearched=tuple(found.problems))
-    for number, file in enumerate(found.files, 1):
-        try:
-            source = stdin if file.path == STDIN and stdin is not None else _open(file, plugins, importer)
-            if source is None:
-                loaded.skipped += 1
-            else:
-                from_disk = source.name != STDIN_NAME
-                system = read_source(source, importer, switches, from_disk=from_disk, protocol=protocol)
-                loaded.outcomes.append(Outcome(file, system))
-        except InputError as error:
-            loaded.outcomes.append(Outcome(file, problems=error.problems))
-        step(number, len(found.files))
-    loaded.outcomes = _without_included(loaded.outcomes)
+    outcomes: dict[int, Outcome] = {}
+    waiting = dict(enumerate(found.files))
+    done = 0
+    beside: frozenset[str] | None = None  # not known while there are files that say it themselves
+    while waiting:
+        later: dict[int, File] = {}
+        for position, file in waiting.items():
+            try:
+                source = stdin if file.path == STDIN and stdin is not None else _open(file, plugins, importer)
+                if source is None:
+                    loaded.skipped += 1
+                elif beside is None and importer is None and depends_on_others(source):
+                    later[position] = file
+                    continue
+                else:
+                    outcomes[position] = Outcome(
+                        file,
+                        read_source(
+                            source,
+                            importer,
+                            switches,
+                            from_disk=source.name != STDIN_NAME,
+                            protocol=protocol,
+                            beside=beside or (),
+                        ),
+                    )
+            except InputError as error:
+                outcomes[position] = Outcome(file, problems=error.problems)
+            done += 1
+            step(done, len(found.files))
+        waiting = later
+        beside = protocols_of(each.system for each in outcomes.values() if each.system is not None) if later else None
+    loaded.outcomes = _without_included([outcomes[position] for position in sorted(outcomes)])
     return loaded
 
 
@@ -410,5 +481,5 @@ def _join(whole: System, kind: str, stated: Mapping[str, object]) -> None:
 def _content(value: object) -> object:
     """What is stated, without where."""
     settings = {name: setting.text for name, setting in getattr(value, "settings", {}).items()}
-    base = tuple(ref.name for ref in getattr(value, "base", ()))
+    base = tuple((ref.name, ref.scope) for ref in getattr(value, "base", ()))
     return settings, base, getattr(value, "external", None), getattr(value, "protocol", None)

@@ -92,6 +92,8 @@ class ImporterInfo:
         suffixes: endings it usually has (``.bpmn``); a directory is searched for these.
         claims: ``"module:function"``, a `Claim`; the module must be light.
         reader: ``"module:function"``, a `Reader`.
+        overlays: what it reads is laid over endpoints of this protocol (a pack's id) and is nothing by itself. Where
+            another importer claims the same file, this one reads it beside files of that protocol, else the other.
     """
 
     name: str
@@ -99,6 +101,7 @@ class ImporterInfo:
     suffixes: tuple[str, ...]
     claims: str
     reader: str
+    overlays: str = ""
 
     def load_claim(self) -> Claim:
         """Import the function that recognises the format."""

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING
 
 from cqos_core.api import Context, SettingValue, as_text, context, exact_places
 from cqos_core.bridging import bridge_findings, expanded, linked
-from cqos_core.checker import assemble
+from cqos_core.checker import assemble, check_system
 from cqos_core.problems import CqosError
 from cqos_core.resolve import Resolved, Resolver, packs_in_use
 from cqos_core.system import Setting, System
 from cqos_core.team import bind_checks, words_asked
 from cqos_core.topic import TopicResult, check_topic
+from cqos_core.trial import tried_out
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -166,6 +167,9 @@ class Session:
     def report(self) -> Report:
         """Check what has changed, and report on the whole system."""
         find_pack, default = self._context.find_pack, self._context.default_protocol
+        tried = tried_out(self._system, default)
+        if tried is not self._system:
+            return exact_places(check_system(tried, self._context), self._system.sources)
         system, links = expanded(self._system, find_pack, default)
         teams, problems = bind_checks(system, packs_in_use(system, find_pack, default))
         resolver = self._resolve(system, words_asked(teams))

@@ -24,6 +24,7 @@ from cqos_core.loading import read_path
 from cqos_core.plugins import load_plugins
 from cqos_core.problems import CqosError
 from cqos_core.report import Severity
+from cqos_core.trial import tried_out
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -219,7 +220,7 @@ class _Check:
             self.empty.append(f"{', '.join(paths[:_NAMED])}: nothing there could be checked, no endpoint was found")
 
     def _check(self, unit: _Unit, step: Callable[[int, int], None]) -> None:
-        system = self.reader.whole(unit.systems)
+        system = tried_out(self.reader.whole(unit.systems), self.reader.protocol)
         report = check_system(system, self.reader.context, step)
         if not report.endpoints:
             if unit.named:

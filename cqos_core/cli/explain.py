@@ -24,6 +24,7 @@ from cqos_core.formatters.terminal import clean, paint
 from cqos_core.loading import STDIN
 from cqos_core.report import Group, Report, Severity
 from cqos_core.system import PUBLISHER, SUBSCRIBER
+from cqos_core.trial import tried_out
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -91,7 +92,7 @@ def explain(
         if not loaded.problems:
             say("no file there is a design that C-QoS reads", severity="error", choice=color)
         ctx.exit(_UNUSABLE)
-    system = reader.whole([system for _, system in loaded.systems])
+    system = tried_out(reader.whole([system for _, system in loaded.systems]), reader.protocol)
     endpoints = endpoints_of(system, reader.context)
     if not ids:
         emit(_endpoints_as_json(endpoints) if form == "json" else _endpoints_as_text(endpoints, color))

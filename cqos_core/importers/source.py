@@ -35,17 +35,30 @@ def no_files(name: str, relative_to: str) -> Source:
     raise InputError([Problem("CQ007", message, Place(relative_to))])
 
 
+class ForeignReader(Protocol):
+    """Reads a source of any format that is installed, for a file that includes it."""
+
+    def __call__(self, source: Source, protocols: frozenset[str]) -> System | None:
+        """Return what ``source`` states, None where nobody reads it; ``protocols`` are those of the including file."""
+
+
+def nobody_reads(source: Source, protocols: frozenset[str]) -> None:
+    """Read no other format: for readers that are used by themselves."""
+
+
 @dataclass(frozen=True, slots=True)
 class ReadContext:
     """What a reader may use beside its source.
 
     Attributes:
         open: opens included files.
+        read: reads included files of other formats.
         options: importer switches from the command line or configuration, by importer name and switch, for instance
             ``{"bpmn": {"message_flows": "true"}}``.
     """
 
     open: Opener = no_files
+    read: ForeignReader = nobody_reads
     options: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
 

@@ -16,6 +16,8 @@ from cqos_core.importers.yaml_form import (
     INCLUDE,
     INSTANCES,
     OPTIONS,
+    PARTICIPANTS,
+    PROTOCOL,
     PUBLISHES,
     SEVERITIES,
     SUBSCRIBES,
@@ -35,7 +37,7 @@ if TYPE_CHECKING:
     from cqos_core.importers.tree import Node
     from cqos_core.importers.yaml_tree import Tree
     from cqos_core.problems import Problem
-    from cqos_core.system import ImportNote, Setting
+    from cqos_core.system import ImportNote, Setting, System
 
 _MOST_FILES: Final = 1000
 _HEAD: Final = 64 * 1024
@@ -57,6 +59,7 @@ class Loader:
     Attributes:
         problems, notes: of all files.
         documents: in order: a file, then what it includes.
+        foreign: what included files of other formats state.
         sources: every file that was opened.
         templates: texts that mention variables and may do so.
         variables: names of variables, also of those whose instances were refused.
@@ -67,6 +70,7 @@ class Loader:
         self.problems: list[Problem] = []
         self.notes: list[ImportNote] = []
         self.documents: list[Entry] = []
+        self.foreign: list[System] = []
         self.sources: dict[str, bytes] = {}
         self.opened: set[str] = set()
         self.templates: list[tuple[ScalarNode, Reading]] = []
@@ -155,13 +159,30 @@ class Loader:
         else:
             self.sources[source.name] = source.data
             self.opened.add(path)
-            self.foreign(source, reading, place)
+            self.read_foreign(source, reading, place)
         return None
 
-    def foreign(self, source: Source, reading: Reading, place: Place) -> None:
-        """Say that a file of another format cannot be included."""
-        message = f"{shown(source.name)} is no system file, and no installed importer reads it for `include`"
-        reading.problem("CQ003", message, place, "give both files to `cqos check --together` if it can be read alone")
+    def read_foreign(self, source: Source, reading: Reading, place: Place) -> None:
+        """Read a file of another format, or say that it cannot be included."""
+        try:
+            system = self.context.read(source, self.protocols())
+        except InputError as error:
+            self.problems += error.problems
+            return
+        if system is None:
+            message = f"{shown(source.name)} is no system file, and no installed importer reads it for `include`"
+            reading.problem("CQ003", message, place, "`cqos packs` lists the formats that can be read")
+            return
+        self.foreign.append(system)
+        self.notes += system.notes
+        self.sources.update(system.sources)
+
+    def protocols(self) -> frozenset[str]:
+        """Return the protocols that the documents read so far name."""
+        found = {document.get(DEFAULT_PROTOCOL) for document in self.documents}
+        for document in self.documents:
+            found.update(each.value.get(PROTOCOL) for each in (document.get(PARTICIPANTS) or {}).values())
+        return frozenset(protocol for protocol in found if protocol is not None)
 
 
 def _same(name: str) -> str:

@@ -148,6 +148,7 @@ class _Builder:
 
     def __init__(self, loader: Loader) -> None:
         self.documents = loader.documents
+        self.foreign = loader.foreign
         self.problems = loader.problems
         self.system = System(notes=loader.notes, sources=loader.sources)
         self.places: dict[tuple[str, str], Place] = {}
@@ -180,6 +181,8 @@ class _Builder:
             except TooManyError as error:
                 advice = "list fewer instances, or mention fewer variables together"
                 self.problem("CQ016", f"`instances` would make {error}", self.multiplied, advice)
+        for foreign in self.foreign:
+            self.take(foreign)
 
     def problem(self, code: str, message: str, place: Place | None, advice: str | None = None) -> None:
         """Collect a problem."""
@@ -290,6 +293,38 @@ class _Builder:
         """Return the protocol of a participant or broker, None where it is the system's."""
         protocol = entry.get(PROTOCOL) or document.get(DEFAULT_PROTOCOL)
         return None if protocol == self.system.protocol else protocol
+
+    # What included files of other formats state
+
+    def take(self, foreign: System) -> None:
+        """Take what another importer read; of options, what system files state comes before it."""
+        system = self.system
+        for pack, options in foreign.options.items():
+            kept = system.options.setdefault(pack, {})
+            for name, setting in options.items():
+                kept.setdefault(name, setting)
+        self.take_named("profile", foreign.profiles, system.profiles)
+        self.take_named("topic", foreign.topics, system.topics)
+        self.take_named("broker", foreign.brokers, system.brokers)
+        self.take_named("bridge", foreign.bridges, system.bridges)
+        for participant in foreign.participants.values():
+            own = participant.protocol or foreign.protocol
+            participant.protocol = None if own == system.protocol else own
+        self.take_named("participant", foreign.participants, system.participants)
+        system.endpoints += foreign.endpoints
+        system.overlays += foreign.overlays
+        system.checks += foreign.checks
+        system.accept += foreign.accept
+        for rule, severity in foreign.severities.items():
+            system.severities.setdefault(rule, severity)
+
+    def take_named(self, kind: str, stated: Mapping[str, T], among: dict[str, T]) -> None:
+        """Put what has a name among its like."""
+
+        def is_new(name: str) -> bool:
+            return self.claim(kind, name, getattr(stated[name], "place", None) or Place(""))
+
+        among.update({name: each for name, each in stated.items() if is_new(name)})
 
     # Participants and endpoints
 

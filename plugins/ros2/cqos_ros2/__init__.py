@@ -23,7 +23,8 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
     for detect, importers in (("detect_observed", _OBSERVED), ("detect_config", _CONFIGURED)):
         for name, summary, suffixes, module in importers:
             claim = f"cqos_ros2.importers.{detect}:claims_{name}"
-            register(ImporterInfo(name, summary, suffixes, claim, f"cqos_ros2.importers.{module}:read"))
+            over = "ros2" if name == "fastdds" else ""
+            register(ImporterInfo(name, summary, suffixes, claim, f"cqos_ros2.importers.{module}:read", over))
 
 
 @hookimpl
@@ -52,5 +53,5 @@ _CONFIGURED = (
     ("ros1_bridge", "Parameters of the parameter bridge of ros1_bridge", _YAML, "ros1_bridge"),
     ("domain_bridge", "Configurations of domain_bridge", _YAML, "domain_bridge"),
     ("ros2_model", "Component models of RosTooling", (".ros2",), "ros2_model"),
-    ("fastdds", "XML profiles of Fast DDS", (".xml",), "fastdds_xml"),
+    ("fastdds", "XML profiles of Fast DDS, laid over nodes of ROS 2", (".xml",), "fastdds_xml"),
 )

@@ -30,6 +30,9 @@ _QUEUE: Final = _key("queue_size")
 _BRIDGED: Final = _key("topics|services|actions", _TOP)
 _DOMAINS: Final = _key("from_domain|to_domain")
 _ROOT: Final = re.compile(rb"(?:[^<]|<[?!])*?<(?:[^\s<>/!?:]+:)?(dds|profiles)(?=[\s>/])")
+_OMG: Final = re.compile(
+    rb"<(?:[^\s<>/!?:]+:)?(?:qos_profile|(?:qos|domain|(?:domain_)?participant|application)_library)[\s>/]"
+)
 _PROFILES: Final = re.compile(rb"<(?:[^\s<>/!?:]+:)?(?:profiles|data_writer|data_reader)[\s>/]")
 
 
@@ -76,9 +79,9 @@ def claims_ros2_model(name: str, head: bytes) -> bool:  # noqa: ARG001 - the sig
 
 
 def claims_fastdds(name: str, head: bytes) -> bool:  # noqa: ARG001
-    """Say whether these are XML profiles of Fast DDS; ``dds`` with a ``qos_library`` is the form of the OMG."""
+    """Say whether these are XML profiles of Fast DDS; ``dds`` with libraries is the form of the OMG."""
     text = head.replace(b"\0", b"")  # UTF-16 becomes readable enough
-    if not text.lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n").startswith(b"<") or b"<qos_library" in text:
+    if not text.lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n").startswith(b"<") or _OMG.search(text):
         return False
     root = _ROOT.match(text)
     return root is not None and _PROFILES.search(text) is not None

@@ -27,7 +27,7 @@ def checked(xml, publishes="/scan: default", subscribes="/scan: {deadline: 1s}",
         f"  planner: {{subscribes: {{{subscribes}}}}}\n"
     )
     sources = (Source("d.yaml", design.encode()), Source("p.xml", xml.encode()))
-    return check(merge([read_source(source) for source in sources]), options={"ros2": options})
+    return check(merge([read_source(source, beside={"ros2"}) for source in sources]), options={"ros2": options})
 
 
 def codes(report):
@@ -115,7 +115,7 @@ class TestEffect:
             f'<data_writer profile_name="rr/addReply"><qos>{DEADLINE}</qos></data_writer>',
         )
         sources = (Source("d.yaml", design.encode()), Source("p.xml", xml.encode()))
-        report = check(merge([read_source(source) for source in sources]))
+        report = check(merge([read_source(source, beside={"ros2"}) for source in sources]))
         found = [finding for finding in report.findings if finding.code == "ROS103"]
         assert [finding.topic for finding in found] == ["/add (request)"]
         assert "CQ214" not in codes(report)

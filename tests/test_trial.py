@@ -1,0 +1,90 @@
+"""Profiles that nobody uses are tried out: each as a publisher and a subscriber that meet."""
+
+import pytest
+
+from cqos_core import Session, check
+from cqos_core.system import ProfileRef, Scope
+from cqos_core.trial import tried_out
+from tests.test_profile_scopes import profile, ref
+from tests.worlds import POST, reader, world, writer
+
+ALIKE = profile("alike", care="signed")
+APART = (
+    profile("apart", ref("apart/w", "publisher", part="x"), ref("apart/r", "subscriber", part="x")),
+    profile("apart/w", care="plain"),
+    profile("apart/r", care="insured", sealed=True),
+)
+
+
+def report(*profiles):
+    return check(world(*profiles), packs=[POST])
+
+
+def ends(system):
+    return sorted((end.id, end.topic) for end in system.endpoints)
+
+
+def test_both_ends_of_a_profile_meet_on_a_topic_of_their_own():
+    found = report(ALIKE, *APART)
+    assert {(group.topic, str(group.verdict)) for group in found.groups} == {
+        ("alike", "compatible"),
+        ("apart", "incompatible"),
+    }
+    (note,) = [each for each in found.findings if each.code == "CQ061"]
+    assert note.message.startswith("there are no endpoints here but 2 profiles, each tried")
+    assert note.severity == "note"
+
+
+def test_a_profile_for_one_role_only_is_tried_as_that_and_nobody_is_missed():
+    only = (profile("only", ref("only/w", "publisher", part="x")), profile("only/w", care="insured"))
+    found = report(*only)
+    assert [each.code for each in found.findings if each.severity != "note"] == ["CQ404", "POST301"]
+    assert found.endpoints == 1
+
+
+def test_topics_that_a_profile_tells_apart_are_tried_each():
+    system = world(
+        profile("p", ref("p/1", "publisher", "a*", part="x"), ref("p/2", "publisher", "b?", part="x")),
+        profile("p/1", care="signed"),
+        profile("p/2", care="plain"),
+    )
+    assert ends(tried_out(system)) == [("p/publisher on a*", "ap"), ("p/publisher on b?", "bx")]
+
+
+def test_a_base_that_is_not_there_is_told():
+    found = report(profile("lost", ProfileRef("nowhere")))
+    assert "CQ204" in [each.code for each in found.findings]
+
+
+@pytest.mark.parametrize(
+    "system",
+    [
+        world(writer("t", "w"), ALIKE),
+        world(reader("t", "r"), *APART),
+        world(),
+        world(profile("empty")),
+        world(profile("p", ProfileRef("q", None, Scope(part="x")))),
+    ],
+)
+def test_nothing_is_tried_where_somebody_may_use_it_or_there_is_nothing(system):
+    if system.profiles.get("p"):
+        assert ends(tried_out(system)) == [("p/publisher", "p"), ("p/subscriber", "p")]
+    else:
+        assert tried_out(system) is system
+
+
+def test_without_a_protocol_nobody_could_judge_it():
+    system = world(ALIKE)
+    system.protocol = None
+    assert tried_out(system) is system
+    assert len(tried_out(system, "post").endpoints) == 2
+    assert system.endpoints == []
+
+
+def test_a_session_says_the_same():
+    system = world(ALIKE, *APART)
+    session = Session(system, packs=[POST])
+    assert session.report() == check(system, packs=[POST])
+    session.put_participant(world(writer("t", "w")).participants["w"])
+    session.put(writer("t", "w"))
+    assert session.report().groups == ()
