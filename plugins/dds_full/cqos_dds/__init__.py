@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.plugins import CommandInfo, RulePackInfo, hookimpl
+from cqos_core.plugins import CommandInfo, ExporterInfo, ImporterInfo, RulePackInfo, hookimpl
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,3 +21,28 @@ def register_rule_packs(register: Callable[[RulePackInfo], None]) -> None:
 def register_commands(register: Callable[[CommandInfo], None]) -> None:
     """Register ``cqos snapshot``."""
     register(CommandInfo("snapshot", "Write what runs as a system file.", "cqos_dds.snapshot.command:snapshot"))
+
+
+@hookimpl
+def register_importers(register: Callable[[ImporterInfo], None]) -> None:
+    """Register the files that DDS people have."""
+    for name, summary in _READ:
+        claim = f"cqos_dds.importers.detect:claims_{name}"
+        register(ImporterInfo(name, summary, (".xml",), claim, f"cqos_dds.importers.{name}:read"))
+
+
+@hookimpl
+def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
+    """Register the forms that implementations of DDS read."""
+    for name, summary, settings in _WRITTEN:
+        register(ExporterInfo(name, summary, ".xml", f"cqos_dds.exporters.{name}:write", settings))
+
+
+_READ = (
+    ("dds_xml", "DDS-XML: libraries of QoS, domains, participants and applications"),
+    ("fastdds_xml", "XML profiles of Fast DDS, as programs of DDS use them"),
+)
+_WRITTEN = (
+    ("dds_xml", "DDS-XML with a QoS profile for each endpoint, and the participants that use them", ()),
+    ("fastdds_xml", "Fast DDS profiles of data writers and data readers", ("topics=unnamed|named",)),
+)

@@ -12,7 +12,9 @@ from cqos_dds.advice import ADVICE
 from cqos_dds.departures import DEPARTURES
 from cqos_dds.dialects import DIALECTS
 from cqos_dds.guarantees import GUARANTEES
+from cqos_dds.importers.codes import CODES
 from cqos_dds.policies import POLICIES
+from cqos_dds.presets import PRESETS
 from cqos_dds.rules import RULES
 
 CONVENTIONS: Final = (
@@ -41,6 +43,7 @@ PACK: Final = RulePack(
     summary="Data distribution by DDS 1.4 and DDS-XTypes 1.3, by the standard or as an implementation of it judges.",
     policies=(*POLICIES, *NEEDS),
     rules=(*RULES, *ADVICE, *DEPARTURES, *GUARANTEES),
+    presets=PRESETS,
     dialects=DIALECTS,
     conventions=CONVENTIONS,
     functions=FUNCTIONS,
@@ -49,5 +52,6 @@ PACK: Final = RulePack(
         "in common"
     ),
     not_checked=NOT_CHECKED,
+    codes=CODES,
     source="OMG DDS 1.4, DDS-XTypes 1.3; sources and manuals of the implementations; Cyclone DDS by running it",
 )

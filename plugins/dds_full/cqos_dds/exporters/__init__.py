@@ -1,0 +1,1 @@
+"""Exporters to the XML forms that implementations of DDS read."""

@@ -1,0 +1,1 @@
+"""Importers of the files in which DDS people keep their QoS, and whole systems."""

@@ -1,0 +1,63 @@
+"""What the importers of DDS files report, under permanent codes: DDS9xx."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.codes import CodeInfo
+from cqos_core.system import ImportNote
+
+if TYPE_CHECKING:
+    from cqos_core.system import Place
+
+CODES: Final = (
+    CodeInfo(
+        "DDS901",
+        "extension-not-read",
+        "note",
+        "Elements of an XML file that are no policy of the standard are passed over.",
+        "They belong to one implementation, or to what is not checked here, such as transports and content filters. They "
+        "are listed once for each file, so that one that was meant to count can be found among them.",
+    ),
+    CodeInfo(
+        "DDS902",
+        "policy-misspelt",
+        "warning",
+        "An element looks like the name of a policy, but is none, so what it says does not count.",
+        "Some implementations pass over what they do not know, others refuse the whole file.",
+    ),
+    CodeInfo(
+        "DDS903",
+        "policy-misplaced",
+        "warning",
+        "A policy stands in the QoS of an entity that does not have it, so what it says does not count.",
+        "PARTITION and PRESENTATION are of publishers and subscribers, LIFESPAN is of writers, TIME_BASED_FILTER of readers.",
+    ),
+    CodeInfo(
+        "DDS904",
+        "built-in-base-unknown",
+        "warning",
+        "A profile is based on one that is built into RTI Connext, and what that sets is not known here.",
+        "What it sets is taken as left at the defaults, so state in the file what the checks are to rely on.",
+    ),
+    CodeInfo(
+        "DDS905",
+        "reference-leads-nowhere",
+        "error",
+        "A participant, an endpoint or a topic refers to something that the file does not define.",
+        "Domains, topics and participants are looked up within one file. Without the domain, domain 0 is assumed.",
+    ),
+    CodeInfo(
+        "DDS906",
+        "participant-based-on-itself",
+        "error",
+        "Participants or domains are based on each other in a circle.",
+        "No implementation can load them; what lies in the circle is read without its base.",
+    ),
+)
+_BY_CODE: Final = {info.code: info for info in CODES}
+
+
+def note(code: str, message: str, place: Place | None, advice: str | None = None) -> ImportNote:
+    """Say something that is no reason to stop, with the severity of its code."""
+    return ImportNote(code, _BY_CODE[code].severity, message, place, advice)

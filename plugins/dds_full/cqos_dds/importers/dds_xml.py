@@ -1,0 +1,77 @@
+"""Reads DDS-XML, the XML of the OMG (1.0), RTI Connext, OpenDDS and Cyclone DDS, into profiles and whole systems.
+
+All of them share the libraries and the words of the policies; what one of them adds is passed over and listed.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.importers.reading import collector_paused, shown
+from cqos_core.importers.xml_source import parse_xml
+from cqos_dds.importers import fastdds_xml
+from cqos_dds.importers.entities import PARTICIPANT_LIBRARIES, Entities
+from cqos_dds.importers.qos_libraries import QosLibraries
+from cqos_dds.importers.xml_values import XmlReading, children, elements, local
+
+if TYPE_CHECKING:
+    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.importers.xml_source import Element
+    from cqos_core.system import System
+
+_LIBRARIES: Final = ("qos_library", "qos_profile", "domain_library", "application_library", *PARTICIPANT_LIBRARIES)
+
+
+def read(source: Source, context: ReadContext) -> System:
+    """Read QoS libraries as profiles, and participants, if there are any, as a system that uses them.
+
+    Raises:
+        InputError: it is no XML, no DDS-XML, or has values that are none; with every problem found.
+    """
+    with collector_paused():
+        root = parse_xml(source)
+        if local(root) == "dds" and children(root, "profiles") and not children(root, *_LIBRARIES):
+            # Types before the profiles may fill all that is looked at to recognise the format.
+            return fastdds_xml.read(source, context)
+        return _File(XmlReading(source)).read(root)
+
+
+class _File:
+    """Reads one file."""
+
+    def __init__(self, reading: XmlReading) -> None:
+        self.reading = reading
+        self.qos = QosLibraries(reading)
+        self.entities = Entities(reading, self.qos)
+
+    def read(self, root: Element) -> System:
+        """Read all libraries, and then make what they define: names may be used before they are defined."""
+        if local(root) in _LIBRARIES:
+            self.library(root)
+        elif local(root) == "dds":
+            for element in elements(root):
+                self.library(element)
+        else:
+            message = f"this is no DDS-XML: its first element is {shown(local(root))}"
+            self.reading.problem("CQ001", message, root, "expected `dds`, or one of its libraries")
+        self.qos.make()
+        self.entities.make()
+        return self.reading.finish()
+
+    def library(self, element: Element) -> None:
+        """Read one library."""
+        kind = local(element)
+        if kind == "qos_library":
+            self.qos.library(element)
+        elif kind == "qos_profile":
+            self.qos.profile(element)
+        elif kind == "domain_library":
+            self.entities.domain_library(element)
+        elif kind in PARTICIPANT_LIBRARIES:
+            self.entities.participant_library(element)
+        elif kind == "application_library":
+            self.entities.application_library(element)
+        elif kind == "types":
+            self.entities.types(element)
+        else:
+            self.reading.pass_over(element, kind)

@@ -1,0 +1,51 @@
+"""Recognises XML files of DDS from the first bytes, without importing a parser."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+# What may stand before the first element; possessive, so that the time is linear whatever stands there.
+_PROLOG: Final = re.compile(
+    rb"(?:\s++|\xef\xbb\xbf|\xff\xfe|\xfe\xff|<\?(?:[^?]++|\?(?!>))*+\?>|<!--(?:[^-]++|-(?!->))*+-->|<!DOCTYPE[^<>\[]*+>)*+"
+)
+_ELEMENT: Final = rb"<(?:[^\s<>/!?:=]++:)?"
+_ROOT: Final = re.compile(_ELEMENT + rb"(dds|profiles)(?=[\s>/])")
+_LIBRARY_ROOT: Final = re.compile(
+    _ELEMENT
+    + rb"(?:qos_library|qos_profile|domain_library|(?:domain_)?participant_library|application_library)(?=[\s>/])"
+)
+_FAST: Final = re.compile(
+    _ELEMENT
+    + rb"(?:profiles(?=[\s>/])|(?:data_writer|data_reader|publisher|subscriber|participant)\s[^<>]*profile_name)"
+)
+_LIBRARY: Final = re.compile(_LIBRARY_ROOT.pattern)
+_TYPES: Final = re.compile(_ELEMENT + rb"types[\s>/]")
+
+
+def claims_dds_xml(name: str, head: bytes) -> bool:  # noqa: ARG001 - the signature of all claims
+    """Say whether this is DDS-XML: libraries of QoS, domains, participants or applications."""
+    text, root = _read(head)
+    if _LIBRARY_ROOT.match(text, root):
+        return True
+    found = _ROOT.match(text, root)
+    if found is None or found[1] != b"dds":
+        return False
+    # Types may fill all that is looked at, before any library.
+    has_types = _TYPES.search(text, root) is not None
+    return _LIBRARY.search(text, root) is not None or (has_types and _FAST.search(text, root) is None)
+
+
+def claims_fastdds_xml(name: str, head: bytes) -> bool:
+    """Say whether these are XML profiles of Fast DDS."""
+    text, root = _read(head)
+    return (
+        _ROOT.match(text, root) is not None and _FAST.search(text, root) is not None and not claims_dds_xml(name, head)
+    )
+
+
+def _read(head: bytes) -> tuple[bytes, int]:
+    """Return the text, UTF-16 made readable enough, and where its first element begins."""
+    text = head.replace(b"\0", b"")
+    found = _PROLOG.match(text)
+    return text, found.end() if found else 0

@@ -1,0 +1,327 @@
+"""Reads domains, participants and applications of DDS-XML: who writes and reads which topic, with which QoS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from cqos_core.importers.reading import did_you_mean, shown
+from cqos_core.system import (
+    PUBLISHER,
+    SUBSCRIBER,
+    Endpoint,
+    Participant,
+    Profile,
+    ProfileRef,
+    Scope,
+    Setting,
+    Topic,
+)
+from cqos_dds.importers.policy_forms import PUBLISHER_QOS, READER, SUBSCRIBER_QOS, WRITER
+from cqos_dds.importers.qos_libraries import SEPARATOR, part_of
+from cqos_dds.importers.xml_values import children, elements, flag, local, text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from cqos_core.importers.xml_source import Element
+    from cqos_core.system import Role, Settings
+    from cqos_dds.importers.qos_libraries import QosLibraries
+    from cqos_dds.importers.xml_values import XmlReading
+
+_MOST_BASES: Final = 64
+PARTICIPANT_LIBRARIES: Final = ("domain_participant_library", "participant_library")
+_REGISTER: Final = ("register_type", "registered_type")
+
+
+class _Side(NamedTuple):
+    """What is written, or what is read: groups, endpoints in them, and the elements of their QoS."""
+
+    group: str
+    endpoint: str
+    role: Role
+    group_qos: str
+    endpoint_qos: str
+
+
+_SIDES: Final = (
+    _Side("publisher", "data_writer", PUBLISHER, PUBLISHER_QOS, WRITER),
+    _Side("subscriber", "data_reader", SUBSCRIBER, SUBSCRIBER_QOS, READER),
+)
+
+
+@dataclass(slots=True)
+class _Chain:
+    """An element with those it is based on, what counts least first; each with the name it has in messages.
+
+    Attributes:
+        short: the name that the element states.
+    """
+
+    links: list[tuple[str, Element]] = field(default_factory=list)
+    short: str = ""
+
+    @property
+    def own(self) -> Element:
+        """The element itself."""
+        return self.links[-1][1]
+
+    @property
+    def name(self) -> str:
+        """Its own name."""
+        return self.links[-1][0]
+
+    def attribute(self, name: str) -> str:
+        """The nearest value of an attribute."""
+        found = (each.get(name, "").strip() for _, each in reversed(self.links))
+        return next(filter(None, found), "")
+
+    def named(self, *tags: str) -> dict[str, _Chain]:
+        """Return the elements below with these tags, by name; one of the same name extends that of a base."""
+        found: dict[str, _Chain] = {}
+        for above, element in self.links:
+            for number, child in enumerate(children(element, *tags), 1):
+                name = (child.get("name") or "").strip() or f"{local(child)}{number}"
+                found.setdefault(name, _Chain(short=name)).links.append((f"{above}/{name}", child))
+        return found
+
+
+class Entities:
+    """Reads the participants of one file into endpoints of the system."""
+
+    def __init__(self, reading: XmlReading, profiles: QosLibraries) -> None:
+        self.reading = reading
+        self.profiles = profiles
+        self.domains: dict[str, Element] = {}
+        self.participants: dict[str, Element] = {}
+        self.applied: dict[str, Element] = {}
+        self.keyed: dict[str, bool] = {}
+        self.ids: set[str] = set()
+
+    # What the file defines
+
+    def domain_library(self, element: Element) -> None:
+        """Remember the domains of a library."""
+        self.define(element, "domain", self.domains)
+
+    def participant_library(self, element: Element) -> None:
+        """Remember the participants of a library."""
+        self.define(element, "domain_participant", self.participants)
+
+    def application_library(self, element: Element) -> None:
+        """Remember the participants of applications."""
+        library = self.reading.name(element)
+        for application in children(element, "application"):
+            name = f"{library}{SEPARATOR}{self.reading.name(application)}"
+            for participant in children(application, "domain_participant"):
+                self.applied[f"{name}{SEPARATOR}{self.reading.name(participant)}"] = participant
+            for reference in children(application, "domain_participant_ref"):
+                base = text(reference) or (reference.get("base_name") or reference.get("name") or "").strip()
+                reference.set("base_name", base)
+                self.applied[f"{name}{SEPARATOR}{base.rpartition(SEPARATOR)[2]}"] = reference
+
+    def define(self, library: Element, tag: str, among: dict[str, Element]) -> None:
+        """Remember the elements of one library by their full names."""
+        prefix = self.reading.name(library)
+        for element in elements(library):
+            if local(element) != tag:
+                self.reading.pass_over(element, f"{local(library)}/{local(element)}")
+                continue
+            name = f"{prefix}{SEPARATOR}{self.reading.name(element)}"
+            first = among.setdefault(name, element)
+            if first is not element:
+                message = f"{tag} `{name}` is stated twice, first at {self.reading.place(first)}"
+                self.reading.problem("CQ012", message, element, "keep one of them")
+
+    def types(self, element: Element, scope: str = "") -> None:
+        """Remember of each data type whether it has keys."""
+        for child in elements(element):
+            name = f"{scope}{(child.get('name') or '').strip()}"
+            if local(child) == "module":
+                self.types(child, f"{name}{SEPARATOR}")
+            elif local(child) == "type":
+                self.types(child, scope)
+            elif local(child) == "struct":
+                base = (child.get("baseType") or "").strip()
+                own = any(flag(member.get("key")) for member in children(child, "member"))
+                self.keyed[name] = own or self.keyed.get(base, False) or self.keyed.get(f"{scope}{base}", False)
+
+    # Participants
+
+    def make(self) -> None:
+        """Make the participants of applications, and those of libraries that no other is based on."""
+        used = {self.base_of(element, name) for name, element in (*self.participants.items(), *self.applied.items())}
+        for name, element in (*self.participants.items(), *self.applied.items()):
+            if name not in used:
+                self.participant(self.chain(name, element, self.participants))
+
+    def base_of(self, element: Element, name: str) -> str:
+        """Return the full name of what a participant or domain is based on, empty where there is none."""
+        base = (element.get("base_name") or "").strip()
+        if not base or SEPARATOR in base:
+            return base
+        return f"{name.rpartition(SEPARATOR)[0]}{SEPARATOR}{base}"
+
+    def chain(self, name: str, element: Element, among: Mapping[str, Element]) -> _Chain:
+        """Follow the bases of a participant or domain."""
+        links = [(name, element)]
+        trail = [name]
+        while base := self.base_of(element, name):
+            found = among.get(base)
+            if found is None:
+                self.nowhere(element, f"the base of `{name}`", base, among)
+                break
+            if base in trail:
+                circle = " → ".join((*trail[trail.index(base) :], base))
+                self.reading.note("DDS906", f"{shown(base)} is based on itself: {circle}", element)
+                break
+            if len(trail) >= _MOST_BASES:
+                self.reading.problem(
+                    "CQ002", f"`{trail[0]}` has more than {_MOST_BASES} bases, which is refused", element
+                )
+                break
+            trail.append(base)
+            links.append((base, found))
+            name, element = base, found
+        return _Chain(links[::-1])
+
+    def nowhere(self, element: Element, what: str, name: str, known: Mapping[str, object]) -> None:
+        """Tell that a reference leads to nothing in the file."""
+        message = f"{what}, {shown(name)}, is not defined in this file{did_you_mean(name, known)}"
+        self.reading.note("DDS905", message, element, "define it in the same file")
+
+    def participant(self, chain: _Chain) -> None:
+        """Make one participant with its endpoints."""
+        owner = Participant(chain.name, place=self.reading.place(chain.own))
+        domain = self.domain(chain)
+        number, where = self.domain_id(chain, domain)
+        if number:
+            owner.settings["domain"] = Setting(number, self.reading.place(where))
+        self.reading.system.participants[owner.id] = owner
+        around = [link for each in (domain, chain) if each is not None for link in each.links]
+        topics = _Chain(around).named("topic")
+        types = _Chain(around).named(*_REGISTER)
+        for side in _SIDES:
+            for group in (chain, *chain.named(side.group).values()):
+                for endpoint in group.named(side.endpoint).values():
+                    self.endpoint(owner, side, group, endpoint, topics, types)
+        for _, element in chain.links:
+            self.unread(element)
+
+    def domain(self, chain: _Chain) -> _Chain | None:
+        """Return the domain that a participant is in, if the file defines it."""
+        name = chain.attribute("domain_ref")
+        if not name:
+            return None
+        element = self.domains.get(name)
+        if element is None and SEPARATOR not in name:
+            full = [each for each in self.domains if each.endswith(f"{SEPARATOR}{name}")]
+            name = full[0] if len(full) == 1 else name
+            element = self.domains.get(name)
+        if element is None:
+            self.nowhere(chain.own, f"the domain of `{chain.name}`", name, self.domains)
+            return None
+        return self.chain(name, element, self.domains)
+
+    def domain_id(self, chain: _Chain, domain: _Chain | None) -> tuple[str, Element]:
+        """Return the number of a participant's domain, and where it is stated."""
+        for each in (chain, *([domain] if domain is not None else ())):
+            for _, element in reversed(each.links):
+                number = (element.get("domain_id") or "").strip()
+                inner = children(element, "domain_id")
+                if number or inner:
+                    return number or text(inner[0]), inner[0] if not number else element
+        return "", chain.own
+
+    def unread(self, participant: Element) -> None:
+        """Remember what nobody reads in a participant."""
+        for child in elements(participant):
+            if part_of(child) == "domain_participant_qos":
+                self.profiles.other(child, part_of(child))
+            elif local(child) not in _READ_IN_PARTICIPANT:
+                self.reading.pass_over(child, f"domain_participant/{local(child)}")
+            for inner in elements(child) if local(child) in {"publisher", "subscriber"} else ():
+                for last in elements(inner) if local(inner) in {"data_writer", "data_reader"} else ():
+                    if part_of(last) not in {WRITER, READER}:
+                        self.reading.pass_over(last, f"{local(inner)}/{local(last)}")
+
+    # Endpoints
+
+    def endpoint(
+        self,
+        owner: Participant,
+        side: _Side,
+        group: _Chain,
+        endpoint: _Chain,
+        topics: Mapping[str, _Chain],
+        types: Mapping[str, _Chain],
+    ) -> None:
+        """Make one data writer or data reader."""
+        reference = endpoint.attribute("topic_ref")
+        if not reference:
+            self.reading.problem("CQ010", f"`{local(endpoint.own)}` needs a `topic_ref`", endpoint.own)
+            return
+        topic = topics.get(reference) or topics.get(reference.rpartition(SEPARATOR)[2])
+        if topic is None and topics:
+            self.nowhere(endpoint.own, f"the topic of `{endpoint.name}`", reference, topics)
+        name = reference if topic is None else topic.attribute("topic_name") or topic.attribute("name") or reference
+        refs: list[ProfileRef] = []
+        settings: Settings = {}
+        for part, chain in ((side.group_qos, group), (side.endpoint_qos, endpoint)):
+            refs += self.qos(chain, part, settings)
+        made = Endpoint(
+            id=self.identity(owner, group, endpoint),
+            role=side.role,
+            topic=name,
+            participant=owner.id,
+            settings=settings,
+            profiles=tuple(refs),
+            type=self.topic(name, topic, types),
+            place=self.reading.place(endpoint.own),
+        )
+        self.reading.system.endpoints.append(made)
+
+    def identity(self, owner: Participant, group: _Chain, endpoint: _Chain) -> str:
+        """Return ``participant/publisher/writer``, with a number where that is taken."""
+        wanted = "/".join(filter(None, (owner.id, group.short, endpoint.short)))
+        name, number = wanted, 2
+        while name in self.ids:
+            name, number = f"{wanted}#{number}", number + 1
+        self.ids.add(name)
+        return name
+
+    def qos(self, chain: _Chain, part: str, settings: Settings) -> Iterator[ProfileRef]:
+        """Yield what an entity takes its QoS from; what stands at the entity itself goes to ``settings``."""
+        stated = [(name, qos) for name, each in chain.links for qos in elements(each) if part_of(qos) == part]
+        if not stated and self.profiles.default is not None:
+            place = self.reading.place(chain.own)
+            yield ProfileRef(self.profiles.default, place, Scope(part=part))
+        for name, qos in stated:
+            library = ""
+            profile = self.profiles.part(f"{name}/{part}", qos, part, library)
+            for ref in profile.base:
+                if ref.scope.part in {None, part}:
+                    yield ProfileRef(ref.name, ref.place, Scope(part=part))
+            if qos is stated[-1][1]:
+                settings |= profile.settings
+            elif profile.settings:
+                self.profiles.add(Profile(profile.name, profile.settings, (), profile.place))
+                yield ProfileRef(profile.name, profile.place, Scope(part=part))
+
+    def topic(self, name: str, topic: _Chain | None, types: Mapping[str, _Chain]) -> str | None:
+        """Remember a topic of the system; return the name of its data type."""
+        if topic is None:
+            return None
+        registered = topic.attribute("register_type_ref") or topic.attribute("type_name")
+        chain = types.get(registered) or types.get(registered.rpartition(SEPARATOR)[2])
+        type_name = chain.attribute("type_ref") if chain is not None else registered
+        about = self.reading.system.topics.setdefault(name, Topic(name, place=self.reading.place(topic.own)))
+        keyed = self.keyed.get(type_name)
+        if keyed is not None:
+            about.settings.setdefault("keyed", Setting("true" if keyed else "false", about.place))
+        return registered or None
+
+
+_READ_IN_PARTICIPANT: Final = frozenset(
+    ("publisher", "subscriber", "data_writer", "data_reader", "topic", "domain_id", *_REGISTER)
+)

@@ -1,0 +1,195 @@
+"""Reads QoS libraries of DDS-XML: profiles that inherit, with QoS of writers, readers, publishers and subscribers.
+
+A profile of the file becomes a profile of the system under its full name, ``Library::Profile``. What it says of each entity
+is a part of it (``Library::Profile/datawriter_qos``), which the endpoints take that have such an entity, and the topic that its
+filter wants. So a base, which may stand in another file, is named once, as in the file.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.policy import normalise
+from cqos_core.system import EVERYBODY, Profile, ProfileRef, Scope
+from cqos_dds.importers.policy_forms import OMG, OTHER_ENTITIES, PARTS, READER, SPELLINGS, WRITER
+from cqos_dds.importers.xml_values import children, elements, flag, local, text
+from cqos_dds.presets import PRESETS
+
+if TYPE_CHECKING:
+    from cqos_core.importers.xml_source import Element
+    from cqos_core.system import Place, Settings
+    from cqos_dds.importers.xml_values import XmlReading
+
+SEPARATOR: Final = "::"
+_BUILT_IN: Final = re.compile(r"BuiltinQos\w*::.*")
+_KNOWN: Final = frozenset(normalise(name) for each, preset in PRESETS.items() for name in (each, *preset.aliases))
+_ANY: Final = "*"
+_MOST_FILTERS: Final = 1000
+
+
+@dataclass(slots=True)
+class _Stated:
+    """A profile as the file states it, or a QoS with a name of its own.
+
+    Attributes:
+        base: what it is based on, first what counts least.
+        parts: the QoS of each entity, by the element's canonical name.
+    """
+
+    name: str
+    library: str
+    place: Place
+    base: list[ProfileRef] = field(default_factory=list)
+    parts: dict[str, list[Element]] = field(default_factory=dict)
+
+
+class QosLibraries:
+    """Reads the QoS libraries of one file into profiles of the system.
+
+    Attributes:
+        default: name of the profile that counts where an entity of the file names none.
+    """
+
+    def __init__(self, reading: XmlReading) -> None:
+        self.reading = reading
+        self.stated: dict[str, _Stated] = {}
+        self.default: str | None = None
+
+    def library(self, element: Element) -> None:
+        """Read one ``qos_library``."""
+        name = self.reading.name(element)
+        for child in elements(element):
+            if local(child) == "qos_profile":
+                self.profile(child, name)
+            elif part_of(child) in PARTS or part_of(child) in OTHER_ENTITIES:
+                self.single(child, name)
+            else:
+                self.reading.pass_over(child, f"qos_library/{local(child)}")
+
+    def profile(self, element: Element, library: str = "") -> None:
+        """Read one ``qos_profile``, which may stand outside of any library."""
+        name = _full(self.reading.name(element), library)
+        stated = self.new(name, library, element)
+        stated.base += self.bases(element, library)
+        if flag(element.get("is_default_qos")):
+            self.default = name
+        for child in elements(element):
+            part = part_of(child)
+            if part in PARTS:
+                stated.parts.setdefault(part, []).append(child)
+            elif part in OTHER_ENTITIES:
+                self.other(child, part)
+            elif local(child) != "base_name":
+                self.reading.unknown(child, f"qos_profile/{local(child)}", PARTS)
+
+    def single(self, element: Element, library: str) -> None:
+        """Read the QoS of an entity that stands in a library by itself."""
+        part = part_of(element)
+        if part in OTHER_ENTITIES:
+            self.other(element, part)
+            return
+        name = _full(self.reading.name(element), library)
+        known = self.stated.get(name)
+        if known is None or part in known.parts:
+            known = self.new(name, library, element)
+        known.parts[part] = [element]
+
+    def new(self, name: str, library: str, element: Element) -> _Stated:
+        """Take a name; tell where it is taken."""
+        stated = _Stated(name, library, self.reading.place(element))
+        first = self.stated.setdefault(name, stated)
+        if first is not stated:
+            message = f"profile `{name}` is stated twice, first at {first.place}"
+            self.reading.problem("CQ012", message, element, "keep one of them")
+        return stated
+
+    def other(self, element: Element, part: str) -> None:
+        """Read what no endpoint takes values from, for what is wrong with it."""
+        self.reading.policies(element, OMG, OTHER_ENTITIES[part], {})
+
+    def bases(self, element: Element, library: str) -> list[ProfileRef]:
+        """Return what a profile, or a single QoS, is based on; a later one wins over an earlier one."""
+        named = [(element.get("base_name") or "", element)]
+        for listing in children(element, "base_name"):
+            named += [(text(each), each) for each in elements(listing)] or [(text(listing), listing)]
+        found = []
+        for name, where in named:
+            if name.strip():
+                full = name.strip() if SEPARATOR in name else _full(name.strip(), library)
+                if self.is_known(full, where):
+                    place = self.reading.place(where)
+                    found += [ProfileRef(full, place, scope) for scope in _scopes(full)]
+        return found
+
+    def is_known(self, name: str, where: Element) -> bool:
+        """Whether a base can be looked up; what is built into an implementation is known in part only."""
+        if not _BUILT_IN.fullmatch(name) or normalise(name) in _KNOWN:
+            return True
+        message = f"the base `{name}` is built into RTI Connext, and what it sets is not known here"
+        self.reading.note("DDS904", message, where, "state in the file what counts")
+        return False
+
+    # Profiles of the system
+
+    def make(self) -> None:
+        """Put every profile, and each part of it, among the profiles of the system."""
+        for stated in self.stated.values():
+            refs = [ref for part, each in stated.parts.items() for ref in self.parts(stated, part, each)]
+            self.add(Profile(stated.name, {}, (*stated.base, *refs), stated.place))
+
+    def parts(self, stated: _Stated, part: str, qos: list[Element]) -> list[ProfileRef]:
+        """Make the parts of one profile for one entity; filters come first, in order, then what has none."""
+        _, role = PARTS[part]
+        filtered = [(each.get("topic_filter") or "").strip() or _ANY for each in qos]
+        patterns = [pattern for pattern in filtered if pattern != _ANY]
+        if len(qos) > _MOST_FILTERS:
+            message = f"there are more than {_MOST_FILTERS} `{part}` in profile `{stated.name}`, which is refused"
+            self.reading.problem("CQ002", message, qos[_MOST_FILTERS])
+            return []
+        refs = []
+        for number, (element, pattern) in enumerate(zip(qos, filtered, strict=True), 1):
+            name = f"{stated.name}/{part}" if len(qos) == 1 else f"{stated.name}/{part}[{number}]"
+            self.add(self.part(name, element, part, stated.library))
+            taken_before = patterns if pattern == _ANY else patterns[: patterns.index(pattern)]
+            scope = Scope(role, pattern, tuple(taken_before), part)
+            if pattern != _ANY or _ANY not in filtered[: number - 1]:
+                refs.append(ProfileRef(name, self.reading.place(element), scope))
+            own = (element.get("name") or "").strip()
+            alias = f"{stated.name}{SEPARATOR}{own}"
+            if own and alias != stated.name and not stated.name.endswith(f"{SEPARATOR}{own}"):
+                only = ProfileRef(name, self.reading.place(element), Scope(role, part=part))
+                self.add(Profile(alias, {}, (only,), self.reading.place(element)))
+        return refs
+
+    def part(self, name: str, element: Element, part: str, library: str) -> Profile:
+        """Read the QoS of one entity as a profile."""
+        settings: Settings = {}
+        entity, _ = PARTS[part]
+        base = tuple(self.bases(element, library))
+        for listing in children(element, "base_name"):
+            element.remove(listing)
+        self.reading.policies(element, OMG, entity, settings)
+        return Profile(name, settings, base, self.reading.place(element))
+
+    def add(self, profile: Profile) -> None:
+        """Put a profile among those of the system."""
+        self.reading.system.profiles.setdefault(profile.name, profile)
+
+
+def _scopes(base: str) -> tuple[Scope, ...]:
+    """What is taken of a base: all, and of one that is built in what it sets of writers and readers."""
+    if not _BUILT_IN.fullmatch(base):
+        return (EVERYBODY,)
+    return tuple(Scope(PARTS[part][1], part=part) for part in (WRITER, READER))
+
+
+def part_of(element: Element) -> str:
+    """The canonical name of an element that holds the QoS of an entity."""
+    name = local(element)
+    return SPELLINGS.get(name, name)
+
+
+def _full(name: str, library: str) -> str:
+    return f"{library}{SEPARATOR}{name}" if library else name

@@ -1,0 +1,293 @@
+"""What the XML forms of DDS have in common: elements with places, and values of policies as their elements write them."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import difflib
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.excerpt import exact
+from cqos_core.importers.reading import collect, listed, shown
+from cqos_core.policy import Choice, Count, Duration, Flag, Names, Text, normalise
+from cqos_core.problems import InputError, InvalidValueError, Problem
+from cqos_core.system import Place, Setting, System
+from cqos_dds.importers.codes import note
+from cqos_dds.policies import DATA_REPRESENTATION
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from cqos_core.importers.source import Source
+    from cqos_core.importers.xml_source import Element
+    from cqos_core.policy import Policy
+    from cqos_core.system import ImportNote, Settings
+
+PROTOCOL: Final = "dds"
+_INFINITE: Final = re.compile(r"(?:dds_)?(?:duration_)?infinit[ey](?:_n?sec)?", re.IGNORECASE)
+_ZERO: Final = re.compile(r"(?:dds_)?duration_zero(?:_n?sec)?", re.IGNORECASE)
+_AUTOMATIC: Final = re.compile(r"(?:dds_)?duration_auto(?:_n?sec)?", re.IGNORECASE)
+_FIELDS: Final = {"sec": "sec", "seconds": "sec", "nanosec": "nanosec", "nsec": "nanosec", "nanoseconds": "nanosec"}
+_NUMBER: Final = re.compile(r"(?:0[xX][0-9a-fA-F]+|[0-9]{1,3})")
+_BYTE: Final = 0xFF
+_NEAR: Final = 0.87
+_MOST_LISTED: Final = 25
+_MOST_UNREAD: Final = 1000
+_LONGEST_NAME: Final = 60
+
+
+class XmlReading:
+    """One XML file being read: problems and notes with places, elements that nobody reads.
+
+    Attributes:
+        system: what it states, as far as it is read.
+        unread: paths of elements that are no policies of the standard, each with its first place.
+    """
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.problems: list[Problem] = []
+        self.notes: list[ImportNote] = []
+        self.unread: dict[str, Place] = {}
+        self.system = System(protocol=PROTOCOL, sources={source.name: source.data})
+
+    def finish(self) -> System:
+        """Return the system.
+
+        Raises:
+            InputError: there were problems; with all of them, each with its column, for which the source is read again.
+        """
+        if self.problems:
+            places = [problem.place for problem in self.problems if problem.place is not None]
+            known = exact(places, {self.source.name: self.source.data})
+            raise InputError(
+                [replace(each, place=known[each.place] if each.place is not None else None) for each in self.problems]
+            )
+        if self.unread:
+            paths = sorted(self.unread)
+            more = f" and {len(paths) - _MOST_LISTED} more" if len(paths) > _MOST_LISTED else ""
+            paths = paths[:_MOST_LISTED]
+            named = ", ".join(map(shown, paths)) + more if more else listed(map(shown, paths), "and")
+            first = min(self.unread.values(), key=lambda place: place.line or 0)
+            self.notes.append(note("DDS901", f"elements that are no policy of the standard: {named}", first))
+        self.notes.sort(key=lambda each: (each.place.line or 0) if each.place is not None else 0)
+        self.system.notes = self.notes
+        return self.system
+
+    # Places
+
+    def place(self, element: Element) -> Place:
+        """Where an element is; its name tells it from others on the line when the column is looked for."""
+        line = element.sourceline
+        return Place(self.source.name, int(line) if line else 1, path=f"{_written(element)}[1]")
+
+    def problem(self, code: str, message: str, where: Element, advice: str | None = None) -> None:
+        """Collect a problem."""
+        collect(self.problems, Problem(code, message, self.place(where), advice))
+
+    def note(self, code: str, message: str, where: Element, advice: str | None = None) -> None:
+        """Say something that is no reason to stop."""
+        self.notes.append(note(code, message, self.place(where), advice))
+
+    def pass_over(self, element: Element, path: str) -> None:
+        """Remember an element that nobody reads, unless there are so many that nobody would look for it among them."""
+        if path not in self.unread and len(self.unread) < _MOST_UNREAD:
+            self.unread[path] = self.place(element)
+
+    def name(self, element: Element, attribute: str = "name") -> str:
+        """Return the name of an element that needs one; tell if it has none."""
+        found = (element.get(attribute) or "").strip()
+        if not found:
+            self.problem("CQ010", f"`{local(element)}` needs a `{attribute}`", element)
+        return found
+
+    # Policies
+
+    def policies(
+        self, above: Element, forms: Mapping[str, Mapping[str, Policy]], entity: str, settings: Settings
+    ) -> None:
+        """Read the policies below the QoS of an entity.
+
+        Args:
+            above: the element of the QoS.
+            forms: element of a policy to its fields.
+            entity: what the QoS is of, as the policies' `entities` name it; empty: of anything.
+            settings: where the values go.
+        """
+        for element in elements(above):
+            form = forms.get(local(element))
+            path = f"{local(above)}/{local(element)}"
+            if form is None:
+                self.unknown(element, path, forms)
+                continue
+            fitting = [policy for policy in form.values() if not entity or entity in policy.entities]
+            if not fitting and local(element) not in _ALSO_ELSEWHERE:
+                owners = listed(dict.fromkeys(each for policy in form.values() for each in policy.entities), "and")
+                message = f"`{local(element)}` stands in `{local(above)}`, but is set on {owners} only"
+                self.note("DDS903", message, element)
+            elif fitting:
+                self.fields(element, form, path, settings)
+            else:
+                self.pass_over(element, path)
+
+    def unknown(self, element: Element, path: str, forms: Mapping[str, object]) -> None:
+        """Remember an element that is no policy of the standard; one that is misspelt is told."""
+        known = path in self.unread or len(self.unread) >= _MOST_UNREAD or len(local(element)) > _LONGEST_NAME
+        near = [] if known else difflib.get_close_matches(local(element).lower(), forms, 1, _NEAR)
+        if near:
+            message = f"{shown(local(element))} is no policy; did you mean `{near[0]}`?"
+            self.note("DDS902", message, element, f"write <{near[0]}>")
+        else:
+            self.pass_over(element, path)
+
+    def fields(self, above: Element, form: Mapping[str, Policy], path: str, settings: Settings) -> None:
+        """Read the fields of one policy; the text of an element that has no fields is its one field."""
+        if len(form) == 1 and not any(local(each) in form for each in elements(above)):
+            (policy,) = form.values()
+            if text(above) or (isinstance(policy.domain, Duration) and fields_of_duration(above)):
+                self.value(above, policy, path, settings)
+                return
+        for element in elements(above):
+            field = form.get(local(element))
+            inner = f"{path}/{local(element)}"
+            if field is None:
+                self.unknown(element, inner, form)
+            else:
+                self.value(element, field, inner, settings)
+
+    def value(self, element: Element, policy: Policy, path: str, settings: Settings) -> None:
+        """Read one value into ``settings``, in the spelling of system files."""
+        try:
+            written = self.written(element, policy, path)
+            if written is None:
+                return
+            word = policy.domain.word(written)
+            spelt = word if word in policy.words else policy.domain.format(policy.domain.parse(written))
+        except InvalidValueError as error:
+            said = error.message if text(element) or len(element) else "nothing is stated"
+            message = f"`{path}`: {said}"
+            self.problem("CQ011", message, element, f"expected {error.expected}")
+            return
+        settings[policy.name] = Setting(spelt, self.place(element))
+
+    def written(self, element: Element, policy: Policy, path: str) -> str | None:
+        """Return the text of a value as policies read it, None where an implementation is to choose it.
+
+        Raises:
+            InvalidValueError: it is none.
+        """
+        domain = policy.domain
+        if isinstance(domain, Duration):
+            return self.duration(element, path)
+        if isinstance(domain, Names):
+            names = tuple(text(each) for each in elements(element)) or tuple(filter(None, [text(element)]))
+            if policy is DATA_REPRESENTATION and [normalise(name).removeprefix("dds_") for name in names] == [_AUTO]:
+                return "auto"
+            return Names().format(names)
+        if isinstance(domain, Text):
+            return octets(text(element))
+        if isinstance(domain, (Choice, Flag, Count)):
+            return text(element)
+        raise AssertionError(policy.name)
+
+    def duration(self, element: Element, path: str) -> str | None:
+        """Read seconds and nanoseconds, either of which may be infinite, or one word for the whole.
+
+        Raises:
+            InvalidValueError: it is no duration.
+        """
+        fields: dict[str, str] = {}
+        for part in elements(element):
+            field = _FIELDS.get(local(part))
+            if field is None:
+                raise InvalidValueError(f"`{local(part)}` is no part of a duration", "<sec> and <nanosec>")
+            fields[field] = text(part)
+        words = [*fields.values()] or [text(element)]
+        if any(_AUTOMATIC.fullmatch(word) for word in words):
+            self.pass_over(element, f"{path} = {words[0]}")
+            return None
+        if _INFINITE.fullmatch(fields.get("sec", words[0])):
+            return "infinite"
+        if not fields and not _ZERO.fullmatch(words[0]):
+            raise InvalidValueError(f"{shown(words[0])} is no duration", "<sec> and <nanosec>, or DURATION_INFINITY")
+        return _in_fields({name: "0" if _ZERO.fullmatch(word) else word for name, word in fields.items()})
+
+
+def _in_fields(fields: Mapping[str, str]) -> str:
+    for field, written in fields.items():
+        if not re.fullmatch(r"\+?[0-9]{1,20}", written) and not _INFINITE.fullmatch(written):
+            raise InvalidValueError(f"`{field}` is {shown(written)}", "whole numbers, or DURATION_INFINITY")
+    largest = str(2**31 - 1)
+    seconds, nanoseconds = (
+        largest if _INFINITE.fullmatch(fields.get(name, "0")) else fields.get(name, "0").lstrip("+")
+        for name in ("sec", "nanosec")
+    )
+    return f"{{sec: {seconds}, nanosec: {nanoseconds}}}"
+
+
+_AUTO: Final = "auto_data_representation"
+# What an implementation adds to entities that do not have it by the standard.
+_ALSO_ELSEWHERE: Final = frozenset(("transport_priority",))
+
+
+def octets(written: str) -> str:
+    """Read bytes in any of the three notations, as one hexadecimal number.
+
+    Numbers with commas between them (RTI, OpenDDS), hexadecimal numbers with dots between them (Fast DDS), or base64
+    (OMG, Cyclone DDS).
+
+    Raises:
+        InvalidValueError: it is none of them.
+    """
+    plain = "".join(written.split())
+    if not plain:
+        return ""
+    parts = plain.split(",")
+    if all(_NUMBER.fullmatch(part) for part in parts):
+        numbers = [int(part, 16 if part[:2].lower() == "0x" else 10) for part in parts]
+        if max(numbers) <= _BYTE:
+            return f"0x{bytes(numbers).hex()}"
+    if re.fullmatch(r"[0-9a-fA-F]{1,2}(?:\.[0-9a-fA-F]{1,2})+", plain):
+        return f"0x{bytes(int(part, 16) for part in plain.split('.')).hex()}"
+    try:
+        return f"0x{base64.b64decode(plain, validate=True).hex()}"
+    except (binascii.Error, ValueError):
+        expected = "bytes such as 1,0x2f,255 or 01.2f.ff, or base64"
+        raise InvalidValueError(f"{shown(written)} are no bytes", expected) from None
+
+
+def fields_of_duration(element: Element) -> bool:
+    """Whether an element holds the fields of a duration."""
+    return any(local(each) in _FIELDS for each in elements(element))
+
+
+def elements(above: Element) -> Iterator[Element]:
+    """Yield the elements directly below one."""
+    return (child for child in above if isinstance(child.tag, str))
+
+
+def children(above: Element, *names: str) -> list[Element]:
+    """Return the elements of some names directly below one."""
+    return [child for child in elements(above) if local(child) in names]
+
+
+def local(element: Element) -> str:
+    """The name of an element without its namespace."""
+    return str(element.tag).rpartition("}")[2]
+
+
+def _written(element: Element) -> str:
+    """The name of an element as the file writes it."""
+    return f"{element.prefix}:{local(element)}" if element.prefix else local(element)
+
+
+def text(element: Element) -> str:
+    """The text of an element."""
+    return (element.text or "").strip()
+
+
+def flag(written: str | None) -> bool:
+    """Whether an attribute says yes."""
+    return (written or "").strip().lower() in {"true", "1"}

@@ -1,0 +1,587 @@
+"""DDS-XML of the OMG, RTI Connext, OpenDDS and Cyclone DDS: profiles, inheritance, spellings, whole systems."""
+
+import pytest
+
+import cqos_core as cqos
+from cqos_core.api import context
+from cqos_core.importers.source import ReadContext, Source
+from cqos_core.loading import merge, read_source
+from cqos_core.problems import InputError
+from cqos_core.resolve import resolve
+from cqos_dds.importers.dds_xml import read
+from cqos_dds.importers.xml_values import octets
+from cqos_dds.pack import PACK
+
+WHERE = context([PACK])
+
+
+def dds(*parts, attributes=""):
+    return f"<dds {attributes}>{''.join(parts)}</dds>"
+
+
+def library(name, *parts):
+    return f'<qos_library name="{name}">{"".join(parts)}</qos_library>'
+
+
+def profile(name, *parts, more=""):
+    return f'<qos_profile name="{name}" {more}>{"".join(parts)}</qos_profile>'
+
+
+def writer(*parts, more=""):
+    return f"<datawriter_qos {more}>{''.join(parts)}</datawriter_qos>"
+
+
+def reader(*parts, more=""):
+    return f"<datareader_qos {more}>{''.join(parts)}</datareader_qos>"
+
+
+def reliability(kind):
+    return f"<reliability><kind>{kind}_RELIABILITY_QOS</kind></reliability>"
+
+
+def depth(number):
+    return f"<history><depth>{number}</depth></history>"
+
+
+def deadline(text):
+    return f"<deadline><period>{text}</period></deadline>"
+
+
+BEST_EFFORT, RELIABLE = reliability("BEST_EFFORT"), reliability("RELIABLE")
+
+
+def reads(*texts):
+    return merge([read(Source(f"{chr(97 + n)}.xml", text.encode()), ReadContext()) for n, text in enumerate(texts)])
+
+
+def used(system, profile, role="publishes", topic="t"):
+    """The values that an endpoint of a system file gets from a profile, by policy, where they are not the defaults."""
+    design = f'cqos: 1\nprotocol: dds\nparticipants: {{p: {{{role}: {{{topic}: "{profile}"}}}}}}\n'
+    merged = merge([read_source(Source("d.yaml", design.encode())), system])
+    resolved = resolve(merged, WHERE.find_pack)
+    (end,) = [each for each in resolved.endpoints if each.participant.participant.id == "p"]
+    found = {}
+    for index, policy in enumerate(PACK.policies):
+        if policy.level == "endpoint" and end.origin(index)[0] != "default" and policy.name != "type":
+            found[policy.name] = policy.format(end.profile.values[index])
+    return found
+
+
+def problems(text):
+    with pytest.raises(InputError) as refused:
+        read(Source("p.xml", text if isinstance(text, bytes) else text.encode()), ReadContext())
+    return [f"{problem.code} {problem}" for problem in refused.value.problems]
+
+
+def said(report, *codes):
+    return [(each.code, each.message) for each in report.findings if not codes or each.code in codes]
+
+
+class TestInheritance:
+    def test_a_child_overrides_only_what_it_states_field_by_field(self):
+        base = "<history><kind>KEEP_ALL_HISTORY_QOS</kind><depth>9</depth></history>"
+        system = reads(
+            dds(
+                library("L", profile("A", writer(base, RELIABLE)), profile("B", writer(depth(3)), more='base_name="A"'))
+            )
+        )
+        assert used(system, "L::B") == {"reliability": "reliable", "history": "keep_all", "history.depth": "3"}
+        assert used(system, "L::A")["history.depth"] == "9"
+
+    def test_a_base_may_come_later_stand_in_another_library_or_in_another_file(self):
+        child = dds(library("L", profile("B", reader(depth(3)), more='base_name="M::A"')))
+        parent = dds(library("M", profile("A", reader(RELIABLE), writer(BEST_EFFORT))))
+        for system in reads(child, parent), reads(parent, child), reads(dds(child[6:-6], parent[6:-6])):
+            assert used(system, "L::B", "subscribes") == {"reliability": "reliable", "history.depth": "3"}
+            assert used(system, "L::B") == {"reliability": "best_effort"}
+
+    def test_of_several_bases_the_later_one_wins_and_the_child_over_all(self):
+        listing = "<base_name><element>A</element><element>L::B</element></base_name>"
+        profiles = (
+            profile("A", writer(RELIABLE, depth(1))),
+            profile("B", writer(depth(2), deadline("<sec>1</sec>"))),
+            profile("C", listing, writer(deadline("<sec>2</sec>"))),
+            profile("D", listing.replace("A<", "B<").replace("L::B", "A"), more='base_name="C"'),
+        )
+        system = reads(dds(library("L", *profiles)))
+        assert used(system, "L::C") == {"reliability": "reliable", "history.depth": "2", "deadline": "2s"}
+        assert used(system, "L::D") == {"reliability": "reliable", "history.depth": "1", "deadline": "1s"}
+
+    def test_a_single_qos_has_bases_of_its_own_of_which_it_takes_its_own_part(self):
+        group = "<publisher_qos><partition><name><element>x</element></name></partition></publisher_qos>"
+        other = profile("Other", writer(RELIABLE), reader(depth(7)), group)
+        system = reads(
+            dds(
+                library(
+                    "L",
+                    other,
+                    profile("P", writer(depth(2), more='base_name="L::Other"'), reader(deadline("<sec>1</sec>"))),
+                    profile("Q", writer("<base_name><element>Other</element></base_name>")),
+                )
+            )
+        )
+        assert used(system, "L::P") == {"reliability": "reliable", "history.depth": "2"}
+        assert used(system, "L::P", "subscribes") == {"deadline": "1s"}
+        assert used(system, "L::Q") == {"reliability": "reliable"}
+        assert used(system, "L::Other") == {"reliability": "reliable", "partition": "[x]"}
+
+    def test_qos_with_a_name_of_its_own_can_be_used_and_based_on(self):
+        single = writer(RELIABLE, more='name="W"')
+        within = profile(
+            "P", writer(depth(4), more='name="mine"'), writer(depth(5), more='name="yours" base_name="L::W"')
+        )
+        system = reads(dds(library("L", single, within)))
+        assert used(system, "L::W") == {"reliability": "reliable"}
+        assert used(system, "L::P") == {"history.depth": "4"}
+        assert used(system, "L::P::yours") == {"reliability": "reliable", "history.depth": "5"}
+
+    def test_filters_choose_by_topic_in_order_and_then_what_has_none(self):
+        parts = (
+            writer(depth(1)),
+            writer(depth(2), more='topic_filter="A*"'),
+            writer(depth(3), more='topic_filter="AB*"'),
+            writer(depth(4), more='topic_filter="B"'),
+        )
+        child = profile("Child", writer(RELIABLE, more='topic_filter="A*"'), more='base_name="P"')
+        system = reads(dds(library("L", profile("P", *parts), child)))
+        chosen = {topic: used(system, "L::P", topic=topic)["history.depth"] for topic in ("A", "ABC", "B", "BC", "x")}
+        assert chosen == {"A": "2", "ABC": "2", "B": "4", "BC": "1", "x": "1"}
+        assert used(system, "L::Child", topic="A1") == {"reliability": "reliable", "history.depth": "2"}
+        assert used(system, "L::Child", topic="B") == {"history.depth": "4"}
+
+    def test_a_circle_is_printed_as_a_path_with_its_place(self):
+        text = dds(
+            library(
+                "L", profile("A", more='base_name="B"'), "\n", profile("B", writer(RELIABLE), more='base_name="M::C"')
+            )
+        ).replace("</dds>", library("M", profile("C", more='base_name="L::A"')) + "</dds>")
+        report = cqos.check(text.encode())
+        (finding,) = [each for each in report.findings if each.code == "CQ212"]
+        assert finding.message == "profiles are based on each other in a circle: L::A → L::B → M::C → L::A"
+        assert (finding.place.line, finding.place.column) == (1, 29)
+
+    def test_a_circle_over_files(self):
+        one = dds(library("L", profile("A", writer(RELIABLE), more='base_name="M::B"')))
+        other = dds(library("M", profile("B", more='base_name="L::A"')))
+        report = cqos.check(one.encode(), other.encode())
+        assert said(report, "CQ212") == [
+            ("CQ212", "profiles are based on each other in a circle: L::A → M::B → L::A"),
+        ]
+
+    def test_an_unknown_base_is_named_with_its_place_and_what_may_be_meant(self):
+        text = dds(
+            "\n",
+            library(
+                "Common",
+                profile("Reliable", writer(RELIABLE)),
+                "\n",
+                profile("B", writer(), more='base_name="Relaible"'),
+            ),
+        )
+        report = cqos.check(text.encode())
+        (finding,) = [each for each in report.findings if each.code == "CQ204"]
+        assert finding.message == "profile `Common::Relaible` is neither defined nor a preset of DDS"
+        assert finding.help.startswith("did you mean `Common::Reliable`?")
+        assert (finding.place.line, finding.place.column) == (3, 1)
+
+    def test_what_is_built_into_an_implementation_is_known_by_what_its_name_says(self):
+        strict = profile("A", more='base_name="BuiltinQosLibExp::Generic.StrictReliable"')
+        listing = "<base_name><element>BuiltinQosSnippetLib::QosPolicy.Durability.TransientLocal</element></base_name>"
+        unknown = profile("C", more='base_name="BuiltinQosLib::Pattern.Event"')
+        system = reads(dds(library("L", strict, profile("B", listing, more='base_name="A"'), unknown)))
+        expected = {"reliability": "reliable", "history": "keep_all", "durability": "transient_local"}
+        for role in "publishes", "subscribes":
+            assert used(system, "L::B", role) == expected
+        assert used(system, "L::C") == {}
+        (note,) = system.notes
+        assert (note.code, note.severity) == ("DDS904", "warning")
+        assert "`BuiltinQosLib::Pattern.Event` is built into RTI Connext" in note.message
+
+    def test_a_profile_outside_of_libraries(self):
+        system = reads(dds(profile("Test", writer(depth(2))), attributes='xmlns="http://www.omg.org/dds"'))
+        assert used(system, "Test") == {"history.depth": "2"}
+
+
+class TestValues:
+    @pytest.mark.parametrize(
+        ("text", "expected"),
+        [
+            ("<sec>2</sec><nanosec>500000000</nanosec>", "2500ms"),
+            ("<sec>2</sec>", "2s"),
+            ("<nanosec>7</nanosec>", "7ns"),
+            ("<sec> 1 </sec>\n<nanosec>0</nanosec>", "1s"),
+            ("<sec>DURATION_INFINITE_SEC</sec><nanosec>DURATION_INFINITE_NSEC</nanosec>", "infinite"),
+            ("<sec>DDS_DURATION_INFINITE_SEC</sec><nanosec>0</nanosec>", "infinite"),
+            ("<sec>DURATION_INFINITY</sec>", "infinite"),
+            ("<nanosec>DURATION_INFINITE_NSEC</nanosec>", "infinite"),
+            ("DURATION_INFINITY", "infinite"),
+            ("DURATION_INFINITE", "infinite"),
+            ("<sec>2147483647</sec><nanosec>2147483647</nanosec>", "infinite"),
+            ("<sec>2147483647</sec><nanosec>4294967295</nanosec>", "infinite"),
+            ("<sec>DURATION_ZERO_SEC</sec><nanosec>DURATION_ZERO_NSEC</nanosec>", "0s"),
+            ("<sec>DURATION_ZERO_SEC</sec><nanosec>10000000</nanosec>", "10ms"),
+        ],
+    )
+    def test_durations(self, text, expected):
+        assert used(reads(dds(library("L", profile("P", writer(deadline(text)))))), "L::P") == {"deadline": expected}
+
+    def test_a_duration_without_fields_below_its_policy(self):
+        system = reads(dds(library("L", profile("P", writer("<lifespan><sec>3</sec></lifespan>")))))
+        assert used(system, "L::P") == {"lifespan": "3s"}
+
+    def test_what_an_implementation_is_to_choose_is_left_open(self):
+        system = reads(dds(library("L", profile("P", writer(deadline("<sec>DURATION_AUTO_SEC</sec>"))))))
+        assert used(system, "L::P") == {}
+        assert system.notes[0].code == "DDS901"
+
+    @pytest.mark.parametrize(
+        ("text", "expected"),
+        [
+            ("1,0x2F, 255", "0x012fff"),
+            ("65", "0x41"),
+            ("0x0a", "0x0a"),
+            ("AQIDBA==", "0x01020304"),
+            ("de.ad.be.ef", "0xdeadbeef"),
+            ("1234", "0xd76df8"),
+            ("", ""),
+            (" AQ\nID ", "0x010203"),
+        ],
+    )
+    def test_bytes_in_all_notations(self, text, expected):
+        assert octets(text) == expected
+
+    def test_every_policy_of_the_standard(self):
+        limits = "<max_samples>LENGTH_UNLIMITED</max_samples><max_instances>-1</max_instances><max_samples_per_instance>7</max_samples_per_instance>"
+        both = (
+            "<durability><kind>PERSISTENT_DURABILITY_QOS</kind></durability><ownership><kind>DDS_EXCLUSIVE_OWNERSHIP_QOS</kind></ownership>"
+            "<latency_budget><duration><sec>1</sec></duration></latency_budget>"
+            "<liveliness><kind>MANUAL_BY_TOPIC_LIVELINESS_QOS</kind><lease_duration><sec>4</sec></lease_duration></liveliness>"
+            "<destination_order><kind>BY_SOURCE_TIMESTAMP_DESTINATIONORDER_QOS</kind></destination_order>"
+            "<representation><value><element>XCDR2_DATA_REPRESENTATION</element><element>XCDR_DATA_REPRESENTATION</element></value></representation>"
+            f"<resource_limits>{limits}</resource_limits><user_data><value>1,2</value></user_data>"
+        )
+        own = (
+            "<ownership_strength><value>-5</value></ownership_strength><transport_priority><value>3</value></transport_priority>"
+            "<lifespan><duration><sec>9</sec></duration></lifespan>"
+            "<writer_data_lifecycle><autodispose_unregistered_instances>0</autodispose_unregistered_instances></writer_data_lifecycle>"
+            "<durability_service><service_cleanup_delay><sec>1</sec></service_cleanup_delay><history_kind>KEEP_ALL_HISTORY_QOS</history_kind>"
+            "<history_depth>2</history_depth><max_samples>3</max_samples></durability_service>"
+            "<reliability><kind>RELIABLE_RELIABILITY_QOS</kind><max_blocking_time><sec>2</sec></max_blocking_time></reliability>"
+        )
+        theirs = (
+            "<time_based_filter><minimum_separation><nanosec>5</nanosec></minimum_separation></time_based_filter>"
+            "<type_consistency><kind>DISALLOW_TYPE_COERCION</kind><prevent_type_widening>true</prevent_type_widening></type_consistency>"
+            "<reader_data_lifecycle><autopurge_nowriter_samples_delay><sec>1</sec></autopurge_nowriter_samples_delay></reader_data_lifecycle>"
+        )
+        group = (
+            "<presentation><access_scope>GROUP_PRESENTATION_QOS</access_scope><coherent_access>true</coherent_access></presentation>"
+            "<partition><name><element>a</element><element>b*</element></name></partition><group_data><value>AQI=</value></group_data>"
+            "<entity_factory><autoenable_created_entities>false</autoenable_created_entities></entity_factory>"
+        )
+        text = dds(
+            library(
+                "L",
+                profile("P", writer(both, own), reader(both, theirs), f"<publisher_qos>{group}</publisher_qos>"),
+            )
+        )
+        system = reads(text)
+        assert system.notes == []
+        common = {
+            "durability": "persistent",
+            "ownership": "exclusive",
+            "latency_budget": "1s",
+            "liveliness": "manual_by_topic",
+            "liveliness.lease_duration": "4s",
+            "destination_order": "by_source_timestamp",
+            "data_representation": "[xcdr2, xcdr1]",
+            "resource_limits.max_samples": "unlimited",
+            "resource_limits.max_instances": "unlimited",
+            "resource_limits.max_samples_per_instance": "7",
+            "user_data": "0x0102",
+        }
+        assert used(system, "L::P") == common | {
+            "ownership_strength": "-5",
+            "transport_priority": "3",
+            "lifespan": "9s",
+            "writer_data_lifecycle": "false",
+            "durability_service.service_cleanup_delay": "1s",
+            "durability_service.history_kind": "keep_all",
+            "durability_service.history_depth": "2",
+            "durability_service.max_samples": "3",
+            "reliability": "reliable",
+            "reliability.max_blocking_time": "2s",
+            "presentation.access_scope": "group",
+            "presentation.coherent_access": "true",
+            "partition": '[a, "b*"]',
+            "group_data": "0x0102",
+            "entity_factory": "false",
+        }
+        assert used(system, "L::P", "subscribes") == common | {
+            "time_based_filter": "5ns",
+            "type_consistency": "disallow_type_coercion",
+            "type_consistency.prevent_type_widening": "true",
+            "reader_data_lifecycle.autopurge_nowriter_samples_delay": "1s",
+        }
+
+    @pytest.mark.parametrize(
+        ("qos", "expected"),
+        [
+            (
+                "<reliability><kind>RELIABEL</kind></reliability>",
+                "`datawriter_qos/reliability/kind`: `RELIABEL` is not one of its values",
+            ),
+            ("<history><depth>many</depth></history>", "`datawriter_qos/history/depth`: `many` is not a whole number"),
+            ("<deadline><period><sec>-1</sec></period></deadline>", "`datawriter_qos/deadline/period`: `sec` is `-1`"),
+            ("<deadline><period><sec>1</sec><usec>1</usec></period></deadline>", "`usec` is no part of a duration"),
+            ("<deadline><period>soon</period></deadline>", "`datawriter_qos/deadline/period`: `soon` is no duration"),
+            ("<deadline><period/></deadline>", "`datawriter_qos/deadline/period`: nothing is stated"),
+            ("<user_data><value>%%%</value></user_data>", "`%%%` are no bytes"),
+            ("<representation><value><element>ZIP</element></value></representation>", "no data representation"),
+            (
+                "<writer_data_lifecycle><autodispose_unregistered_instances>maybe</autodispose_unregistered_instances></writer_data_lifecycle>",
+                "maybe",
+            ),
+        ],
+    )
+    def test_values_that_are_none_are_refused_at_their_place(self, qos, expected):
+        (problem,) = problems(dds("\n", library("L", "\n", profile("P", "\n", writer("\n  ", qos)))))
+        assert problem.startswith("CQ011 p.xml:5:")
+        assert expected in problem
+        assert "(expected " in problem
+
+    def test_all_problems_are_told_at_once(self):
+        text = dds(
+            library("L", profile("", writer(reliability("X"), depth("y"))), profile("A"), profile("A")), library("")
+        )
+        assert [problem[:5] for problem in problems(text)] == ["CQ010", "CQ012", "CQ010", "CQ011", "CQ011"]
+
+    def test_what_is_no_dds_xml_is_told(self):
+        assert problems("<bpmn/>") == [
+            "CQ001 p.xml:1:1: this is no DDS-XML: its first element is `bpmn` (expected `dds`, or one of its libraries)"
+        ]
+
+
+class TestNotes:
+    def test_extensions_are_listed_once_for_each_file(self):
+        extra = "<publish_mode><kind>X</kind></publish_mode><reliability><acknowledgment_kind>X</acknowledgment_kind></reliability>"
+        text = dds(
+            library(
+                "L",
+                profile(
+                    "P", writer(extra), reader("<unicast/>"), "<participant_qos><wire_protocol/></participant_qos>"
+                ),
+            ),
+            "<routing_service/>",
+        )
+        (note,) = reads(text).notes
+        assert (note.code, note.severity) == ("DDS901", "note")
+        assert note.message == (
+            "elements that are no policy of the standard: `datareader_qos/unicast`, `datawriter_qos/publish_mode`, "
+            "`datawriter_qos/reliability/acknowledgment_kind`, `participant_qos/wire_protocol` and `routing_service`"
+        )
+
+    def test_a_misspelt_policy_is_a_warning(self):
+        (note,) = reads(dds(library("L", profile("P", writer("<relability><kind>X</kind></relability>"))))).notes
+        assert (note.code, note.message) == ("DDS902", "`relability` is no policy; did you mean `reliability`?")
+
+    @pytest.mark.parametrize(
+        "qos",
+        [
+            writer("<partition/>"),
+            reader("<lifespan/>"),
+            writer("<time_based_filter/>"),
+            "<publisher_qos><history/></publisher_qos>",
+        ],
+    )
+    def test_a_policy_of_another_entity_is_a_warning(self, qos):
+        (note,) = reads(dds(library("L", profile("P", qos)))).notes
+        assert note.code == "DDS903"
+        assert "is set on" in note.message
+
+    def test_qos_of_topics_and_participants_is_read_for_what_is_wrong_with_it(self):
+        assert (
+            "RELIABEL"
+            in problems(
+                dds(
+                    library(
+                        "L", profile("P", "<topic_qos><reliability><kind>RELIABEL</kind></reliability></topic_qos>")
+                    )
+                )
+            )[0]
+        )
+
+
+SYSTEM = """<dds xmlns="http://www.omg.org/spec/DDS-XML">
+  <qos_library name="Q">
+    <qos_profile name="State">
+      <datawriter_qos><durability><kind>TRANSIENT_LOCAL_DURABILITY_QOS</kind></durability></datawriter_qos>
+      <datareader_qos><durability><kind>TRANSIENT_LOCAL_DURABILITY_QOS</kind></durability></datareader_qos>
+    </qos_profile>
+    <qos_profile name="Alarm">
+      <publisher_qos><partition><name><element>alarms</element></name></partition></publisher_qos>
+      <subscriber_qos><partition><name><element>alarms</element></name></partition></subscriber_qos>
+    </qos_profile>
+  </qos_library>
+  <types>
+    <module name="M"><struct name="Key"><member name="id" type="int32" key="true"/></struct>
+      <struct name="State" baseType="Key"><member name="v" type="int32"/></struct></module>
+    <struct name="Plain"><member name="v" type="int32"/></struct>
+  </types>
+  <domain_library name="D">
+    <domain name="Plant" domain_id="7">
+      <register_type name="StateType" type_ref="M::State"/>
+      <register_type name="Plain" type_ref="Plain"/>
+      <topic name="state" register_type_ref="StateType"/>
+      <topic name="alarm" register_type_ref="Plain"/>
+    </domain>
+  </domain_library>
+  <domain_participant_library name="P">
+    <domain_participant name="Machine" domain_ref="D::Plant">
+      <publisher name="Pub">
+        <data_writer name="State" topic_ref="state"><datawriter_qos base_name="Q::State"/></data_writer>
+      </publisher>
+      <publisher name="Alarms">
+        <publisher_qos base_name="Q::Alarm"/>
+        <data_writer name="Alarm" topic_ref="alarm"/>
+      </publisher>
+    </domain_participant>
+    <domain_participant name="Desk" domain_ref="Plant">
+      <data_reader name="State" topic_ref="state">
+        <datareader_qos base_name="Q::State"><reliability><kind>RELIABLE_RELIABILITY_QOS</kind></reliability></datareader_qos>
+      </data_reader>
+      <subscriber name="Alarms">
+        <subscriber_qos><partition><name><element>al*</element></name></partition></subscriber_qos>
+        <data_reader name="Alarm" topic_ref="D::Plant::alarm"/>
+      </subscriber>
+    </domain_participant>
+  </domain_participant_library>
+</dds>
+"""
+
+
+class TestSystems:
+    def test_participants_topics_types_and_domains(self):
+        system = reads(SYSTEM)
+        assert system.notes == []
+        assert [(end.id, end.role, end.topic, end.type, end.place.line) for end in system.endpoints] == [
+            ("P::Machine/Pub/State", "publisher", "state", "StateType", 28),
+            ("P::Machine/Alarms/Alarm", "publisher", "alarm", "Plain", 32),
+            ("P::Desk/State", "subscriber", "state", "StateType", 36),
+            ("P::Desk/Alarms/Alarm", "subscriber", "alarm", "Plain", 41),
+        ]
+        assert {each.id: each.settings["domain"].text for each in system.participants.values()} == {
+            "P::Machine": "7",
+            "P::Desk": "7",
+        }
+        assert {name: topic.settings["keyed"].text for name, topic in system.topics.items()} == {
+            "state": "true",
+            "alarm": "false",
+        }
+
+    def test_they_are_checked_like_any_system(self):
+        report = cqos.check(SYSTEM.encode())
+        assert report.verdict == "compatible"
+        assert len(list(report.pairs)) == 2
+        split = cqos.check(SYSTEM.replace("al*", "other").encode())
+        assert "DDS403" in [finding.code for finding in split.findings]
+
+    def test_qos_of_a_publisher_and_of_its_writers_come_from_different_profiles(self):
+        text = SYSTEM.replace(
+            '<data_writer name="Alarm" topic_ref="alarm"/>',
+            '<data_writer name="Alarm" topic_ref="alarm"><datawriter_qos base_name="Q::State"/></data_writer>',
+        )
+        resolved = resolve(reads(text), WHERE.find_pack)
+        (alarm,) = [each for each in resolved.endpoints if each.id == "P::Machine/Alarms/Alarm"]
+        index = PACK.vocabulary.indices
+        assert alarm.profile.values[index["endpoint", "partition"]] == ("alarms",)
+        assert alarm.profile.values[index["endpoint", "durability"]] == 1
+        (state,) = [each for each in resolved.endpoints if each.id == "P::Machine/Pub/State"]
+        assert state.profile.values[index["endpoint", "partition"]] == ()
+
+    def test_applications_take_participants_from_libraries_and_change_them(self):
+        application = """<application_library name="A"><application name="One">
+            <domain_participant name="M" base_name="P::Machine"><publisher name="Pub"><data_writer name="State">
+            <datawriter_qos><history><depth>5</depth></history></datawriter_qos></data_writer></publisher></domain_participant>
+            <domain_participant name="Other" base_name="P::Desk" domain_id="9"/></application></application_library></dds>"""
+        system = reads(SYSTEM.replace("</dds>", application))
+        assert list(system.participants) == ["A::One::M", "A::One::Other"]
+        assert system.participants["A::One::Other"].settings["domain"].text == "9"
+        resolved = resolve(system, WHERE.find_pack)
+        (state,) = [each for each in resolved.endpoints if each.id == "A::One::M/Pub/State"]
+        index = PACK.vocabulary.indices
+        assert state.profile.values[index["endpoint", "durability"]] == 1
+        assert state.profile.values[index["endpoint", "history.depth"]] == 5
+
+    def test_the_default_profile_counts_where_an_entity_has_none(self):
+        text = SYSTEM.replace(
+            '<qos_profile name="Alarm">',
+            '<qos_profile name="Alarm" is_default_qos="true"><datawriter_qos>' + BEST_EFFORT + "</datawriter_qos>",
+        )
+        system = reads(text)
+        resolved = {each.id: each for each in resolve(system, WHERE.find_pack).endpoints}
+        index = PACK.vocabulary.indices["endpoint", "reliability"]
+        assert resolved["P::Machine/Alarms/Alarm"].profile.values[index] == 0
+        assert resolved["P::Machine/Pub/State"].profile.values[index] == 1
+
+    @pytest.mark.parametrize(
+        ("old", "new", "expected"),
+        [
+            (
+                'topic_ref="state"',
+                'topic_ref="stat"',
+                "the topic of `P::Machine/Pub/State`, `stat`, is not defined in this file; did you mean `state`?",
+            ),
+            (
+                '"D::Plant"',
+                '"D::Plnt"',
+                "the domain of `P::Machine`, `D::Plnt`, is not defined in this file; did you mean `D::Plant`?",
+            ),
+            (
+                'name="Desk"',
+                'name="Desk" base_name="Mashine"',
+                "the base of `P::Desk`, `P::Mashine`, is not defined in this file; did you mean `P::Machine`?",
+            ),
+        ],
+    )
+    def test_what_leads_nowhere_is_told_with_what_may_be_meant(self, old, new, expected):
+        system = reads(SYSTEM.replace(old, new, 1))
+        (note,) = [note for note in system.notes if note.code == "DDS905"]
+        assert (note.severity, note.message) == ("error", expected)
+        assert note.place.line > 20
+
+    def test_participants_that_are_based_on_each_other(self):
+        participants = "domain_participant name="
+        text = SYSTEM.replace(f'{participants}"Machine"', f'{participants}"Machine" base_name="Desk"')
+        text = text.replace(f'{participants}"Desk"', f'{participants}"Desk" base_name="Machine"')
+        application = '<application_library name="A"><application name="B"><domain_participant name="C" base_name="P::Desk"/></application></application_library></dds>'
+        system = reads(text.replace("</dds>", application))
+        (note,) = system.notes
+        assert (note.code, note.message) == ("DDS906", "`P::Desk` is based on itself: P::Desk → P::Machine → P::Desk")
+
+    def test_an_endpoint_without_a_topic_is_refused(self):
+        assert "needs a `topic_ref`" in problems(SYSTEM.replace(' topic_ref="alarm"', ""))[0]
+
+    def test_a_library_alone_is_tried_out(self):
+        text = dds("\n", library("L", "\n", profile("P", "\n", writer(BEST_EFFORT), "\n", reader(RELIABLE))))
+        report = cqos.check(text.encode())
+        (finding,) = [each for each in report.findings if each.code == "DDS101"]
+        assert report.verdict == "incompatible"
+        assert {fact.place.line for side in finding.sides for fact in side.facts} == {4, 5}
+
+    def test_an_inconsistent_profile_is_told_where_the_values_come_from(self):
+        limits = "<resource_limits><max_samples_per_instance>2</max_samples_per_instance></resource_limits>"
+        text = dds(
+            library(
+                "L",
+                "\n",
+                profile("A", "\n", writer(limits)),
+                "\n",
+                profile("B", "\n", writer(depth(5)), more='base_name="A"'),
+            )
+        )
+        report = cqos.check(text.encode())
+        (finding,) = [each for each in report.findings if each.code == "DDS302"]
+        assert finding.endpoints == ("L::B/publisher",)
+        facts = {fact.policy: (fact.origin, fact.place.line) for side in finding.sides for fact in side.facts}
+        assert facts["history.depth"] == ("profile L::B/datawriter_qos", 5)
+        assert facts["resource_limits.max_samples_per_instance"] == ("profile L::A/datawriter_qos", 3)

@@ -1,0 +1,178 @@
+"""XML profiles of Fast DDS as programs of DDS use them: QoS of writers and readers by name."""
+
+import pytest
+
+import cqos_core as cqos
+from cqos_core.api import context
+from cqos_core.importers.source import ReadContext, Source
+from cqos_core.problems import InputError
+from cqos_core.resolve import resolve
+from cqos_core.trial import tried_out
+from cqos_dds.importers.fastdds_xml import read
+from cqos_dds.pack import PACK
+
+WHERE = context([PACK])
+OPTION = {"dds": {"implementation": "fastdds_3_6"}}
+
+
+def profiles(*parts, namespace="http://www.eprosima.com"):
+    return f'<dds xmlns="{namespace}"><profiles>{"".join(parts)}</profiles></dds>'
+
+
+def writer(name, qos="", topic="", tag="data_writer", more=""):
+    return f'<{tag} profile_name="{name}" {more}><topic>{topic}</topic><qos>{qos}</qos></{tag}>'
+
+
+def reader(name, qos="", topic="", tag="data_reader"):
+    return writer(name, qos, topic, tag)
+
+
+def reads(text):
+    return read(Source("p.xml", text.encode()), ReadContext())
+
+
+def values(text):
+    """What the profiles of a file set, by endpoint and policy."""
+    found: dict[str, dict[str, str]] = {}
+    for end in resolve(tried_out(reads(text)), WHERE.find_pack).endpoints:
+        layers = {index for layer in end.layers for index in layer.settings}
+        found[end.id] = {
+            PACK.policies[index].name: PACK.policies[index].format(end.profile.values[index])
+            for index in sorted(layers)
+        }
+    return found
+
+
+def problems(text):
+    with pytest.raises(InputError) as refused:
+        reads(text)
+    return [str(problem) for problem in refused.value.problems]
+
+
+def test_every_policy_that_profiles_have():
+    qos = (
+        "<reliability><kind>RELIABLE</kind><max_blocking_time><sec>1</sec></max_blocking_time></reliability>"
+        "<durability><kind>TRANSIENT_LOCAL_DURABILITY_QOS</kind></durability>"
+        "<deadline><period><sec>2</sec><nanosec>5</nanosec></period></deadline>"
+        "<latencyBudget><duration><sec>DURATION_INFINITY</sec></duration></latencyBudget>"
+        "<liveliness><kind>MANUAL_BY_TOPIC</kind><lease_duration>DURATION_INFINITY</lease_duration>"
+        "<announcement_period><sec>1</sec></announcement_period></liveliness>"
+        "<ownership><kind>EXCLUSIVE</kind></ownership><ownershipStrength><value>7</value></ownershipStrength>"
+        "<lifespan><duration><sec>9</sec></duration></lifespan><destinationOrder><kind>BY_RECEPTION_TIMESTAMP</kind></destinationOrder>"
+        "<partition><names><name>a</name><name>b*</name></names></partition><userData><value>de.ad.be.ef</value></userData>"
+        "<durabilityService><history_depth>4</history_depth><max_samples>0</max_samples></durabilityService>"
+    )
+    topic = (
+        "<historyQos><kind>KEEP_ALL</kind><depth>3</depth></historyQos><resourceLimitsQos><max_samples>0</max_samples>"
+        "<max_instances>5</max_instances></resourceLimitsQos>"
+    )
+    assert values(profiles(writer("w", qos, topic))) == {
+        "w/publisher": {
+            "reliability": "reliable",
+            "reliability.max_blocking_time": "1s",
+            "durability": "transient_local",
+            "deadline": "2000000005ns",
+            "latency_budget": "infinite",
+            "liveliness": "manual_by_topic",
+            "liveliness.lease_duration": "infinite",
+            "ownership": "exclusive",
+            "destination_order": "by_reception_timestamp",
+            "partition": '[a, "b*"]',
+            "history": "keep_all",
+            "history.depth": "3",
+            "resource_limits.max_samples": "unlimited",
+            "resource_limits.max_instances": "5",
+            "durability_service.history_depth": "4",
+            "durability_service.max_samples": "unlimited",
+            "lifespan": "9s",
+            "ownership_strength": "7",
+            "user_data": "0xdeadbeef",
+            "liveliness.announcement_period": "1s",
+        }
+    }
+
+
+def test_spellings_of_older_versions():
+    text = (
+        '<profiles><publisher profile_name="w"><qos><latency_budget><duration><sec>1</sec></duration></latency_budget>'
+        "<destination_order><kind>BY_RECEPTION_TIMESTAMP_DESTINATIONORDER_QOS</kind></destination_order></qos></publisher>"
+        '<subscriber profile_name="r"><qos><reliability><kind>RELIABLE_RELIABILITY_QOS</kind></reliability></qos></subscriber></profiles>'
+    )
+    assert values(text) == {
+        "w/publisher": {"latency_budget": "1s", "destination_order": "by_reception_timestamp"},
+        "r/subscriber": {"reliability": "reliable"},
+    }
+
+
+def test_writer_and_reader_profiles_of_one_name_are_tried_together():
+    report = cqos.check(
+        profiles(
+            writer("/scan", "<reliability><kind>BEST_EFFORT</kind></reliability>"),
+            reader("/scan", "<reliability><kind>RELIABLE</kind></reliability>"),
+            writer("alone"),
+        ).encode(),
+        options=OPTION,
+    )
+    assert [(finding.code, finding.endpoints) for finding in report.findings if finding.severity == "error"] == [
+        ("DDS101", ("/scan/subscriber", "/scan/publisher"))
+    ]
+
+
+def test_what_is_left_open_has_the_defaults_of_fast_dds():
+    report = cqos.check(
+        profiles(writer("w"), reader("w", "<durability><kind>TRANSIENT_LOCAL</kind></durability>")).encode()
+    )
+    assert "CQ404" in [finding.code for finding in report.findings], "a writer that says nothing is not tried"
+    text = profiles(
+        writer("w", "<ownershipStrength><value>1</value></ownershipStrength>"),
+        reader("w", "<durability><kind>TRANSIENT_LOCAL</kind></durability>"),
+    ).encode()
+    assert cqos.check(text).verdict == "compatible"
+    assert cqos.check(text, options={"dds": {"implementation": "standard"}}).verdict == "incompatible"
+
+
+def test_a_profile_that_names_its_topic_is_an_endpoint():
+    named = "<kind>WITH_KEY</kind><name>square</name><dataType>ShapeType</dataType>"
+    system = reads(profiles(writer("w", topic=named), reader("r", topic=named), writer("other")))
+    assert [(end.id, end.topic, end.type, end.participant) for end in system.endpoints] == [
+        ("w/publisher", "square", "ShapeType", "p"),
+        ("r/subscriber", "square", "ShapeType", "p"),
+    ]
+    assert system.topics["square"].settings["keyed"].text == "true"
+    assert not system.notes
+
+
+def test_what_is_no_policy_is_listed_once():
+    text = profiles(
+        '<participant profile_name="p"/><transport_descriptors/>',
+        writer("w", "<data_sharing/>", more='is_default_profile="true"'),
+    )
+    (note,) = reads(text).notes
+    assert (note.code, note.message) == (
+        "DDS901",
+        "elements that are no policy of the standard: `participant`, `qos/data_sharing` and `transport_descriptors`",
+    )
+
+
+def test_problems_are_told_at_their_places():
+    text = profiles(writer("w", "\n<reliability><kind>RELIABEL</kind></reliability>"), "\n", writer("w"), writer(""))
+    assert problems(text) == [
+        "p.xml:2:14: `qos/reliability/kind`: `RELIABEL` is not one of its values (expected best_effort < reliable)",
+        "p.xml:3:1: data_writer profile `w` is stated twice, first at p.xml:1 (keep one of them)",
+        "p.xml:3:1: `data_writer` needs a `profile_name`",
+    ]
+    assert "no file of Fast DDS profiles" in problems("<bpmn/>")[0]
+
+
+def test_a_system_file_takes_its_profiles_by_name(tmp_path):
+    deadline = "<deadline><period><sec>{}</sec></period></deadline>"
+    (tmp_path / "p.xml").write_text(profiles(writer("w", deadline.format(2)), reader("r", deadline.format(1))))
+    (tmp_path / "s.yaml").write_text(
+        "cqos: 1\nprotocol: dds\ninclude: p.xml\nparticipants:\n"
+        "  a: {publishes: {t: w}}\n  b: {subscribes: {t: {profile: r}}}\n"
+    )
+    report = cqos.check(tmp_path / "s.yaml", options=OPTION)
+    (finding,) = [each for each in report.findings if each.severity == "error"]
+    assert finding.code == "DDS103"
+    places = {(fact.origin, fact.place.source.rpartition("/")[2]) for side in finding.sides for fact in side.facts}
+    assert places == {("profile w/data_writer", "p.xml"), ("profile r/data_reader", "p.xml")}
