@@ -37,6 +37,7 @@ FOLLOWED = (
     "docs/quick-start.md",
     "docs/ros2-files.md",
     "docs/dds.md",
+    "docs/dds-xml.md",
     "docs/convert-and-diff.md",
     "docs/library.md",
     "docs/guarantees.md",
