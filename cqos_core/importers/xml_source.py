@@ -34,13 +34,17 @@ _NAMESPACE = re.compile(r"Namespace prefix (\S+) (?:for (\S+) )?on (\S+) is not 
 _UNCLOSED = re.compile(r"Premature end of data in tag (.+) line (\d+)")
 
 
-def parse_xml(source: Source) -> Element:
+def parse_xml(source: Source, most_tags: int | None = None) -> Element:
     """Return the root element of ``source``; lines are in ``sourceline``, where the start tag ends.
+
+    ``most_tags`` is more than real files of the format have; what has more is refused before it is parsed.
 
     Raises:
         InputError: with the one problem that stopped the parser: CQ001 if this is no well-formed XML in the
             encoding it says, CQ002 if it declares entities or has parts that no real document has.
     """
+    if most_tags is not None and source.data.count(b"<") > most_tags:
+        raise _error(source, "CQ002", f"there are more than {most_tags} tags in this file, which is refused")
     data = _without_document_type(source, _utf8(source))
     parser = etree.XMLParser(
         encoding="utf-8",  # instead of the declared one, which `_utf8` has seen to

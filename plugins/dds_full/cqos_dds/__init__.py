@@ -43,6 +43,10 @@ _READ = (
     ("fastdds_xml", "XML profiles of Fast DDS, as programs of DDS use them"),
 )
 _WRITTEN = (
-    ("dds_xml", "DDS-XML with a QoS profile for each endpoint, and the participants that use them", ()),
+    (
+        "dds_xml",
+        "DDS-XML with a library of QoS profiles, and the participants that use them",
+        ("participants=with|without",),
+    ),
     ("fastdds_xml", "Fast DDS profiles of data writers and data readers", ("topics=unnamed|named",)),
 )

@@ -12,6 +12,7 @@ from cqos_dds.exporters.xml_form import (
     PROTOCOL,
     Spelling,
     XmlWriter,
+    complete,
     dds_endpoints,
     facts_left_out,
     only_on_some_topics,
@@ -71,7 +72,10 @@ class _Owner:
 
 
 def write(system: System, context: ExportContext) -> Exported:
-    """Write the QoS that is stated; what is not stated has the same default wherever the file is read."""
+    """Write the QoS that is stated; what is not stated has the same default wherever the file is read.
+
+    With the setting ``participants=without`` only the library is written: Cyclone DDS takes no other.
+    """
     return _File(system, context).write()
 
 
@@ -83,6 +87,7 @@ class _File:
         self.alone = not system.endpoints
         # Profiles that nobody uses are written as what writers and readers would get from them.
         self.system = tried_out(system, PROTOCOL) if self.alone else system
+        self.with_participants = not self.alone and context.settings.get("participants") != "without"
         self.context = context
         self.notes: dict[str, None] = {}
         self.form = XmlWriter(_SPELLING, _NAMESPACE, self.notes)
@@ -98,18 +103,20 @@ class _File:
             if self.alone and only_on_some_topics(each, self.notes):
                 continue
             values = stated(each, part, self.notes)
+            complete(values, part, _FORMS)
             profile = self.profile(part, values, each.id)
-            if not self.alone:
+            if self.with_participants:
                 self.endpoint(part, each.id, profile)
             count += 1
         if count:
             facts_left_out(self.stated, self.notes)
         root = self.form.root("dds")
         self.libraries(root)
-        if self.owners:
+        if self.with_participants:
             self.participants(root)
         name = f" of {self.system.name}" if self.system.name else ""
-        which = "" if self.alone else ", one for each topic, and the participants that use them"
+        which = "" if self.alone else ", one for each topic"
+        which += ", and the participants that use them" if self.with_participants else ""
         text = self.form.text(root, f"QoS profiles{name}{which}")
         return Exported(text if count else "", count, tuple(self.notes))
 

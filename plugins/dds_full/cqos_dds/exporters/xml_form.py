@@ -80,13 +80,25 @@ def stated(each: Judged, part: Resolved, notes: dict[str, None]) -> Stated:
             continue
         value = plain(policy, part.profile.values[index])
         word = policy.domain.word(layer.settings[index].text)
+        if word == _LEFT_OPEN and word in policy.words:
+            continue  # whoever reads the file chooses, as here
         if value is not None:
             found[policy.name] = value
         elif word in {"auto", "highest_offered"}:
             found[policy.name] = word
-        elif word != _LEFT_OPEN:
+        else:
             notes[f"endpoint `{each.id}`: {policy.name} is left out, because its value is not known"] = None
     return found
+
+
+def complete(values: Stated, part: Resolved, forms: Mapping[str, Mapping[str, Policy]]) -> None:
+    """Add to policies that are stated in part what else they have: not every implementation has defaults for fields."""
+    for form in forms.values():
+        if any(policy.name in values for policy in form.values()):
+            for policy in form.values():
+                value = plain(policy, part.profile.values[part.pack.vocabulary.indices[policy.level, policy.name]])
+                if policy.level == ENDPOINT and part.role in policy.roles and value is not None:
+                    values.setdefault(policy.name, value)
 
 
 def plain(policy: Policy, value: Value) -> str | tuple[str, ...] | int | None:

@@ -12,7 +12,7 @@ from cqos_core.importers.xml_source import parse_xml
 from cqos_dds.importers import fastdds_xml
 from cqos_dds.importers.entities import PARTICIPANT_LIBRARIES, Entities
 from cqos_dds.importers.qos_libraries import QosLibraries
-from cqos_dds.importers.xml_values import XmlReading, children, elements, local
+from cqos_dds.importers.xml_values import MOST_TAGS, XmlReading, children, elements, local
 
 if TYPE_CHECKING:
     from cqos_core.importers.source import ReadContext, Source
@@ -29,7 +29,7 @@ def read(source: Source, context: ReadContext) -> System:
         InputError: it is no XML, no DDS-XML, or has values that are none; with every problem found.
     """
     with collector_paused():
-        root = parse_xml(source)
+        root = parse_xml(source, MOST_TAGS)
         if local(root) == "dds" and children(root, "profiles") and not children(root, *_LIBRARIES):
             # Types before the profiles may fill all that is looked at to recognise the format.
             return fastdds_xml.read(source, context)

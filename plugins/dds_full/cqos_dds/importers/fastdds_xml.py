@@ -13,7 +13,7 @@ from cqos_core.importers.reading import collector_paused, shown
 from cqos_core.importers.xml_source import parse_xml
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Profile, ProfileRef, Scope, Setting, Topic
 from cqos_dds.importers.policy_forms import FAST_ALSO, FAST_QOS, FAST_TOPIC
-from cqos_dds.importers.xml_values import PROTOCOL, XmlReading, children, elements, local, text
+from cqos_dds.importers.xml_values import MOST_TAGS, PROTOCOL, XmlReading, children, elements, local, text
 from cqos_dds.policies import (
     MAX_INSTANCES,
     MAX_PER_INSTANCE,
@@ -63,7 +63,7 @@ def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - noth
         InputError: it is no XML, holds no profiles, or a value that Fast DDS refuses; with every problem found.
     """
     with collector_paused():
-        root = parse_xml(source)
+        root = parse_xml(source, MOST_TAGS)
         return _File(source).read(root)
 
 

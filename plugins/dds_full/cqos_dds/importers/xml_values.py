@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from cqos_core.system import ImportNote, Settings
 
 PROTOCOL: Final = "dds"
+MOST_TAGS: Final = 1_000_000
+"""A file of this many tags has about 20 MB, and ten times as much as the largest that people write."""
 _INFINITE: Final = re.compile(r"(?:dds_)?(?:duration_)?infinit[ey](?:_n?sec)?", re.IGNORECASE)
 _ZERO: Final = re.compile(r"(?:dds_)?duration_zero(?:_n?sec)?", re.IGNORECASE)
 _AUTOMATIC: Final = re.compile(r"(?:dds_)?duration_auto(?:_n?sec)?", re.IGNORECASE)

@@ -228,5 +228,5 @@ def test_a_profile_from_yaml_is_written_with_the_values_it_gives():
 
 def test_they_are_registered_with_their_settings():
     exporters = load_plugins().exporters
-    assert exporters["dds_xml"].choices() == {}
+    assert exporters["dds_xml"].choices() == {"participants": ("with", "without")}
     assert exporters["fastdds_xml"].choices() == {"topics": ("unnamed", "named")}

@@ -135,3 +135,19 @@ def test_elements_of_thousands_of_names_are_not_all_listed():
     (note,) = dds_xml.read(Source("x.xml", text.encode()), ReadContext()).notes
     assert len(note.message) < 2000
     assert note.message.endswith("and 975 more")
+
+
+def test_a_file_of_a_million_tags_is_refused_before_it_is_parsed():
+    data = b"<dds>" + b"<x/>" * 1_000_000 + b"</dds>"
+    began = time.perf_counter()
+    with pytest.raises(InputError) as refused:
+        dds_xml.read(Source("x.xml", data), ReadContext())
+    assert time.perf_counter() - began < 0.5
+    assert refused.value.problems[0].code == "CQ002"
+
+
+def test_lines_are_counted_beyond_what_two_bytes_hold():
+    text = GOOD.replace("<history>", "\n" * 70_000 + "<history>").replace(">2<", ">many<")
+    with pytest.raises(InputError) as refused:
+        dds_xml.read(Source("x.xml", text.encode()), ReadContext())
+    assert refused.value.problems[0].place.line == 70_001
