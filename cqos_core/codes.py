@@ -195,6 +195,7 @@ _READING = (
         "note",
         "There are profiles and no endpoints, so each profile is tried as a publisher and a subscriber that meet.",
         "What can be told of a profile alone is told: whether its endpoints can be created, and whether two that share it fit.",
+        help="check it together with the system that uses it to see what its endpoints really get",
     ),
     CodeInfo(
         "CQ030",

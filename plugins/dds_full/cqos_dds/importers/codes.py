@@ -38,7 +38,8 @@ CODES: Final = (
         "built-in-base-unknown",
         "warning",
         "A profile is based on one that is built into RTI Connext, and what that sets is not known here.",
-        "What it sets is taken as left at the defaults, so state in the file what the checks are to rely on.",
+        "What it sets is taken as left at the defaults.",
+        help="state in the file what counts",
     ),
     CodeInfo(
         "DDS905",
@@ -46,6 +47,7 @@ CODES: Final = (
         "error",
         "A participant, an endpoint or a topic refers to something that the file does not define.",
         "Domains, topics and participants are looked up within one file. Without the domain, domain 0 is assumed.",
+        help="define it in the same file",
     ),
     CodeInfo(
         "DDS906",
@@ -60,4 +62,5 @@ _BY_CODE: Final = {info.code: info for info in CODES}
 
 def note(code: str, message: str, place: Place | None, advice: str | None = None) -> ImportNote:
     """Say something that is no reason to stop, with the severity of its code."""
-    return ImportNote(code, _BY_CODE[code].severity, message, place, advice)
+    info = _BY_CODE[code]
+    return ImportNote(code, info.severity, message, place, advice or info.help or None)

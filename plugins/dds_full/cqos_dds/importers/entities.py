@@ -188,7 +188,7 @@ class Entities:
     def nowhere(self, element: Element, what: str, name: str, known: Mapping[str, object]) -> None:
         """Tell that a reference leads to nothing in the file."""
         message = f"{what}, {shown(name)}, is not defined in this file{did_you_mean(name, known)}"
-        self.reading.note("DDS905", message, element, "define it in the same file")
+        self.reading.note("DDS905", message, element)
 
     def participant(self, chain: _Chain) -> None:
         """Make one participant with its endpoints."""

@@ -128,7 +128,7 @@ class QosLibraries:
         if not _BUILT_IN.fullmatch(name) or normalise(name) in _KNOWN:
             return True
         message = f"the base `{name}` is built into RTI Connext, and what it sets is not known here"
-        self.reading.note("DDS904", message, where, "state in the file what counts")
+        self.reading.note("DDS904", message, where)
         return False
 
     # Profiles of the system
