@@ -24,7 +24,7 @@ def judged(system):
 @pytest.mark.parametrize("path", FILES, ids=lambda path: f"{path.parent.name}/{path.name}")
 def test_any_file_becomes_a_design(path):
     try:
-        system = cqos.read(path)
+        system = cqos.read(path, protocol="ros2")
     except cqos.InputError:
         pytest.skip("a file that is refused")
     exported = write(system, ExportContext(context().find_pack))
