@@ -29,7 +29,7 @@ VENV = ROOT / ".venv"
 STAMP = VENV / "cqos-setup.json"  # written when a setup is complete, and only then
 LOG = VENV / "cqos-setup.log"
 WINDOWS = os.name == "nt"
-EXTRAS = ("test", "lint")  # what `test` and `lint` need beyond `demo` and `run`
+EXTRAS = ("test", "lint", "web", "metrics", "otel")  # what `test` and `lint` need beyond `demo` and `run`
 
 # Of the environment's PIP_* settings those that say how to reach packages; the others (a target directory, a user
 # installation, a hash check, ...) would install something else or elsewhere.
@@ -130,6 +130,7 @@ def lint_steps() -> list[tuple[str, list[str]]]:
     scripts = [
         *ROOT.glob("*.py"),
         *ROOT.glob("docs/*.py"),
+        *ROOT.glob("proto/*.py"),
         ROOT / "examples",
         *(path for path in tests if path.is_dir()),
     ]

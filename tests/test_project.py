@@ -125,12 +125,13 @@ def test_wheel_contains_every_file_of_its_packages(project, tmp_path):
     with zipfile.ZipFile(wheel) as archive:
         shipped = {name for name in archive.namelist() if ".dist-info/" not in name}
     wanted = {
-        file.relative_to(project).as_posix()
+        file.relative_to(package.parent).as_posix()
         for package in packages(project)
         for file in package.rglob("*")
         if file.is_file() and "__pycache__" not in file.parts
     }
-    assert shipped == wanted
+    contract = project / "proto"  # beside the code that is generated from it
+    assert shipped == wanted | {file.relative_to(contract).as_posix() for file in contract.glob("cqos/*/*.proto")}
 
 
 @each_project

@@ -1,0 +1,452 @@
+"""Between the library's values and the messages of ``cqos.v1``: field by field, by name.
+
+A message has a field for every field of its dataclass, so that both ways are derived and nothing is lost: a field that
+is added to both travels. What a message has beyond that is derived, and passed over on the way back.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import MISSING, fields
+from datetime import date
+from functools import cache
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias, TypeVar
+
+from google.protobuf.descriptor import FieldDescriptor
+from google.protobuf.message_factory import GetMessageClass
+
+from cqos.v1 import report_pb2, system_pb2
+from cqos_core import problems, report, system
+from cqos_core.report import Severity, Verdict
+from cqos_core.system import Setting
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from google.protobuf.descriptor import Descriptor, EnumDescriptor
+    from google.protobuf.message import Message
+
+T = TypeVar("T")
+_Convert: TypeAlias = "Callable[[Any], Any]"
+
+_KINDS: Final[Mapping[str, type[Any]]] = {
+    name: vars(module)[name]
+    for module, names in (
+        (
+            report,
+            ("Report", "Group", "Finding", "Side", "Fact", "Remedy", "PairReport", "PolicyComparison"),
+        ),
+        (
+            system,
+            (
+                *("System", "Profile", "ProfileRef", "Topic", "Endpoint", "Overlay", "Participant", "Broker", "Bridge"),
+                *("Bound", "TeamRule", "Acceptance", "ImportNote", "Place"),
+            ),
+        ),
+        (problems, ("Problem",)),
+    )
+    for name in names
+}
+_TYPED: Final[Mapping[str, Callable[[str], Any]]] = {"Verdict": Verdict, "Severity": Severity}
+_STATED: Final = "_stated"
+
+
+class FieldProblem(NamedTuple):
+    """What is wrong with one field of a request."""
+
+    field: str
+    description: str
+
+
+# --- to messages ---
+
+
+def report_message(value: report.Report) -> report_pb2.Report:
+    """Return the message of a report."""
+    return _to_message(value, report_pb2.Report)  # type: ignore[no-any-return]
+
+
+def pair_message(value: report.PairReport) -> report_pb2.PairReport:
+    """Return the message of a report on one pair."""
+    return _to_message(value, report_pb2.PairReport)  # type: ignore[no-any-return]
+
+
+def system_message(value: system.System) -> system_pb2.System:
+    """Return the message of a system; the bytes of its sources stay behind."""
+    return _to_message(value, system_pb2.System)  # type: ignore[no-any-return]
+
+
+def to_message(value: Any, kind: type[T]) -> T:
+    """Return the message of any other value that has one: an endpoint, a finding, a problem."""
+    return _to_message(value, kind)  # type: ignore[no-any-return]
+
+
+def _to_message(value: Any, kind: Any) -> Any:
+    try:
+        made = _writer(kind, _as_it_is)(value)
+    except UnicodeEncodeError:
+        made = _writer(kind, _scrubbed)(value)
+    return made
+
+
+def _as_it_is(value: Any) -> Any:
+    return value
+
+
+def _scrubbed(value: Any) -> Any:
+    """Replace halves of characters, which a damaged file may bring and no message can carry."""
+    if isinstance(value, str):
+        return value.encode("utf-8", "replace").decode()
+    if isinstance(value, (tuple, list)):
+        return [_scrubbed(item) for item in value]
+    if isinstance(value, dict):
+        return {_scrubbed(name): _scrubbed(item) for name, item in value.items()}
+    return value
+
+
+@cache
+def _writer(kind: type[Any], text: _Convert) -> _Convert:
+    """Return the function that makes messages of ``kind``; ``text`` is applied to all text."""
+    descriptor: Descriptor = kind.DESCRIPTOR
+    own = {field.name for field in fields(_KINDS[descriptor.name])}
+    steps: list[tuple[str, str, _Convert]] = []
+    for field in descriptor.fields:
+        name = field.name.removesuffix(_STATED)
+        if name in own:
+            steps.append((name, field.name, _field_writer(field, text)))
+    derived = _DERIVED.get(descriptor.name)
+
+    def write(value: Any) -> Any:
+        given = {}
+        for attribute, name, convert in steps:
+            found = getattr(value, attribute)
+            if found is not None:
+                given[name] = convert(found)
+        if derived is not None:
+            given.update(derived(value, text))
+        return kind(**given)
+
+    return write
+
+
+def _field_writer(field: FieldDescriptor, text: _Convert) -> _Convert:
+    if field.enum_type is not None:
+        return _numbers(field.enum_type).__getitem__
+    message = field.message_type
+    if message is None:
+        return text if field.type == FieldDescriptor.TYPE_STRING else _as_it_is
+    if message.GetOptions().map_entry:
+        return _map_writer(field, text)
+    if field.name.endswith(_STATED):
+        return lambda settings: _stated(settings, text)
+    if message.name == "NameValue":
+        if field.is_repeated:
+            return lambda found: [_named(pair, text) for pair in (found.items() if isinstance(found, dict) else found)]
+        return lambda pair: _named(pair, text)
+    nested: Any = GetMessageClass(message)
+    write = _writer(nested, text)
+    if field.is_repeated:
+        return lambda found: [write(each) for each in (found.values() if isinstance(found, dict) else found)]
+    return write
+
+
+def _map_writer(field: FieldDescriptor, text: _Convert) -> _Convert:
+    value = _value_of(field)
+    if value.enum_type is not None:
+        numbers = _numbers(value.enum_type)
+        return lambda found: {text(name): numbers[item] for name, item in found.items()}
+    if value.message_type is not None:  # options by pack
+        return lambda found: {
+            text(name): system_pb2.Options(settings=_texts(settings, text), settings_stated=_stated(settings, text))
+            for name, settings in found.items()
+        }
+    if _is_settings(field):
+        return lambda found: _texts(found, text)
+    return lambda found: {text(name): text(item) for name, item in found.items()}
+
+
+def _value_of(field: FieldDescriptor) -> FieldDescriptor:
+    """The values of a map."""
+    entry = field.message_type
+    assert entry is not None  # noqa: S101 - every map has entries
+    return entry.fields_by_name["value"]
+
+
+def _is_settings(field: FieldDescriptor) -> bool:
+    around = field.containing_type
+    return around is not None and f"{field.name}{_STATED}" in around.fields_by_name
+
+
+def _texts(settings: Mapping[str, Setting], text: _Convert) -> dict[str, str]:
+    return {text(name): text(setting.text) for name, setting in settings.items()}
+
+
+def _stated(settings: Mapping[str, Setting], text: _Convert) -> list[system_pb2.StatedSetting]:
+    """Say where each was stated, in order; nothing where that says no more than the map."""
+    if all(setting.place is None for setting in settings.values()) and list(settings) == sorted(settings):
+        return []
+    write = _writer(report_pb2.Place, text)
+    return [
+        system_pb2.StatedSetting(name=text(name), place=None if setting.place is None else write(setting.place))
+        for name, setting in settings.items()
+    ]
+
+
+def _named(pair: tuple[str, str], text: _Convert) -> system_pb2.NameValue:
+    return system_pb2.NameValue(name=text(pair[0]), value=text(pair[1]))
+
+
+def _counts(value: report.Report, _text: _Convert) -> dict[str, Any]:
+    pairs: Counter[Verdict] = Counter()
+    for group in value.groups:
+        pairs[group.verdict] += group.pairs
+    loud = Counter(finding.severity for finding in value.findings if finding.accepted is None)
+    counts = report_pb2.Counts(
+        pairs=pairs.total(),
+        compatible=pairs[Verdict.COMPATIBLE],
+        unknown=pairs[Verdict.UNKNOWN],
+        incompatible=pairs[Verdict.INCOMPATIBLE],
+        errors=loud[Severity.ERROR],
+        warnings=loud[Severity.WARNING],
+        notes=loud[Severity.NOTE],
+        accepted=len(value.findings) - loud.total(),
+    )
+    return {"counts": counts}
+
+
+def _best_place(value: report.Finding, text: _Convert) -> dict[str, Any]:
+    place = value.place
+    return {} if place is None else {"place": _writer(report_pb2.Place, text)(place)}
+
+
+_DERIVED: Final[Mapping[str, Callable[[Any, _Convert], dict[str, Any]]]] = {
+    "Report": _counts,
+    "Finding": _best_place,
+    "Group": lambda value, _text: {"pairs": value.pairs},
+}
+
+
+@cache
+def _numbers(enum: EnumDescriptor) -> dict[str, int]:
+    """The numbers of an enum by the library's words: ``error`` for SEVERITY_ERROR."""
+    return {value.name.partition("_")[2].lower(): value.number for value in enum.values}
+
+
+@cache
+def _words(enum: EnumDescriptor) -> dict[int, str | None]:
+    return {number: None if number == 0 else word for word, number in _numbers(enum).items()}
+
+
+# --- and back ---
+
+
+def report_value(message: report_pb2.Report) -> report.Report:
+    """Return the report of a message."""
+    return from_message(message)  # type: ignore[no-any-return]
+
+
+def pair_value(message: report_pb2.PairReport) -> report.PairReport:
+    """Return the report on one pair of a message."""
+    return from_message(message)  # type: ignore[no-any-return]
+
+
+def system_value(message: system_pb2.System) -> system.System:
+    """Return the system of a message, which `system_problems` found nothing wrong with."""
+    return from_message(message)  # type: ignore[no-any-return]
+
+
+def from_message(message: Message) -> Any:
+    """Return the value of a message of any kind that has one."""
+    kind: Any = type(message)
+    return _reader(kind)(message)
+
+
+@cache
+def _reader(kind: type[Any]) -> _Convert:
+    descriptor: Descriptor = kind.DESCRIPTOR
+    made = _KINDS[descriptor.name]
+    steps: dict[str, tuple[str, _Convert]] = {}
+    settings: dict[str, str] = {}
+    needed: dict[str, Any] = {}
+    for each in fields(made):
+        field = descriptor.fields_by_name.get(each.name)
+        if field is None:
+            continue
+        if field.message_type is not None and _is_settings(field):
+            settings[each.name] = f"{each.name}{_STATED}"
+        else:
+            steps[each.name] = (each.name, _field_reader(field, str(each.type)))
+        if "None" in str(each.type):  # whatever its default is: what is absent is None
+            needed[each.name] = None
+        elif _is_plain(field) or (each.default is MISSING and each.default_factory is MISSING):
+            needed[each.name] = _nothing(field, str(each.type))
+
+    def read(message: Any) -> Any:
+        given = dict(needed)
+        for field, value in message.ListFields():
+            step = steps.get(field.name)
+            if step is not None:
+                found = step[1](value)
+                if found is not None:
+                    given[step[0]] = found
+        for name, stated in settings.items():
+            given[name] = settings_value(getattr(message, name), getattr(message, stated))
+        return made(**given)
+
+    return read
+
+
+def _is_plain(field: FieldDescriptor) -> bool:
+    """Whether leaving it out means zero, false or no text."""
+    return not (field.has_presence or field.is_repeated or field.enum_type is not None)
+
+
+def _nothing(field: FieldDescriptor, annotation: str) -> Any:
+    """What a field has that every value needs and the message leaves out."""
+    if field.is_repeated:
+        return _container(annotation)(())
+    if field.enum_type is not None or field.message_type is not None:
+        return None
+    return field.default_value
+
+
+def _container(annotation: str) -> Callable[[Any], Any]:
+    return tuple if annotation.startswith("tuple") else dict if annotation.startswith(("dict", "Mapping")) else list
+
+
+def _field_reader(field: FieldDescriptor, annotation: str) -> _Convert:
+    if field.enum_type is not None:
+        words, typed = _words(field.enum_type), _TYPED.get(annotation.partition(" ")[0], str)
+        return lambda number: None if (word := words.get(number)) is None else typed(word)
+    message = field.message_type
+    container = _container(annotation)
+    if message is None:
+        if field.name == "sources" and container is dict:
+            return lambda names: dict.fromkeys(names, b"")
+        return container if field.is_repeated else _as_it_is
+    if message.GetOptions().map_entry:
+        return _map_reader(_value_of(field))
+    if message.name == "NameValue":
+        if field.is_repeated:
+            return lambda pairs: container((pair.name, pair.value) for pair in pairs)
+        return lambda pair: (pair.name, pair.value)
+    nested: Any = GetMessageClass(message)
+    read = _reader(nested)
+    if not field.is_repeated:
+        return read
+    if container is dict:
+        key = "id" if "id" in message.fields_by_name else "name"
+        return lambda found: {getattr(each, key): read(each) for each in found}
+    return lambda found: container(map(read, found))
+
+
+def _map_reader(value: FieldDescriptor) -> _Convert:
+    if value.enum_type is not None:
+        words = _words(value.enum_type)
+        return lambda found: {name: Verdict(words[found[name]] or Verdict.UNKNOWN) for name in sorted(found)}
+    if value.message_type is not None:
+        return lambda found: {
+            name: settings_value(found[name].settings, found[name].settings_stated) for name in sorted(found)
+        }
+    return lambda found: {name: found[name] for name in sorted(found)}
+
+
+def settings_value(texts: Mapping[str, str], stated: Any) -> system.Settings:
+    """Return settings, in the order in which they were stated."""
+    if not texts:
+        return {}
+    places = {each.name: from_message(each.place) if each.HasField("place") else None for each in stated}
+    names = [*(name for name in places if name in texts), *(name for name in sorted(texts) if name not in places)]
+    return {name: Setting(texts[name], places.get(name)) for name in names}
+
+
+# --- what may be wrong with a system that somebody sends ---
+
+_BOTH_ROLES: Final = (report_pb2.ROLE_PUBLISHER, report_pb2.ROLE_SUBSCRIBER)
+_SEVERITIES: Final = (report_pb2.SEVERITY_ERROR, report_pb2.SEVERITY_WARNING, report_pb2.SEVERITY_NOTE)
+_LEVELS: Final = ("error", "warning", "note", "off")
+_BOUNDS: Final = ("exactly", "at_least", "at_most", "one_of", "not")
+
+
+def system_problems(message: system_pb2.System, path: str = "system") -> Iterator[FieldProblem]:
+    """Yield what no importer would have let pass, each with the path of its field."""
+    known = {each.id for each in message.participants}
+    for index, participant in enumerate(message.participants):
+        yield from participant_problems(participant, f"{path}.participants[{index}]")
+    for index, endpoint in enumerate(message.endpoints):
+        yield from endpoint_problems(endpoint, known, f"{path}.endpoints[{index}]")
+    for index, profile in enumerate(message.profiles):
+        yield from profile_problems(profile, f"{path}.profiles[{index}]")
+    for kind in ("participants", "profiles", "topics", "brokers", "bridges"):
+        yield from _repeated(getattr(message, kind), f"{path}.{kind}")
+    for index, overlay in enumerate(message.overlays):
+        if overlay.role and overlay.role not in _BOTH_ROLES:
+            yield FieldProblem(f"{path}.overlays[{index}].role", _unknown_number(overlay.role))
+    for name, level in message.severities.items():
+        if level not in _LEVELS:
+            yield FieldProblem(f"{path}.severities[{name}]", f"`{level}` is none of {', '.join(_LEVELS)}")
+    yield from _texts_of_people(message, path)
+
+
+def _texts_of_people(message: system_pb2.System, path: str) -> Iterator[FieldProblem]:
+    for index, rule in enumerate(message.checks):
+        for place, bound in enumerate(rule.require):
+            where = f"{path}.checks[{index}].require[{place}]"
+            if bound.relation not in _BOUNDS:
+                yield FieldProblem(f"{where}.relation", f"`{bound.relation}` is none of {', '.join(_BOUNDS)}")
+            if not bound.values:
+                yield FieldProblem(f"{where}.values", "a value is needed")
+    for index, accepted in enumerate(message.accept):
+        if not accepted.because:
+            yield FieldProblem(f"{path}.accept[{index}].because", "a reason is needed")
+        if accepted.HasField("until") and not _is_date(accepted.until):
+            yield FieldProblem(f"{path}.accept[{index}].until", f"`{accepted.until}` is no date such as 2027-01-31")
+    for index, note in enumerate(message.notes):
+        if note.severity not in _SEVERITIES:
+            yield FieldProblem(f"{path}.notes[{index}].severity", "a severity is needed")
+
+
+def _is_date(text: str) -> bool:
+    try:
+        date.fromisoformat(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _unknown_number(number: int) -> str:
+    return f"{number} is no role: 1 is ROLE_PUBLISHER, 2 is ROLE_SUBSCRIBER"
+
+
+def _repeated(entries: Any, path: str) -> Iterator[FieldProblem]:
+    seen: set[str] = set()
+    key = "id" if path.endswith(("participants", "brokers", "bridges")) else "name"
+    for index, entry in enumerate(entries):
+        name = getattr(entry, key)
+        if name in seen:
+            yield FieldProblem(f"{path}[{index}].{key}", f"`{name}` is there already")
+        seen.add(name)
+
+
+def participant_problems(message: system_pb2.Participant, path: str) -> Iterator[FieldProblem]:
+    """Yield what is wrong with a participant."""
+    if not message.id:
+        yield FieldProblem(f"{path}.id", "an id is needed")
+
+
+def profile_problems(message: system_pb2.Profile, path: str) -> Iterator[FieldProblem]:
+    """Yield what is wrong with a profile."""
+    if not message.name:
+        yield FieldProblem(f"{path}.name", "a name is needed")
+
+
+def endpoint_problems(message: system_pb2.Endpoint, participants: set[str], path: str) -> Iterator[FieldProblem]:
+    """Yield what is wrong with an endpoint, whose participant must be one of ``participants``."""
+    if not message.id:
+        yield FieldProblem(f"{path}.id", "an id is needed")
+    if message.role not in _BOTH_ROLES:
+        needed = "a role is needed: ROLE_PUBLISHER or ROLE_SUBSCRIBER"
+        yield FieldProblem(f"{path}.role", _unknown_number(message.role) if message.role else needed)
+    if message.participant not in participants:
+        said = f"`{message.participant}` is none of the participants" if message.participant else "an id is needed"
+        yield FieldProblem(f"{path}.participant", said)
