@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.encoding import decode
-from cqos_core.importers.forms import TEXT, TEXTS, Form, Key, OneOrMore, Word
+from cqos_core.importers.forms import TEXT, TEXTS, Form, Key, OneOrMore, SettingsMap, Word
 from cqos_core.importers.reading import Reading, shown
 from cqos_core.importers.source import Source
 from cqos_core.importers.team_rules import acceptance, team_rule
@@ -41,11 +41,16 @@ FAIL_ON: Final = Key("fail_on", Word("error", "warning"), "From which severity o
 FORMAT: Final = Key("format", TEXT, "Format of the output, like --format.")
 BASELINE: Final = Key("baseline", TEXT, "File of known findings, relative to this file, like --baseline.")
 PACKS: Final = Key("packs", TEXTS, "Rule packs in YAML files, relative to this file, like --pack.")
+SERVE: Final = Key(
+    "serve",
+    SettingsMap("a map of options of `cqos serve`"),
+    "Options of `cqos serve`, by their names with `_` for `-`; files are relative to this one.",
+)
 EXTENDS: Final = Key("extends", TEXTS, "Configuration files to start from, relative to this one; this one wins.")
 CONFIG: Final = Form(
     "configuration",
     "the configuration",
-    (EXTENDS, PROTOCOL, OPTIONS, SEVERITIES, CHECKS, ACCEPT, PACKS, SHOW, FAIL_ON, FORMAT, BASELINE),
+    (EXTENDS, PROTOCOL, OPTIONS, SEVERITIES, CHECKS, ACCEPT, PACKS, SHOW, FAIL_ON, FORMAT, BASELINE, SERVE),
 )
 
 
@@ -57,6 +62,7 @@ class Config:
         path: the file, None where there is none.
         options, severities, checks, accept: as in a system file.
         packs, baseline: paths that can be opened from where the process runs.
+        serve: options of ``cqos serve``, as text.
         sources: the files that were read, with their bytes, for excerpts.
     """
 
@@ -71,6 +77,7 @@ class Config:
     fail_on: str | None = None
     format: str | None = None
     baseline: str | None = None
+    serve: Settings = field(default_factory=dict)
     sources: Mapping[str, bytes] = field(default_factory=dict)
 
     def apply_to(self, system: System) -> System:
@@ -105,6 +112,7 @@ class Config:
             fail_on=self.fail_on or base.fail_on,
             format=self.format or base.format,
             baseline=self.baseline or base.baseline,
+            serve={**base.serve, **self.serve},
             sources={**base.sources, **self.sources},
         )
 
@@ -207,6 +215,7 @@ def _config(path: str, data: bytes, entry: Entry) -> Config:
         fail_on=entry.get(FAIL_ON),
         format=entry.get(FORMAT),
         baseline=str(folder / baseline) if baseline is not None else None,
+        serve=entry.get(SERVE) or {},
         sources={path: data},
     )
 

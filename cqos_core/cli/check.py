@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from typing import TYPE_CHECKING
 
@@ -96,6 +96,12 @@ class Wishes:
     metavar="FILE",
     help="Write the errors and warnings found now to FILE, as the baseline of later checks; then they do not count.",
 )
+@click.option(
+    "--server",
+    metavar="ADDRESS",
+    help="Let the service at ADDRESS check what is read here: HOST:PORT, or https://HOST:PORT. The variable CQOS_TOKEN "
+    "holds a token for it, CQOS_SERVER_CA names the certificates to trust.",
+)
 @color_option
 @click.option("--quiet", "-q", is_flag=True, help="Print only errors; the exit code and --output files tell the rest.")
 @debug_option
@@ -113,6 +119,7 @@ def check(
     fail_on: str | None,
     baseline: str | None,
     write_baseline: str | None,
+    server: str | None,
     color: str,
     quiet: bool,
 ) -> None:
@@ -147,7 +154,9 @@ def check(
         quiet=quiet,
         write_baseline=write_baseline,
     )
-    work = _Check(reader, wishes, _known(baseline or config.baseline, write_baseline))
+    if server is not None and (reading.pack_files or config.packs):
+        raise click.UsageError("a service has rule packs of its own: --server does not go with --pack.", ctx)
+    work = _Check(reader, wishes, _known(baseline or config.baseline, write_baseline), server)
     work.run(paths)
     ctx.exit(work.finish(sinks))
 
@@ -195,6 +204,7 @@ class _Check:
     reader: Reader
     wishes: Wishes
     known: Baseline | None
+    server: str | None = None
     reports: list[tuple[str, Report]] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
     sources: dict[str, bytes] = field(default_factory=dict)
@@ -221,7 +231,7 @@ class _Check:
 
     def _check(self, unit: _Unit, step: Callable[[int, int], None]) -> None:
         system = tried_out(self.reader.whole(unit.systems), self.reader.protocol)
-        report = check_system(system, self.reader.context, step)
+        report = self._judged(system, step)
         if not report.endpoints:
             if unit.named:
                 self.empty.append(_nothing(unit.path, len(system.endpoints)))
@@ -231,6 +241,16 @@ class _Check:
                 return
         self.sources |= {**self.reader.config.sources, **system.sources}
         self.reports.append((unit.path, report))
+
+    def _judged(self, system: System, step: Callable[[int, int], None]) -> Report:
+        """Check one system, here or where --server says."""
+        if self.server is None:
+            return check_system(system, self.reader.context, step)
+        # gRPC is slow to import, and most checks need none of it.
+        from cqos_core.client import Client
+
+        with Client(self.server) as client:
+            return client.check_system(replace(system, protocol=system.protocol or self.reader.protocol))
 
     def finish(self, sinks: Sequence[Sink]) -> int:
         """Write everything and return the exit code."""

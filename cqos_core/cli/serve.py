@@ -1,0 +1,213 @@
+"""``cqos serve``: the gRPC service."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, Final
+
+import click
+
+from cqos_core.cli.parameters import debug_option, nearest
+from cqos_core.service.settings import Limits, Settings, read_tokens, refuse_short, token_sum
+
+_DEFAULTS: Final = Settings()
+_LIMITS: Final = _DEFAULTS.limits
+_PREFIX: Final = "CQOS_SERVE"
+_TOKEN: Final = f"{_PREFIX}_TOKEN"
+
+
+_FILES: Final = frozenset({"token_file", "tls_cert", "tls_key", "tls_client_ca"})
+
+
+def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | None) -> str | None:
+    """Take defaults of the other options from ``[serve]`` of the configuration."""
+    # It comes with the forms of the YAML importer, which `--help` does not need.
+    from cqos_core.config import config_for, load_config
+
+    if ctx.resilient_parsing or ctx.params.get("no_config"):
+        return value
+    config = config_for(".") if value is None else load_config(value)
+    options = {param.opts[0].removeprefix("--").replace("-", "_"): param for param in ctx.command.params if param.opts}
+    for name in ("config", "no_config", "help", "debug"):
+        options.pop(name, None)
+    defaults: dict[str, Any] = {}
+    for name, setting in config.serve.items():
+        option = options.get(name)
+        if option is None or option.name is None:
+            at = setting.place or config.path
+            raise click.UsageError(f"{at}: `cqos serve` has no option `{name}`{nearest(name, options)}", ctx)
+        text = setting.text
+        if name in _FILES and setting.place is not None:
+            text = str(Path(setting.place.source).parent / text)
+        defaults[option.name] = text.strip("[]").replace(",", " ").split() if option.multiple else text
+    ctx.default_map = defaults
+    return value
+
+
+@click.command(
+    epilog="Exit codes: 0 ended by a signal; 2 wrong usage, or an address that cannot be opened; 3 internal error.",
+    context_settings={"auto_envvar_prefix": _PREFIX},
+)
+@click.option("--no-config", is_flag=True, is_eager=True, help="Use no configuration file.")
+@click.option(
+    "--config",
+    "config_file",
+    metavar="FILE",
+    is_eager=True,
+    callback=_configured,
+    help="Use [serve] of this configuration instead of that of the nearest cqos.toml or pyproject.toml.",
+)
+@click.option(
+    "--listen",
+    metavar="HOST:PORT",
+    default=_DEFAULTS.listen,
+    show_default=True,
+    help="Address of gRPC; port 0 takes a free one.",
+)
+@click.option(
+    "--web", metavar="HOST:PORT", help="Serve browsers there, by Connect and gRPC-Web. Needs the extra `web`."
+)
+@click.option(
+    "--origin",
+    "origins",
+    metavar="URL",
+    multiple=True,
+    envvar=f"{_PREFIX}_ORIGIN",
+    help="A page from there may call the door for browsers, for instance https://example.org. Can be repeated.",
+)
+@click.option("--token-file", metavar="FILE", help="Let in who has one of the bearer tokens in FILE, one in a line.")
+@click.option("--tls-cert", metavar="FILE", help="Certificate chain of the service, PEM; callers must speak TLS then.")
+@click.option("--tls-key", metavar="FILE", help="Its private key.")
+@click.option("--tls-client-ca", metavar="FILE", help="Let in who has a certificate signed by one of these.")
+@click.option("--allow-anonymous", is_flag=True, help="Serve other machines without asking for credentials.")
+@click.option(
+    "--workers",
+    type=click.IntRange(1, 256),
+    default=_DEFAULTS.processes,
+    show_default=True,
+    help="Serving processes, which share the port.",
+)
+@click.option(
+    "--heavy-workers",
+    type=click.IntRange(1, 256),
+    default=_LIMITS.workers,
+    show_default=True,
+    help="Processes of each of them for documents and large models, so that these keep nobody waiting.",
+)
+@click.option(
+    "--session-workers",
+    type=click.IntRange(1, 256),
+    default=_LIMITS.session_workers,
+    show_default=True,
+    help="Processes of each of them that edit sessions live in.",
+)
+@click.option(
+    "--max-message-bytes", type=click.IntRange(1024, 1 << 30), default=_LIMITS.message_bytes, show_default=True
+)
+@click.option(
+    "--max-endpoints", type=click.IntRange(1), default=_LIMITS.endpoints, show_default=True, help="Of one system."
+)
+@click.option(
+    "--max-seconds", type=click.FloatRange(0.01), default=_LIMITS.seconds, show_default=True, help="For one answer."
+)
+@click.option("--max-calls", type=click.IntRange(1), default=_LIMITS.calls, show_default=True, help="At the same time.")
+@click.option(
+    "--max-sessions", type=click.IntRange(0), default=_LIMITS.sessions, show_default=True, help="At the same time."
+)
+@click.option(
+    "--max-idle-seconds",
+    type=click.FloatRange(0.1),
+    default=_LIMITS.idle_seconds,
+    show_default=True,
+    help="After which a session that hears nothing is closed.",
+)
+@click.option(
+    "--max-worker-memory",
+    type=click.IntRange(0),
+    default=_LIMITS.worker_memory,
+    show_default=True,
+    help="Bytes that a worker may use, on Linux; 0: any.",
+)
+@click.option(
+    "--inline-bytes",
+    type=click.IntRange(0),
+    default=_LIMITS.inline_bytes,
+    show_default=True,
+    help="Requests up to this size are answered without a worker.",
+)
+@click.option(
+    "--grace",
+    type=click.FloatRange(0),
+    default=_DEFAULTS.grace,
+    show_default=True,
+    help="Seconds that calls under way get at the end.",
+)
+@click.option("--metrics", metavar="HOST:PORT", help="Serve Prometheus metrics there. Needs the extra `metrics`.")
+@click.option("--tracing", is_flag=True, help="Send spans as the variables OTEL_* say. Needs the extra `otel`.")
+@click.option(
+    "--log-level",
+    type=click.Choice(["debug", "info", "warning", "error"]),
+    default=_DEFAULTS.log_level,
+    show_default=True,
+    help="At info, each call is one line.",
+)
+@click.option(
+    "--log-format",
+    type=click.Choice(["json", "text"]),
+    default=_DEFAULTS.log_format,
+    show_default=True,
+    help="Of what is told on standard error.",
+)
+@debug_option
+def serve(**given: Any) -> None:
+    """Serve checks by gRPC: to modelers while a person draws, to CI jobs, to `cqos check --server`.
+
+    Every option can also be given as a variable, CQOS_SERVE_LISTEN for --listen, and in [serve] of cqos.toml, as
+    `listen`; a flag wins over a variable, a variable over the file. A token may be in the variable CQOS_SERVE_TOKEN.
+    SIGTERM ends it: calls under way are answered, new ones are not taken.
+
+    \b
+    Examples:
+      cqos serve
+      cqos serve --listen 127.0.0.1:0 --web 127.0.0.1:8080
+      cqos serve --listen 0.0.0.0:50051 --tls-cert cert.pem --tls-key key.pem --token-file tokens
+    """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    from cqos_core.service.process import serve as run
+
+    run(settings_from(given, os.environ.get(_TOKEN)))
+
+
+_RENAMED: Final = {
+    "tls_cert": "certificate",
+    "tls_key": "key",
+    "tls_client_ca": "client_authority",
+    "allow_anonymous": "anonymous",
+    "workers": "processes",
+}
+_RENAMED_LIMITS: Final = {
+    "heavy_workers": "workers",
+    "max_message_bytes": "message_bytes",
+    "max_endpoints": "endpoints",
+    "max_seconds": "seconds",
+    "max_calls": "calls",
+    "max_sessions": "sessions",
+    "max_idle_seconds": "idle_seconds",
+    "max_worker_memory": "worker_memory",
+}
+
+
+def settings_from(given: dict[str, Any], token: str | None) -> Settings:
+    """Return the settings that the options ask for."""
+    limits = {_RENAMED_LIMITS.get(name, name): value for name, value in given.items()}
+    others = {_RENAMED.get(name, name): value for name, value in given.items()}
+    tokens = () if given["token_file"] is None else read_tokens(given["token_file"])
+    if token:
+        refuse_short([token])
+        tokens = (*tokens, token_sum(token))
+    return Settings(
+        **{each.name: others[each.name] for each in fields(Settings) if each.name in others and each.name != "tokens"},
+        tokens=tokens,
+        limits=Limits(**{each.name: limits[each.name] for each in fields(Limits) if each.name in limits}),
+    )

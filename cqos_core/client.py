@@ -1,0 +1,754 @@
+"""The service as Python sees it: what the library answers, from another process. Results are the library's own values.
+
+>>> from cqos_core.client import Client
+>>> with Client("127.0.0.1:50051") as client:           # doctest: +SKIP
+...     client.check("system.yaml").verdict
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import queue
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
+
+import grpc
+from google.protobuf.message import DecodeError
+from google.rpc import error_details_pb2, status_pb2
+
+from cqos.v1 import (
+    catalogue_pb2,
+    catalogue_pb2_grpc,
+    check_pb2,
+    check_pb2_grpc,
+    report_pb2,
+    session_pb2,
+    session_pb2_grpc,
+    system_pb2,
+)
+from cqos_core.api import as_text, exact_places
+from cqos_core.loading import read_path
+from cqos_core.messages import FieldProblem, from_message, pair_value, report_value, system_message, to_message
+from cqos_core.problems import CqosError, InputError
+from cqos_core.system import System
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Iterable, Iterator, Mapping, Sequence
+    from types import TracebackType
+    from typing import Self
+
+    from cqos_core.api import SettingValue
+    from cqos_core.report import PairReport, Report
+    from cqos_core.system import Broker, Endpoint, Participant, Profile, Topic
+
+File: TypeAlias = "str | os.PathLike[str] | bytes"
+OptionValues: TypeAlias = "Mapping[str, Mapping[str, SettingValue]]"
+Values: TypeAlias = "Mapping[str, SettingValue]"
+
+TOKEN_VARIABLE: Final = "CQOS_TOKEN"  # noqa: S105 - its name
+"""The environment variable that a token is taken from where none is given."""
+AUTHORITY_VARIABLE: Final = "CQOS_SERVER_CA"
+"""The environment variable that names the certificates to trust where none are given."""
+_SECURE: Final = "https://"
+_PLAIN: Final = "http://"
+_LOST: Final = "SESSION_LOST"
+_RETRIES: Final = (
+    '{"methodConfig": [{"name": [{"service": "cqos.v1.CheckService"}, {"service": "cqos.v1.CatalogueService"}], \
+"retryPolicy": {"maxAttempts": 4, "initialBackoff": "0.1s", "maxBackoff": "1s", "backoffMultiplier": 2, \
+"retryableStatusCodes": ["UNAVAILABLE"]}}]}'
+)
+_NONE: Final[Mapping[str, str]] = MappingProxyType({})
+_OPTIONS: Final = (("grpc.max_receive_message_length", -1), ("grpc.service_config", _RETRIES))
+
+
+class ServiceError(CqosError):
+    """The service did not answer, or refused to.
+
+    Attributes:
+        code: name of the gRPC status: ``UNAVAILABLE``, ``INVALID_ARGUMENT`` …
+        fields: what is wrong with the request, where that is the reason.
+        request_id: by which the service's log calls the call, where it failed.
+    """
+
+    def __init__(self, code: str, message: str, fields: Sequence[FieldProblem] = (), request_id: str = "") -> None:
+        """Keep what a program may ask for."""
+        super().__init__(f"the service answers {code}: {message}")
+        self.code = code
+        self.fields = tuple(fields)
+        self.request_id = request_id
+
+
+class SessionLostError(ServiceError):
+    """The worker that the session lived in is gone: open another one with the system as it now stands."""
+
+
+class Written(NamedTuple):
+    """What `convert` wrote.
+
+    Attributes:
+        text: the whole file.
+        expressed: how many endpoints, or topics, are in it.
+        notes: what the form cannot say.
+    """
+
+    text: str
+    expressed: int
+    notes: tuple[str, ...]
+
+
+class PairQuestion(NamedTuple):
+    """One pair of `check_pairs`; the fields are those of `cqos_core.check_pair`."""
+
+    protocol: str
+    offered: Values = _NONE
+    requested: Values = _NONE
+    options: Values = _NONE
+    topic: Values = _NONE
+
+
+class PairRefusedError(CqosError):
+    """One pair of `check_pairs` cannot be judged; the others can. It is among the answers, and never raised."""
+
+    def __init__(self, fields: Sequence[FieldProblem]) -> None:
+        """Keep what is wrong."""
+        super().__init__("; ".join(f"{each.field}: {each.description}" for each in fields))
+        self.fields = tuple(fields)
+
+
+# --- questions and answers, whoever asks ---
+
+
+def _document_request(
+    files: Iterable[File], importer: str | None, protocol: str | None, options: OptionValues
+) -> check_pb2.CheckDocumentRequest:
+    return check_pb2.CheckDocumentRequest(documents=_documents(files), reading=_reading(importer, protocol, options))
+
+
+def _documents(files: Iterable[File]) -> list[check_pb2.Document]:
+    """Bring files along: the service cannot read them."""
+    documents: list[check_pb2.Document] = []
+    for each in files:
+        if isinstance(each, bytes):
+            number = sum(document.name.startswith("<bytes") for document in documents) + 1
+            name = "<bytes>" if number == 1 else f"<bytes {number}>"
+            documents.append(check_pb2.Document(name=name, content=each))
+        else:
+            source = read_path(os.fspath(each))
+            documents.append(check_pb2.Document(name=source.name, content=source.data))
+    return documents
+
+
+def _reading(importer: str | None, protocol: str | None, options: OptionValues) -> check_pb2.Reading:
+    return check_pb2.Reading(
+        importer=importer,
+        protocol=protocol,
+        options={pack: system_pb2.Options(settings=_texts(settings)) for pack, settings in options.items()},
+    )
+
+
+def _texts(values: Values) -> dict[str, str]:
+    return {name: as_text(value) for name, value in values.items()}
+
+
+def _pair_request(question: PairQuestion, revision: int = 0) -> check_pb2.CheckPairRequest:
+    return check_pb2.CheckPairRequest(
+        revision=revision,
+        protocol=question.protocol,
+        offered=_texts(question.offered),
+        requested=_texts(question.requested),
+        options=_texts(question.options),
+        topic=_texts(question.topic),
+    )
+
+
+def _input(system: System | None, files: Iterable[File], reading: check_pb2.Reading) -> dict[str, Any]:
+    if system is not None:
+        return {"system": system_message(system)}
+    return {"documents": check_pb2.Documents(documents=_documents(files), reading=reading)}
+
+
+def _parted(inputs: Sequence[File | System]) -> tuple[System | None, list[File]]:
+    """Tell one system from files; the two cannot be asked about together."""
+    systems = [each for each in inputs if isinstance(each, System)]
+    files = [each for each in inputs if not isinstance(each, System)]
+    if len(systems) > 1 or (systems and files):
+        raise TypeError("give one system, or files; `cqos_core.read` puts several together")
+    return (systems[0] if systems else None), files
+
+
+def _pair_answer(response: check_pb2.CheckPairsResponse) -> PairReport | PairRefusedError:
+    if response.WhichOneof("outcome") == "refusal":
+        return PairRefusedError(_fields(response.refusal))
+    return pair_value(response.report)
+
+
+def _fields(refusal: check_pb2.Refusal) -> list[FieldProblem]:
+    return [FieldProblem(each.field, each.description) for each in refusal.problems]
+
+
+def _located(report: Report, system: System) -> Report:
+    """Find exact columns here, where the files are."""
+    return exact_places(report, system.sources)
+
+
+def _raised(error: grpc.RpcError | grpc.aio.AioRpcError) -> CqosError:
+    """Return what the library would have raised, or what went wrong on the way."""
+    call: Any = error
+    code = call.code().name
+    trailing = dict(call.trailing_metadata() or ())
+    fields: list[FieldProblem] = []
+    details = trailing.get("grpc-status-details-bin", b"")
+    try:
+        status = status_pb2.Status.FromString(details if isinstance(details, bytes) else b"")
+    except DecodeError:  # of whatever stands between
+        status = status_pb2.Status()
+    reason = ""
+    for detail in status.details:
+        problems, bad, info = report_pb2.InputProblems(), error_details_pb2.BadRequest(), error_details_pb2.ErrorInfo()
+        if detail.Unpack(problems):
+            return InputError([from_message(each) for each in problems.problems])
+        if detail.Unpack(bad):
+            fields += [FieldProblem(each.field, each.description) for each in bad.field_violations]
+        elif detail.Unpack(info):
+            reason = info.reason
+    request_id = trailing.get("x-request-id", "")
+    kind = SessionLostError if reason == _LOST else ServiceError
+    return kind(code, call.details() or "", fields, request_id if isinstance(request_id, str) else "")
+
+
+def _metadata(token: str | None) -> tuple[tuple[str, str], ...]:
+    token = os.environ.get(TOKEN_VARIABLE) if token is None else token
+    return (("authorization", f"Bearer {token}"),) if token else ()
+
+
+def _target(address: str, authority: str | None, certificate: str | None, key: str | None) -> tuple[str, Any]:
+    """Return where to connect, and the credentials for TLS if it is spoken."""
+    authority = authority or os.environ.get(AUTHORITY_VARIABLE)
+    secure = address.startswith(_SECURE) or authority is not None or certificate is not None
+    target = address.removeprefix(_SECURE).removeprefix(_PLAIN).rstrip("/")
+    if not secure:
+        return target, None
+
+    def content(path: str | None) -> bytes | None:
+        if path is None:
+            return None
+        try:
+            return Path(path).read_bytes()
+        except OSError as error:
+            raise CqosError(f"cannot read {path}: {error.strerror}") from None
+
+    return target, grpc.ssl_channel_credentials(content(authority), content(key), content(certificate))
+
+
+# --- for programs that wait ---
+
+
+class Client:
+    """Asks a service; every call waits for its answer. Use it as a context manager, or `close` it."""
+
+    def __init__(
+        self,
+        address: str,
+        *,
+        token: str | None = None,
+        authority: str | None = None,
+        certificate: str | None = None,
+        key: str | None = None,
+        timeout: float = 30.0,
+    ) -> None:
+        """Connect to ``address``, when the first call is made.
+
+        Args:
+            address: ``host:port``, or ``https://host:port`` for TLS.
+            token: bearer token; else that of the variable ``CQOS_TOKEN``.
+            authority: path of the certificates to trust, which asks for TLS; else that of ``CQOS_SERVER_CA``; else
+                those of the system.
+            certificate: path of one's own certificate, where the service asks for one.
+            key: path of its private key.
+            timeout: seconds that one answer may take.
+        """
+        target, credentials = _target(address, authority, certificate, key)
+        options = list(_OPTIONS)
+        self._channel = (
+            grpc.insecure_channel(target, options)
+            if credentials is None
+            else grpc.secure_channel(target, credentials, options)
+        )
+        self._checks = check_pb2_grpc.CheckServiceStub(self._channel)
+        self._catalogue = catalogue_pb2_grpc.CatalogueServiceStub(self._channel)
+        self._sessions = session_pb2_grpc.SessionServiceStub(self._channel)
+        self._given: dict[str, Any] = {"metadata": _metadata(token)}
+        self._timeout = timeout
+
+    def __enter__(self) -> Self:
+        """Use it."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close it."""
+        self.close()
+
+    def close(self) -> None:
+        """End the connection."""
+        self._channel.close()
+
+    def _ask(self, call: Any, request: Any) -> Any:
+        try:
+            return call(request, timeout=self._timeout, **self._given)
+        except grpc.RpcError as error:
+            raise _raised(error) from None
+
+    def check(
+        self,
+        *inputs: File | System,
+        importer: str | None = None,
+        protocol: str | None = None,
+        options: OptionValues | None = None,
+    ) -> Report:
+        """Check files, which are read here and understood there, or one system; see `cqos_core.check`.
+
+        Files that a file includes are not sent: read those with `cqos_core.read`, and check the system.
+
+        Raises:
+            InputError: a file cannot be read or understood.
+            ServiceError: there is no answer.
+        """
+        system, files = _parted(inputs)
+        if system is not None:
+            if importer is not None or protocol is not None or options:
+                raise TypeError("importer, protocol and options are for files; a system has its own")
+            return self.check_system(system)
+        response = self._ask(self._checks.CheckDocument, _document_request(files, importer, protocol, options or {}))
+        return report_value(response.report)
+
+    def check_system(self, system: System) -> Report:
+        """Check a system as it is.
+
+        Raises:
+            ServiceError: there is no answer.
+        """
+        response = self._ask(self._checks.CheckSystem, check_pb2.CheckSystemRequest(system=system_message(system)))
+        return _located(report_value(response.report), system)
+
+    def check_pair(
+        self,
+        protocol: str,
+        offered: Values | None = None,
+        requested: Values | None = None,
+        options: Values | None = None,
+        topic: Values | None = None,
+    ) -> PairReport:
+        """Judge one offer against one request; see `cqos_core.check_pair`.
+
+        Raises:
+            ServiceError: there is no answer.
+        """
+        question = PairQuestion(protocol, offered or {}, requested or {}, options or {}, topic or {})
+        return pair_value(self._ask(self._checks.CheckPair, _pair_request(question)).report)
+
+    def check_pairs(self, questions: Iterable[PairQuestion]) -> Iterator[PairReport | PairRefusedError]:
+        """Judge pair after pair over one stream, in order; a pair that cannot be judged is answered by its refusal.
+
+        Raises:
+            ServiceError: the stream ended.
+        """
+        requests = (
+            check_pb2.CheckPairsRequest(pair=_pair_request(question, number))
+            for number, question in enumerate(questions, 1)
+        )
+        try:
+            for response in self._checks.CheckPairs(requests, **self._given):
+                yield _pair_answer(response)
+        except grpc.RpcError as error:
+            raise _raised(error) from None
+
+    def explain(
+        self,
+        *inputs: File | System,
+        publisher: str,
+        subscriber: str,
+        protocol: str | None = None,
+        options: OptionValues | None = None,
+    ) -> PairReport:
+        """Explain one pair of a system; see `cqos_core.explain`.
+
+        Raises:
+            InputError: a file cannot be read or understood.
+            ServiceError: there is no such endpoint, or no answer.
+        """
+        given = _input(*_parted(inputs), _reading(None, protocol, options or {}))
+        request = check_pb2.ExplainRequest(publisher=publisher, subscriber=subscriber, **given)
+        return pair_value(self._ask(self._checks.Explain, request).report)
+
+    def convert(
+        self,
+        *inputs: File | System,
+        to: str,
+        settings: Mapping[str, str] | None = None,
+        protocol: str | None = None,
+        options: OptionValues | None = None,
+    ) -> Written:
+        """Write a system in the form of an exporter, which ``settings`` belong to.
+
+        Raises:
+            InputError: a file cannot be read or understood.
+            ServiceError: there is no such form, or no answer.
+        """
+        given = _input(*_parted(inputs), _reading(None, protocol, options or {}))
+        request = check_pb2.ConvertRequest(exporter=to, settings=settings, **given)
+        response = self._ask(self._checks.Convert, request)
+        return Written(response.text, response.expressed, tuple(response.notes))
+
+    def packs(self) -> catalogue_pb2.ListPacksResponse:
+        """Say which rule packs and formats the service has.
+
+        Raises:
+            ServiceError: there is no answer.
+        """
+        return self._ask(self._catalogue.ListPacks, catalogue_pb2.ListPacksRequest())  # type: ignore[no-any-return]
+
+    def pack(self, pack_id: str) -> catalogue_pb2.Pack:
+        """Describe one rule pack.
+
+        Raises:
+            ServiceError: there is none of this id, or no answer.
+        """
+        response = self._ask(self._catalogue.GetPack, catalogue_pb2.GetPackRequest(id=pack_id))
+        return response.pack  # type: ignore[no-any-return]
+
+    def session(self, system: System | None = None) -> RemoteSession:
+        """Keep a system open for edits, as `cqos_core.Session` does. Use it as a context manager, or `close` it."""
+        return RemoteSession(self, system or System())
+
+    def _edit(self, requests: Iterator[session_pb2.EditRequest]) -> Any:
+        return self._sessions.Edit(requests, **self._given)
+
+
+class _Changes:
+    """Collects changes, under the names that they have in `cqos_core.Session`."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+        self._sources = system.sources
+        self._waiting: list[session_pb2.Change] = []
+        self._told: Report | None = None
+        self._revisions = itertools.count(1)
+        self.judged = 0
+
+    def put(self, endpoint: Endpoint) -> None:
+        """Add an endpoint, or replace the one with its id."""
+        self._add(put_endpoint=to_message(endpoint, system_pb2.Endpoint))
+
+    def remove(self, endpoint_id: str) -> None:
+        """Take an endpoint away."""
+        self._add(remove_endpoint=endpoint_id)
+
+    def put_participant(self, participant: Participant) -> None:
+        """Add a participant, or replace the one with its id."""
+        self._add(put_participant=to_message(participant, system_pb2.Participant))
+
+    def remove_participant(self, participant_id: str) -> None:
+        """Take a participant away, with its endpoints."""
+        self._add(remove_participant=participant_id)
+
+    def put_profile(self, profile: Profile) -> None:
+        """Add a profile, or replace the one of its name."""
+        self._add(put_profile=to_message(profile, system_pb2.Profile))
+
+    def remove_profile(self, name: str) -> None:
+        """Take a profile away."""
+        self._add(remove_profile=name)
+
+    def put_topic(self, topic: Topic) -> None:
+        """State facts of a topic, in place of those stated before."""
+        self._add(put_topic=to_message(topic, system_pb2.Topic))
+
+    def remove_topic(self, name: str) -> None:
+        """Take the facts of a topic away."""
+        self._add(remove_topic=name)
+
+    def put_broker(self, broker: Broker) -> None:
+        """Add a broker, or replace the one with its id."""
+        self._add(put_broker=to_message(broker, system_pb2.Broker))
+
+    def set_option(self, pack: str, name: str, value: SettingValue | None) -> None:
+        """Set an option of the whole system, or with None take it away."""
+        text = None if value is None else as_text(value)
+        self._add(set_option=session_pb2.OptionChange(pack=pack, name=name, value=text))
+
+    def _add(self, **change: Any) -> None:
+        self._waiting.append(session_pb2.Change(**change))
+
+    def _request(self) -> session_pb2.EditRequest:
+        revision = next(self._revisions)
+        if self._told is None:
+            return session_pb2.EditRequest(revision=revision, open=system_message(self._system))
+        waiting, self._waiting = self._waiting, []
+        return session_pb2.EditRequest(revision=revision, changes=session_pb2.Changes(changes=waiting))
+
+    def _followed(self, response: session_pb2.EditResponse) -> Report:
+        """Return the report that an answer makes of the one before.
+
+        Raises:
+            ServiceError: the changes cannot be done, and none of them was.
+        """
+        kind = response.WhichOneof("outcome")
+        if kind == "refusal":
+            fields = _fields(response.refusal)
+            told = "; ".join(f"{each.field}: {each.description}" for each in fields)
+            raise ServiceError("INVALID_ARGUMENT", told, fields)
+        self.judged = response.judged
+        if kind == "report" or self._told is None:
+            self._told = report_value(response.report)
+        else:
+            self._told = followed(self._told, response.delta)
+        return exact_places(self._told, self._sources)
+
+
+def followed(before: Report, delta: session_pb2.ReportDelta) -> Report:
+    """Return the report that a delta makes of the one before."""
+    from dataclasses import replace
+
+    return replace(
+        report_value(delta.summary),
+        groups=_placed(before.groups, delta.removed_groups, [(e.position, e.group) for e in delta.added_groups]),
+        findings=_placed(
+            before.findings, delta.removed_findings, [(e.position, e.finding) for e in delta.added_findings]
+        ),
+    )
+
+
+def _placed(before: Sequence[Any], removed: Iterable[int], added: Iterable[tuple[int, Any]]) -> tuple[Any, ...]:
+    gone = set(removed)
+    kept = [each for position, each in enumerate(before) if position not in gone]
+    for position, message in added:
+        kept.insert(position, from_message(message))
+    return tuple(kept)
+
+
+class RemoteSession(_Changes):
+    """A system kept open by the service: collect changes, then ask for the `report`."""
+
+    def __init__(self, client: Client, system: System) -> None:
+        """Open it, when the first report is asked for."""
+        super().__init__(system)
+        self._requests: queue.SimpleQueue[session_pb2.EditRequest | None] = queue.SimpleQueue()
+        self._stream = client._edit(iter(self._requests.get, None))  # noqa: SLF001 - the two are one
+
+    def __enter__(self) -> Self:
+        """Use it."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close it."""
+        self.close()
+
+    def close(self) -> None:
+        """Let the service forget it."""
+        self._requests.put(None)
+        self._stream.cancel()
+
+    def report(self) -> Report:
+        """Send what has changed since the last report, and return the report on the whole system.
+
+        Raises:
+            SessionLostError: the service no longer has the system.
+            ServiceError: the changes cannot be done, and none of them was; or there is no answer.
+        """
+        first = self._told is None
+        report = self._exchange()
+        # What was changed before it was opened is changed now.
+        return self._exchange() if first and self._waiting else report
+
+    def _exchange(self) -> Report:
+        self._requests.put(self._request())
+        try:
+            return self._followed(next(self._stream))
+        except StopIteration:
+            raise SessionLostError("ABORTED", "the stream has ended") from None
+        except grpc.RpcError as error:
+            raise _raised(error) from None
+
+
+# --- for programs that do something else meanwhile ---
+
+
+class AsyncClient:
+    """Asks a service from a running event loop; see `Client`. Use it as an async context manager, or `close` it."""
+
+    def __init__(
+        self,
+        address: str,
+        *,
+        token: str | None = None,
+        authority: str | None = None,
+        certificate: str | None = None,
+        key: str | None = None,
+        timeout: float = 30.0,
+    ) -> None:
+        """Connect to ``address``, when the first call is made; see `Client`."""
+        target, credentials = _target(address, authority, certificate, key)
+        options = list(_OPTIONS)
+        self._channel = (
+            grpc.aio.insecure_channel(target, options)
+            if credentials is None
+            else grpc.aio.secure_channel(target, credentials, options)
+        )
+        self._checks: Any = check_pb2_grpc.CheckServiceStub(self._channel)
+        self._catalogue: Any = catalogue_pb2_grpc.CatalogueServiceStub(self._channel)
+        self._sessions: Any = session_pb2_grpc.SessionServiceStub(self._channel)
+        self._given: dict[str, Any] = {"metadata": _metadata(token)}
+        self._timeout = timeout
+
+    async def __aenter__(self) -> Self:
+        """Use it."""
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close it."""
+        await self.close()
+
+    async def close(self) -> None:
+        """End the connection."""
+        await self._channel.close()
+
+    async def _ask(self, call: Any, request: Any) -> Any:
+        try:
+            return await call(request, timeout=self._timeout, **self._given)
+        except grpc.aio.AioRpcError as error:
+            raise _raised(error) from None
+
+    async def check(
+        self,
+        *inputs: File | System,
+        importer: str | None = None,
+        protocol: str | None = None,
+        options: OptionValues | None = None,
+    ) -> Report:
+        """Check files or one system; see `Client.check`."""
+        system, files = _parted(inputs)
+        if system is not None:
+            if importer is not None or protocol is not None or options:
+                raise TypeError("importer, protocol and options are for files; a system has its own")
+            return await self.check_system(system)
+        request = _document_request(files, importer, protocol, options or {})
+        return report_value((await self._ask(self._checks.CheckDocument, request)).report)
+
+    async def check_system(self, system: System) -> Report:
+        """Check a system as it is; see `Client.check_system`."""
+        request = check_pb2.CheckSystemRequest(system=system_message(system))
+        return _located(report_value((await self._ask(self._checks.CheckSystem, request)).report), system)
+
+    async def check_pair(
+        self,
+        protocol: str,
+        offered: Values | None = None,
+        requested: Values | None = None,
+        options: Values | None = None,
+        topic: Values | None = None,
+    ) -> PairReport:
+        """Judge one offer against one request; see `Client.check_pair`."""
+        question = PairQuestion(protocol, offered or {}, requested or {}, options or {}, topic or {})
+        return pair_value((await self._ask(self._checks.CheckPair, _pair_request(question))).report)
+
+    async def check_pairs(self, questions: Iterable[PairQuestion]) -> AsyncIterator[PairReport | PairRefusedError]:
+        """Judge pair after pair over one stream; see `Client.check_pairs`."""
+        requests = (
+            check_pb2.CheckPairsRequest(pair=_pair_request(question, number))
+            for number, question in enumerate(questions, 1)
+        )
+        try:
+            async for response in self._checks.CheckPairs(requests, **self._given):
+                yield _pair_answer(response)
+        except grpc.aio.AioRpcError as error:
+            raise _raised(error) from None
+
+    async def explain(
+        self,
+        *inputs: File | System,
+        publisher: str,
+        subscriber: str,
+        protocol: str | None = None,
+        options: OptionValues | None = None,
+    ) -> PairReport:
+        """Explain one pair of a system; see `Client.explain`."""
+        given = _input(*_parted(inputs), _reading(None, protocol, options or {}))
+        request = check_pb2.ExplainRequest(publisher=publisher, subscriber=subscriber, **given)
+        return pair_value((await self._ask(self._checks.Explain, request)).report)
+
+    async def convert(
+        self,
+        *inputs: File | System,
+        to: str,
+        settings: Mapping[str, str] | None = None,
+        protocol: str | None = None,
+        options: OptionValues | None = None,
+    ) -> Written:
+        """Write a system in another form; see `Client.convert`."""
+        given = _input(*_parted(inputs), _reading(None, protocol, options or {}))
+        response = await self._ask(
+            self._checks.Convert, check_pb2.ConvertRequest(exporter=to, settings=settings, **given)
+        )
+        return Written(response.text, response.expressed, tuple(response.notes))
+
+    async def packs(self) -> catalogue_pb2.ListPacksResponse:
+        """Say which rule packs and formats the service has; see `Client.packs`."""
+        return await self._ask(self._catalogue.ListPacks, catalogue_pb2.ListPacksRequest())  # type: ignore[no-any-return]
+
+    async def pack(self, pack_id: str) -> catalogue_pb2.Pack:
+        """Describe one rule pack; see `Client.pack`."""
+        return (await self._ask(self._catalogue.GetPack, catalogue_pb2.GetPackRequest(id=pack_id))).pack  # type: ignore[no-any-return]
+
+    def session(self, system: System | None = None) -> AsyncSession:
+        """Keep a system open for edits; see `Client.session`."""
+        return AsyncSession(self, system or System())
+
+    def _edit(self) -> Any:
+        return self._sessions.Edit(**self._given)
+
+
+class AsyncSession(_Changes):
+    """A system kept open by the service; see `RemoteSession`."""
+
+    def __init__(self, client: AsyncClient, system: System) -> None:
+        """Open it, when the first report is asked for."""
+        super().__init__(system)
+        self._stream = client._edit()  # noqa: SLF001 - the two are one
+
+    async def __aenter__(self) -> Self:
+        """Use it."""
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close it."""
+        self.close()
+
+    def close(self) -> None:
+        """Let the service forget it."""
+        self._stream.cancel()
+
+    async def report(self) -> Report:
+        """Send what has changed, and return the report on the whole system; see `RemoteSession.report`."""
+        while True:
+            first = self._told is None
+            try:
+                await self._stream.write(self._request())
+                response = await self._stream.read()
+                if response is grpc.aio.EOF:
+                    # The status says why; asking for it raises nothing.
+                    raise SessionLostError((await self._stream.code()).name, await self._stream.details())
+            except grpc.aio.AioRpcError as error:
+                raise _raised(error) from None
+            report = self._followed(response)
+            if not (first and self._waiting):
+                return report

@@ -1,0 +1,306 @@
+"""What each call without memory does: from the bytes of a request to those of its answer.
+
+No rule is judged here and nothing is decided that the library decides. Everything may run in any process.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from google.protobuf.message import DecodeError
+
+from cqos.v1 import catalogue_pb2, check_pb2
+from cqos_core.api import check_pair, context, exact_places, explain_pair, with_options
+from cqos_core.checker import check_system
+from cqos_core.importers.source import Source
+from cqos_core.loading import merge, read_source
+from cqos_core.messages import FieldProblem, pair_message, report_message, system_problems, system_value
+from cqos_core.plugins import load_plugins
+from cqos_core.problems import CqosError, InputError, Problem
+from cqos_core.service.refusal import Refused, too_much, unfit
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from google.protobuf.message import Message
+
+    from cqos.v1 import system_pb2
+    from cqos_core.checker import Context
+    from cqos_core.report import PairReport
+    from cqos_core.system import System
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """One call.
+
+    Attributes:
+        request: class of its message.
+        answer: from the message and the greatest number of endpoints to the answer.
+        always_apart: the size of a request says nothing about the work it makes.
+    """
+
+    request: Any
+    answer: Callable[[Any, int], Message]
+    always_apart: bool = False
+
+
+def answer(method: str, data: bytes, most_endpoints: int) -> bytes:
+    """Answer a call.
+
+    Raises:
+        Refused: it cannot be answered.
+    """
+    found = METHODS[method]
+    request = decode(found.request, data)
+    try:
+        return found.answer(request, most_endpoints).SerializeToString()
+    except RecursionError:
+        raise Refused("INVALID_ARGUMENT", "values are nested too deep, which is refused") from None
+
+
+def decode(kind: Any, data: bytes) -> Any:
+    """Read a message.
+
+    Raises:
+        Refused: ``data`` is none of this kind.
+    """
+    try:
+        return kind.FromString(data)
+    except DecodeError:
+        name = kind.DESCRIPTOR.full_name
+        message = f"the request is no {name}: it cannot be decoded, or a text in it is not UTF-8"
+        raise Refused("INVALID_ARGUMENT", message) from None
+
+
+# --- the catalogue ---
+
+
+def list_packs(request: catalogue_pb2.ListPacksRequest, _most: int) -> catalogue_pb2.ListPacksResponse:
+    """Say what is installed."""
+    from cqos_core.service.catalogue import packs_message
+
+    return packs_message(request.revision)
+
+
+def get_pack(request: catalogue_pb2.GetPackRequest, _most: int) -> catalogue_pb2.GetPackResponse:
+    """Describe one rule pack."""
+    from cqos_core.service.catalogue import pack_message
+
+    pack = load_plugins().pack(request.id)
+    if pack is None:
+        problem = no_pack("id", request.id)
+        raise Refused("NOT_FOUND", problem.description, [problem])
+    return catalogue_pb2.GetPackResponse(revision=request.revision, pack=pack_message(pack))
+
+
+def no_pack(field: str, name: str) -> FieldProblem:
+    """Say that there is no such rule pack, and which there are."""
+    known = ", ".join(sorted(load_plugins().packs))
+    return FieldProblem(field, f"there is no rule pack `{name[:60]}`; installed: {known}")
+
+
+# --- checks ---
+
+
+def check_document(request: check_pb2.CheckDocumentRequest, most: int) -> check_pb2.CheckDocumentResponse:
+    """Check files."""
+    where, system = read_documents(request.documents, request.reading, most)
+    report = exact_places(check_system(system, where), system.sources)
+    return check_pb2.CheckDocumentResponse(revision=request.revision, report=report_message(report))
+
+
+def check_model(request: check_pb2.CheckSystemRequest, most: int) -> check_pb2.CheckSystemResponse:
+    """Check a model."""
+    system = read_system(request.system, most)
+    return check_pb2.CheckSystemResponse(
+        revision=request.revision, report=report_message(check_system(system, context()))
+    )
+
+
+def check_one_pair(request: check_pb2.CheckPairRequest, _most: int) -> check_pb2.CheckPairResponse:
+    """Judge one offer against one request."""
+    return check_pb2.CheckPairResponse(revision=request.revision, report=pair_message(judge(request)))
+
+
+def judge(request: check_pb2.CheckPairRequest, path: str = "") -> PairReport:
+    """Judge the pair of a message, whose fields stand at ``path``.
+
+    Raises:
+        Refused: there is no such protocol.
+    """
+    if load_plugins().pack(request.protocol) is None:
+        raise unfit([no_pack(f"{path}protocol", request.protocol)])
+    return check_pair(
+        request.protocol,
+        dict(request.offered),
+        dict(request.requested),
+        dict(request.options),
+        dict(request.topic),
+    )
+
+
+def answer_of_stream(data: bytes) -> bytes:
+    """Answer one message of a stream of pairs; what is wrong with it is part of the answer.
+
+    Raises:
+        Refused: it is no message at all, which ends the stream.
+    """
+    request = decode(check_pb2.CheckPairsRequest, data)
+    response = check_pb2.CheckPairsResponse(revision=request.pair.revision)
+    try:
+        response.report.CopyFrom(pair_message(judge(request.pair, "pair.")))
+    except Refused as refused:
+        response.refusal.CopyFrom(refusal_message(refused.fields))
+    except RecursionError:
+        response.refusal.CopyFrom(refusal_message([FieldProblem("pair", "values are nested too deep")]))
+    return response.SerializeToString()
+
+
+def refusal_message(fields: Sequence[FieldProblem]) -> check_pb2.Refusal:
+    """Return what is wrong as part of an answer."""
+    return check_pb2.Refusal(
+        problems=[check_pb2.FieldProblem(field=each.field, description=each.description) for each in fields]
+    )
+
+
+def explain(request: check_pb2.ExplainRequest, most: int) -> check_pb2.ExplainResponse:
+    """Explain one pair of a system."""
+    where, system = read_input(request, most)
+    try:
+        report = explain_pair(system, request.publisher, request.subscriber, where)
+    except CqosError as error:
+        told = str(error)
+        field = "publisher" if f"`{request.publisher}`" in told or not request.publisher else "subscriber"
+        raise unfit([FieldProblem(field, told)]) from None
+    return check_pb2.ExplainResponse(revision=request.revision, report=pair_message(report))
+
+
+def convert(request: check_pb2.ConvertRequest, most: int) -> check_pb2.ConvertResponse:
+    """Write a system in another form."""
+    from cqos_core.exporters.contract import ExportContext
+
+    plugins = load_plugins()
+    info = plugins.exporters.get(request.exporter)
+    if info is None:
+        known = ", ".join(sorted(plugins.exporters))
+        said = f"there is no exporter `{request.exporter[:60]}`; installed: {known}"
+        raise unfit([FieldProblem("exporter", said)])
+    choices = info.choices()
+    wrong = [
+        FieldProblem(f"settings[{name}]", f"`{value}` is none of {', '.join(choices[name])}")
+        if name in choices
+        else FieldProblem(
+            f"settings[{name}]", f"{info.name} has no such setting; it has {', '.join(choices) or 'none'}"
+        )
+        for name, value in request.settings.items()
+        if value not in choices.get(name, ())
+    ]
+    if wrong:
+        raise unfit(wrong)
+    where, system = read_input(request, most)
+    settings = {name: values[0] for name, values in choices.items()} | dict(request.settings)
+    exported = info.load()(system, ExportContext(where.find_pack, where.default_protocol, settings))
+    return check_pb2.ConvertResponse(
+        revision=request.revision, text=exported.text, expressed=exported.expressed, notes=exported.notes
+    )
+
+
+# --- what requests bring ---
+
+
+def read_input(request: check_pb2.ExplainRequest | check_pb2.ConvertRequest, most: int) -> tuple[Context, System]:
+    """Return the system of a request that brings it in either form."""
+    if request.WhichOneof("input") == "documents":
+        return read_documents(request.documents.documents, request.documents.reading, most, "documents.")
+    if request.WhichOneof("input") == "system":
+        return context(), read_system(request.system, most)
+    raise unfit([FieldProblem("input", "`system` or `documents` is needed")])
+
+
+def read_system(message: system_pb2.System, most: int, path: str = "system") -> System:
+    """Return the system of a message.
+
+    Raises:
+        Refused: something is wrong with it, or it has too many endpoints.
+    """
+    bounded(len(message.endpoints), most, f"{path}.endpoints")
+    wrong = list(system_problems(message, path))
+    if wrong:
+        raise unfit(wrong)
+    return system_value(message)
+
+
+def bounded(found: int, most: int, field: str) -> None:
+    """Refuse more endpoints than are allowed."""
+    if found > most:
+        raise too_much(field, f"there are {found} endpoints, this service takes {most}")
+
+
+def read_documents(
+    documents: Sequence[check_pb2.Document], reading: check_pb2.Reading, most: int, path: str = ""
+) -> tuple[Context, System]:
+    """Read files as one system.
+
+    Raises:
+        Refused: they cannot be read, or hold too many endpoints.
+    """
+    protocol = reading.protocol if reading.HasField("protocol") else None
+    _refuse_unknown(documents, reading, path)
+    where = context((), protocol)
+    switches = {name: dict(options.settings) for name, options in reading.switches.items()}
+    systems: list[System] = []
+    problems: list[Problem] = []
+    fields: list[FieldProblem] = []
+    for index, document in enumerate(documents):
+        source = Source(document.name or "<bytes>", document.content)
+        try:
+            importer = reading.importer if reading.HasField("importer") else None
+            systems.append(read_source(source, importer, switches, protocol=protocol))
+        except InputError as error:
+            problems += error.problems
+            fields += [FieldProblem(f"{path}documents[{index}].content", str(each)) for each in error.problems]
+    if problems:
+        told = f"{problems[0]}" + (f" (and {len(problems) - 1} more)" if len(problems) > 1 else "")
+        raise Refused("INVALID_ARGUMENT", told, fields, problems)
+    bounded(sum(len(system.endpoints) for system in systems), most, f"{path}documents")
+    options: Mapping[str, Mapping[str, str]] = {
+        pack: {name: options.settings[name] for name in sorted(options.settings)}
+        for pack, options in sorted(reading.options.items())
+    }
+    return where, with_options(merge(systems), options, where)
+
+
+def _refuse_unknown(documents: Sequence[check_pb2.Document], reading: check_pb2.Reading, path: str) -> None:
+    plugins = load_plugins()
+    wrong = []
+    if not documents:
+        wrong.append(FieldProblem(f"{path}documents", "at least one is needed"))
+    if reading.HasField("protocol") and plugins.pack(reading.protocol) is None:
+        wrong.append(no_pack(f"{path}reading.protocol", reading.protocol))
+    if reading.HasField("importer") and reading.importer not in plugins.importers:
+        known = ", ".join(sorted(plugins.importers))
+        said = f"there is no importer `{reading.importer[:60]}`; installed: {known}"
+        wrong.append(FieldProblem(f"{path}reading.importer", said))
+    wrong += [
+        no_pack(f"{path}reading.options[{pack}]", pack)
+        for pack in sorted(reading.options)
+        if plugins.pack(pack) is None
+    ]
+    if wrong:
+        raise unfit(wrong)
+
+
+METHODS: Final[Mapping[str, Method]] = {
+    "/cqos.v1.CatalogueService/ListPacks": Method(catalogue_pb2.ListPacksRequest, list_packs),
+    "/cqos.v1.CatalogueService/GetPack": Method(catalogue_pb2.GetPackRequest, get_pack),
+    # A small file may stand for a large system (instances), and a small one may be hard to read.
+    "/cqos.v1.CheckService/CheckDocument": Method(check_pb2.CheckDocumentRequest, check_document, always_apart=True),
+    "/cqos.v1.CheckService/CheckSystem": Method(check_pb2.CheckSystemRequest, check_model),
+    "/cqos.v1.CheckService/CheckPair": Method(check_pb2.CheckPairRequest, check_one_pair),
+    "/cqos.v1.CheckService/Explain": Method(check_pb2.ExplainRequest, explain, always_apart=True),
+    "/cqos.v1.CheckService/Convert": Method(check_pb2.ConvertRequest, convert, always_apart=True),
+}
+PAIRS: Final = "/cqos.v1.CheckService/CheckPairs"
+EDIT: Final = "/cqos.v1.SessionService/Edit"

@@ -1,0 +1,208 @@
+"""Where a call is answered: at once in this process, or by a worker; who is let in; what is remembered.
+
+Both doors come through here, with the bytes of messages.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import hmac
+import logging
+import traceback
+from collections import OrderedDict
+from datetime import date
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.service.answers import METHODS, answer, answer_of_stream, decode
+from cqos_core.service.observing import Observer, tell
+from cqos_core.service.pool import FailedError, Pool, Sessions
+from cqos_core.service.refusal import Refused, session_lost, too_much
+from cqos_core.service.settings import token_sum
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Mapping
+
+    from cqos_core.service.pool import HostedSession
+    from cqos_core.service.settings import Settings
+
+_KEPT_ENTRIES: Final = 2_048
+_KEPT_BYTES: Final = 32 * 1024 * 1024
+_BEARER: Final = "bearer "
+
+
+class Calls:
+    """Answers calls."""
+
+    def __init__(self, settings: Settings, observer: Observer) -> None:
+        """Answer within the limits of ``settings``."""
+        self.settings = settings
+        self.limits = settings.limits
+        self.observer = observer
+        self.pool = Pool(self.limits, self._worker_ended)
+        self.sessions = Sessions(self.limits, self._worker_ended)
+        self.draining = asyncio.Event()
+        self._answers = Remembered(_KEPT_ENTRIES, _KEPT_BYTES)
+        observer.meter.sessions(lambda: self.sessions.open)
+
+    def _worker_ended(self) -> None:
+        self.observer.meter.worker_ended()
+        tell(logging.WARNING, "worker ended")
+
+    def warm(self) -> None:
+        """Load every rule pack, so that no call has to wait for one."""
+        answer("/cqos.v1.CatalogueService/ListPacks", b"", 0)
+
+    def admit(self, metadata: Mapping[str, str]) -> None:
+        """Let a caller in.
+
+        Raises:
+            Refused: it has no token that is known.
+        """
+        if not self.settings.tokens:
+            return
+        given = metadata.get("authorization", "")
+        if given[: len(_BEARER)].lower() == _BEARER:
+            found = token_sum(given[len(_BEARER) :].strip())
+            # Every token is compared, so that the time it takes tells nothing.
+            if any([hmac.compare_digest(found, token) for token in self.settings.tokens]):  # noqa: C419
+                return
+        raise Refused("UNAUTHENTICATED", "a bearer token is needed, and this is none that is known")
+
+    async def unary(self, method: str, data: bytes, remaining: float | None) -> bytes:
+        """Answer a call of one message.
+
+        Raises:
+            Refused: it is not answered.
+            FailedError: a worker failed.
+        """
+        seconds = self.limits.seconds if remaining is None else min(remaining, self.limits.seconds)
+        if len(data) > self.limits.message_bytes:
+            raise too_much("request", f"it has {len(data)} bytes, this service takes {self.limits.message_bytes}")
+        found = METHODS[method]
+        if found.always_apart or len(data) > self.limits.inline_bytes:
+            return await self.pool.call(method, data, seconds)
+        return self._at_once(method, data)
+
+    def _at_once(self, method: str, data: bytes) -> bytes:
+        """Answer what takes no time, or what was asked before: a modeler sends its model again when a shape moves."""
+        request = decode(METHODS[method].request, data)
+        revision: int = request.revision
+        request.ClearField("revision")
+        asked = request.SerializeToString(deterministic=True)
+        # What is accepted depends on the day.
+        key = (method, date.today(), asked)  # noqa: DTZ011 - as the check has it
+        known = self._answers.get(key)
+        if known is None:
+            known = answer(method, asked, self.limits.endpoints)
+            self._answers.put(key, known)
+        return known if revision == 0 else b"\x08" + _varint(revision) + known
+
+    async def pairs(self, requests: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
+        """Answer a stream of pairs, one by one.
+
+        Raises:
+            Refused: something came that is no message, or nothing for too long.
+        """
+        heard = _Heard(requests, self.draining, self.limits.idle_seconds)
+        while (data := await heard.next()) is not None:
+            if len(data) > self.limits.inline_bytes:
+                raise too_much("pair", f"it has {len(data)} bytes, in a stream {self.limits.inline_bytes} are taken")
+            yield answer_of_stream(data)
+            # Others want to be answered too.
+            await asyncio.sleep(0)
+
+    async def edit(self, requests: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
+        """Answer the edits of a session.
+
+        Raises:
+            Refused: there are too many sessions, or this one is lost.
+            FailedError: a worker failed.
+        """
+        session: HostedSession | None = None
+        heard = _Heard(requests, self.draining, self.limits.idle_seconds)
+        try:
+            while (data := await heard.next()) is not None:
+                if session is None:
+                    session = await self.sessions.begin()
+                yield await session.edit(data)
+        finally:
+            if session is not None:
+                # Whoever went away shall not keep its place.
+                await asyncio.shield(asyncio.ensure_future(session.close()))
+
+    async def close(self) -> None:
+        """End all workers."""
+        await self.pool.close()
+        await self.sessions.close()
+
+
+class _Heard:
+    """The messages of a stream, as long as the service runs and somebody sends any."""
+
+    def __init__(self, requests: AsyncIterator[bytes], draining: asyncio.Event, idle: float) -> None:
+        self._requests = requests
+        self._draining = draining
+        self._idle = idle
+
+    async def next(self) -> bytes | None:
+        """Wait for the next one; None at the end.
+
+        Raises:
+            Refused: the service ends, or it took too long.
+        """
+        coming = asyncio.ensure_future(anext(self._requests, None))
+        ending = asyncio.ensure_future(self._draining.wait())
+        try:
+            await asyncio.wait({coming, ending}, timeout=self._idle, return_when=asyncio.FIRST_COMPLETED)
+            if coming.done():
+                return coming.result()
+            if self._draining.is_set():
+                raise session_lost("the service ends")
+            raise session_lost(f"nothing was heard for {self._idle:g} seconds")
+        finally:
+            ending.cancel()
+            if not coming.done():
+                coming.cancel()
+
+
+class Remembered:
+    """Answers by what was asked, the latest ones, bounded in number and bytes."""
+
+    def __init__(self, most: int, most_bytes: int) -> None:
+        """Begin with none."""
+        self._most = most
+        self._most_bytes = most_bytes
+        self._bytes = 0
+        self._entries: OrderedDict[tuple[str, date, bytes], bytes] = OrderedDict()
+
+    def get(self, key: tuple[str, date, bytes]) -> bytes | None:
+        """Return what was answered."""
+        found = self._entries.get(key)
+        if found is not None:
+            self._entries.move_to_end(key)
+        return found
+
+    def put(self, key: tuple[str, date, bytes], value: bytes) -> None:
+        """Remember it, and forget the oldest where there is too much."""
+        self._entries[key] = value
+        self._bytes += len(key[2]) + len(value)
+        while len(self._entries) > self._most or self._bytes > self._most_bytes:
+            (_, _, asked), answered = self._entries.popitem(last=False)
+            self._bytes -= len(asked) + len(answered)
+
+
+def _varint(number: int) -> bytes:
+    """Write a number as protobuf does."""
+    out = bytearray()
+    while number > 0x7F:  # noqa: PLR2004 - seven bits in a byte
+        out.append(number & 0x7F | 0x80)
+        number >>= 7
+    out.append(number)
+    return bytes(out)
+
+
+def failure(error: BaseException, request_id: str) -> Refused:
+    """Return what a caller hears of a fault of ours; whoever runs the service reads the rest in its log."""
+    trace = str(error) if isinstance(error, FailedError) else "".join(traceback.format_exception(error))
+    tell(logging.ERROR, "internal error", request_id=request_id, traceback=trace)
+    return Refused("INTERNAL", f"internal error; the service's log has it under request id {request_id}")

@@ -1,0 +1,123 @@
+"""Rule packs as messages of the catalogue."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+from cqos.v1 import catalogue_pb2, report_pb2
+from cqos_core.pack import describe_policy, describe_rule
+from cqos_core.plugins import load_plugins
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from cqos_core.pack import Dialect, Preset, RulePack
+    from cqos_core.policy import Policy
+
+
+def packs_message(revision: int) -> catalogue_pb2.ListPacksResponse:
+    """List everything installed."""
+    plugins = load_plugins()
+    packs = [
+        catalogue_pb2.PackSummary(
+            id=name, title=pack.title, summary=pack.summary, distribution=plugins.owner("packs", name)
+        )
+        for name in sorted(plugins.packs)
+        if (pack := plugins.pack(name)) is not None
+    ]
+    importers = [
+        catalogue_pb2.Format(
+            name=name, summary=info.summary, distribution=plugins.owner("importers", name), suffixes=info.suffixes
+        )
+        for name, info in sorted(plugins.importers.items())
+    ]
+    exporters = [
+        catalogue_pb2.Format(
+            name=name,
+            summary=exporter.summary,
+            distribution=plugins.owner("exporters", name),
+            suffixes=[exporter.suffix],
+            settings=[
+                catalogue_pb2.FormatSetting(name=setting, values=values)
+                for setting, values in exporter.choices().items()
+            ],
+        )
+        for name, exporter in sorted(plugins.exporters.items())
+    ]
+    return catalogue_pb2.ListPacksResponse(
+        revision=revision, version=version("cqos"), packs=packs, importers=importers, exporters=exporters
+    )
+
+
+def pack_message(pack: RulePack) -> catalogue_pb2.Pack:
+    """Describe one pack in full."""
+    described = pack.describe()
+    return catalogue_pb2.Pack(
+        id=pack.id,
+        title=pack.title,
+        summary=pack.summary,
+        source=pack.source,
+        meeting=pack.meeting.described,
+        policies=[policy_message(policy) for policy in pack.policies],
+        presets=[_preset(name, preset) for name, preset in pack.presets.items()],
+        base_preset=pack.base_preset,
+        rules=[_rule(describe_rule(bound)) for bound in pack.bound_rules],
+        functions=[catalogue_pb2.Function(**each) for each in described["functions"]],
+        conventions=[catalogue_pb2.Convention(**each) for each in described["conventions"]],
+        codes=[catalogue_pb2.Code(**{**each, "severity": _severity(each)}) for each in described["codes"]],
+        not_checked=pack.not_checked,
+        dialects={name: _dialect(dialect) for name, dialect in pack.dialects.items()},
+    )
+
+
+def policy_message(policy: Policy) -> catalogue_pb2.Policy:
+    """Describe one policy: what `describe_policy` says, in fields that have one type each."""
+    described = describe_policy(policy)
+    default = described.pop("default")
+    enforced: Mapping[str, Any] = described.pop("enforced")
+    known = catalogue_pb2.Policy.DESCRIPTOR.fields_by_name
+    message = catalogue_pb2.Policy(
+        **{name: value for name, value in described.items() if name in known and value is not None},
+        expected=policy.expected(),
+        enforced={option: catalogue_pb2.Treatment(by_value=by_value) for option, by_value in enforced.items()},
+    )
+    if isinstance(default, str):
+        message.default_value = default
+    elif default is not None:
+        message.default_by_role.update(default)
+    return message
+
+
+def _preset(name: str, preset: Preset) -> catalogue_pb2.Preset:
+    needs = None if preset.needs is None else catalogue_pb2.NeededOption(option=preset.needs[0], value=preset.needs[1])
+    return catalogue_pb2.Preset(
+        name=name, settings=preset.settings, doc=preset.doc, needs=needs, aliases=preset.aliases
+    )
+
+
+def _rule(described: dict[str, Any]) -> catalogue_pb2.Rule:
+    rows = [
+        catalogue_pb2.TableRow(
+            values={name: value for name, value in row.items() if name != "compatible"},
+            compatible=row["compatible"] == "Yes",
+        )
+        for row in described.pop("table")
+    ]
+    known = catalogue_pb2.Rule.DESCRIPTOR.fields_by_name
+    given = {name: value for name, value in described.items() if name in known and value is not None}
+    return catalogue_pb2.Rule(**{**given, "severity": _severity(described), "table": rows})
+
+
+def _severity(described: Mapping[str, Any]) -> report_pb2.Severity.ValueType:
+    return report_pb2.Severity.Value(f"SEVERITY_{described['severity'].upper()}")
+
+
+def _dialect(dialect: Dialect) -> catalogue_pb2.Dialect:
+    return catalogue_pb2.Dialect(
+        names=dialect.names,
+        codes={policy: catalogue_pb2.Codes(by_code=codes) for policy, codes in dialect.codes.items()},
+        bare_unit=dialect.bare_unit,
+        zero_is_unset=dialect.zero_is_unset,
+        ignore=sorted(dialect.ignore),
+    )

@@ -1,0 +1,52 @@
+"""What a worker process and the service say to each other: one frame per call, one per answer."""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+if TYPE_CHECKING:
+    from typing import BinaryIO
+
+_HEAD: Final = struct.Struct(">BQQ")
+
+ANSWER, OPEN_SESSION, EDIT_SESSION, CLOSE_SESSION = range(4)
+"""What a call asks for."""
+OK, REFUSED, FAILED = range(3)
+"""What came of it: an answer, a google.rpc.Status, or a traceback that is the service's own business."""
+
+
+class Frame(NamedTuple):
+    """One message.
+
+    Attributes:
+        kind: of a call, what it asks for; of an answer, what came of it.
+        number: of the method (`methods`), or of the session.
+    """
+
+    kind: int
+    number: int
+    data: bytes
+
+    def encoded(self) -> bytes:
+        """Return the bytes of it."""
+        return _HEAD.pack(self.kind, self.number, len(self.data)) + self.data
+
+
+def head(data: bytes) -> tuple[int, int, int]:
+    """Return kind, number and length of data of a frame's first `HEAD_SIZE` bytes."""
+    kind, number, size = _HEAD.unpack(data)
+    return kind, number, size
+
+
+HEAD_SIZE: Final = _HEAD.size
+
+
+def read(stream: BinaryIO) -> Frame | None:
+    """Wait for a frame; None where the other side is gone."""
+    start = stream.read(HEAD_SIZE)
+    if len(start) < HEAD_SIZE:
+        return None
+    kind, number, size = head(start)
+    data = stream.read(size)
+    return Frame(kind, number, data) if len(data) == size else None

@@ -1,0 +1,258 @@
+"""What is told about calls: structured logs, metrics, spans. Never what is in them, nor any credential."""
+
+from __future__ import annotations
+
+import json
+import logging
+import re
+import secrets
+import sys
+import time
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+from cqos_core.problems import CqosError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from cqos_core.service.settings import Settings
+
+log = logging.getLogger("cqos_core.service")
+REQUEST_ID: Final = "x-request-id"
+_GIVEN_ID: Final = re.compile(r"[A-Za-z0-9._:/+=-]{1,128}")
+_OUR_FAULT: Final = frozenset({"INTERNAL", "UNKNOWN", "DATA_LOSS"})
+
+
+class JsonLines(logging.Formatter):
+    """One JSON object per line."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Write time, level, what happened, and what belongs to it."""
+        told: dict[str, Any] = {
+            "time": _time(record),
+            "level": record.levelname.lower(),
+            "event": record.getMessage(),
+            **getattr(record, "told", {}),
+        }
+        if record.exc_info:
+            told["traceback"] = self.formatException(record.exc_info)
+        return json.dumps(told, ensure_ascii=True, default=str)
+
+
+class PlainLines(logging.Formatter):
+    """The same for people."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Write it in one line, and a traceback below it."""
+        told = " ".join(f"{name}={value}" for name, value in getattr(record, "told", {}).items() if name != "traceback")
+        line = f"{_time(record)} {record.levelname.lower():7} {record.getMessage()} {told}".rstrip()
+        trace = getattr(record, "told", {}).get("traceback", "")
+        if record.exc_info:
+            trace = self.formatException(record.exc_info)
+        return f"{line}\n{trace}".rstrip()
+
+
+def _time(record: logging.LogRecord) -> str:
+    stamp = time.strftime("%Y-%m-%dT%H:%M:%S", time.gmtime(record.created))
+    return f"{stamp}.{int(record.msecs):03d}Z"
+
+
+def start_logging(level: str, form: str) -> None:
+    """Write what the service tells to standard error."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(JsonLines() if form == "json" else PlainLines())
+    log.handlers[:] = [handler]
+    log.setLevel(level.upper())
+    log.propagate = False
+
+
+def tell(level: int, event: str, **told: object) -> None:
+    """Log an event with what belongs to it."""
+    log.log(level, event, extra={"told": told})
+
+
+class Meter(Protocol):
+    """Counts calls."""
+
+    def begun(self, method: str) -> None:
+        """Note that a call began."""
+
+    def ended(self, method: str, code: str, seconds: float) -> None:
+        """Note how a call ended."""
+
+    def worker_ended(self) -> None:
+        """Note that a worker had to be ended."""
+
+    def sessions(self, count: Callable[[], int]) -> None:
+        """Say whom to ask how many sessions are open."""
+
+
+class NoMeter:
+    """Counts nothing."""
+
+    def begun(self, method: str) -> None:
+        """Note nothing."""
+
+    def ended(self, method: str, code: str, seconds: float) -> None:
+        """Note nothing."""
+
+    def worker_ended(self) -> None:
+        """Note nothing."""
+
+    def sessions(self, count: Callable[[], int]) -> None:
+        """Ask nobody."""
+
+
+class PrometheusMeter:
+    """Counts for Prometheus."""
+
+    def __init__(self) -> None:
+        """Register what is counted."""
+        from prometheus_client import REGISTRY, Counter, Gauge, Histogram
+
+        self._calls = Counter("cqos_calls", "Calls by method and status", ["method", "code"], registry=REGISTRY)
+        self._seconds = Histogram(
+            "cqos_call_seconds",
+            "Duration of calls",
+            ["method"],
+            buckets=(0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 5, 10, 30),
+            registry=REGISTRY,
+        )
+        self._under_way = Gauge(
+            "cqos_calls_under_way", "Calls that have no answer yet", registry=REGISTRY, multiprocess_mode="livesum"
+        )
+        self._ended = Counter("cqos_workers_ended", "Workers that took too long or died", registry=REGISTRY)
+        self._sessions = Gauge(
+            "cqos_sessions_open", "Open edit sessions", registry=REGISTRY, multiprocess_mode="livesum"
+        )
+
+    def begun(self, method: str) -> None:  # noqa: ARG002 - of all meters
+        """Count it as under way."""
+        self._under_way.inc()
+
+    def ended(self, method: str, code: str, seconds: float) -> None:
+        """Count it by method and code."""
+        self._under_way.dec()
+        self._calls.labels(method, code).inc()
+        self._seconds.labels(method).observe(seconds)
+
+    def worker_ended(self) -> None:
+        """Count it."""
+        self._ended.inc()
+
+    def sessions(self, count: Callable[[], int]) -> None:
+        """Ask whenever somebody reads the metrics."""
+        self._sessions.set_function(count)
+
+
+class Watch:
+    """One call that is under way."""
+
+    __slots__ = ("_began", "_meter", "_method", "_peer", "_size", "_span", "request_id")
+
+    def __init__(self, meter: Meter, span: Any, method: str, request_id: str, peer: str, size: int) -> None:
+        """Begin."""
+        self._began = time.perf_counter()
+        self._meter = meter
+        self._span = span
+        self._method = method
+        self._peer = peer
+        self._size = size
+        self.request_id = request_id
+
+    def end(self, code: str, size: int = 0, **told: object) -> None:
+        """Tell how it ended."""
+        seconds = time.perf_counter() - self._began
+        self._meter.ended(self._method, code, seconds)
+        if self._span is not None:
+            _end_span(self._span, code)
+        level = logging.ERROR if code in _OUR_FAULT else logging.INFO
+        if log.isEnabledFor(level):
+            tell(
+                level,
+                "call",
+                request_id=self.request_id,
+                method=self._method,
+                code=code,
+                ms=round(seconds * 1000, 3),
+                peer=self._peer,
+                bytes_in=self._size,
+                bytes_out=size,
+                **told,
+            )
+
+
+class Observer:
+    """Watches all calls."""
+
+    def __init__(self, settings: Settings) -> None:
+        """Count and trace as the settings say.
+
+        Raises:
+            CqosError: what that needs is not installed.
+        """
+        self.meter: Meter = _meter(settings)
+        self._tracer = _tracer() if settings.tracing else None
+
+    def begin(self, method: str, metadata: Mapping[str, str], peer: str, size: int) -> Watch:
+        """Watch a call."""
+        given = metadata.get(REQUEST_ID, "")
+        request_id = given if _GIVEN_ID.fullmatch(given) else secrets.token_hex(8)
+        self.meter.begun(method)
+        span = None if self._tracer is None else _begin_span(self._tracer, method, metadata, request_id)
+        return Watch(self.meter, span, method, request_id, peer, size)
+
+
+def _meter(settings: Settings) -> Meter:
+    if settings.metrics is None:
+        return NoMeter()
+    try:
+        return PrometheusMeter()
+    except ImportError:
+        raise CqosError("--metrics needs the extra `metrics`: pip install 'cqos[metrics]'") from None
+
+
+def _tracer() -> Any:
+    try:
+        from opentelemetry import trace
+        from opentelemetry.exporter.otlp.proto.grpc.trace_exporter import OTLPSpanExporter
+        from opentelemetry.sdk.resources import Resource
+        from opentelemetry.sdk.trace import TracerProvider
+        from opentelemetry.sdk.trace.export import BatchSpanProcessor
+    except ImportError:
+        raise CqosError("--tracing needs the extra `otel`: pip install 'cqos[otel]'") from None
+    # Where spans go and what the service is called, the variables OTEL_* say.
+    provider = TracerProvider(resource=Resource.create())
+    provider.add_span_processor(BatchSpanProcessor(OTLPSpanExporter()))
+    trace.set_tracer_provider(provider)
+    return trace.get_tracer("cqos")
+
+
+def end_tracing() -> None:
+    """Send what is still waiting."""
+    from opentelemetry import trace
+
+    getattr(trace.get_tracer_provider(), "shutdown", lambda: None)()
+
+
+def _begin_span(tracer: Any, method: str, metadata: Mapping[str, str], request_id: str) -> Any:
+    from opentelemetry.propagate import extract
+    from opentelemetry.trace import SpanKind
+
+    service, _, name = method.strip("/").partition("/")
+    return tracer.start_span(
+        f"{service}/{name}",
+        context=extract(metadata),
+        kind=SpanKind.SERVER,
+        attributes={"rpc.system": "grpc", "rpc.service": service, "rpc.method": name, "cqos.request_id": request_id},
+    )
+
+
+def _end_span(span: Any, code: str) -> None:
+    from google.rpc import code_pb2
+    from opentelemetry.trace import StatusCode
+
+    span.set_attribute("rpc.grpc.status_code", code_pb2.Code.Value(code))
+    if code in _OUR_FAULT:
+        span.set_status(StatusCode.ERROR)
+    span.end()

@@ -1,0 +1,202 @@
+"""One serving process, and several that share a port: ``python -m cqos_core.service.process``, settings on standard input."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import signal
+import socket
+import sys
+import tempfile
+import time
+from contextlib import ExitStack, suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.problems import CqosError
+from cqos_core.service.observing import Observer, end_tracing, start_logging, tell
+from cqos_core.service.settings import Settings, joined, split_address
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_METRICS_FOLDER: Final = "PROMETHEUS_MULTIPROC_DIR"
+_STOPPING: Final = (signal.SIGTERM, signal.SIGINT)
+
+
+def serve(settings: Settings) -> None:
+    """Serve until a signal says to end.
+
+    Raises:
+        CqosError: the settings cannot be followed.
+    """
+    settings.check()
+    start_logging(settings.log_level, settings.log_format)
+    if settings.processes > 1:
+        _supervise(settings)
+    else:
+        asyncio.run(serve_here(settings))
+
+
+async def serve_here(settings: Settings, started: Callable[[dict[str, str]], None] = lambda _addresses: None) -> None:
+    """Serve in this process; ``started`` is told the addresses."""
+    # gRPC is slow to import, and whoever only asks for help needs none of it.
+    from cqos_core.service.calls import Calls
+    from cqos_core.service.native import NativeDoor
+
+    calls = Calls(settings, Observer(settings))
+    ending = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for each in _STOPPING:
+        with suppress(NotImplementedError):  # Windows
+            loop.add_signal_handler(each, ending.set)
+    native = NativeDoor(calls, settings)
+    addresses = {"grpc": native.address}
+    web: Any = None
+    stop_metrics: Callable[[], None] = lambda: None  # noqa: E731 - there may be none
+    try:
+        if settings.web is not None:
+            web = _web_door(calls, settings)
+            addresses["web"] = web.address
+        if settings.metrics is not None and settings.processes == 1:
+            addresses["metrics"], stop_metrics = _serve_metrics(settings.metrics)
+        calls.warm()
+        await calls.pool.warm()
+        await native.start()
+        if web is not None:
+            await web.start()
+        tell(logging.INFO, "serving", **addresses, pid=os.getpid(), tls=settings.encrypted)
+        if settings.tokens and not settings.encrypted:
+            tell(logging.WARNING, "tokens without TLS can be read by whoever is on the way")
+        started(addresses)
+        await ending.wait()
+        tell(logging.INFO, "draining", grace=settings.grace)
+        calls.draining.set()
+        await asyncio.gather(native.stop(settings.grace), *([] if web is None else [web.stop(settings.grace)]))
+    finally:
+        await calls.close()
+        stop_metrics()
+        if settings.tracing:
+            end_tracing()
+    tell(logging.INFO, "stopped")
+
+
+def _web_door(calls: Any, settings: Settings) -> Any:
+    try:
+        from cqos_core.service.web import WebDoor
+    except ImportError:
+        raise CqosError("--web needs the extra `web`: pip install 'cqos[web]'") from None
+    return WebDoor(calls, settings)
+
+
+def _serve_metrics(address: str) -> tuple[str, Callable[[], None]]:
+    """Answer Prometheus, of one process or of all that write into one folder."""
+    from prometheus_client import REGISTRY, CollectorRegistry, start_http_server
+
+    host, port = split_address("--metrics", address)
+    registry = REGISTRY
+    if _METRICS_FOLDER in os.environ:
+        from prometheus_client.multiprocess import MultiProcessCollector
+
+        registry = CollectorRegistry()
+        MultiProcessCollector(registry)  # type: ignore[no-untyped-call]
+    try:
+        server, thread = start_http_server(port, host, registry)
+    except OSError as error:
+        raise CqosError(f"cannot listen on {address}: {error.strerror}") from None
+
+    def stop() -> None:
+        server.shutdown()
+        server.server_close()
+        thread.join()
+
+    return joined(host, server.server_port), stop
+
+
+# Several processes
+
+
+def _supervise(settings: Settings) -> None:
+    """Keep so many processes running, which share the port."""
+    with ExitStack() as stack:
+        # Held, not listened on: so that all get the same port, and nobody else does.
+        settings = replace(settings, listen=_held(stack, settings.listen))
+        if settings.web is not None:
+            settings = replace(settings, web=_held(stack, settings.web))
+        stop_metrics: Callable[[], None] = lambda: None  # noqa: E731 - there may be none
+        if settings.metrics is not None:
+            os.environ[_METRICS_FOLDER] = stack.enter_context(tempfile.TemporaryDirectory(prefix="cqos-metrics-"))
+            address, stop_metrics = _serve_metrics(settings.metrics)
+            settings = replace(settings, metrics=address)
+        try:
+            asyncio.run(_keep_running(settings))
+        finally:
+            stop_metrics()
+
+
+def _held(stack: ExitStack, address: str) -> str:
+    if not hasattr(socket, "SO_REUSEPORT"):
+        raise CqosError("--workers needs a system on which processes can share a port")
+    host, port = split_address("--listen", address)
+    family, _, _, _, target = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+    held = stack.enter_context(socket.socket(family, socket.SOCK_STREAM))
+    held.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
+    try:
+        held.bind(target)
+    except OSError as error:
+        raise CqosError(f"cannot listen on {address}: {error.strerror}") from None
+    return joined(host, held.getsockname()[1])
+
+
+async def _keep_running(settings: Settings) -> None:
+    ending = asyncio.Event()
+    for each in _STOPPING:
+        asyncio.get_running_loop().add_signal_handler(each, ending.set)
+    tell(logging.INFO, "starting", grpc=settings.listen, web=settings.web, processes=settings.processes)
+    await asyncio.gather(*(_keep_one(settings, ending) for _ in range(settings.processes)))
+    tell(logging.INFO, "stopped all")
+
+
+async def _keep_one(settings: Settings, ending: asyncio.Event) -> None:
+    """Run one process, and another when it dies."""
+    waiting = asyncio.ensure_future(ending.wait())
+    pause = 0.0
+    while not ending.is_set():
+        began = time.monotonic()
+        child = await asyncio.create_subprocess_exec(
+            sys.executable, "-m", __name__ if __name__ != "__main__" else "cqos_core.service.process", stdin=-1
+        )
+        assert child.stdin is not None  # noqa: S101 - it is a pipe
+        child.stdin.write(settings.to_json().encode())
+        child.stdin.close()
+        ended = asyncio.ensure_future(child.wait())
+        await asyncio.wait({ended, waiting}, return_when=asyncio.FIRST_COMPLETED)
+        if ended.done() and not ending.is_set():
+            tell(logging.ERROR, "process died", pid=child.pid, exit_code=ended.result())
+            _forget_metrics(child.pid)
+            pause = 0.0 if time.monotonic() - began > 10 else min(pause * 2 + 0.2, 10)  # noqa: PLR2004 - seconds
+            await asyncio.wait({waiting}, timeout=pause)
+        elif not ended.done():
+            with suppress(ProcessLookupError):
+                child.send_signal(signal.SIGTERM)
+            await ended
+    waiting.cancel()
+
+
+def _forget_metrics(number: int) -> None:
+    if _METRICS_FOLDER in os.environ:
+        from prometheus_client.multiprocess import mark_process_dead
+
+        mark_process_dead(number)  # type: ignore[no-untyped-call]
+
+
+def main() -> None:
+    """Serve as one of several processes."""
+    settings = Settings.from_json(sys.stdin.read())
+    start_logging(settings.log_level, settings.log_format)
+    asyncio.run(serve_here(settings))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,92 @@
+"""Why a call is not answered, in the words of google.rpc."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from google.rpc import code_pb2, error_details_pb2, status_pb2
+
+from cqos.v1 import report_pb2
+from cqos_core.messages import FieldProblem, to_message
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from cqos_core.problems import Problem
+
+DOMAIN: Final = "cqos"
+SESSION_LOST: Final = "SESSION_LOST"
+
+
+class Refused(Exception):  # noqa: N818 - it is a refusal
+    """A call that is answered with a status other than OK.
+
+    Attributes:
+        code: name of a `google.rpc.Code`.
+        fields: what is wrong with the request.
+        documents: what is wrong with documents in it.
+        reason: for programs, where the code does not say enough.
+    """
+
+    def __init__(
+        self,
+        code: str,
+        message: str,
+        fields: Iterable[FieldProblem] = (),
+        documents: Sequence[Problem] = (),
+        reason: str = "",
+    ) -> None:
+        """Say why."""
+        super().__init__(message)
+        self.code = code
+        self.message = message
+        self.fields = tuple(fields)
+        self.documents = tuple(documents)
+        self.reason = reason
+
+    def status(self) -> status_pb2.Status:
+        """Return all of it as one message."""
+        status = status_pb2.Status(code=code_pb2.Code.Value(self.code), message=self.message)
+        if self.fields:
+            violations = [
+                error_details_pb2.BadRequest.FieldViolation(field=each.field, description=each.description)
+                for each in self.fields
+            ]
+            status.details.add().Pack(error_details_pb2.BadRequest(field_violations=violations))
+        if self.documents:
+            problems = [to_message(each, report_pb2.Problem) for each in self.documents]
+            status.details.add().Pack(report_pb2.InputProblems(problems=problems))
+        if self.reason:
+            status.details.add().Pack(error_details_pb2.ErrorInfo(reason=self.reason, domain=DOMAIN))
+        return status
+
+
+class StatusRefused(Refused):
+    """A refusal that comes from a worker as the message it is to become."""
+
+    def __init__(self, status: status_pb2.Status) -> None:
+        """Keep the message."""
+        super().__init__(code_pb2.Code.Name(status.code), status.message)
+        self._status = status
+
+    def status(self) -> status_pb2.Status:
+        """Return it."""
+        return self._status
+
+
+def unfit(fields: Sequence[FieldProblem]) -> Refused:
+    """Return the refusal of a request of which some fields are wrong."""
+    listed = "; ".join(f"{each.field}: {each.description}" for each in fields[:3])
+    more = f"; and {len(fields) - 3} more" if len(fields) > 3 else ""  # noqa: PLR2004
+    return Refused("INVALID_ARGUMENT", listed + more, fields)
+
+
+def too_much(field: str, description: str) -> Refused:
+    """Return the refusal of a request that asks for more than is allowed."""
+    return Refused("RESOURCE_EXHAUSTED", f"{field}: {description}", [FieldProblem(field, description)])
+
+
+def session_lost(why: str) -> Refused:
+    """Return the end of a session whose worker is gone."""
+    message = f"the session is lost: {why}; open another one with the model as it now stands"
+    return Refused("ABORTED", message, reason=SESSION_LOST)

@@ -1,0 +1,197 @@
+"""How the service is run: addresses, credentials, limits. Checked as a whole, before anything is opened."""
+
+from __future__ import annotations
+
+import hashlib
+import ipaddress
+import json
+import os
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from cqos_core.problems import CqosError
+
+MIB: Final = 1024 * 1024
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What one call may ask for, and all together.
+
+    Attributes:
+        message_bytes: of one request message.
+        endpoints: of one system.
+        seconds: for one answer.
+        inline_bytes: requests up to this size are answered in the process that serves; larger ones, and documents, by
+            workers, so that they keep nobody waiting.
+        workers: processes for those.
+        waiting: calls that may wait for a worker.
+        worker_memory: bytes that a worker may use (Linux); 0: any.
+        calls: at the same time.
+        sessions: open at the same time.
+        session_workers: processes that they live in.
+        idle_seconds: after which a session that hears nothing is closed.
+    """
+
+    message_bytes: int = 16 * MIB
+    endpoints: int = 20_000
+    seconds: float = 30.0
+    inline_bytes: int = 16 * 1024
+    workers: int = 2
+    waiting: int = 256
+    worker_memory: int = 2048 * MIB
+    calls: int = 1_000
+    sessions: int = 64
+    session_workers: int = 1
+    idle_seconds: float = 900.0
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How the service is run.
+
+    Attributes:
+        listen: address of gRPC, ``host:port``; port 0 takes a free one.
+        web: address of the door for browsers, or None.
+        origins: of pages from elsewhere that may call the door for browsers.
+        metrics: address of Prometheus metrics, or None.
+        tokens: SHA-256 sums of the bearer tokens that are let in; none: no token is asked for.
+        certificate, key: paths of the server's certificate chain and private key, PEM.
+        client_authority: path of the certificates that callers' certificates must be signed by.
+        anonymous: serve others than this machine without credentials.
+        grace: seconds that calls under way get when the service ends.
+        processes: that share the port.
+        tracing: send spans by OpenTelemetry.
+        log_level, log_format: ``info``; ``json`` or ``text``.
+    """
+
+    listen: str = "127.0.0.1:50051"
+    web: str | None = None
+    origins: tuple[str, ...] = ()
+    metrics: str | None = None
+    tokens: tuple[str, ...] = ()
+    certificate: str | None = None
+    key: str | None = None
+    client_authority: str | None = None
+    anonymous: bool = False
+    grace: float = 10.0
+    processes: int = 1
+    tracing: bool = False
+    log_level: str = "info"
+    log_format: str = "json"
+    limits: Limits = field(default_factory=Limits)
+
+    @property
+    def encrypted(self) -> bool:
+        """Whether callers must speak TLS."""
+        return self.certificate is not None
+
+    def to_json(self) -> str:
+        """Return all of it as text, for another process."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_json(cls, text: str) -> Settings:
+        """Return what `to_json` wrote."""
+        content: dict[str, Any] = json.loads(text)
+        content["limits"] = Limits(**content["limits"])
+        given: dict[str, Any] = {n: tuple(value) if isinstance(value, list) else value for n, value in content.items()}
+        return cls(**given)
+
+    def check(self) -> None:
+        """Refuse what would be unsafe or could not work.
+
+        Raises:
+            CqosError: in words for whoever starts the service.
+        """
+        for name, address in (("--listen", self.listen), ("--web", self.web), ("--metrics", self.metrics)):
+            if address is not None:
+                split_address(name, address)
+        if (self.certificate is None) != (self.key is None):
+            raise CqosError("--tls-cert and --tls-key belong together: a certificate and its private key")
+        if self.client_authority is not None and self.certificate is None:
+            raise CqosError("--tls-client-ca asks callers for certificates, which needs --tls-cert and --tls-key")
+        for name, path in (
+            ("--tls-cert", self.certificate),
+            ("--tls-key", self.key),
+            ("--tls-client-ca", self.client_authority),
+        ):
+            if path is not None and not os.access(path, os.R_OK):
+                raise CqosError(f"{name}: cannot read {path}")
+        if self.tokens or self.client_authority or self.anonymous:
+            return
+        for name, address in (("--listen", self.listen), ("--web", self.web)):
+            if address is not None and not is_loopback(split_address(name, address)[0]):
+                raise CqosError(
+                    f"{name} {address} can be reached from other machines, and nobody would be asked for credentials: "
+                    "give --token-file or --tls-client-ca, or say --allow-anonymous"
+                )
+
+
+def split_address(name: str, address: str) -> tuple[str, int]:
+    """Return host and port of ``host:port``; an IPv6 address stands in brackets.
+
+    Raises:
+        CqosError: it is none.
+    """
+    host, colon, port = address.rpartition(":")
+    host = host.removeprefix("[").removesuffix("]")
+    if not colon or not host or not port.isascii() or not port.isdigit() or int(port) > 65_535:  # noqa: PLR2004 - the last port
+        raise CqosError(f"{name} `{address}` is no address: expected host:port, for instance 127.0.0.1:50051")
+    return host, int(port)
+
+
+def is_loopback(host: str) -> bool:
+    """Whether only this machine reaches it."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def joined(host: str, port: int) -> str:
+    """Return ``host:port``."""
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+
+
+def token_sum(token: str) -> str:
+    """Return what is kept of a token."""
+    return hashlib.sha256(token.encode()).hexdigest()
+
+
+_SHORTEST_TOKEN: Final = 16
+
+
+def read_tokens(path: str) -> tuple[str, ...]:
+    """Return the sums of the tokens in a file, one in a line; empty lines and those with ``#`` in front do not count.
+
+    Raises:
+        CqosError: it cannot be read, or holds no token, or one that could be guessed.
+    """
+    try:
+        lines = [line.strip() for line in Path(path).read_text(encoding="utf-8").splitlines()]
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "it is not UTF-8"
+        raise CqosError(f"the token file {path} cannot be read: {reason}") from None
+    tokens = [line for line in lines if line and not line.startswith("#")]
+    if not tokens:
+        raise CqosError(f"the token file {path} holds no token")
+    refuse_short(tokens)
+    return tuple(map(token_sum, tokens))
+
+
+def refuse_short(tokens: list[str]) -> None:
+    """Refuse tokens that could be guessed, or that no header can carry.
+
+    Raises:
+        CqosError: without repeating any token.
+    """
+    if any(len(token) < _SHORTEST_TOKEN for token in tokens):
+        raise CqosError(
+            f"a token is shorter than {_SHORTEST_TOKEN} characters; `openssl rand -hex 32` makes a good one"
+        )
+    if not all(token.isascii() and token.isprintable() and " " not in token for token in tokens):
+        raise CqosError("a token has characters other than printable ASCII without blanks")

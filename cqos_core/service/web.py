@@ -1,0 +1,247 @@
+"""The door for browsers: Connect and gRPC-Web on one HTTP port, around the same `Calls`.
+
+Browsers have no streams of requests, so that only calls of one message are there; a modeler in a browser sends its whole
+model with a revision. Over HTTP 1.1, which is spoken here, nothing else would work for anybody.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import socket
+from ssl import CERT_NONE, CERT_REQUIRED
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import uvicorn
+from connectrpc.code import Code
+from connectrpc.errors import ConnectError, ErrorDetail
+from connectrpc.method import IdempotencyLevel, MethodInfo, StreamType
+from connectrpc.server import ConnectASGIApplication, Endpoint
+from google.protobuf import json_format
+from google.rpc import code_pb2
+from protobuf.wkt import Any as Detail
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.middleware.cors import CORSMiddleware
+from starlette.responses import PlainTextResponse
+from starlette.routing import Mount, Route
+
+from cqos.v1 import catalogue_pb2, check_pb2
+from cqos_core.problems import CqosError
+from cqos_core.service.answers import METHODS
+from cqos_core.service.calls import failure
+from cqos_core.service.observing import REQUEST_ID
+from cqos_core.service.refusal import Refused
+from cqos_core.service.settings import joined, split_address
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from starlette.requests import Request
+    from starlette.types import ASGIApp
+
+    from cqos_core.service.calls import Calls
+    from cqos_core.service.settings import Settings
+
+_BACKLOG: Final = 1024
+_PREFLIGHT_SECONDS: Final = 7200
+# The extensions that gRPC-Web and Connect need where a page comes from elsewhere.
+_REQUEST_HEADERS: Final = (
+    *("authorization", "content-type", "connect-protocol-version", "connect-timeout-ms"),
+    *("grpc-timeout", "x-grpc-web", "x-user-agent", REQUEST_ID),
+)
+_RESPONSE_HEADERS: Final = ("grpc-status", "grpc-message", "grpc-status-details-bin", REQUEST_ID)
+
+
+class _Answered(NamedTuple):
+    """An answer as bytes, and what kind of message they are."""
+
+    kind: Any
+    data: bytes
+
+
+class _Binary:
+    """Takes and gives bytes as they are: what is large is decoded where it is answered."""
+
+    def name(self) -> str:
+        return "proto"
+
+    def encode(self, message: _Answered) -> bytes:
+        return message.data
+
+    def decode(self, data: bytes | bytearray, message_class: Any) -> bytes:  # noqa: ARG002 - of all codecs
+        return bytes(data)
+
+
+class _Json:
+    """Turns JSON into bytes and back."""
+
+    def name(self) -> str:
+        return "json"
+
+    def encode(self, message: _Answered) -> bytes:
+        return json_format.MessageToJson(message.kind.FromString(message.data), indent=None).encode()
+
+    def decode(self, data: bytes | bytearray, message_class: Any) -> bytes:
+        try:
+            message = json_format.Parse(bytes(data), message_class())
+        except (json_format.ParseError, UnicodeDecodeError, RecursionError) as error:
+            name = message_class.DESCRIPTOR.full_name
+            raise ConnectError(Code.INVALID_ARGUMENT, f"the request is no {name}: {error}") from None
+        return message.SerializeToString()  # type: ignore[no-any-return]
+
+
+class _Application(ConnectASGIApplication[Any]):
+    """The calls of all services."""
+
+    @property
+    def path(self) -> str:
+        return "/"
+
+
+class WebDoor:
+    """An HTTP server around `Calls`."""
+
+    def __init__(self, calls: Calls, settings: Settings) -> None:
+        """Open the address.
+
+        Raises:
+            CqosError: it cannot be opened.
+        """
+        self._socket = _opened(settings)
+        host, port = self._socket.getsockname()[:2]
+        self.address = joined(host, port)
+        self._calls = calls
+        config = uvicorn.Config(
+            application(calls, settings),
+            log_config=None,
+            access_log=False,
+            server_header=False,
+            lifespan="off",
+            backlog=_BACKLOG,
+            limit_concurrency=settings.limits.calls,
+            timeout_graceful_shutdown=max(int(settings.grace), 1),
+            ssl_certfile=settings.certificate,
+            ssl_keyfile=settings.key,
+            ssl_ca_certs=settings.client_authority,
+            ssl_cert_reqs=CERT_REQUIRED if settings.client_authority else CERT_NONE,
+        )
+        self._server = _Server(config)
+        self._running: asyncio.Task[None] | None = None
+
+    async def start(self) -> None:
+        """Answer from now on."""
+        self._running = asyncio.create_task(self._server.serve(sockets=[self._socket]))
+        while not self._server.started and not self._running.done():  # noqa: ASYNC110 - uvicorn has no event for it
+            await asyncio.sleep(0.01)
+        if self._running.done():
+            await self._running
+
+    async def stop(self, grace: float) -> None:  # noqa: ARG002 - of all doors; uvicorn knows it
+        """Take no more calls, and end when those under way are answered, or after the time of grace."""
+        self._server.should_exit = True
+        if self._running is not None:
+            await self._running
+
+
+class _Server(uvicorn.Server):
+    """Leaves signals to the process, which has two doors."""
+
+    @contextlib.contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        yield
+
+
+def _opened(settings: Settings) -> socket.socket:
+    host, port = split_address("--web", settings.web or "")
+    try:
+        family, _, _, _, target = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        opened = socket.socket(family, socket.SOCK_STREAM)
+        opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        if settings.processes > 1:
+            opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
+        opened.bind(target)
+    except OSError as error:
+        raise CqosError(f"cannot listen on {settings.web}: {error.strerror}") from None
+    return opened
+
+
+def application(calls: Calls, settings: Settings) -> ASGIApp:
+    """Return the ASGI application; others may mount it beside their own pages."""
+
+    async def healthy(_request: Request) -> PlainTextResponse:
+        draining = calls.draining.is_set()
+        return PlainTextResponse("draining\n" if draining else "serving\n", 503 if draining else 200)
+
+    connect = _Application(
+        service=calls,
+        endpoints=_endpoints,
+        read_max_bytes=settings.limits.message_bytes,
+        codecs=[_Binary(), _Json()],
+    )
+    middleware = []
+    if settings.origins:
+        cors = Middleware(
+            CORSMiddleware,
+            allow_origins=settings.origins,
+            allow_methods=["GET", "POST"],
+            allow_headers=_REQUEST_HEADERS,
+            expose_headers=_RESPONSE_HEADERS,
+            max_age=_PREFLIGHT_SECONDS,
+        )
+        middleware.append(cors)
+    routes: list[Route | Mount] = [Route("/healthz", healthy), Mount("/", app=connect)]
+    return Starlette(routes=routes, middleware=middleware)
+
+
+def _endpoints(calls: Calls) -> Mapping[str, Any]:
+    """Every call of one message, found by its descriptor."""
+    found = {}
+    for file in (catalogue_pb2, check_pb2):
+        for service in file.DESCRIPTOR.services_by_name.values():
+            for method in service.methods:
+                path = f"/{service.full_name}/{method.name}"
+                if path not in METHODS:
+                    continue
+                output: Any = method.output_type._concrete_class  # noqa: SLF001
+                info: MethodInfo[Any, Any] = MethodInfo(
+                    name=method.name,
+                    service_name=service.full_name,
+                    input=METHODS[path].request,
+                    output=output,
+                    idempotency_level=IdempotencyLevel.NO_SIDE_EFFECTS,
+                    stream_type=StreamType.UNARY,
+                )
+                found[path] = Endpoint.unary(info, _unary(calls, path, output))
+    return found
+
+
+def _unary(calls: Calls, method: str, output: Any) -> Any:
+    async def handle(data: bytes, context: Any) -> _Answered:
+        metadata = dict(context.request_headers.items())
+        watch = calls.observer.begin(method, metadata, context.client_address or "", len(data))
+        context.response_headers[REQUEST_ID] = watch.request_id
+        remaining = None if context.timeout_ms is None else context.timeout_ms / 1000
+        try:
+            calls.admit(metadata)
+            answered = await calls.unary(method, data, remaining)
+        except Refused as refused:
+            watch.end(refused.code)
+            raise _error(refused) from None
+        except asyncio.CancelledError:
+            watch.end("CANCELLED")
+            raise
+        except Exception as error:  # noqa: BLE001 - one call shall not end the others
+            ours = failure(error, watch.request_id)
+            watch.end(ours.code)
+            raise _error(ours) from None
+        watch.end("OK", len(answered))
+        return _Answered(output, answered)
+
+    return handle
+
+
+def _error(refused: Refused) -> ConnectError:
+    status = refused.status()
+    details = [ErrorDetail(Detail(type_url=each.type_url, value=each.value)) for each in status.details]
+    return ConnectError(Code[code_pb2.Code.Name(status.code)], status.message, details)

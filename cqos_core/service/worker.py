@@ -1,0 +1,96 @@
+"""A process that answers calls which may take long: ``python -m cqos_core.service.worker``. Frames come on standard input.
+
+It ends when its input does. What it answers is bounded by its caller, who ends it when a call takes too long.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import traceback
+from contextlib import suppress
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.service import frames
+from cqos_core.service.answers import METHODS, answer
+from cqos_core.service.refusal import Refused, session_lost, too_much
+from cqos_core.service.sessions import EditSession
+
+if TYPE_CHECKING:
+    from typing import BinaryIO
+
+_POLITE: Final = 5
+METHOD_NAMES: Final = tuple(METHODS)
+
+
+class Worker:
+    """Answers one call after another."""
+
+    def __init__(self, most_endpoints: int) -> None:
+        """Answer calls over systems of at most so many endpoints."""
+        self._most = most_endpoints
+        self._sessions: dict[int, EditSession] = {}
+
+    def serve(self, calls: BinaryIO, answers: BinaryIO) -> None:
+        """Answer until there are no more calls."""
+        while (call := frames.read(calls)) is not None:
+            answers.write(self._answer(call).encoded())
+            answers.flush()
+
+    def _answer(self, call: frames.Frame) -> frames.Frame:
+        try:
+            return frames.Frame(frames.OK, call.number, self._do(call))
+        except Refused as refused:
+            return frames.Frame(frames.REFUSED, call.number, refused.status().SerializeToString())
+        except MemoryError:
+            self._sessions.clear()
+            status = too_much("request", "answering it takes more memory than is allowed").status()
+            return frames.Frame(frames.REFUSED, call.number, status.SerializeToString())
+        except Exception:  # noqa: BLE001 - the service tells whoever runs it, and its caller nothing
+            return frames.Frame(frames.FAILED, call.number, traceback.format_exc().encode("utf-8", "replace"))
+
+    def _do(self, call: frames.Frame) -> bytes:
+        match call.kind:
+            case frames.ANSWER:
+                return answer(METHOD_NAMES[call.number], call.data, self._most)
+            case frames.OPEN_SESSION:
+                self._sessions[call.number] = EditSession(self._most)
+            case frames.EDIT_SESSION:
+                session = self._sessions.get(call.number)
+                if session is None:  # it was in the process before this one
+                    raise session_lost("its process ended")
+                return session.edit(call.data)
+            case frames.CLOSE_SESSION:
+                self._sessions.pop(call.number, None)
+        return b""
+
+
+def main(arguments: list[str]) -> None:
+    """Serve with the limits that the arguments give: endpoints, and bytes of memory (0: any)."""
+    most_endpoints, memory = map(int, arguments)
+    # Ctrl-C in a terminal reaches all its processes; the service ends its workers itself.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _be_polite(memory)
+    # What anybody prints must not come between frames.
+    with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as answers:
+        os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+        with suppress(BrokenPipeError):  # the service is gone
+            Worker(most_endpoints).serve(sys.stdin.buffer, answers)
+            answers.flush()
+
+
+def _be_polite(memory: int) -> None:
+    """Leave the processor to those who answer at once, and the memory to others."""
+    if hasattr(os, "nice"):
+        with suppress(OSError):
+            os.nice(_POLITE)
+    if memory and sys.platform == "linux":
+        import resource
+
+        with suppress(ValueError, OSError):  # less is allowed already
+            resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

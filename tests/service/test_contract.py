@@ -1,0 +1,175 @@
+"""Library, command and service never disagree: every case file and every example, through all doors."""
+
+import json
+import urllib.request
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import cqos_core as cqos
+from cqos.v1 import check_pb2
+from cqos_core.api import context, pair_system
+from cqos_core.checker import check_system
+from cqos_core.cli import main
+from cqos_core.client import PairQuestion, PairRefusedError
+from cqos_core.messages import pair_value, report_value, system_message
+from cqos_core.problems import InputError
+from cqos_core.testing import _settings, load_cases
+from tests.laws.systems import BOTH, systems
+
+ROOT = Path(__file__).resolve().parents[2]
+PACK_OF = {"ros2": "ros2", "dds_full": "dds", "mqtt": "mqtt"}
+CASE_FILES = sorted(ROOT.glob("plugins/*/tests/cases/*.yml"))
+DOCUMENTS = sorted(
+    path
+    for folder in ("examples", "tests/importers/cases", "plugins/ros2/tests/importers", "plugins/*/tests/importers")
+    for path in ROOT.glob(f"{folder}/**/*")
+    if path.is_file() and path.suffix not in {".py", ".pyc", ".txt", ".md", ".csv", ".toml"}
+)
+
+
+def ask_web(service, method, request, response):
+    """Call the browser's door as a page does: binary Connect over HTTP."""
+    call = urllib.request.Request(  # noqa: S310 - of our own service
+        f"{service.web}/cqos.v1.CheckService/{method}",
+        request.SerializeToString(),
+        {"content-type": "application/proto", "connect-protocol-version": "1"},
+    )
+    with urllib.request.urlopen(call, timeout=30) as answer:  # noqa: S310
+        return response.FromString(answer.read())
+
+
+def of_case(case):
+    """What a case asks, in the form that all ways take."""
+    content = case.content
+    options = _settings(content.get("options", {}))
+    if "system" in content:
+        return "document", json.dumps(content["system"], default=str).encode(), options
+    topic = _settings(content.get("topic", {}))
+    if "offered" in content or "requested" in content:
+        offered, requested = _settings(content.get("offered", {})), _settings(content.get("requested", {}))
+        return "pair", PairQuestion(case.pack, offered, requested, options, topic), options
+    role = "publisher" if "publisher" in content else "subscriber"
+    offered, requested = (_settings(content.get(each, {})) for each in ("publisher", "subscriber"))
+    system = pair_system(case.pack, offered, requested, options, topic)
+    system.endpoints = [endpoint for endpoint in system.endpoints if endpoint.role == role]
+    return "system", system, options
+
+
+@pytest.mark.parametrize("file", CASE_FILES, ids=lambda path: path.stem)
+def test_every_case_gives_the_same_report_by_library_and_service(file, service, client):
+    pack = PACK_OF[file.parents[2].name]
+    pairs = []
+    for case in load_cases(file, pack):
+        kind, asked, options = of_case(case)
+        if kind == "pair":
+            pairs.append(asked)
+            request = check_pb2.CheckPairRequest(
+                protocol=pack,
+                offered=asked.offered,
+                requested=asked.requested,
+                options=asked.options,
+                topic=asked.topic,
+            )
+            answer = ask_web(service, "CheckPair", request, check_pb2.CheckPairResponse)
+            assert pair_value(answer.report) == cqos.check_pair(*asked), case
+        elif kind == "system":
+            expected = check_system(asked, context())
+            assert client.check_system(asked) == expected, case
+            model = check_pb2.CheckSystemRequest(system=system_message(asked))
+            answer = ask_web(service, "CheckSystem", model, check_pb2.CheckSystemResponse)
+            assert report_value(answer.report) == expected, case
+        else:
+            given: dict[str, Any] = {"importer": "yaml", "protocol": pack, "options": {pack: options}}
+            expected = cqos.check(asked, **given)
+            assert client.check(asked, **given) == expected, case
+    # Their stream, in one go, and one of them by itself.
+    assert list(client.check_pairs(pairs)) == [cqos.check_pair(*pair) for pair in pairs]
+    for pair in pairs[:1]:
+        assert client.check_pair(*pair) == cqos.check_pair(*pair)
+
+
+def outcome(check, *arguments):
+    """A report, or the problems of an input that cannot be read."""
+    try:
+        return check(*arguments)
+    except InputError as error:
+        return error.problems
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+def test_every_document_gives_the_same_report_or_the_same_problems(path, client, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    data = path.read_bytes()
+    assert outcome(client.check, data) == outcome(cqos.check, data)
+
+
+def test_documents_and_problems_keep_the_names_of_their_files(client, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    Path("good.yaml").write_bytes((ROOT / "examples" / "smart_agriculture.yaml").read_bytes())
+    Path("bad.yaml").write_text("cqos: 1\nparticipants: {a: {publishes: [x]}}\n", encoding="utf-8")
+    for paths in (["good.yaml"], ["good.yaml", "bad.yaml"], ["bad.yaml"]):
+        assert outcome(client.check, *paths) == outcome(cqos.check, *paths)
+    assert client.check("good.yaml").sources == ("good.yaml",)
+
+
+@pytest.mark.parametrize("words", BOTH[1:], ids=lambda words: words.protocol)
+@settings(max_examples=10)
+@given(data=st.data())
+def test_any_system_gives_the_same_report(words, data, client):
+    system = data.draw(systems(words))
+    assert client.check_system(system) == check_system(system, context())
+
+
+def test_explain_and_convert_are_those_of_the_library(client, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    file = "examples/smart_agriculture_incompatible.bpmn"
+    report = cqos.check(file)
+    group = next(group for group in report.groups if group.verdict == "incompatible")
+    ends: dict[str, Any] = {"publisher": group.publishers[0], "subscriber": group.subscribers[0]}
+    assert client.explain(file, **ends) == cqos.explain(file, **ends)
+    assert client.explain(cqos.read(file), **ends) == cqos.explain(file, **ends)
+    written = client.convert(file, to="yaml")
+    assert client.check(written.text.encode()).verdict == report.verdict
+    assert written.expressed == report.endpoints
+    assert client.convert(cqos.read(file), to="yaml").text == written.text
+
+
+def test_a_pair_that_cannot_be_judged_does_not_end_the_stream(client):
+    answers = list(
+        client.check_pairs([PairQuestion("ros2"), PairQuestion("telegraph"), PairQuestion("ros2", {"depth": "x"})])
+    )
+    assert [type(answer).__name__ for answer in answers] == ["PairReport", "PairRefusedError", "PairReport"]
+    assert isinstance(answers[1], PairRefusedError)
+    assert answers[1].fields[0].field == "pair.protocol"
+
+
+@pytest.mark.parametrize("form", ["full", "concise", "json", "sarif", "junit", "github"])
+@pytest.mark.parametrize(
+    "paths",
+    [
+        ["examples/smart_agriculture_incompatible.bpmn"],
+        ["examples/mobile_robot.yaml", "--option", "ros2.rmw=zenoh", "--show", "notes"],
+        ["examples/smart_agriculture.yaml", "examples/smart_agriculture.bpmn", "--each"],
+    ],
+    ids=["one file", "with options", "each"],
+)
+def test_the_command_prints_the_same_with_a_server(form, paths, service, capsysbinary, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    arguments = ["check", *paths, "--no-config", "--format", form]
+    here = main(arguments), capsysbinary.readouterr().out
+    there = main([*arguments, "--server", service.grpc]), capsysbinary.readouterr().out
+    assert there == here
+
+
+def test_the_command_says_what_is_wrong_with_a_server(capsys, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    assert main(["check", "examples/smart_agriculture.yaml", "--no-config", "--server", "127.0.0.1:1"]) == 2
+    assert "the service answers UNAVAILABLE" in capsys.readouterr().err
+    pack = "examples/opcua/opcua_pack.yaml"
+    arguments = ["check", "examples/opcua/press_line.yaml", "--no-config", "--pack", pack, "--server", "127.0.0.1:1"]
+    assert main(arguments) == 2
+    assert "a service has rule packs of its own" in capsys.readouterr().err
