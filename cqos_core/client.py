@@ -537,7 +537,8 @@ class RemoteSession(_Changes):
         """Open it, when the first report is asked for."""
         super().__init__(system)
         self._requests: queue.SimpleQueue[session_pb2.EditRequest | None] = queue.SimpleQueue()
-        self._stream = client._edit(iter(self._requests.get, None))  # noqa: SLF001 - the two are one
+        self._client = client
+        self._stream: Any = None
 
     def __enter__(self) -> Self:
         """Use it."""
@@ -552,7 +553,8 @@ class RemoteSession(_Changes):
     def close(self) -> None:
         """Let the service forget it."""
         self._requests.put(None)
-        self._stream.cancel()
+        if self._stream is not None:
+            self._stream.cancel()
 
     def report(self) -> Report:
         """Send what has changed since the last report, and return the report on the whole system.
@@ -567,6 +569,8 @@ class RemoteSession(_Changes):
         return self._exchange() if first and self._waiting else report
 
     def _exchange(self) -> Report:
+        if self._stream is None:
+            self._stream = self._client._edit(iter(self._requests.get, None))  # noqa: SLF001 - the two are one
         self._requests.put(self._request())
         try:
             return self._followed(next(self._stream))
@@ -721,7 +725,8 @@ class AsyncSession(_Changes):
     def __init__(self, client: AsyncClient, system: System) -> None:
         """Open it, when the first report is asked for."""
         super().__init__(system)
-        self._stream = client._edit()  # noqa: SLF001 - the two are one
+        self._client = client
+        self._stream: Any = None
 
     async def __aenter__(self) -> Self:
         """Use it."""
@@ -735,10 +740,13 @@ class AsyncSession(_Changes):
 
     def close(self) -> None:
         """Let the service forget it."""
-        self._stream.cancel()
+        if self._stream is not None:
+            self._stream.cancel()
 
     async def report(self) -> Report:
         """Send what has changed, and return the report on the whole system; see `RemoteSession.report`."""
+        if self._stream is None:
+            self._stream = self._client._edit()  # noqa: SLF001 - the two are one
         while True:
             first = self._told is None
             try:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from cqos_core.service.settings import Limits
 
+_STARTING_SECONDS: Final = 60.0
 _NUMBERS: Final = {name: number for number, name in enumerate(METHOD_NAMES)}
 
 
@@ -82,7 +83,18 @@ class Process:
                 stdin=asyncio.subprocess.PIPE,
                 stdout=asyncio.subprocess.PIPE,
             )
+            try:
+                await asyncio.wait_for(_answered(process), _STARTING_SECONDS)
+            except (TimeoutError, OSError, EOFError):
+                await self.end()
+                raise LostError("its process does not start") from None
         return process
+
+    async def start(self) -> None:
+        """Start it, so that the next call need not wait for that; what fails now fails then."""
+        async with self._turn:
+            with suppress(LostError):
+                await self._started()
 
     @property
     def number(self) -> int | None:
@@ -108,11 +120,16 @@ def _seen(answering: asyncio.Future[bytes]) -> None:
 
 
 async def _exchange(process: asyncio.subprocess.Process, frame: frames.Frame) -> frames.Frame:
-    calls, answers = process.stdin, process.stdout
-    assert calls is not None  # noqa: S101 - both are pipes
-    assert answers is not None  # noqa: S101
+    calls = process.stdin
+    assert calls is not None  # noqa: S101 - it is a pipe
     calls.write(frame.encoded())
     await calls.drain()
+    return await _answered(process)
+
+
+async def _answered(process: asyncio.subprocess.Process) -> frames.Frame:
+    answers = process.stdout
+    assert answers is not None  # noqa: S101 - it is a pipe
     kind, number, size = frames.head(await answers.readexactly(frames.HEAD_SIZE))
     return frames.Frame(kind, number, await answers.readexactly(size))
 
@@ -133,8 +150,7 @@ class Pool:
 
     async def warm(self) -> None:
         """Start one process, so that the first call need not wait for it."""
-        method = "/cqos.v1.CatalogueService/ListPacks"
-        await self.call(method, b"", 60.0)
+        await self._all[0].start()
 
     async def call(self, method: str, data: bytes, seconds: float) -> bytes:
         """Let a worker answer a call; waiting for one counts.
@@ -170,6 +186,7 @@ class Pool:
     async def _return(self, process: Process, work: asyncio.Future[bytes]) -> None:
         await asyncio.wait([work])
         _seen(work)
+        await process.start()  # another one, where it had to be ended
         self._free.put_nowait(process)
 
     @property

@@ -153,7 +153,8 @@ async def _keep_running(settings: Settings) -> None:
     ending = asyncio.Event()
     for each in _STOPPING:
         asyncio.get_running_loop().add_signal_handler(each, ending.set)
-    tell(logging.INFO, "starting", grpc=settings.listen, web=settings.web, processes=settings.processes)
+    addresses = {"grpc": settings.listen, "web": settings.web, "metrics": settings.metrics}
+    tell(logging.INFO, "starting", **addresses, processes=settings.processes)
     await asyncio.gather(*(_keep_one(settings, ending) for _ in range(settings.processes)))
     tell(logging.INFO, "stopped all")
 

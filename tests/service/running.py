@@ -1,0 +1,109 @@
+"""A service that really runs: `cqos serve` in a process of its own, on free ports, ended by its process id."""
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+from cqos_core.client import Client
+
+STARTING_SECONDS = 60
+READY = ("serving", "starting")
+
+
+class Service:
+    """A running `cqos serve`.
+
+    Attributes:
+        lines: what it has told on standard error so far, one dict per line.
+    """
+
+    def __init__(self, *arguments, environment=None, folder=None):
+        kept = {name: value for name, value in os.environ.items() if not name.startswith("CQOS_")}
+        script = "import sys; from cqos_core.cli import main; sys.exit(main())"
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", script, "serve", *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            env={**kept, **(environment or {})},
+            cwd=folder,
+            text=True,
+        )
+        self.lines: list[dict[str, object]] = []
+        self._reader = threading.Thread(target=self._read)
+        self._reader.start()
+        try:
+            self.addresses = self.wait_for(lambda line: line["event"] in READY)
+        except BaseException:
+            self.process.kill()
+            self.process.wait()
+            raise
+
+    def _read(self):
+        for line in self.process.stderr:
+            try:
+                self.lines.append(json.loads(line))
+            except ValueError:
+                self.lines.append({"event": "other", "text": line})
+
+    def wait_for(self, wanted, seconds=STARTING_SECONDS):
+        """The first line that is wanted; waits until there is one."""
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            for line in list(self.lines):
+                if wanted(line):
+                    return line
+            assert self.process.poll() is None, f"it ended: {self.lines}"
+            time.sleep(0.01)
+        raise AssertionError(f"not told within {seconds} s: {self.lines}")
+
+    @property
+    def grpc(self):
+        return self.addresses["grpc"]
+
+    @property
+    def web(self):
+        return f"http://{self.addresses['web']}"
+
+    @property
+    def log(self):
+        return json.dumps(self.lines)
+
+    def client(self, **options):
+        return Client(self.grpc, **options)
+
+    def children(self):
+        """Process ids of its workers (Linux)."""
+        listed = subprocess.run(
+            ["ps", "-o", "pid=", "--ppid", str(self.process.pid)], capture_output=True, text=True, check=False
+        )
+        return [int(number) for number in listed.stdout.split()]
+
+    def stop(self, seconds=30):
+        """End it as an operator does; its exit code."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGTERM)
+        try:
+            return self.process.wait(seconds)
+        finally:
+            self.process.kill()
+            self.process.wait()
+            self._reader.join()
+            self.process.stderr.close()
+
+
+@contextlib.contextmanager
+def serving(*arguments, **options):
+    """A service of one's own; it must end well."""
+    service = Service("--no-config", "--listen", "127.0.0.1:0", *arguments, **options)
+    try:
+        yield service
+    except BaseException:
+        service.stop()
+        raise
+    assert service.stop() == 0, service.lines

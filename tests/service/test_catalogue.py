@@ -1,0 +1,67 @@
+"""The catalogue says everything that `cqos packs ID --format json` says, and what a property panel needs beyond that."""
+
+import pytest
+
+from cqos.v1 import catalogue_pb2
+from cqos_core.pack import describe_policy
+from cqos_core.plugins import load_plugins
+
+PACKS = sorted(load_plugins().packs)
+FIELDS = {"choice", "duration", "count", "flag", "names", "text"}
+
+
+@pytest.fixture(params=PACKS)
+def pack(request):
+    return load_plugins().pack(request.param)
+
+
+def test_packs_and_formats_are_listed(client):
+    listed = client.packs()
+    plugins = load_plugins()
+    assert [each.id for each in listed.packs] == PACKS
+    assert {each.name for each in listed.importers} == set(plugins.importers)
+    assert {each.name for each in listed.exporters} == set(plugins.exporters)
+    yaml = next(each for each in listed.exporters if each.name == "yaml")
+    assert {each.name: tuple(each.values) for each in yaml.settings} == plugins.exporters["yaml"].choices()
+
+
+def test_what_is_described_for_machines_is_in_the_message(pack, client):
+    described, message = pack.describe(), client.pack(pack.id)
+    assert set(described) <= {field.name for field in catalogue_pb2.Pack.DESCRIPTOR.fields}
+    for key, kind in (("rules", "Rule"), ("functions", "Function"), ("conventions", "Convention"), ("codes", "Code")):
+        known = {field.name for field in getattr(catalogue_pb2, kind).DESCRIPTOR.fields}
+        for entry, sent in zip(described[key], getattr(message, key), strict=True):
+            assert set(entry) <= known, f"a {kind} has a key that proto/cqos/v1/catalogue.proto does not"
+            plain = {
+                name: value for name, value in entry.items() if isinstance(value, (str, bool)) and name != "severity"
+            }
+            assert {name: getattr(sent, name) for name in plain} == plain
+    for entry, sent in zip(described["rules"], message.rules, strict=True):
+        rows = [{**row.values, "compatible": "Yes" if row.compatible else "No"} for row in sent.table]
+        assert rows == entry["table"]
+    for name, preset in pack.presets.items():
+        (sent,) = [each for each in message.presets if each.name == name]
+        assert (dict(sent.settings), sent.doc) == (dict(preset.settings), preset.doc)
+    assert (message.base_preset or None) == pack.base_preset
+
+
+def test_a_panel_can_be_drawn_for_every_policy(pack, client):
+    known = {field.name for field in catalogue_pb2.Policy.DESCRIPTOR.fields}
+    for policy, sent in zip(pack.policies, client.pack(pack.id).policies, strict=True):
+        described = describe_policy(policy)
+        assert set(described) - {"default"} <= known, "proto/cqos/v1/catalogue.proto lacks a field of policies"
+        assert sent.kind in FIELDS
+        assert sent.level in {"endpoint", "topic", "participant", "broker", "option"}
+        assert list(sent.values) == described.get("values", [])
+        assert sent.expected == policy.expected()
+        for role in sent.roles:
+            default = sent.default_value if sent.HasField("default_value") else sent.default_by_role.get(role)
+            assert default == policy.default_for(role)
+            if default is not None and default not in sent.words:
+                policy.domain.parse(default)  # what a panel shows can be sent back
+
+
+def test_the_dialect_of_diagrams_is_there(client):
+    bpmn = client.pack("ros2").dialects["bpmn"]
+    assert bpmn.codes["reliability"].by_code
+    assert bpmn.bare_unit == "s"

@@ -1,0 +1,200 @@
+"""Edit sessions: their reports equal fresh checks, their answers are small, and they say when they are lost."""
+
+import os
+import signal
+import time
+from copy import deepcopy
+
+import pytest
+from hypothesis import given, settings
+
+import cqos_core as cqos
+from cqos.v1 import report_pb2, session_pb2
+from cqos_core.api import context
+from cqos_core.checker import check_system
+from cqos_core.client import AsyncClient, ServiceError, SessionLostError, followed
+from cqos_core.messages import report_message
+from cqos_core.service.sessions import difference
+from cqos_core.system import Endpoint, Participant, Profile, ProfileRef, Setting, System, Topic
+from tests.test_messages import reports
+
+
+def endpoint(name, role="publisher", topic="t", participant="a", **settings):
+    return Endpoint(name, role, topic, participant, {key: Setting(value) for key, value in settings.items()})
+
+
+def two():
+    system = System(protocol="ros2", participants={"a": Participant("a"), "b": Participant("b")})
+    system.endpoints += [
+        endpoint("w", reliability="best_effort"),
+        endpoint("r", "subscriber", participant="b", reliability="reliable"),
+    ]
+    return system
+
+
+EDITS = [
+    lambda s: s.put(endpoint("w", reliability="reliable")),
+    lambda s: s.put(endpoint("x", topic="u")),
+    lambda s: s.put_participant(Participant("c", settings={"domain": Setting("3")})),
+    lambda s: s.put(endpoint("y", "subscriber", "u", "c")),
+    lambda s: s.put_profile(Profile("p", {"durability": Setting("transient_local")})),
+    lambda s: s.put(Endpoint("z", "subscriber", "u", "a", profiles=(ProfileRef("p"),))),
+    lambda s: s.put_topic(Topic("u", {"latched": Setting("true")})),
+    lambda s: s.set_option("ros2", "rmw", "zenoh"),
+    lambda s: s.set_option("ros2", "rmw", None),
+    lambda s: s.remove_topic("u"),
+    lambda s: s.remove("z"),
+    lambda s: s.remove_profile("p"),
+    lambda s: s.remove_participant("c"),
+    lambda s: s.remove("x"),
+]
+
+
+def test_every_report_of_a_session_equals_that_of_the_library(client):
+    here = cqos.Session(two())
+    with client.session(two()) as there:
+        assert there.report() == here.report() == check_system(two(), context())
+        for edit in EDITS:
+            edit(here)
+            edit(there)
+            assert there.report() == here.report()
+            assert there.judged == here.judged
+        for edit in EDITS:  # all of them as one edit
+            edit(here)
+            edit(there)
+        assert there.report() == here.report()
+
+
+async def ask(service):
+    async with AsyncClient(service.grpc) as client:
+        here = cqos.Session(two())
+        assert await client.check_system(two()) == here.report()
+        assert await client.check_pair("ros2") == cqos.check_pair("ros2")
+        assert (await client.packs()).packs[0].id == "dds"
+        assert (await client.pack("ros2")).title == "ROS 2"
+        with pytest.raises(ServiceError, match="INVALID_ARGUMENT"):
+            await client.explain(two(), publisher="w", subscriber="nobody")
+        assert (await client.convert(two(), to="yaml")).expressed == 2
+        async with client.session(two()) as there:
+            for edit in EDITS:
+                edit(here)
+                edit(there)
+                assert await there.report() == here.report()
+
+
+def test_the_same_without_waiting(service):
+    import asyncio
+
+    asyncio.run(ask(service))
+
+
+def test_an_edit_of_one_topic_of_many_is_answered_by_what_changes(client, monkeypatch):
+    system = two()
+    for number in range(50):
+        system.endpoints += [
+            endpoint(f"w{number}", topic=f"t{number}"),
+            endpoint(f"r{number}", "subscriber", f"t{number}"),
+        ]
+    sent = []
+    with client.session(system) as session:
+        followed_by = session._followed
+
+        def heard(response):
+            sent.append(response)
+            return followed_by(response)
+
+        monkeypatch.setattr(session, "_followed", heard)
+        session.report()
+        session.put(endpoint("w7", topic="t7", reliability="best_effort"))
+        report = session.report()
+    assert "/t7" in {group.topic for group in report.groups if group.verdict == "incompatible"}
+    whole, change = sent
+    assert (whole.WhichOneof("outcome"), change.WhichOneof("outcome")) == ("report", "delta")
+    assert change.judged == 1
+    assert (change.revision, change.delta.base_revision) == (2, 1)
+    assert len(change.delta.added_groups) == len(change.delta.removed_groups) == 1
+    assert change.ByteSize() * 4 < whole.ByteSize()
+
+
+def test_an_edit_that_cannot_be_done_changes_nothing(client):
+    with client.session(two()) as session:
+        before = session.report()
+        session.remove("w")
+        session.put(endpoint("n", participant="nobody"))
+        session.remove("never")
+        with pytest.raises(ServiceError) as raised:
+            session.report()
+        assert {each.field for each in raised.value.fields} == {
+            "changes[1].put_endpoint.participant",
+            "changes[2].remove_endpoint",
+        }
+        assert session.report() == before
+
+
+def test_the_first_message_opens_and_no_other_does(service, client):
+    with client.session() as session:
+        session._told = report_pb2.Report()
+        with pytest.raises(ServiceError) as raised:
+            session.report()
+    assert raised.value.fields[0].field == "open"
+    with client.session() as session:
+        session.report()
+        session._told = None
+        with pytest.raises(ServiceError) as raised:
+            session.report()
+        assert raised.value.fields[0].field == "changes"
+
+
+def test_a_session_whose_worker_is_gone_says_that_it_is_lost(start):
+    with start("--heavy-workers", "1") as own, own.client() as client:
+        before = set(own.children())
+        with client.session(two()) as session, client.session(two()) as other:
+            session.report()
+            other.report()
+            (home,) = set(own.children()) - before
+            os.kill(home, signal.SIGKILL)
+            for each in (session, other):
+                each.put(endpoint("w", reliability="reliable"))
+                with pytest.raises(SessionLostError, match="the session is lost"):
+                    each.report()
+        with client.session(two()) as session:
+            assert session.report() == check_system(two(), context())
+
+
+def test_idle_sessions_are_closed_and_their_number_is_bounded(start):
+    with start("--max-sessions", "2", "--max-idle-seconds", "0.5") as own, own.client() as client:
+        with client.session(two()) as one, client.session(two()) as other:
+            one.report()
+            other.report()
+            with client.session() as third, pytest.raises(ServiceError, match="2 sessions are open already"):
+                third.report()
+            time.sleep(0.8)
+            one.put(endpoint("w"))
+            with pytest.raises(SessionLostError, match="nothing was heard"):
+                one.report()
+        with client.session(two()) as session:
+            assert session.report().endpoints == 2
+
+
+def test_a_session_that_grows_too_large_refuses(start):
+    with start("--max-endpoints", "3") as own, own.client() as client, client.session(two()) as session:
+        before = session.report()
+        for number in range(2):
+            session.put(endpoint(f"more{number}"))
+        with pytest.raises(ServiceError, match="4 endpoints, this service takes 3"):
+            session.report()
+        assert session.report() == before
+
+
+@settings(max_examples=60)
+@given(reports, reports)
+def test_what_differs_makes_the_new_report_of_the_old_one(old, new):
+    delta = difference(report_message(old), report_message(new))
+    if delta is not None:
+        assert followed(old, session_pb2.ReportDelta.FromString(delta.SerializeToString())) == new
+    # With most of it kept, in another order perhaps.
+    mixed = deepcopy(new)
+    object.__setattr__(mixed, "findings", (*new.findings[1:], *old.findings, *new.findings[:1]))
+    delta = difference(report_message(mixed), report_message(new))
+    if delta is not None:
+        assert followed(mixed, delta) == new
