@@ -34,12 +34,26 @@ _KINDS: Final[Mapping[str, type[Any]]] = {
     for module, names in (
         (
             report,
-            ("Report", "Group", "Finding", "Side", "Fact", "Remedy", "PairReport", "PolicyComparison"),
+            (
+                *("Report", "Group", "Finding", "Side", "Fact", "Remedy"),
+                *("PairReport", "PolicyComparison", "Guarantee", "HopReport"),
+            ),
         ),
         (
             system,
             (
-                *("System", "Profile", "ProfileRef", "Topic", "Endpoint", "Overlay", "Participant", "Broker", "Bridge"),
+                *(
+                    "System",
+                    "Profile",
+                    "ProfileRef",
+                    "Topic",
+                    "Endpoint",
+                    "Overlay",
+                    "Participant",
+                    "Broker",
+                    "Bridge",
+                    "Route",
+                ),
                 *("Bound", "TeamRule", "Acceptance", "ImportNote", "Place"),
             ),
         ),
@@ -192,8 +206,8 @@ def _stated(settings: Mapping[str, Setting], text: _Convert) -> list[system_pb2.
     ]
 
 
-def _named(pair: tuple[str, str], text: _Convert) -> system_pb2.NameValue:
-    return system_pb2.NameValue(name=text(pair[0]), value=text(pair[1]))
+def _named(pair: tuple[str, str], text: _Convert) -> report_pb2.NameValue:
+    return report_pb2.NameValue(name=text(pair[0]), value=text(pair[1]))
 
 
 def _counts(value: report.Report, _text: _Convert) -> dict[str, Any]:
@@ -379,6 +393,11 @@ def system_problems(message: system_pb2.System, path: str = "system") -> Iterato
         yield from profile_problems(profile, f"{path}.profiles[{index}]")
     for kind in ("participants", "profiles", "topics", "brokers", "bridges"):
         yield from _repeated(getattr(message, kind), f"{path}.{kind}")
+    for index, bridge in enumerate(message.bridges):
+        for place, route in enumerate(bridge.routes):
+            where = f"{path}.bridges[{index}].routes[{place}]"
+            for end in ("source", "target"):
+                yield from endpoint_problems(getattr(route, end), known, f"{where}.{end}", named=False)
     for index, overlay in enumerate(message.overlays):
         if overlay.role and overlay.role not in _BOTH_ROLES:
             yield FieldProblem(f"{path}.overlays[{index}].role", _unknown_number(overlay.role))
@@ -440,13 +459,15 @@ def profile_problems(message: system_pb2.Profile, path: str) -> Iterator[FieldPr
         yield FieldProblem(f"{path}.name", "a name is needed")
 
 
-def endpoint_problems(message: system_pb2.Endpoint, participants: set[str], path: str) -> Iterator[FieldProblem]:
+def endpoint_problems(
+    message: system_pb2.Endpoint, participants: set[str], path: str, *, named: bool = True
+) -> Iterator[FieldProblem]:
     """Yield what is wrong with an endpoint, whose participant must be one of ``participants``."""
-    if not message.id:
+    if named and not message.id:
         yield FieldProblem(f"{path}.id", "an id is needed")
     if message.role not in _BOTH_ROLES:
         needed = "a role is needed: ROLE_PUBLISHER or ROLE_SUBSCRIBER"
         yield FieldProblem(f"{path}.role", _unknown_number(message.role) if message.role else needed)
-    if message.participant not in participants:
+    if not message.participant or message.participant not in participants:
         said = f"`{message.participant}` is none of the participants" if message.participant else "an id is needed"
         yield FieldProblem(f"{path}.participant", said)

@@ -166,7 +166,14 @@ def test_every_kind_of_value_in_a_system_comes_back():
             s.Overlay("o", {}),
         ],
         brokers={"k": s.Broker("k", "mqtt", stated, (s.ProfileRef("p"),), place)},
-        bridges={"l": s.Bridge("l", stated, place)},
+        bridges={
+            "l": s.Bridge(
+                "l",
+                (s.Route(s.Endpoint("", "subscriber", "t", "n"), s.Endpoint("", "publisher", None, "m"), place),),
+                ("liveliness",),
+                place,
+            )
+        },
         checks=[
             s.TeamRule(
                 name="c",
@@ -207,6 +214,7 @@ def test_everything_wrong_with_a_system_is_named_with_its_field():
             system_pb2.Endpoint(id="e", role=UNKNOWN_ROLE, participant="x"),
         ],
         profiles=[system_pb2.Profile()],
+        bridges=[system_pb2.Bridge(routes=[system_pb2.Route(source=system_pb2.Endpoint(participant="n"))])],
         overlays=[system_pb2.Overlay(role=UNKNOWN_ROLE)],
         checks=[system_pb2.TeamRule(require=[system_pb2.Bound(policy="p", relation="about")])],
         accept=[system_pb2.Acceptance(until="tomorrow")],
@@ -222,6 +230,9 @@ def test_everything_wrong_with_a_system_is_named_with_its_field():
         "system.endpoints[1].role",
         "system.endpoints[1].participant",
         "system.profiles[0].name",
+        "system.bridges[0].routes[0].source.role",
+        "system.bridges[0].routes[0].target.role",
+        "system.bridges[0].routes[0].target.participant",
         "system.overlays[0].role",
         "system.checks[0].require[0].relation",
         "system.checks[0].require[0].values",

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from cqos_core.service.pool import HostedSession
     from cqos_core.service.settings import Settings
 
+_REMEMBERED_SIZE: Final = 64 * 1024
 _KEPT_ENTRIES: Final = 2_048
 _KEPT_BYTES: Final = 32 * 1024 * 1024
 _BEARER: Final = "bearer "
@@ -69,7 +70,9 @@ class Calls:
         raise Refused("UNAUTHENTICATED", "a bearer token is needed, and this is none that is known")
 
     async def unary(self, method: str, data: bytes, remaining: float | None) -> bytes:
-        """Answer a call of one message.
+        """Answer a call of one message: from memory, at once, or by a worker.
+
+        A modeler sends its model again whenever a shape moves, so what was asked before is answered from memory.
 
         Raises:
             Refused: it is not answered.
@@ -79,13 +82,9 @@ class Calls:
         if len(data) > self.limits.message_bytes:
             raise too_much("request", f"it has {len(data)} bytes, this service takes {self.limits.message_bytes}")
         found = METHODS[method]
-        if found.always_apart or len(data) > self.limits.inline_bytes:
+        if len(data) > _REMEMBERED_SIZE:
             return await self.pool.call(method, data, seconds)
-        return self._at_once(method, data)
-
-    def _at_once(self, method: str, data: bytes) -> bytes:
-        """Answer what takes no time, or what was asked before: a modeler sends its model again when a shape moves."""
-        request = decode(METHODS[method].request, data)
+        request = decode(found.request, data)
         revision: int = request.revision
         request.ClearField("revision")
         asked = request.SerializeToString(deterministic=True)
@@ -93,7 +92,10 @@ class Calls:
         key = (method, date.today(), asked)  # noqa: DTZ011 - as the check has it
         known = self._answers.get(key)
         if known is None:
-            known = answer(method, asked, self.limits.endpoints)
+            if found.always_apart or len(asked) > self.limits.inline_bytes:
+                known = await self.pool.call(method, asked, seconds)
+            else:
+                known = answer(method, asked, self.limits.endpoints)
             self._answers.put(key, known)
         return known if revision == 0 else b"\x08" + _varint(revision) + known
 
@@ -184,6 +186,8 @@ class Remembered:
 
     def put(self, key: tuple[str, date, bytes], value: bytes) -> None:
         """Remember it, and forget the oldest where there is too much."""
+        if key in self._entries:  # two asked at the same time
+            return
         self._entries[key] = value
         self._bytes += len(key[2]) + len(value)
         while len(self._entries) > self._most or self._bytes > self._most_bytes:

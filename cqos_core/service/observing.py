@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("cqos_core.service")
 REQUEST_ID: Final = "x-request-id"
+ALWAYS: Final = 60
+"""The level of what is told whatever the level is: that the service begins and ends."""
 _GIVEN_ID: Final = re.compile(r"[A-Za-z0-9._:/+=-]{1,128}")
 _OUR_FAULT: Final = frozenset({"INTERNAL", "UNKNOWN", "DATA_LOSS"})
 
@@ -30,7 +32,7 @@ class JsonLines(logging.Formatter):
         """Write time, level, what happened, and what belongs to it."""
         told: dict[str, Any] = {
             "time": _time(record),
-            "level": record.levelname.lower(),
+            "level": _level(record),
             "event": record.getMessage(),
             **getattr(record, "told", {}),
         }
@@ -45,11 +47,15 @@ class PlainLines(logging.Formatter):
     def format(self, record: logging.LogRecord) -> str:
         """Write it in one line, and a traceback below it."""
         told = " ".join(f"{name}={value}" for name, value in getattr(record, "told", {}).items() if name != "traceback")
-        line = f"{_time(record)} {record.levelname.lower():7} {record.getMessage()} {told}".rstrip()
+        line = f"{_time(record)} {_level(record):7} {record.getMessage()} {told}".rstrip()
         trace = getattr(record, "told", {}).get("traceback", "")
         if record.exc_info:
             trace = self.formatException(record.exc_info)
         return f"{line}\n{trace}".rstrip()
+
+
+def _level(record: logging.LogRecord) -> str:
+    return "info" if record.levelno == ALWAYS else record.levelname.lower()
 
 
 def _time(record: logging.LogRecord) -> str:

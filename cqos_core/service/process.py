@@ -15,7 +15,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.problems import CqosError
-from cqos_core.service.observing import Observer, end_tracing, start_logging, tell
+from cqos_core.service.observing import ALWAYS, Observer, end_tracing, start_logging, tell
 from cqos_core.service.settings import Settings, joined, split_address
 
 if TYPE_CHECKING:
@@ -66,12 +66,12 @@ async def serve_here(settings: Settings, started: Callable[[dict[str, str]], Non
         await native.start()
         if web is not None:
             await web.start()
-        tell(logging.INFO, "serving", **addresses, pid=os.getpid(), tls=settings.encrypted)
+        tell(ALWAYS, "serving", **addresses, pid=os.getpid(), tls=settings.encrypted)
         if settings.tokens and not settings.encrypted:
             tell(logging.WARNING, "tokens without TLS can be read by whoever is on the way")
         started(addresses)
         await ending.wait()
-        tell(logging.INFO, "draining", grace=settings.grace)
+        tell(ALWAYS, "draining", grace=settings.grace)
         calls.draining.set()
         await asyncio.gather(native.stop(settings.grace), *([] if web is None else [web.stop(settings.grace)]))
     finally:
@@ -79,7 +79,7 @@ async def serve_here(settings: Settings, started: Callable[[dict[str, str]], Non
         stop_metrics()
         if settings.tracing:
             end_tracing()
-    tell(logging.INFO, "stopped")
+    tell(ALWAYS, "stopped")
 
 
 def _web_door(calls: Any, settings: Settings) -> Any:
@@ -154,9 +154,9 @@ async def _keep_running(settings: Settings) -> None:
     for each in _STOPPING:
         asyncio.get_running_loop().add_signal_handler(each, ending.set)
     addresses = {"grpc": settings.listen, "web": settings.web, "metrics": settings.metrics}
-    tell(logging.INFO, "starting", **addresses, processes=settings.processes)
+    tell(ALWAYS, "starting", **addresses, processes=settings.processes)
     await asyncio.gather(*(_keep_one(settings, ending) for _ in range(settings.processes)))
-    tell(logging.INFO, "stopped all")
+    tell(ALWAYS, "stopped all")
 
 
 async def _keep_one(settings: Settings, ending: asyncio.Event) -> None:

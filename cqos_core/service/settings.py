@@ -37,7 +37,7 @@ class Limits:
     message_bytes: int = 16 * MIB
     endpoints: int = 20_000
     seconds: float = 30.0
-    inline_bytes: int = 16 * 1024
+    inline_bytes: int = 2 * 1024
     workers: int = 2
     waiting: int = 256
     worker_memory: int = 2048 * MIB

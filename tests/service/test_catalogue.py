@@ -51,7 +51,7 @@ def test_a_panel_can_be_drawn_for_every_policy(pack, client):
         described = describe_policy(policy)
         assert set(described) - {"default"} <= known, "proto/cqos/v1/catalogue.proto lacks a field of policies"
         assert sent.kind in FIELDS
-        assert sent.level in {"endpoint", "topic", "participant", "broker", "option"}
+        assert sent.level in {"endpoint", "topic", "participant", "broker", "option", "need"}
         assert list(sent.values) == described.get("values", [])
         assert sent.expected == policy.expected()
         for role in sent.roles:

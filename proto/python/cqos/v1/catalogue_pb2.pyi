@@ -427,7 +427,9 @@ class Policy(_message.Message):
     name: _builtins.str
     """Canonical name, unique in its level."""
     level: _builtins.str
-    """What it is a setting of: `endpoint`, `topic`, `participant`, `broker` or `option` (of the deployment)."""
+    """What it is a setting of: `endpoint`, `topic`, `participant`, `broker`, `option` (of the deployment), or `need` (what an
+    application requires; it is stated in `needs` of an endpoint, by its first alias).
+    """
     kind: _builtins.str
     """`choice`, `duration`, `count`, `flag`, `names` or `text`: which field to draw."""
     ordered: _builtins.bool
@@ -689,6 +691,8 @@ class Rule(_message.Message):
     ALIASES_FIELD_NUMBER: _builtins.int
     TABLE_FIELD_NUMBER: _builtins.int
     COLUMN_FORM_FIELD_NUMBER: _builtins.int
+    GUARANTEE_FIELD_NUMBER: _builtins.int
+    SURVIVES_FIELD_NUMBER: _builtins.int
     code: _builtins.str
     """Permanent code."""
     name: _builtins.str
@@ -711,6 +715,10 @@ class Rule(_message.Message):
     """What to do."""
     column_form: _builtins.bool
     """Whether it can be judged over columns as well."""
+    guarantee: _builtins.str
+    """The guarantee that it takes away where its sentence is false, if it is about one."""
+    survives: _builtins.str
+    """The fault that the guarantee then survives."""
     @_builtins.property
     def aliases(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """Former codes and names."""
@@ -735,14 +743,25 @@ class Rule(_message.Message):
         aliases: _abc.Iterable[_builtins.str] | None = ...,
         table: _abc.Iterable[Global___TableRow] | None = ...,
         column_form: _builtins.bool = ...,
+        guarantee: _builtins.str | None = ...,
+        survives: _builtins.str | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["_role", b"_role", "role", b"role"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee", "_role", b"_role", "_survives", b"_survives", "guarantee", b"guarantee", "role", b"role", "survives", b"survives"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_role", b"_role", "aliases", b"aliases", "because", b"because", "clause", b"clause", "code", b"code", "column_form", b"column_form", "help", b"help", "kind", b"kind", "name", b"name", "role", b"role", "scope", b"scope", "sentence", b"sentence", "severity", b"severity", "table", b"table"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee", "_role", b"_role", "_survives", b"_survives", "aliases", b"aliases", "because", b"because", "clause", b"clause", "code", b"code", "column_form", b"column_form", "guarantee", b"guarantee", "help", b"help", "kind", b"kind", "name", b"name", "role", b"role", "scope", b"scope", "sentence", b"sentence", "severity", b"severity", "survives", b"survives", "table", b"table"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    _WhichOneofReturnType__guarantee: _TypeAlias = _typing.Literal["guarantee"]  # noqa: Y015
+    _WhichOneofArgType__guarantee: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee"]  # noqa: Y015
     _WhichOneofReturnType__role: _TypeAlias = _typing.Literal["role"]  # noqa: Y015
     _WhichOneofArgType__role: _TypeAlias = _typing.Literal["_role", b"_role"]  # noqa: Y015
+    _WhichOneofReturnType__survives: _TypeAlias = _typing.Literal["survives"]  # noqa: Y015
+    _WhichOneofArgType__survives: _TypeAlias = _typing.Literal["_survives", b"_survives"]  # noqa: Y015
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__guarantee) -> _WhichOneofReturnType__guarantee | None: ...
+    @_typing.overload
     def WhichOneof(self, oneof_group: _WhichOneofArgType__role) -> _WhichOneofReturnType__role | None: ...
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__survives) -> _WhichOneofReturnType__survives | None: ...
 
 Global___Rule: _TypeAlias = Rule  # noqa: Y015
 

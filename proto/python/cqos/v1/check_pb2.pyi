@@ -24,7 +24,7 @@ DESCRIPTOR: _descriptor.FileDescriptor
 
 @_typing.final
 class Document(_message.Message):
-    """A file. Files that it includes cannot be opened: they have to be sent as documents themselves."""
+    """A file. Files that it includes cannot be opened; whoever has such a file reads it, and sends the system."""
 
     DESCRIPTOR: _descriptor.Descriptor
 

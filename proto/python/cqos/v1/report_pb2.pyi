@@ -102,6 +102,32 @@ ROLE_SUBSCRIBER: Role.ValueType  # 2
 Global___Role: _TypeAlias = Role  # noqa: Y015
 
 @_typing.final
+class NameValue(_message.Message):
+    """A name and what belongs to it, where the order is kept."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    NAME_FIELD_NUMBER: _builtins.int
+    VALUE_FIELD_NUMBER: _builtins.int
+    name: _builtins.str
+    """The name."""
+    value: _builtins.str
+    """What belongs to it."""
+    def __init__(
+        self,
+        *,
+        name: _builtins.str = ...,
+        value: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["name", b"name", "value", b"value"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___NameValue: _TypeAlias = NameValue  # noqa: Y015
+
+@_typing.final
 class Place(_message.Message):
     """Where something was stated."""
 
@@ -607,6 +633,8 @@ class PairReport(_message.Message):
     VERDICT_FIELD_NUMBER: _builtins.int
     FINDINGS_FIELD_NUMBER: _builtins.int
     POLICIES_FIELD_NUMBER: _builtins.int
+    GUARANTEES_FIELD_NUMBER: _builtins.int
+    HOPS_FIELD_NUMBER: _builtins.int
     verdict: Global___Verdict.ValueType
     """Set by rules over pairs alone."""
     @_builtins.property
@@ -617,20 +645,118 @@ class PairReport(_message.Message):
     def policies(self) -> _containers.RepeatedCompositeFieldContainer[Global___PolicyComparison]:
         """Every policy with both values."""
 
+    @_builtins.property
+    def guarantees(self) -> _containers.RepeatedCompositeFieldContainer[Global___Guarantee]:
+        """What the subscriber gets, over all hops."""
+
+    @_builtins.property
+    def hops(self) -> _containers.RepeatedCompositeFieldContainer[Global___HopReport]:
+        """Of two endpoints that meet over bridges only: the pairs on the way, from the publisher on; else none."""
+
     def __init__(
         self,
         *,
         verdict: Global___Verdict.ValueType = ...,
         findings: _abc.Iterable[Global___Finding] | None = ...,
         policies: _abc.Iterable[Global___PolicyComparison] | None = ...,
+        guarantees: _abc.Iterable[Global___Guarantee] | None = ...,
+        hops: _abc.Iterable[Global___HopReport] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["findings", b"findings", "policies", b"policies", "verdict", b"verdict"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["findings", b"findings", "guarantees", b"guarantees", "hops", b"hops", "policies", b"policies", "verdict", b"verdict"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___PairReport: _TypeAlias = PairReport  # noqa: Y015
+
+@_typing.final
+class Guarantee(_message.Message):
+    """What a subscriber gets, in a word that no protocol owns."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    WORD_FIELD_NUMBER: _builtins.int
+    VALUE_FIELD_NUMBER: _builtins.int
+    SURVIVES_FIELD_NUMBER: _builtins.int
+    LOST_FIELD_NUMBER: _builtins.int
+    word: _builtins.str
+    """`latest`, `loss_free`, `duplicate_free`, `ordered`, `late_join`, `offline`, `max_age`, `max_gap` or `liveness`."""
+    value: _builtins.str
+    """`yes`, `no`, `unknown`, `none`, or a number in the spelling of needs."""
+    @_builtins.property
+    def survives(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """The faults it survives beside a broken link."""
+
+    @_builtins.property
+    def lost(self) -> _containers.RepeatedCompositeFieldContainer[Global___NameValue]:
+        """For each rule that takes it away or leaves it open: its code as name, the reason as value."""
+
+    def __init__(
+        self,
+        *,
+        word: _builtins.str = ...,
+        value: _builtins.str = ...,
+        survives: _abc.Iterable[_builtins.str] | None = ...,
+        lost: _abc.Iterable[Global___NameValue] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["lost", b"lost", "survives", b"survives", "value", b"value", "word", b"word"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Guarantee: _TypeAlias = Guarantee  # noqa: Y015
+
+@_typing.final
+class HopReport(_message.Message):
+    """One pair on the way over bridges."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    PUBLISHER_FIELD_NUMBER: _builtins.int
+    SUBSCRIBER_FIELD_NUMBER: _builtins.int
+    TOPIC_FIELD_NUMBER: _builtins.int
+    PROTOCOL_FIELD_NUMBER: _builtins.int
+    VERDICT_FIELD_NUMBER: _builtins.int
+    GUARANTEES_FIELD_NUMBER: _builtins.int
+    BRIDGE_FIELD_NUMBER: _builtins.int
+    publisher: _builtins.str
+    """Id of the publisher."""
+    subscriber: _builtins.str
+    """Id of the subscriber."""
+    topic: _builtins.str
+    """Their topic, as messages print it."""
+    protocol: _builtins.str
+    """Id of the rule pack that judged."""
+    verdict: Global___Verdict.ValueType
+    """Of this pair."""
+    bridge: _builtins.str
+    """Id of the bridge that leads from its subscriber to the next publisher; absent at the end."""
+    @_builtins.property
+    def guarantees(self) -> _containers.RepeatedCompositeFieldContainer[Global___Guarantee]:
+        """What its subscriber gets over this hop."""
+
+    def __init__(
+        self,
+        *,
+        publisher: _builtins.str = ...,
+        subscriber: _builtins.str = ...,
+        topic: _builtins.str = ...,
+        protocol: _builtins.str = ...,
+        verdict: Global___Verdict.ValueType = ...,
+        guarantees: _abc.Iterable[Global___Guarantee] | None = ...,
+        bridge: _builtins.str | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_bridge", b"_bridge", "bridge", b"bridge"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_bridge", b"_bridge", "bridge", b"bridge", "guarantees", b"guarantees", "protocol", b"protocol", "publisher", b"publisher", "subscriber", b"subscriber", "topic", b"topic", "verdict", b"verdict"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    _WhichOneofReturnType__bridge: _TypeAlias = _typing.Literal["bridge"]  # noqa: Y015
+    _WhichOneofArgType__bridge: _TypeAlias = _typing.Literal["_bridge", b"_bridge"]  # noqa: Y015
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__bridge) -> _WhichOneofReturnType__bridge | None: ...
+
+Global___HopReport: _TypeAlias = HopReport  # noqa: Y015
 
 @_typing.final
 class PolicyComparison(_message.Message):

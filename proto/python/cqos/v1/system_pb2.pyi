@@ -50,32 +50,6 @@ class StatedSetting(_message.Message):
 Global___StatedSetting: _TypeAlias = StatedSetting  # noqa: Y015
 
 @_typing.final
-class NameValue(_message.Message):
-    """A name and what belongs to it, where the order is kept."""
-
-    DESCRIPTOR: _descriptor.Descriptor
-
-    NAME_FIELD_NUMBER: _builtins.int
-    VALUE_FIELD_NUMBER: _builtins.int
-    name: _builtins.str
-    """The name."""
-    value: _builtins.str
-    """What belongs to it."""
-    def __init__(
-        self,
-        *,
-        name: _builtins.str = ...,
-        value: _builtins.str = ...,
-    ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
-    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["name", b"name", "value", b"value"]  # noqa: Y015
-    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
-    def WhichOneof(self, oneof_group: _Never) -> None: ...
-
-Global___NameValue: _TypeAlias = NameValue  # noqa: Y015
-
-@_typing.final
 class System(_message.Message):
     """Everything one check looks at."""
 
@@ -708,7 +682,7 @@ class Overlay(_message.Message):
         """Where each was stated."""
 
     @_builtins.property
-    def when(self) -> Global___NameValue:
+    def when(self) -> _report_pb2.NameValue:
         """Option and value under which it holds; always if not stated."""
 
     @_builtins.property
@@ -730,7 +704,7 @@ class Overlay(_message.Message):
         participant: _builtins.str | None = ...,
         entity: _builtins.str | None = ...,
         protocol: _builtins.str | None = ...,
-        when: Global___NameValue | None = ...,
+        when: _report_pb2.NameValue | None = ...,
         fills: _abc.Iterable[_builtins.str] | None = ...,
         dialect: _builtins.str | None = ...,
         place: _report_pb2.Place | None = ...,
@@ -817,7 +791,7 @@ class Participant(_message.Message):
         """Where each was stated."""
 
     @_builtins.property
-    def remap(self) -> _containers.RepeatedCompositeFieldContainer[Global___NameValue]:
+    def remap(self) -> _containers.RepeatedCompositeFieldContainer[_report_pb2.NameValue]:
         """Topic renames, from name to value, as written."""
 
     @_builtins.property
@@ -835,7 +809,7 @@ class Participant(_message.Message):
         protocol: _builtins.str | None = ...,
         settings: _abc.Mapping[_builtins.str, _builtins.str] | None = ...,
         settings_stated: _abc.Iterable[Global___StatedSetting] | None = ...,
-        remap: _abc.Iterable[Global___NameValue] | None = ...,
+        remap: _abc.Iterable[_report_pb2.NameValue] | None = ...,
         external: _builtins.bool = ...,
         starts_after: _abc.Iterable[_builtins.str] | None = ...,
         template: _builtins.str | None = ...,
@@ -935,43 +909,23 @@ Global___Broker: _TypeAlias = Broker  # noqa: Y015
 
 @_typing.final
 class Bridge(_message.Message):
-    """What subscribes on one side and publishes on the other."""
+    """What subscribes on one side and publishes on the other, perhaps in another protocol."""
 
     DESCRIPTOR: _descriptor.Descriptor
 
-    @_typing.final
-    class SettingsEntry(_message.Message):
-        DESCRIPTOR: _descriptor.Descriptor
-
-        KEY_FIELD_NUMBER: _builtins.int
-        VALUE_FIELD_NUMBER: _builtins.int
-        key: _builtins.str
-        value: _builtins.str
-        def __init__(
-            self,
-            *,
-            key: _builtins.str = ...,
-            value: _builtins.str = ...,
-        ) -> None: ...
-        _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
-        def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-        _ClearFieldArgType: _TypeAlias = _typing.Literal["key", b"key", "value", b"value"]  # noqa: Y015
-        def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
-        def WhichOneof(self, oneof_group: _Never) -> None: ...
-
     ID_FIELD_NUMBER: _builtins.int
-    SETTINGS_FIELD_NUMBER: _builtins.int
-    SETTINGS_STATED_FIELD_NUMBER: _builtins.int
+    ROUTES_FIELD_NUMBER: _builtins.int
+    CARRIES_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
     id: _builtins.str
     """Unique in the system."""
     @_builtins.property
-    def settings(self) -> _containers.ScalarMap[_builtins.str, _builtins.str]:
-        """Everything stated about it, nested values in YAML flow spelling."""
+    def routes(self) -> _containers.RepeatedCompositeFieldContainer[Global___Route]:
+        """What it carries."""
 
     @_builtins.property
-    def settings_stated(self) -> _containers.RepeatedCompositeFieldContainer[Global___StatedSetting]:
-        """Where each was stated."""
+    def carries(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """What else it carries on beside samples: `liveliness`, where it ends its publications with their source."""
 
     @_builtins.property
     def place(self) -> _report_pb2.Place:
@@ -981,17 +935,55 @@ class Bridge(_message.Message):
         self,
         *,
         id: _builtins.str = ...,
-        settings: _abc.Mapping[_builtins.str, _builtins.str] | None = ...,
-        settings_stated: _abc.Iterable[Global___StatedSetting] | None = ...,
+        routes: _abc.Iterable[Global___Route] | None = ...,
+        carries: _abc.Iterable[_builtins.str] | None = ...,
         place: _report_pb2.Place | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["id", b"id", "place", b"place", "settings", b"settings", "settings_stated", b"settings_stated"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["carries", b"carries", "id", b"id", "place", b"place", "routes", b"routes"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___Bridge: _TypeAlias = Bridge  # noqa: Y015
+
+@_typing.final
+class Route(_message.Message):
+    """One way over a bridge: what it subscribes to, and what it publishes that as."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    SOURCE_FIELD_NUMBER: _builtins.int
+    TARGET_FIELD_NUMBER: _builtins.int
+    PLACE_FIELD_NUMBER: _builtins.int
+    @_builtins.property
+    def source(self) -> Global___Endpoint:
+        """What it subscribes to, an endpoint of a participant of the system; its id may be empty. Where its topic has a `*`,
+        there is such a way for every topic that matches.
+        """
+
+    @_builtins.property
+    def target(self) -> Global___Endpoint:
+        """What it publishes that as; a `*` in its topic stands for the same, and without a topic it has that of the source."""
+
+    @_builtins.property
+    def place(self) -> _report_pb2.Place:
+        """Where it was stated."""
+
+    def __init__(
+        self,
+        *,
+        source: Global___Endpoint | None = ...,
+        target: Global___Endpoint | None = ...,
+        place: _report_pb2.Place | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place", "source", b"source", "target", b"target"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["place", b"place", "source", b"source", "target", b"target"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Route: _TypeAlias = Route  # noqa: Y015
 
 @_typing.final
 class Bound(_message.Message):
@@ -1053,7 +1045,7 @@ class TeamRule(_message.Message):
     severity: _report_pb2.Severity.ValueType
     """How loud it speaks; an error if not stated."""
     @_builtins.property
-    def where(self) -> _containers.RepeatedCompositeFieldContainer[Global___NameValue]:
+    def where(self) -> _containers.RepeatedCompositeFieldContainer[_report_pb2.NameValue]:
         """`role`, `topic`, `participant`, `protocol`, `type` or `id`, each with a shell pattern; all must match."""
 
     @_builtins.property
@@ -1068,7 +1060,7 @@ class TeamRule(_message.Message):
         self,
         *,
         name: _builtins.str = ...,
-        where: _abc.Iterable[Global___NameValue] | None = ...,
+        where: _abc.Iterable[_report_pb2.NameValue] | None = ...,
         require: _abc.Iterable[Global___Bound] | None = ...,
         because: _builtins.str = ...,
         sentence: _builtins.str | None = ...,

@@ -1,0 +1,234 @@
+"""Measures `CheckSystem` beside a bare echo of messages of the same size, in the same run.
+
+python tests/benchmarks/service.py [--seconds 5] [--clients 1 8 64]
+
+The echo is a plain `grpc.aio` server in a process of its own that decodes a `CheckSystemRequest` and returns a ready
+`CheckSystemResponse` of the size of the real answer. Both are asked by the same client: processes with the synchronous
+client of grpcio, which send bytes and do not decode what comes back. It is the slower half: what is told is what these
+clients get, not what the server could do.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import contextlib
+import itertools
+import multiprocessing
+import statistics
+import sys
+import threading
+import time
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import grpc
+
+from cqos.v1 import check_pb2, report_pb2, system_pb2
+from cqos_core.service.answers import answer, decode, read_system
+from tests.service.running import serving
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+METHOD = "/cqos.v1.CheckService/CheckSystem"
+DIFFERENT = 2_000
+
+
+class Measured(NamedTuple):
+    """What one load gave."""
+
+    rate: float
+    p50: float
+    p95: float
+    p99: float
+
+
+def model(endpoints: int, number: int) -> bytes:
+    """A model that no other number gives, so that no answer is known before."""
+    system = system_pb2.System(
+        name=f"model {number}",
+        protocol="ros2",
+        participants=[system_pb2.Participant(id="a"), system_pb2.Participant(id="b")],
+        endpoints=[
+            system_pb2.Endpoint(
+                id=f"Event_{number:05}_{each}",
+                role=report_pb2.ROLE_SUBSCRIBER if each % 2 else report_pb2.ROLE_PUBLISHER,
+                topic=f"topic_{each // 2}",
+                participant="ab"[each % 2],
+                settings={"reliability": "reliable", "deadline": "2s", "depth": str(number % 90 + 10)},
+            )
+            for each in range(endpoints)
+        ],
+    )
+    return check_pb2.CheckSystemRequest(revision=number + 1, system=system).SerializeToString()
+
+
+# --- the echo ---
+
+
+def echo(port: Any, response: bytes) -> None:
+    """Decode what comes, and return always the same: in a process of its own."""
+    ready = check_pb2.CheckSystemResponse.FromString(response)
+
+    async def serve() -> None:
+        async def check(request: check_pb2.CheckSystemRequest, _context: Any) -> check_pb2.CheckSystemResponse:
+            ready.revision = request.revision
+            return ready
+
+        server = grpc.aio.server()
+        handler = grpc.unary_unary_rpc_method_handler(
+            check,
+            check_pb2.CheckSystemRequest.FromString,
+            check_pb2.CheckSystemResponse.SerializeToString,
+        )
+        service, _, name = METHOD.strip("/").partition("/")
+        server.add_generic_rpc_handlers((grpc.method_handlers_generic_handler(service, {name: handler}),))
+        opened = server.add_insecure_port("127.0.0.1:0")
+        await server.start()
+        port.send(opened)
+        await server.wait_for_termination()
+
+    asyncio.run(serve())
+
+
+@contextlib.contextmanager
+def echoing(response: bytes) -> Iterator[str]:
+    """The address of an echo."""
+    here, there = multiprocessing.get_context("spawn").Pipe()
+    process = multiprocessing.get_context("spawn").Process(target=echo, args=(there, response), daemon=True)
+    process.start()
+    try:
+        yield f"127.0.0.1:{here.recv()}"
+    finally:
+        process.kill()
+        process.join()
+
+
+# --- the clients ---
+
+
+def ask(address: str, messages: Sequence[bytes], first: int, clients: int, seconds: float, results: Any) -> None:
+    """Let some clients ask, each with a connection of its own, one call after another."""
+    took: list[float] = []
+    barrier = threading.Barrier(clients + 1)
+
+    def one(start: int) -> None:
+        options = (("grpc.use_local_subchannel_pool", 1), ("grpc.max_receive_message_length", -1))
+        with grpc.insecure_channel(address, options) as channel:
+            call = channel.unary_unary(METHOD)
+            call(messages[start])
+            barrier.wait()
+            until = time.perf_counter() + seconds
+            for number in itertools.count(start):
+                began = time.perf_counter()
+                call(messages[number % len(messages)])
+                ended = time.perf_counter()
+                took.append(ended - began)
+                if ended > until:
+                    return
+
+    threads = [threading.Thread(target=one, args=((first + number * 97) % len(messages),)) for number in range(clients)]
+    for thread in threads:
+        thread.start()
+    barrier.wait()
+    for thread in threads:
+        thread.join()
+    results.put(took)
+
+
+def measure(address: str, messages: Sequence[bytes], clients: int, seconds: float) -> Measured:
+    """Calls per second and percentiles in milliseconds; the clients are in up to four processes."""
+    context = multiprocessing.get_context("spawn")
+    results = context.Queue()
+    processes = min(clients, 4)
+    started = [
+        context.Process(
+            target=ask,
+            args=(address, messages, number * len(messages) // processes, clients // processes, seconds, results),
+        )
+        for number in range(processes)
+    ]
+    for each in started:
+        each.start()
+    took = sorted(itertools.chain.from_iterable(results.get() for _ in started))
+    for each in started:
+        each.join()
+    at = statistics.quantiles(took, n=100, method="inclusive")
+    return Measured(len(took) / seconds, at[49] * 1000, at[94] * 1000, at[98] * 1000)
+
+
+# --- what is told ---
+
+
+def where_time_goes(messages: Sequence[bytes]) -> str:
+    """Microseconds of one answer, by step, without any network."""
+    from cqos_core.api import context
+    from cqos_core.checker import check_system
+    from cqos_core.messages import report_message
+
+    steps = {"decode": 0.0, "to values": 0.0, "check": 0.0, "to message": 0.0, "encode": 0.0}
+    some = messages[:100]
+    for message in some:
+        times = [time.perf_counter()]
+        request = decode(check_pb2.CheckSystemRequest, message)
+        times.append(time.perf_counter())
+        system = read_system(request.system, 100_000)
+        times.append(time.perf_counter())
+        report = check_system(system, context())
+        times.append(time.perf_counter())
+        made = report_message(report)
+        times.append(time.perf_counter())
+        made.SerializeToString()
+        times.append(time.perf_counter())
+        for step, (before, after) in zip(steps, itertools.pairwise(times), strict=True):
+            steps[step] += (after - before) / len(some)
+    return ", ".join(f"{step} {seconds * 1e6:.0f} µs" for step, seconds in steps.items())
+
+
+def run(seconds: float, clients: Sequence[int], endpoints: Sequence[int]) -> list[str]:
+    """Measure everything; return the rows of a table."""
+    rows = ["| endpoints | clients | what | calls/s | of the echo | p50 ms | p95 ms | p99 ms |"]
+    rows.append("| --------- | ------- | ---- | ------- | ----------- | ------ | ------ | ------ |")
+    for number in endpoints:
+        different = max(int(DIFFERENT * 4 / number), 64)
+        messages = [model(number, each) for each in range(different)]
+        response = answer(METHOD, messages[0], 100_000)
+        with serving("--log-level", "warning") as service, echoing(response) as echoed:
+            for count in clients:
+                bare = measure(echoed, messages, count, seconds)
+                asked = {
+                    "echo": bare,
+                    # More models than are remembered come before one comes again.
+                    "models not seen before": measure(service.grpc, new(number, count), count, seconds),
+                    "the same model again": measure(service.grpc, messages[:1] * 64, count, seconds),
+                }
+                for what, found in asked.items():
+                    share = "" if found is bare else f"{found.rate / bare.rate:.0%}"
+                    figures = f"{found.p50:.1f} | {found.p95:.1f} | {found.p99:.1f}"
+                    rows.append(f"| {number} | {count} | {what} | {found.rate:.0f} | {share} | {figures} |")
+        sizes = f"{len(messages[0])} bytes asked, {len(response)} answered"
+        rows.append(f"\n{number} endpoints: {sizes}; one answer without the network: {where_time_goes(messages)}\n")
+    return rows
+
+
+def new(endpoints: int, clients: int) -> list[bytes]:
+    """Models that nobody has asked about yet."""
+    first = next(_rounds) * 100_000
+    return [model(endpoints, first + each) for each in range(max(8_000 // endpoints * 4, 64 * clients))]
+
+
+_rounds = itertools.count(1)
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description="CheckSystem beside a bare echo")
+    parser.add_argument("--seconds", type=float, default=5.0)
+    parser.add_argument("--clients", type=int, nargs="+", default=[1, 8, 64])
+    parser.add_argument("--endpoints", type=int, nargs="+", default=[4, 200])
+    given = parser.parse_args(arguments)
+    sys.stdout.write("\n".join(run(given.seconds, given.clients, given.endpoints)) + "\n")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
