@@ -115,7 +115,7 @@ def ask(address: str, messages: Sequence[bytes], first: int, clients: int, secon
     def one(start: int) -> None:
         options = (("grpc.use_local_subchannel_pool", 1), ("grpc.max_receive_message_length", -1))
         with grpc.insecure_channel(address, options) as channel:
-            call = channel.unary_unary(METHOD)
+            call: Any = channel.unary_unary(METHOD)
             call(messages[start])
             barrier.wait()
             until = time.perf_counter() + seconds

@@ -1,0 +1,76 @@
+"""The lowest runtime of the stated ranges, as service and as client; all other tests run with the newest."""
+
+import os
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+
+import cqos_core as cqos
+from tests.service.running import serving
+
+ROOT = Path(__file__).resolve().parents[2]
+RUNTIME = (
+    "googleapis-common-protos",
+    "grpcio",
+    "grpcio-health-checking",
+    "grpcio-reflection",
+    "grpcio-status",
+    "protobuf",
+)
+EXAMPLE = ROOT / "examples" / "smart_agriculture_incompatible.bpmn"
+ASK = """\
+import sys
+from importlib.metadata import version
+import cqos_core as cqos
+from cqos_core.client import Client
+print(version("grpcio"), version("protobuf"))
+with Client(sys.argv[1]) as client:
+    assert client.check(sys.argv[2]) == cqos.check(sys.argv[2])
+    with client.session(cqos.read(sys.argv[2])) as session:
+        assert session.report() == cqos.check(sys.argv[2])
+"""
+
+
+def lowest():
+    """The lowest versions that pyproject.toml allows."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    for need in map(Requirement, project["dependencies"]):
+        if need.name in RUNTIME:
+            (least,) = [each.version for each in need.specifier if each.operator == ">="]
+            yield need.name, least if least.count(".") == 2 else f"{least}.0"
+
+
+@pytest.fixture(scope="module")
+def oldest(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("lowest")
+    wanted = [f"{name}=={least}" for name, least in lowest()]
+    assert len(wanted) == len(RUNTIME)
+    command = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target", str(folder), *wanted]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        if os.environ.get("CI") == "true":
+            pytest.fail(done.stderr)
+        pytest.skip("the lowest versions cannot be installed here")
+    return {"PYTHONPATH": str(folder)}
+
+
+def test_the_lowest_runtime_serves_the_newest_and_asks_it(oldest, service):
+    with serving(environment=oldest) as old, old.client() as client:
+        assert client.check(EXAMPLE) == cqos.check(EXAMPLE)
+        assert client.pack("ros2").title == "ROS 2"
+        for address in (old.grpc, service.grpc):
+            done = subprocess.run(
+                [sys.executable, "-c", ASK, address, str(EXAMPLE)],
+                env={**os.environ, **oldest},
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+            assert done.returncode == 0, done.stderr
+            assert done.stdout.split() == [dict(lowest())["grpcio"], dict(lowest())["protobuf"]]
+    assert version("grpcio") != dict(lowest())["grpcio"]
