@@ -910,6 +910,7 @@ class Code(_message.Message):
     SEVERITY_FIELD_NUMBER: _builtins.int
     SUMMARY_FIELD_NUMBER: _builtins.int
     REASON_FIELD_NUMBER: _builtins.int
+    HELP_FIELD_NUMBER: _builtins.int
     code: _builtins.str
     """Permanent code."""
     name: _builtins.str
@@ -919,7 +920,9 @@ class Code(_message.Message):
     summary: _builtins.str
     """One sentence."""
     reason: _builtins.str
-    """Why, and what to do."""
+    """Why it is told."""
+    help: _builtins.str
+    """What to do."""
     def __init__(
         self,
         *,
@@ -928,10 +931,11 @@ class Code(_message.Message):
         severity: _report_pb2.Severity.ValueType = ...,
         summary: _builtins.str = ...,
         reason: _builtins.str = ...,
+        help: _builtins.str = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["code", b"code", "name", b"name", "reason", b"reason", "severity", b"severity", "summary", b"summary"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["code", b"code", "help", b"help", "name", b"name", "reason", b"reason", "severity", b"severity", "summary", b"summary"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
