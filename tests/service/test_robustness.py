@@ -300,7 +300,14 @@ def test_a_call_that_takes_too_long_is_ended_and_its_worker_replaced(start):
         assert error.code() == grpc.StatusCode.DEADLINE_EXCEEDED
         assert time.monotonic() - began < 5
         hasty.wait_for(lambda line: line["event"] == "worker ended", 5)
-        checks.CheckDocument(check_pb2.CheckDocumentRequest(documents=[check_pb2.Document(content=SEEDS[0])]))
+        again = check_pb2.CheckDocumentRequest(documents=[check_pb2.Document(content=SEEDS[0])])
+        until = time.monotonic() + 30
+        while True:  # another process has to start first, which takes longer than a second on a busy machine
+            try:
+                checks.CheckDocument(again)
+                break
+            except grpc.RpcError:
+                assert time.monotonic() < until
         assert still_answers(checks)
         assert not before & set(hasty.children()), "the worker was replaced"
 
