@@ -46,6 +46,7 @@ _KINDS: Final[Mapping[str, type[Any]]] = {
                     "System",
                     "Profile",
                     "ProfileRef",
+                    "Scope",
                     "Topic",
                     "Endpoint",
                     "Overlay",

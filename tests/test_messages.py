@@ -130,7 +130,14 @@ def test_every_kind_of_value_in_a_system_comes_back():
         name="all",
         protocol="ros2",
         options={"ros2": stated, "dds": {}},
-        profiles={"p": s.Profile("p", stated, (s.ProfileRef("q", place), s.ProfileRef("r")), place)},
+        profiles={
+            "p": s.Profile(
+                "p",
+                stated,
+                (s.ProfileRef("q", place), s.ProfileRef("r", None, s.Scope("publisher", "a*", ("b",), "x"))),
+                place,
+            )
+        },
         topics={"t": s.Topic("t", stated, external=True, protocol="dds", place=place), "u": s.Topic("u")},
         participants={
             "n": s.Participant("n", "ros2", stated, {"b": "x", "a": "y"}, True, ("m",), "n$", "N", place),

@@ -104,14 +104,6 @@ PRESETS: Final = {
         aliases=spellings("best_available", "BestAvailableQoS", "best_available_qos"),
         needs=("distro", "iron"),
     ),
-    "mqtt_client_from_ros": preset(
-        "keep_last", 1, "from_publishers", "from_publishers",
-        doc="The subscription of mqtt_client as it comes: it copies what it finds.",
-    ),
-    "mqtt_client_to_ros": preset(
-        "keep_last", 1, "system_default", "system_default",
-        doc="The publisher of mqtt_client as it comes.",
-    ),
     "unknown": preset(
         "unknown", 0, "unknown", "unknown", liveliness="unknown",
         doc="What introspection starts from; nothing can be created with it.",

@@ -254,25 +254,74 @@ class ProfileRef(_message.Message):
 
     NAME_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
+    SCOPE_FIELD_NUMBER: _builtins.int
     name: _builtins.str
     """Its name."""
     @_builtins.property
     def place(self) -> _report_pb2.Place:
         """Where it was named."""
 
+    @_builtins.property
+    def scope(self) -> Global___Scope:
+        """Which endpoints take it there; all if not stated."""
+
     def __init__(
         self,
         *,
         name: _builtins.str = ...,
         place: _report_pb2.Place | None = ...,
+        scope: Global___Scope | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place", "scope", b"scope"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["name", b"name", "place", b"place"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["name", b"name", "place", b"place", "scope", b"scope"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___ProfileRef: _TypeAlias = ProfileRef  # noqa: Y015
+
+@_typing.final
+class Scope(_message.Message):
+    """Which endpoints take a profile where it is named, and what of it."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    ROLE_FIELD_NUMBER: _builtins.int
+    TOPIC_FIELD_NUMBER: _builtins.int
+    BUT_FIELD_NUMBER: _builtins.int
+    PART_FIELD_NUMBER: _builtins.int
+    role: _report_pb2.Role.ValueType
+    """Endpoints of this role only; both if not stated."""
+    topic: _builtins.str
+    """Shell pattern over the name of the topic; all if not stated."""
+    part: _builtins.str
+    """Which part of an endpoint's settings it is for, in the words of its format."""
+    @_builtins.property
+    def but(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Patterns of topics whose endpoints take another profile instead."""
+
+    def __init__(
+        self,
+        *,
+        role: _report_pb2.Role.ValueType = ...,
+        topic: _builtins.str | None = ...,
+        but: _abc.Iterable[_builtins.str] | None = ...,
+        part: _builtins.str | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_part", b"_part", "_topic", b"_topic", "part", b"part", "topic", b"topic"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_part", b"_part", "_topic", b"_topic", "but", b"but", "part", b"part", "role", b"role", "topic", b"topic"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    _WhichOneofReturnType__part: _TypeAlias = _typing.Literal["part"]  # noqa: Y015
+    _WhichOneofArgType__part: _TypeAlias = _typing.Literal["_part", b"_part"]  # noqa: Y015
+    _WhichOneofReturnType__topic: _TypeAlias = _typing.Literal["topic"]  # noqa: Y015
+    _WhichOneofArgType__topic: _TypeAlias = _typing.Literal["_topic", b"_topic"]  # noqa: Y015
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__part) -> _WhichOneofReturnType__part | None: ...
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__topic) -> _WhichOneofReturnType__topic | None: ...
+
+Global___Scope: _TypeAlias = Scope  # noqa: Y015
 
 @_typing.final
 class Profile(_message.Message):
