@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 from decimal import Decimal, InvalidOperation
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.expression import Term
@@ -112,7 +112,18 @@ def by_option(option: str, otherwise: Meaning | None = None, **meanings: Meaning
 
 def normalise(text: str) -> str:
     """``Keep Last`` → ``keep_last``: lower case, blanks and hyphens as underscores."""
+    return _remembered(text) if len(text) <= LONGEST_REMEMBERED else _normalised(text)
+
+
+LONGEST_REMEMBERED: Final = 64
+"""Characters of the longest text that is worth remembering: longer ones seldom come again."""
+
+
+def _normalised(text: str) -> str:
     return re.sub(r"[\s\-]+", "_", text.strip()).lower()
+
+
+_remembered = lru_cache(maxsize=16_384)(_normalised)
 
 
 def flow(text: str, expected: str = "") -> Any:

@@ -10,6 +10,7 @@ import difflib
 import json
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 from cqos_core.codes import CODES
@@ -17,6 +18,7 @@ from cqos_core.evaluate import Values, Written
 from cqos_core.pack import Dialect, NameContext, nothing_follows
 from cqos_core.policy import (
     ENDPOINT,
+    LONGEST_REMEMBERED,
     NEED,
     NO,
     UNMATCHED,
@@ -43,6 +45,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.pack import NameProblem, Naming, Preset, RulePack
+    from cqos_core.policy import Domain, Plain
     from cqos_core.system import (
         Broker,
         Endpoint,
@@ -326,6 +329,7 @@ class Resolver:
         self.named: dict[tuple[int, str, str, str, str, str], Naming] = {}
         self.shared: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
         self.packless: dict[str, list[Endpoint]] = {}
+        self.ignored: dict[tuple[Any, ...], str | None] = {}
         self.option_layers: dict[int, Layer] = {}
         self.contexts: dict[tuple[Any, ...], tuple[dict[int, Value], dict[str, str]]] = {}
         self.overlay_layers: dict[tuple[int, int], Layer] = {}
@@ -1173,12 +1177,12 @@ class Resolver:
 
     def _ignoring(self, pack: RulePack, policy: Policy, options: Mapping[int, Value]) -> str | None:
         """``rmw zenoh`` where the chosen middleware ignores the policy, else None."""
-        for option, by_value in policy.enforced.items():
-            index = pack.vocabulary.indices["option", option]
-            value = options.get(index)
-            if value is not None and _treated(by_value, pack.policies[index], value) == NO:
-                return f"{option} {pack.policies[index].format(value)}"
-        return None
+        if not policy.enforced:
+            return None
+        key = (id(pack), policy.name, tuple(options.get(pack.vocabulary.indices["option", o]) for o in policy.enforced))
+        if key not in self.ignored:
+            self.ignored[key] = _ignored_by(pack, policy, options)
+        return self.ignored[key]
 
     def _read(
         self,
@@ -1191,7 +1195,9 @@ class Resolver:
     ) -> Value:
         meaning = policy.words.get(policy.domain.word(text))
         if meaning is None:
-            plain = policy.domain.parse(policy.domain.with_unit(text, dialect.bare_unit if dialect else None))
+            unit = dialect.bare_unit if dialect else None
+            read = _plain_remembered if len(text) <= LONGEST_REMEMBERED else _plain
+            plain = read(policy.domain, text, unit)
             if plain != 0 or policy.zero is None:
                 return plain
             meaning = policy.words[policy.zero]
@@ -1232,6 +1238,22 @@ class Resolver:
         return under(options[index])
 
 
+def _ignored_by(pack: RulePack, policy: Policy, options: Mapping[int, Value]) -> str | None:
+    for option, by_value in policy.enforced.items():
+        index = pack.vocabulary.indices["option", option]
+        value = options.get(index)
+        if value is not None and _treated(by_value, pack.policies[index], value) == NO:
+            return f"{option} {pack.policies[index].format(value)}"
+    return None
+
+
+def _plain(domain: Domain, text: str, unit: str | None) -> Plain:
+    """Read a text as a plain value; ``unit`` is that of numbers without one."""
+    return domain.parse(domain.with_unit(text, unit))
+
+
+# Few texts make up most systems, and they are read alike every time.
+_plain_remembered = lru_cache(maxsize=16_384)(_plain)
 _ZEROS: Final = frozenset(("0", "0s"))
 
 

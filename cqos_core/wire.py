@@ -27,9 +27,10 @@ def topics(resolver: Resolver) -> dict[tuple[str, str], list[Resolved]]:
     """Sort the resolved endpoints by protocol and topic, with copies beside those that they meet on another one."""
     found = bucket(resolver.result.endpoints)
     introduce(found)
+    protocols = {protocol for protocol, _ in found}
     for endpoint in resolver.result.endpoints:
         wire = endpoint.pack.wire
-        if wire is None or endpoint.key is None:
+        if wire is None or endpoint.key is None or wire.protocol not in protocols:
             continue
         name = wire.topic(endpoint.key, _plain_texts(endpoint))
         beside = found.get((wire.protocol, name)) if name is not None else None
