@@ -2,7 +2,7 @@
 """Sets the project up in .venv and runs it. Needs nothing but Python 3.11 or newer.
 
 python3 dev.py demo             check two example diagrams, one that fits and one that does not
-python3 dev.py test [ARGS]      all checks: lint, types, import contracts, tests (ARGS go to pytest)
+python3 dev.py test [ARGS]      all checks: lint, types, import contracts, tests (ARGS go to pytest; --cov adds coverage)
 python3 dev.py lint             the same without the tests
 python3 dev.py run -- ARGS      the command `cqos` with ARGS
 python3 dev.py setup            only set up (the others do that by themselves, when something changed)
@@ -145,9 +145,12 @@ def lint_steps() -> list[tuple[str, list[str]]]:
 
 
 def pytest_command(arguments: list[str]) -> list[str]:
-    """Pytest on all cores, with the coverage of every package; what ``arguments`` say comes last and wins."""
-    coverage = [f"--cov={name}" for project in projects() for name in packages_of(project)]
-    return [tool("pytest"), "-n", "auto", *coverage, "--cov-report=term:skip-covered", *arguments]
+    """Pytest on all cores; what ``arguments`` say comes last and wins, and a bare ``--cov`` covers every package."""
+    covered = [f"--cov={name}" for project in projects() for name in packages_of(project)]
+    rest = [argument for argument in arguments if argument != "--cov"]
+    # Counting lines doubles the time, so it is for those who ask.
+    coverage = [*covered, "--cov-report=term:skip-covered"] if "--cov" in arguments else []
+    return [tool("pytest"), "-n", "auto", *coverage, *rest]
 
 
 def run_steps(steps: list[tuple[str, list[str]]]) -> int:
