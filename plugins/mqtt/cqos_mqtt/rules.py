@@ -28,6 +28,7 @@ from cqos_core.expression import (
     subscriber,
     topic,
 )
+from cqos_core.guarantee import WORDS
 from cqos_core.rule import Rule, forbids, meets, requires
 from cqos_mqtt.policies import (
     BROKER,
@@ -385,9 +386,21 @@ SESSIONS: Final = (
     ),
 )
 
+MAX_AGE: Final = WORDS["max_age"].need
+
 # MQTT5xx: the Will -------------------------------------------------------------------------------------------
 
 WILL: Final = (
+    forbids(
+        (requested(MAX_AGE) < "infinite") & (offered(EXPIRY) <= requested(MAX_AGE)),
+        code="MQTT503",
+        name="age-counted-in-broker-only",
+        says="{subscriber} needs max_age {requested need.max_age}, and the expiry of {publisher} counts whole seconds in the broker only",
+        because="neither the time on the network nor that in the queues of clients counts",
+        clause="MQTT 5.0, MQTT-3.3.2-6",
+        severity="note",
+        fixes=("message_expiry_interval",),
+    ),
     forbids(
         (participant(WILL_TOPIC) != "")
         & (participant(VERSION) == "5.0")
