@@ -116,6 +116,9 @@ class QosProfile:
 
 _PROFILES: dict[tuple[int, Values], QosProfile] = {}
 _MAXIMUM_PROFILES: Final = 200_000
+_READ: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
+"""Endpoints of earlier systems that stated all by themselves: a modeler sends much the same again and again."""
+_MAXIMUM_READ: Final = 20_000
 
 
 def intern(pack: RulePack, values: Values) -> QosProfile:
@@ -125,6 +128,7 @@ def intern(pack: RulePack, values: Values) -> QosProfile:
     if profile is None or profile.pack is not pack:
         if len(_PROFILES) >= _MAXIMUM_PROFILES:
             _PROFILES.clear()
+            _READ.clear()  # or equal endpoints would have profiles that are told apart
         opened = [index for index in range(pack.vocabulary.size) if not is_plain(values[index])]
         from_peers = tuple(index for index in opened if isinstance(values[index], FromPeers))
         unmatched = frozenset(
@@ -329,6 +333,7 @@ class Resolver:
         self.named: dict[tuple[int, str, str, str, str, str], Naming] = {}
         self.shared: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
         self.packless: dict[str, list[Endpoint]] = {}
+        self.option_values: dict[int, tuple[tuple[int, Value], ...]] = {}
         self.ignored: dict[tuple[Any, ...], str | None] = {}
         self.option_layers: dict[int, Layer] = {}
         self.contexts: dict[tuple[Any, ...], tuple[dict[int, Value], dict[str, str]]] = {}
@@ -825,10 +830,19 @@ class Resolver:
         shared = self.shared.get(signature)
         if shared is None:
             before = len(self.result.findings)
-            shared = self._resolve(endpoint, identifier, participant, user, topic_layers, overlays)
-            if len(self.result.findings) == before:
+            known = None if overlays else self._known(endpoint, participant, topic_layers)
+            read = _READ.get(known) if known is not None else None
+            if read is not None:
+                shared = self.shared[signature] = read[0], (*read[1], *topic_layers)
+            else:
+                shared = self._resolve(endpoint, identifier, participant, user, topic_layers, overlays)
+            if read is None and len(self.result.findings) == before:
                 # Nothing was said of this endpoint, so an equal one has nothing to say either.
                 self.shared[signature] = shared
+                if known is not None:
+                    if len(_READ) >= _MAXIMUM_READ:
+                        _READ.clear()
+                    _READ[known] = shared[0], shared[1][: len(shared[1]) - len(topic_layers)]
         profile, layers = shared
         return Resolved(
             endpoint,
@@ -841,6 +855,30 @@ class Resolver:
             layers,
             participant,
             endpoint.external or owner.external or topic_external,
+        )
+
+    def _known(
+        self, endpoint: Endpoint, participant: ResolvedParticipant, topic_layers: tuple[Layer, ...]
+    ) -> tuple[Any, ...] | None:
+        """Return all that an endpoint's values follow from, if none of it stands elsewhere in its system."""
+        if endpoint.profiles or endpoint.needs or self.asked or self.by_topic:
+            return None
+        options = self.option_values.get(id(participant.values))
+        if options is None:
+            options = self.option_values[id(participant.values)] = tuple(participant.values.items())
+        return (
+            participant.pack,
+            endpoint.role,
+            endpoint.dialect,
+            endpoint.observed,
+            endpoint.type,
+            options,
+            tuple((name, setting.text) for name, setting in endpoint.settings.items()),
+            tuple((name, setting.text) for name, setting in endpoint.overlay.items()),
+            tuple(
+                (layer.counts_as_stated, tuple((index, stated.text) for index, stated in layer.settings.items()))
+                for layer in topic_layers
+            ),
         )
 
     def _overlays(self, endpoint: Endpoint, naming: Naming | None, participant: ResolvedParticipant) -> Iterator[int]:

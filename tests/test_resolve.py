@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from cqos_core.checker import check_system
 from cqos_core.policy import INFINITE, Anything, Depends
 from cqos_core.resolve import Resolved, ResolvedSystem, resolve, suggestion
 from cqos_core.system import Broker, Endpoint, Participant, Place, Profile, ProfileRef, Setting, System
 from tests.worlds import (
     CONTEXT,
     POLICIES,
+    POST,
     box,
     checked,
     codes,
@@ -596,3 +598,27 @@ def test_findings_of_a_report_name_the_origin_of_each_value():
         ("subscriber", "care", "signed", "explicit"),
         ("publisher", "care", "plain", "profile p"),
     ]
+
+
+def test_equal_endpoints_of_different_systems_keep_their_own_places():
+    systems = [
+        world(
+            writer("box", more={"settings": {"care": Setting("plain", place(line))}, "place": place(line)}),
+            reader("box", care="signed"),
+            box("box", interval="1s"),
+        )
+        for line in (7, 8)
+    ]
+    for line, system in zip((7, 8), systems, strict=True):
+        (finding,) = [each for each in check_system(system, CONTEXT).findings if each.code == "POST101"]
+        fact = next(each for side in finding.sides for each in side.facts if each.value == "plain")
+        assert fact.place == place(line)
+
+
+def test_what_one_system_read_is_not_what_another_says_of_its_topic():
+    first, second = (
+        resolve(world(writer("box"), box("box", interval=text)), CONTEXT.find_pack).endpoints for text in ("1s", "2s")
+    )
+    index = POST.vocabulary.indices["topic", "interval"]
+    assert (first[0].profile.values[index], second[0].profile.values[index]) == (10**9, 2 * 10**9)
+    assert second[0].written(index) == "2s"
