@@ -19,6 +19,7 @@ from cqos_core.messages import FieldProblem, pair_message, report_message, syste
 from cqos_core.plugins import load_plugins
 from cqos_core.problems import CqosError, InputError, Problem
 from cqos_core.service.refusal import Refused, too_much, unfit
+from cqos_core.trial import tried_out
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -107,13 +108,14 @@ def no_pack(field: str, name: str) -> FieldProblem:
 def check_document(request: check_pb2.CheckDocumentRequest, most: int) -> check_pb2.CheckDocumentResponse:
     """Check files."""
     where, system = read_documents(request.documents, request.reading, most)
+    system = tried_out(system, where.default_protocol)
     report = exact_places(check_system(system, where), system.sources)
     return check_pb2.CheckDocumentResponse(revision=request.revision, report=report_message(report))
 
 
 def check_model(request: check_pb2.CheckSystemRequest, most: int) -> check_pb2.CheckSystemResponse:
     """Check a model."""
-    system = read_system(request.system, most)
+    system = tried_out(read_system(request.system, most))
     return check_pb2.CheckSystemResponse(
         revision=request.revision, report=report_message(check_system(system, context()))
     )

@@ -38,7 +38,11 @@ EXAMPLES = sorted(
     path
     for path in (ROOT / "examples").rglob("*")
     if path == TOGETHER
-    or (path.suffix in {".bpmn", ".yaml"} and "pack" not in path.name and TOGETHER not in path.parents)
+    or (
+        path.suffix in {".bpmn", ".yaml"}
+        and "pack" not in path.name
+        and not {TOGETHER, ROOT / "examples" / "modeler_client"} & {*path.parents}
+    )
 )
 INSTALLED = ExportContext(context().find_pack)
 POST = ExportContext(CONTEXT.find_pack)
