@@ -97,7 +97,7 @@ def demo(_: list[str]) -> int:
 def test(arguments: list[str]) -> int:
     """Run everything that must hold; return 1 if anything does not."""
     setup(everything=True)
-    have_mosquitto()
+    have_programs()
     return run_steps([*lint_steps(), ("pytest", pytest_command(arguments))])
 
 
@@ -316,19 +316,26 @@ def install_venv_module() -> None:
         raise TroubleError(advice)
 
 
-def have_mosquitto() -> None:
-    """The MQTT pack is compared with Mosquitto as it runs: install it where we may, else say what is left out."""
-    if shutil.which("mosquitto") or shutil.which("mosquitto", path="/usr/sbin:/usr/local/sbin:/opt/homebrew/sbin"):
-        return
-    apt_get = shutil.which("apt-get")
-    if apt_get is not None and os.geteuid() == 0:  # type: ignore[attr-defined,unused-ignore]
-        print("dev.py: installing mosquitto, with which the MQTT pack is compared ...", file=sys.stderr, flush=True)
-        if installed_by(apt_get, "mosquitto"):
-            return
-    left_out = (
-        "dev.py: Mosquitto is not installed, so the MQTT pack is not compared with it (apt-get install mosquitto)"
-    )
-    print(left_out, file=sys.stderr, flush=True)
+# Programs that some tests run, the package of the system that has them, and what is left out without.
+PROGRAMS = (
+    ("mosquitto", "mosquitto", "the MQTT pack is not compared with Mosquitto"),
+    ("npm", "npm", "the .proto files are not linted, and the modeler's client in JavaScript is not run"),
+)
+SYSTEM_FOLDERS = "/usr/sbin:/usr/local/sbin:/opt/homebrew/sbin"
+
+
+def have_programs() -> None:
+    """Install the programs that tests run where we may, else say what is left out."""
+    for program, package, left_out in PROGRAMS:
+        if shutil.which(program) or shutil.which(program, path=SYSTEM_FOLDERS):
+            continue
+        apt_get = shutil.which("apt-get")
+        if apt_get is not None and os.geteuid() == 0:  # type: ignore[attr-defined,unused-ignore]
+            print(f"dev.py: installing {package}, which tests run ...", file=sys.stderr, flush=True)
+            if installed_by(apt_get, package):
+                continue
+        message = f"dev.py: {program} is not installed, so {left_out} (apt-get install {package})"
+        print(message, file=sys.stderr, flush=True)
 
 
 def installed_by(apt_get: str, package: str) -> bool:
