@@ -63,9 +63,12 @@ def yaml_system(endpoints: int) -> bytes:
     lines = ["cqos: 1", "protocol: ros2", "participants:"]
     for number in range(endpoints // 10):
         lines += [f"  node{number}:", "    publishes:"]
-        lines += [f"      /t{number}/{topic}: {{reliability: reliable, depth: {topic + 1}}}" for topic in range(5)]
+        lines += [
+            f"      /node{number}/topic{topic}: {{reliability: reliable, deadline: 1s, depth: {topic + 1}}}"
+            for topic in range(5)
+        ]
         lines += ["    subscribes:"]
-        lines += [f"      /t{number}/{topic}: {{reliability: best_effort, deadline: 2s}}" for topic in range(5)]
+        lines += [f"      /node{number}/topic{topic}: {{reliability: best_effort, deadline: 2s}}" for topic in range(5)]
     return "\n".join(lines).encode()
 
 
