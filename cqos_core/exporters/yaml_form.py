@@ -8,6 +8,7 @@ from cqos_core.exporters.contract import Exported
 from cqos_core.exporters.design import design_of, with_shared_profiles
 from cqos_core.exporters.yaml_text import Block, Raw, document, scalar, value
 from cqos_core.importers.yaml_form import BROKER, ENDPOINT, PARTICIPANT, PROFILE_FORM, ROUTE_SIDE, TOPIC, VERSION
+from cqos_core.system import EVERYBODY
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -54,7 +55,15 @@ def write(system: System, context: ExportContext) -> Exported:
     form = _Form(design)
     text = document(form.document(), _head(system))
     expressed = len(design.system.endpoints) or len(design.system.profiles)
-    return Exported(text, expressed, (*design.notes, *form.notes))
+    return Exported(text, expressed, (*design.notes, *form.notes, *_unsaid(system)))
+
+
+def _unsaid(system: System) -> list[str]:
+    """What a library loses: with endpoints each takes what is meant for it, but profiles alone cannot say for whom they are."""
+    scoped = any(ref.scope != EVERYBODY for each in system.profiles.values() for ref in each.base)
+    if system.endpoints or not scoped:
+        return []
+    return ["which endpoints a part of a profile is meant for cannot be said, so each part is a profile of its own"]
 
 
 def _head(system: System) -> list[str]:

@@ -25,6 +25,7 @@ from cqos_core.system import (
     Profile,
     ProfileRef,
     Route,
+    Scope,
     Setting,
     System,
     TeamRule,
@@ -436,4 +437,12 @@ participants:
     subscribes:
       u: {id: reader, label: Ann, profile: [careful, standard], delay: 1s, needs: {latest: true}}
 """
+    )
+
+
+def test_parts_of_profiles_for_some_endpoints_only_are_told_where_nobody_uses_them():
+    base = (ProfileRef("p/part", None, Scope("publisher")),)
+    library = System(protocol="ros2", profiles={"p": Profile("p", {}, base), "p/part": Profile("p/part", {})})
+    assert write(library, INSTALLED).notes == (
+        "which endpoints a part of a profile is meant for cannot be said, so each part is a profile of its own",
     )
