@@ -12,7 +12,7 @@ from cqos_core.codes import CODES
 from cqos_core.findings import Made, merged, of_participants
 from cqos_core.judge import ask
 from cqos_core.report import Finding, Report, Severity, Side, Verdict
-from cqos_core.resolve import Resolved, ResolvedSystem, Resolver, core_finding, packs_in_use, suggestion
+from cqos_core.resolve import Resolved, ResolvedSystem, Resolver, core_finding, suggestion
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 from cqos_core.team import bind_checks, words_asked
 from cqos_core.topic import TopicResult, check_topic
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 def _partners(results: Mapping[tuple[str, str], TopicResult], packs: Mapping[str, RulePack]) -> list[Finding]:
     """Report endpoints without any partner, and topics whose names nearly agree."""
+    if not any(result.lonely for result in results.values()):
+        return []
     # Who has no partner of its own protocol may well have one on the wire.
     met = {
         each
@@ -130,12 +132,11 @@ def _collapses(endpoints: Iterable[Resolved]) -> list[Finding]:
     """Report keys that endpoints arrive at from names a person takes for different ones."""
     shown: dict[tuple[str, str], dict[str, list[Resolved]]] = {}
     for endpoint in endpoints:
-        if endpoint.key is not None:
+        if endpoint.key is not None and endpoint.shown != endpoint.key:
             by_name = shown.setdefault((endpoint.pack.id, endpoint.key), {})
             by_name.setdefault(endpoint.shown, []).append(endpoint)
     findings = []
-    for (_, key), by_name in sorted(shown.items()):
-        free = {name: alike for name, alike in by_name.items() if name != key}
+    for (_, key), free in sorted(shown.items()):
         if len(free) > 1:
             names = sorted(free)
             listed = " and ".join(f"`{name}`" for name in names)
@@ -152,12 +153,11 @@ def _participant_rules(endpoints: Iterable[Resolved]) -> list[Finding]:
     """Judge rules over participants, brokers and options, once per distinct values they read."""
     found: dict[tuple[Any, ...], tuple[BoundRule, list[Resolved]]] = {}
     for endpoint in endpoints:
-        for scope in ("participant", "broker", "system"):
-            for bound in endpoint.pack.by_scope.get(scope, ()):
-                if bound.rule.kind == "meets" or (bound.rule.creation and endpoint.endpoint.observed):
-                    continue
-                read = tuple(endpoint.profile.values[use.index] for use in bound.bound.uses)
-                found.setdefault((id(bound), read), (bound, []))[1].append(endpoint)
+        for bound in endpoint.pack.beyond_topics:
+            if bound.rule.creation and endpoint.endpoint.observed:
+                continue
+            read = tuple([endpoint.profile.values[use.index] for use in bound.bound.uses])
+            found.setdefault((id(bound), read), (bound, []))[1].append(endpoint)
     findings = []
     for bound, alike in found.values():
         values = alike[0].profile.values
@@ -168,9 +168,10 @@ def _participant_rules(endpoints: Iterable[Resolved]) -> list[Finding]:
 
 
 def _starts(system: System) -> list[Finding]:
-    known = {*system.participants, *(endpoint.id for endpoint in system.endpoints)}
+    everybody: list[Participant | Endpoint] = [*system.participants.values(), *system.endpoints]
+    stating = [each for each in everybody if each.starts_after]
+    known = {each.id for each in everybody} if stating else set()
     findings = []
-    stating: list[Participant | Endpoint] = [*system.participants.values(), *system.endpoints]
     for stated in stating:
         for name in stated.starts_after:
             if name not in known:
@@ -244,6 +245,8 @@ def assemble(
 
 def _topics(results: Mapping[tuple[str, str], TopicResult]) -> int:
     """How many topics there are: a filter all of whose subscribers are on other topics is none."""
+    if not any(result.lonely for result in results.values()):
+        return len(results)
     met = {name for result in results.values() for group in result.groups for name in group.subscribers}
     return sum(
         1
@@ -301,7 +304,7 @@ def check_system(
         step: told before each topic how many of how many are judged.
     """
     system, links = expanded(system, context.find_pack, context.default_protocol)
-    teams, problems = bind_checks(system, packs_in_use(system, context.find_pack, context.default_protocol))
+    teams, problems = bind_checks(system, context.find_pack, context.default_protocol)
     resolver = Resolver(system, context.find_pack, context.default_protocol, words_asked(teams))
     resolved = resolver.run()
     by_topic, hops = linked(links, resolver)

@@ -173,6 +173,8 @@ class Bound:
         uses: the terms outside aggregates; `aggregate_uses` those within.
         asked: indices of the policies of which it asks how they were written.
         partial: whether it may be unknown even of known values (a quotient by zero, a pack's own function).
+        sides: where it looks in the first and in the second tuple, at values and at how they were written.
+        own: where it looks outside aggregates, in whichever tuple; `aggregated` where within.
     """
 
     sentence: Sentence
@@ -186,6 +188,9 @@ class Bound:
     reads: tuple[tuple[Use, int], ...] = field(init=False, repr=False, default=())
     options: tuple[int, ...] = field(init=False, repr=False, default=())
     indices: tuple[int, ...] = field(init=False, repr=False, default=())
+    sides: tuple[tuple[int, ...], tuple[int, ...]] = field(init=False, repr=False, default=((), ()))
+    own: tuple[int, ...] = field(init=False, repr=False, default=())
+    aggregated: tuple[int, ...] = field(init=False, repr=False, default=())
     memory: dict[Values, Outcome] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -198,6 +203,19 @@ class Bound:
         object.__setattr__(self, "options", tuple(use.index for use in both))
         every = (*self.uses, *both, *self.aggregate_uses)
         object.__setattr__(self, "indices", tuple(dict.fromkeys(use.index for use in every)))
+        # An option may differ between participants, so a sentence over one reads it on both sides.
+        sides = (
+            self._read_by(use for use in self.uses if use.second is second or use.term.scope == "option")
+            for second in (False, True)
+        )
+        object.__setattr__(self, "sides", tuple(sides))
+        object.__setattr__(self, "own", self._read_by(self.uses))
+        object.__setattr__(self, "aggregated", self._read_by(self.aggregate_uses))
+
+    def _read_by(self, uses: Iterable[Use]) -> tuple[int, ...]:
+        """Where terms look: at values, and at how they were written where the sentence asks for that."""
+        indices = dict.fromkeys(use.index for use in uses)
+        return (*indices, *(index + self.vocabulary.size for index in indices if index in self.asked))
 
     @property
     def infallible(self) -> bool:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from cqos_core.bridging import Hop, expanded, linked, ways
 from cqos_core.checker import check_system
-from cqos_core.findings import Draft, already_told, fact, make
+from cqos_core.findings import Draft, fact, make
 from cqos_core.given import give, over
-from cqos_core.judge import judge_endpoint, judge_pair
+from cqos_core.judge import already_told, judge_endpoint, judge_pair
 from cqos_core.pairing import Members, Topic, apart, group
 from cqos_core.problems import CqosError
 from cqos_core.report import Guarantee, HopReport, PairReport, PolicyComparison, Verdict

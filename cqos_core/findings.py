@@ -29,8 +29,6 @@ VERBS: Final[dict[str, tuple[str, str]]] = {
     SUBSCRIBER: ("requests", "request"),
 }
 SCOPES: Final[dict[str, str]] = {PUBLISHER: "offered", SUBSCRIBER: "requested"}
-MOST_COMBINATIONS: Final = 25
-"""Distinct combinations of values that one rule reports on one topic; the rest is put together in one finding."""
 _EFFECT_LIMIT: Final = 500
 """Judgements that counting the effect of one remedy may take."""
 LABELS: Final[dict[str, str]] = {PUBLISHER: "offered here", SUBSCRIBER: "requested here"}
@@ -219,13 +217,6 @@ def causes(spoken: Spoken, publisher: QosProfile | None, subscriber: QosProfile 
         if profile is not None:
             _cause(profile.values[use.index], found)
     return tuple(sorted(found))
-
-
-def already_told(spoken: Spoken, publisher: QosProfile, subscriber: QosProfile) -> bool:
-    """Whether all that keeps a rule from being decided is reported as a finding of its own."""
-    values = [(subscriber if use.second else publisher).values[use.index] for use in spoken.bound.bound.uses]
-    opened = [value for value in values if isinstance(value, (Anything, Depends))]
-    return spoken.unknown and bool(opened) and all(isinstance(value, Anything) and value.told for value in opened)
 
 
 def _cause(value: Value, found: dict[str, None]) -> None:

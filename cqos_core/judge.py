@@ -1,24 +1,23 @@
-"""Judging distinct profiles: which rules speak of a pair, an endpoint, a signal. Pure, and remembered per process."""
+"""Judging distinct profiles: which rules speak of a pair or an endpoint. Pure, and remembered per process."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.evaluate import NO_SIGNAL, Outcome, Signal
+from cqos_core.policy import Anything, Depends
 from cqos_core.report import Verdict
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
 
-    from cqos_core.evaluate import Use, Values
+    from cqos_core.evaluate import Values
     from cqos_core.pack import BoundRule
-    from cqos_core.pairing import Members
     from cqos_core.resolve import QosProfile
 
 _CACHE: Final = 200_000
-_ENDS: Final = frozenset({"offered", "requested", "publisher", "subscriber"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +75,7 @@ def judge_pair(publisher: QosProfile, subscriber: QosProfile) -> Judgement:
     """Judge two profiles that meet."""
     spoken: list[Spoken] = []
     refused: bool | None = None
-    for bound in in_order(publisher.pack.by_scope.get("pair", ())):
+    for bound in publisher.pack.by_scope.get("pair", ()):
         if bound.rule.guarantee:
             refused = verdict_of(spoken) is Verdict.INCOMPATIBLE if refused is None else refused
             if refused or not subscriber.needs:
@@ -87,11 +86,6 @@ def judge_pair(publisher: QosProfile, subscriber: QosProfile) -> Judgement:
         if each is not None:
             spoken.append(each)
     return Judgement(verdict_of(spoken), tuple(spoken)) if spoken else FITS
-
-
-def in_order(rules: Sequence[BoundRule]) -> list[BoundRule]:
-    """Put the rules about pairs in the order in which they are asked: guarantees last, for pairs that fit."""
-    return sorted(rules, key=lambda bound: bool(bound.rule.guarantee))
 
 
 def passed_over(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> bool:
@@ -115,47 +109,8 @@ def judge_endpoint(profile: QosProfile, role: str, observed: bool) -> tuple[Spok
     return tuple(each for each in spoken if each is not None)
 
 
-def judge_signal(
-    rules: Sequence[BoundRule], publishers: Sequence[Members], subscribers: Sequence[Members]
-) -> list[tuple[Spoken, list[Members]]]:
-    """Judge rules over a whole signal; those about single endpoints of it come with the groups they speak of."""
-    found: list[tuple[Spoken, list[Members]]] = []
-    for bound in rules:
-        read = bound.bound.aggregate_uses
-        signal = Signal(
-            _distinct(publishers, _read_by(bound, read)),
-            _distinct(subscribers, _read_by(bound, read)),
-        )
-        single = any(use.term.scope in _ENDS for use in bound.bound.uses)
-        speaking = publishers if bound.role == "publisher" else subscribers
-        indices = _read_by(bound, bound.bound.uses)
-        for members in classes(speaking, indices) if single else [[(*publishers, *subscribers)[0]]]:
-            values = members[0].profile.values
-            each = ask(bound, values, values, signal)
-            if each is not None and not (each.unknown and each.failed is None):
-                found.append((each, members if single else []))
-    return found
-
-
-def _read_by(bound: BoundRule, uses: Iterable[Use]) -> list[int]:
-    """Where a rule looks in an endpoint's values: at those it uses, and at how they were written where it asks."""
-    indices = [use.index for use in uses]
-    size = bound.bound.vocabulary.size
-    return indices + [index + size for index in indices if index in bound.bound.asked]
-
-
-def classes(groups: Sequence[Members], indices: Sequence[int]) -> list[list[Members]]:
-    """Sort groups by what stands at ``indices``, and by who excuses them."""
-    found: dict[Any, list[Members]] = {}
-    for members in groups:
-        values = members.profile.values
-        key = (tuple(values[index] for index in indices), members.tags)
-        found.setdefault(key, []).append(members)
-    return list(found.values())
-
-
-def _distinct(groups: Sequence[Members], indices: Sequence[int]) -> tuple[tuple[Values, int], ...]:
-    """One value tuple per combination of values at ``indices``, with how many endpoints have it."""
-    return tuple(
-        (each[0].profile.values, sum(len(members.endpoints) for members in each)) for each in classes(groups, indices)
-    )
+def already_told(spoken: Spoken, publisher: QosProfile, subscriber: QosProfile) -> bool:
+    """Whether all that keeps a rule from being decided is reported as a finding of its own."""
+    values = [(subscriber if use.second else publisher).values[use.index] for use in spoken.bound.bound.uses]
+    opened = [value for value in values if isinstance(value, (Anything, Depends))]
+    return spoken.unknown and bool(opened) and all(isinstance(value, Anything) and value.told for value in opened)

@@ -124,18 +124,18 @@ def _writer(kind: type[Any], text: _Convert) -> _Convert:
     """Return the function that makes messages of ``kind``; ``text`` is applied to all text."""
     descriptor: Descriptor = kind.DESCRIPTOR
     own = {field.name for field in fields(_KINDS[descriptor.name])}
-    steps: list[tuple[str, str, _Convert]] = []
+    steps: list[tuple[str, str, bool, _Convert]] = []
     for field in descriptor.fields:
         name = field.name.removesuffix(_STATED)
         if name in own:
-            steps.append((name, field.name, _field_writer(field, text)))
+            steps.append((name, field.name, field.has_presence, _field_writer(field, text)))
     derived = _DERIVED.get(descriptor.name)
 
     def write(value: Any) -> Any:
         given = {}
-        for attribute, name, convert in steps:
+        for attribute, name, has_presence, convert in steps:
             found = getattr(value, attribute)
-            if found is not None:
+            if found or (has_presence and found is not None):  # else the message says the same without it
                 given[name] = convert(found)
         if derived is not None:
             given.update(derived(value, text))
@@ -280,7 +280,7 @@ def from_message(message: Message) -> Any:
 def _reader(kind: type[Any]) -> _Convert:
     descriptor: Descriptor = kind.DESCRIPTOR
     made = _KINDS[descriptor.name]
-    steps: dict[str, tuple[str, _Convert]] = {}
+    steps: dict[str, _Convert] = {}
     settings: dict[str, str] = {}
     needed: dict[str, Any] = {}
     for each in fields(made):
@@ -289,23 +289,27 @@ def _reader(kind: type[Any]) -> _Convert:
             continue
         if field.message_type is not None and _is_settings(field):
             settings[each.name] = f"{each.name}{_STATED}"
-        else:
-            steps[each.name] = (each.name, _field_reader(field, str(each.type)))
+            continue
+        steps[each.name] = _field_reader(field, str(each.type))
         if "None" in str(each.type):  # whatever its default is: what is absent is None
             needed[each.name] = None
         elif _is_plain(field) or (each.default is MISSING and each.default_factory is MISSING):
             needed[each.name] = _nothing(field, str(each.type))
 
+    always = [each.name for each in fields(made) if each.name in settings and each.default_factory is MISSING]
+
     def read(message: Any) -> Any:
         given = dict(needed)
         for field, value in message.ListFields():
-            step = steps.get(field.name)
-            if step is not None:
-                found = step[1](value)
+            name = field.name
+            if name in steps:
+                found = steps[name](value)
                 if found is not None:
-                    given[step[0]] = found
-        for name, stated in settings.items():
-            given[name] = settings_value(getattr(message, name), getattr(message, stated))
+                    given[name] = found
+            elif name in settings:
+                given[name] = settings_value(value, getattr(message, settings[name]))
+        for name in always:
+            given.setdefault(name, {})
         return made(**given)
 
     return read
@@ -368,8 +372,8 @@ def _map_reader(value: FieldDescriptor) -> _Convert:
 
 def settings_value(texts: Mapping[str, str], stated: Any) -> system.Settings:
     """Return settings, in the order in which they were stated."""
-    if not texts:
-        return {}
+    if not stated:
+        return {name: Setting(texts[name]) for name in sorted(texts)}
     places = {each.name: from_message(each.place) if each.HasField("place") else None for each in stated}
     names = [*(name for name in places if name in texts), *(name for name in sorted(texts) if name not in places)]
     return {name: Setting(texts[name], places.get(name)) for name in names}

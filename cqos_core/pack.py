@@ -324,11 +324,16 @@ class RulePack:
 
     @cached_property
     def by_scope(self) -> Mapping[str, tuple[BoundRule, ...]]:
-        """Rules by scope; meeting conditions under ``meets``."""
+        """Rules by scope; meeting conditions under ``meets``. Guarantees come last: they are of pairs that fit."""
         found: dict[str, list[BoundRule]] = {"meets": []}
-        for bound in self.bound_rules:
+        for bound in sorted(self.bound_rules, key=lambda bound: bool(bound.rule.guarantee)):
             found.setdefault("meets" if bound.rule.kind == "meets" else bound.scope, []).append(bound)
         return {scope: tuple(rules) for scope, rules in found.items()}
+
+    @cached_property
+    def beyond_topics(self) -> tuple[BoundRule, ...]:
+        """The rules over participants, brokers and options, which no single topic can answer."""
+        return tuple(bound for scope in ("participant", "broker", "system") for bound in self.by_scope.get(scope, ()))
 
     @cached_property
     def spellings(self) -> Mapping[str, Mapping[str, int]]:

@@ -60,11 +60,6 @@ class Topic:
     subscribers: list[Members] = field(default_factory=list)
 
     @property
-    def subscriber_count(self) -> int:
-        """How many endpoints subscribe."""
-        return sum(len(members.endpoints) for members in self.subscribers)
-
-    @property
     def endpoints(self) -> Iterable[Resolved]:
         """All endpoints, publishers first."""
         for members in (*self.publishers, *self.subscribers):

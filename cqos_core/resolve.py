@@ -116,9 +116,19 @@ class QosProfile:
 
 _PROFILES: dict[tuple[int, Values], QosProfile] = {}
 _MAXIMUM_PROFILES: Final = 200_000
-_READ: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
-"""Endpoints of earlier systems that stated all by themselves: a modeler sends much the same again and again."""
+# What was read in earlier systems: a modeler sends much the same again and again.
 _MAXIMUM_READ: Final = 20_000
+_LONGEST_NAME: Final = 256
+_READ: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
+_NAMED: dict[tuple[Any, ...], Naming] = {}
+_SURROUNDINGS: dict[tuple[Any, ...], Surroundings] = {}
+
+
+def _remember(memory: dict[tuple[Any, ...], Any], key: tuple[Any, ...], value: Any) -> None:
+    """Add to a memory, which forgets all when it is full."""
+    if len(memory) >= _MAXIMUM_READ:
+        memory.clear()
+    memory[key] = value
 
 
 def intern(pack: RulePack, values: Values) -> QosProfile:
@@ -164,16 +174,35 @@ def _depends(pack: RulePack, option: Policy, names: Iterable[str]) -> Depends:
     return Depends(f"{pack.id}.{option.name}", tuple((name, option.domain.parse(name)) for name in names))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Surroundings:
+    """What participants give their endpoints: values of options, connection and broker, and the texts of the former two.
+
+    Participants that state the same share it.
+    """
+
+    values: Mapping[int, Value]
+    texts: Mapping[str, str]
+
+
 @dataclass(slots=True, eq=False)
 class ResolvedParticipant:
     """A participant in the eyes of one pack: its participant-level and option values, and where they came from."""
 
     participant: Participant
     pack: RulePack
-    values: dict[int, Value]
+    surroundings: Surroundings
     layers: tuple[Layer, ...]
-    texts: dict[str, str]
-    external: bool
+
+    @property
+    def values(self) -> Mapping[int, Value]:
+        """Values of options, connection and broker, by policy index."""
+        return self.surroundings.values
+
+    @property
+    def texts(self) -> Mapping[str, str]:
+        """What options and the connection were stated as, by policy name."""
+        return self.surroundings.texts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -329,14 +358,14 @@ class Resolver:
         self.by_topic = any(ref.scope.by_topic for profile in system.profiles.values() for ref in profile.base)
         self.own_layers: dict[tuple[int, str, str], Layer] = {}
         self.said: set[tuple[str, str, Place | None]] = set()
+        self.remarks = 0  # findings, those too that were there already
         self.topic_layers: dict[tuple[int, str, str], tuple[tuple[Layer, ...], bool]] = {}
-        self.named: dict[tuple[int, str, str, str, str, str], Naming] = {}
         self.shared: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
         self.packless: dict[str, list[Endpoint]] = {}
-        self.option_values: dict[int, tuple[tuple[int, Value], ...]] = {}
+        self.chosen: dict[str | None, RulePack | None] = {}
         self.ignored: dict[tuple[Any, ...], str | None] = {}
         self.option_layers: dict[int, Layer] = {}
-        self.contexts: dict[tuple[Any, ...], tuple[dict[int, Value], dict[str, str]]] = {}
+        self.surroundings: dict[tuple[Any, ...], Surroundings] = {}
         self.overlay_layers: dict[tuple[int, int], Layer] = {}
         self.overlays_used: set[int] = set()
         self.took_effect: set[tuple[int, int]] = set()
@@ -411,13 +440,13 @@ class Resolver:
         self._report_brokerless()
 
     def _pack_of(self, protocol: str | None) -> RulePack | None:
-        if protocol is None:
-            return None
-        pack = self.find_pack(protocol)
-        if pack is None:
-            return None
-        chosen = choose_variant(pack, self.system.options.get(pack.id, {}))
-        self.result.packs[chosen.id] = chosen
+        if protocol in self.chosen:
+            return self.chosen[protocol]
+        chosen = self.find_pack(protocol) if protocol is not None else None
+        if chosen is not None:
+            chosen = choose_variant(chosen, self.system.options.get(chosen.id, {}))
+            self.result.packs[chosen.id] = chosen
+        self.chosen[protocol] = chosen
         return chosen
 
     def _report_brokerless(self) -> None:
@@ -501,6 +530,7 @@ class Resolver:
         finding = core_finding(
             code, message, place=place, role=role, members=members, help=help_text, severity=severity
         )
+        self.remarks += 1
         self.result.findings.append(finding)
 
     # Participants and options
@@ -519,16 +549,16 @@ class Resolver:
         own = self._recognise(pack, levels, settings, spoken, owner, "participant", [participant.id])
         layers: tuple[Layer, ...] = (Layer("explicit", own), self._options(pack))
         broker = self._broker_of(own, participant, pack)
-        key = (id(pack), broker and broker.id, tuple((index, stated.text) for index, stated in own.items()))
-        shared = self.contexts.get(key)
+        key = (pack, broker and broker.id, *map(_texts, layers))
+        memory = _SURROUNDINGS if broker is None else self.surroundings
+        shared = memory.get(key)
         if shared is None:
-            before = len(self.result.findings)
-            shared = self._context(participant, pack, layers, owner, broker)
-            if len(self.result.findings) == before:
-                self.contexts[key] = shared
-        values, texts = shared
+            before = self.remarks
+            shared = self._surroundings(participant, pack, layers, owner, broker)
+            if self.remarks == before:
+                _remember(memory, key, shared)
         layers = (*layers, *self._broker_layers(broker, pack))
-        return ResolvedParticipant(participant, pack, values, layers, texts, participant.external)
+        return ResolvedParticipant(participant, pack, shared, layers)
 
     def _options(self, pack: RulePack) -> Layer:
         """The system's options for a pack."""
@@ -539,10 +569,9 @@ class Resolver:
             layer = self.option_layers[id(pack)] = Layer("option", found)
         return layer
 
-    def _context(
+    def _surroundings(
         self, participant: Participant, pack: RulePack, layers: Sequence[Layer], owner: str, broker: Broker | None
-    ) -> tuple[dict[int, Value], dict[str, str]]:
-        """Values of options, connection and broker, and the texts the former were stated as."""
+    ) -> Surroundings:
         values: dict[int, Value] = {}
         for index, policy in enumerate(pack.policies):
             if policy.level == "option":
@@ -558,7 +587,7 @@ class Resolver:
             for layer in reversed(layers)
             for index, stated in layer.settings.items()
         }
-        return values, texts
+        return Surroundings(values, texts)
 
     def _option(
         self, pack: RulePack, index: int, policy: Policy, layers: Sequence[Layer], participant: Participant
@@ -590,6 +619,7 @@ class Resolver:
         return _depends(pack, policy, names)
 
     def _add_once(self, code: str, message: str, place: Place | None, help_text: str = "") -> None:
+        self.remarks += 1
         finding = core_finding(code, message, place=place, help=help_text or None)
         if finding not in self.result.findings:
             self.result.findings.append(finding)
@@ -750,20 +780,25 @@ class Resolver:
     def _name(self, endpoint: Endpoint, participant: ResolvedParticipant) -> Naming | None:
         if endpoint.topic is None:
             return None
-        pack = participant.pack
-        key = (id(pack), endpoint.participant, endpoint.topic, endpoint.kind, endpoint.dialect, endpoint.role)
-        naming = self.named.get(key)
+        pack, owner = participant.pack, participant.participant
+        key = (
+            *(pack, participant.surroundings, owner.id, owner.label, tuple(owner.remap.items())),
+            *(endpoint.topic, endpoint.kind, endpoint.dialect, endpoint.role),
+        )
+        naming = _NAMED.get(key)
         if naming is None:
             context = NameContext(
-                endpoint.participant,
-                participant.participant.label,
+                owner.id,
+                owner.label,
                 participant.texts,
-                participant.participant.remap,
+                owner.remap,
                 endpoint.kind,
                 endpoint.dialect,
                 endpoint.role,
             )
-            naming = self.named[key] = pack.meeting.resolve(endpoint.topic, context)
+            naming = pack.meeting.resolve(endpoint.topic, context)
+            if len(endpoint.topic) <= _LONGEST_NAME:
+                _remember(_NAMED, key, naming)
         for problem in naming.problems:
             self.name_problems.setdefault((problem, naming.shown, pack.id), []).append(endpoint)
         return naming
@@ -774,9 +809,9 @@ class Resolver:
         found = self.topic_layers.get(key)
         if found is not None:
             return found
-        layers = []
-        external = False
-        for name in dict.fromkeys((written, naming.shown, naming.key)):
+        layers: list[Layer] = []
+        conventional, external = _conventions(pack, naming.key)
+        for name in dict.fromkeys((written, naming.shown, naming.key)) if self.system.topics else ():
             stated = self.system.topics.get(name) if name is not None else None
             if stated is not None and stated.protocol in {None, pack.id}:
                 settings = self._recognise(
@@ -790,15 +825,7 @@ class Resolver:
                 )
                 layers.append(Layer("topic", settings))
                 external = external or stated.external
-        for convention in pack.conventions:
-            if naming.key is not None and fnmatchcase(naming.key, convention.pattern):
-                settings = {
-                    pack.vocabulary.indices["topic", name]: Stated(text, Setting(text))
-                    for name, text in convention.settings.items()
-                }
-                layers.append(Layer(f"convention of {convention.pattern}", settings, counts_as_stated=False))
-                external = external or convention.external
-        found = self.topic_layers[key] = (tuple(layers), external)
+        found = self.topic_layers[key] = ((*layers, *conventional), external)
         return found
 
     # Endpoints
@@ -812,38 +839,7 @@ class Resolver:
         written = endpoint.topic or ""
         topic_layers, topic_external = self._topic(written, naming, pack) if naming is not None else ((), False)
         overlays = tuple(self._overlays(endpoint, naming, participant)) if self.system.overlays else ()
-        by_topic = self.by_topic or any(ref.scope.by_topic for ref in endpoint.profiles)
-        user = _User(endpoint.dialect, endpoint.role, naming.shown if naming is not None and by_topic else "")
-        signature = (
-            overlays,
-            id(pack),
-            id(participant.values),
-            id(topic_layers),
-            user,
-            endpoint.observed,
-            endpoint.type,
-            tuple((name, setting.text) for name, setting in endpoint.settings.items()),
-            tuple((name, setting.text) for name, setting in endpoint.overlay.items()),
-            tuple((ref.name, ref.scope) for ref in endpoint.profiles),
-            tuple((name, setting.text) for name, setting in endpoint.needs.items()),
-        )
-        shared = self.shared.get(signature)
-        if shared is None:
-            before = len(self.result.findings)
-            known = None if overlays else self._known(endpoint, participant, topic_layers)
-            read = _READ.get(known) if known is not None else None
-            if read is not None:
-                shared = self.shared[signature] = read[0], (*read[1], *topic_layers)
-            else:
-                shared = self._resolve(endpoint, identifier, participant, user, topic_layers, overlays)
-            if read is None and len(self.result.findings) == before:
-                # Nothing was said of this endpoint, so an equal one has nothing to say either.
-                self.shared[signature] = shared
-                if known is not None:
-                    if len(_READ) >= _MAXIMUM_READ:
-                        _READ.clear()
-                    _READ[known] = shared[0], shared[1][: len(shared[1]) - len(topic_layers)]
-        profile, layers = shared
+        profile, layers = self._profile_of(endpoint, participant, naming, topic_layers, overlays, identifier)
         return Resolved(
             endpoint,
             identifier,
@@ -857,29 +853,47 @@ class Resolver:
             endpoint.external or owner.external or topic_external,
         )
 
-    def _known(
-        self, endpoint: Endpoint, participant: ResolvedParticipant, topic_layers: tuple[Layer, ...]
-    ) -> tuple[Any, ...] | None:
-        """Return all that an endpoint's values follow from, if none of it stands elsewhere in its system."""
-        if endpoint.profiles or endpoint.needs or self.asked or self.by_topic:
-            return None
-        options = self.option_values.get(id(participant.values))
-        if options is None:
-            options = self.option_values[id(participant.values)] = tuple(participant.values.items())
-        return (
-            participant.pack,
-            endpoint.role,
-            endpoint.dialect,
-            endpoint.observed,
-            endpoint.type,
-            options,
-            tuple((name, setting.text) for name, setting in endpoint.settings.items()),
-            tuple((name, setting.text) for name, setting in endpoint.overlay.items()),
-            tuple(
-                (layer.counts_as_stated, tuple((index, stated.text) for index, stated in layer.settings.items()))
-                for layer in topic_layers
-            ),
+    def _profile_of(
+        self,
+        endpoint: Endpoint,
+        participant: ResolvedParticipant,
+        naming: Naming | None,
+        topic_layers: tuple[Layer, ...],
+        overlays: tuple[int, ...],
+        identifier: str,
+    ) -> tuple[QosProfile, tuple[Layer, ...]]:
+        """The values of an endpoint and their layers; those of an equal one, if nothing had to be said of it."""
+        stated = (
+            *(participant.pack, participant.surroundings),
+            *(endpoint.role, endpoint.dialect, endpoint.observed, endpoint.type),
+            tuple([(name, setting.text) for name, setting in endpoint.settings.items()]),
+            tuple([(name, setting.text) for name, setting in endpoint.overlay.items()]),
+            tuple([(layer.counts_as_stated, _texts(layer)) for layer in topic_layers]),
         )
+        alone = not (endpoint.profiles or endpoint.needs or overlays or self.asked or self.by_topic)
+        if alone:
+            # Nothing of it stands elsewhere in its system, so it has the values of an equal one in any other.
+            read = _READ.get(stated)
+            if read is not None:
+                return read[0], read[1] + topic_layers
+        by_topic = self.by_topic or any(ref.scope.by_topic for ref in endpoint.profiles)
+        user = _User(endpoint.dialect, endpoint.role, naming.shown if naming is not None and by_topic else "")
+        signature = (
+            *stated,
+            *(overlays, id(topic_layers), user),
+            tuple([(ref.name, ref.scope) for ref in endpoint.profiles]),
+            tuple([(name, setting.text) for name, setting in endpoint.needs.items()]),
+        )
+        shared = self.shared.get(signature)
+        if shared is None:
+            before = self.remarks
+            own = self._resolve(endpoint, identifier, participant, user, topic_layers, overlays)
+            shared = own[0], own[1] + topic_layers
+            if self.remarks == before:
+                self.shared[signature] = shared
+                if alone and all(len(text) <= LONGEST_REMEMBERED for pairs in stated[6:8] for _, text in pairs):
+                    _remember(_READ, stated, own)
+        return shared
 
     def _overlays(self, endpoint: Endpoint, naming: Naming | None, participant: ResolvedParticipant) -> Iterator[int]:
         """Yield the indices of the overlays that cover an endpoint; what was observed is so, whatever files say."""
@@ -1030,7 +1044,7 @@ class Resolver:
             else:
                 values.append(participant.values[index])
         beside = (replace(layer, overlay="may_hold") for extra in possible.values() for layer in extra)
-        return intern(pack, (*values, *words)), (*beside, *layers, needs, *topic_layers)
+        return intern(pack, (*values, *words)), (*beside, *layers, needs)
 
     def _needs(self, endpoint: Endpoint, pack: RulePack, owner: str, identifier: str) -> Layer:
         """What the application of an endpoint needs, as far as the pack gives such guarantees."""
@@ -1189,6 +1203,7 @@ class Resolver:
             where = stated.setting.place if stated is not None and stated.setting.place is not None else place
             message = f"{owner}: `{policy.name}` {problem.message}"
             expected = problem.expected if problem.expected != policy.domain.expected() else policy.expected()
+            self.remarks += 1
             if ("CQ203", message, where) not in self.said:
                 self.said.add(("CQ203", message, where))
                 about, members = (role, [member]) if member else (policy.level, [])
@@ -1290,9 +1305,30 @@ def _plain(domain: Domain, text: str, unit: str | None) -> Plain:
     return domain.parse(domain.with_unit(text, unit))
 
 
+def _texts(layer: Layer) -> tuple[tuple[int, str], ...]:
+    """What a layer sets, without where."""
+    return tuple([(index, stated.text) for index, stated in layer.settings.items()])
+
+
 # Few texts make up most systems, and they are read alike every time.
 _plain_remembered = lru_cache(maxsize=16_384)(_plain)
 _ZEROS: Final = frozenset(("0", "0s"))
+
+
+@lru_cache(maxsize=_MAXIMUM_READ)
+def _conventions(pack: RulePack, key: str | None) -> tuple[tuple[Layer, ...], bool]:
+    """What a pack's conventions say of a topic, and whether by them its partners may be elsewhere."""
+    layers = []
+    external = False
+    for convention in pack.conventions:
+        if key is not None and fnmatchcase(key, convention.pattern):
+            settings = {
+                pack.vocabulary.indices["topic", name]: Stated(text, Setting(text))
+                for name, text in convention.settings.items()
+            }
+            layers.append(Layer(f"convention of {convention.pattern}", settings, counts_as_stated=False))
+            external = external or convention.external
+    return tuple(layers), external
 
 
 def _word(policy: Policy, text: str) -> str:

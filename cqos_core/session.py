@@ -13,7 +13,7 @@ from cqos_core.api import Context, SettingValue, as_text, context, exact_places
 from cqos_core.bridging import bridge_findings, expanded, linked
 from cqos_core.checker import assemble, check_system
 from cqos_core.problems import CqosError
-from cqos_core.resolve import Resolved, Resolver, packs_in_use
+from cqos_core.resolve import Resolved, Resolver
 from cqos_core.system import Setting, System
 from cqos_core.team import bind_checks, words_asked
 from cqos_core.topic import TopicResult, check_topic
@@ -171,7 +171,7 @@ class Session:
         if tried is not self._system:
             return exact_places(check_system(tried, self._context), self._system.sources)
         system, links = expanded(self._system, find_pack, default)
-        teams, problems = bind_checks(system, packs_in_use(system, find_pack, default))
+        teams, problems = bind_checks(system, find_pack, default)
         resolver = self._resolve(system, words_asked(teams))
         buckets, hops = linked(links, resolver)
         self.judged = 0

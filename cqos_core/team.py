@@ -8,17 +8,18 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.evaluate import bind, role_of, scope_of
 from cqos_core.expression import Compare, Literal, Sentence, Term, Test, parse
-from cqos_core.findings import MOST_COMBINATIONS, Draft, Made, make
+from cqos_core.findings import Draft, Made, make
 from cqos_core.judge import ask
 from cqos_core.pack import BoundRule
 from cqos_core.problems import CqosError
 from cqos_core.report import Finding, Severity
-from cqos_core.resolve import Resolved, core_finding, suggestion
+from cqos_core.resolve import Resolved, core_finding, packs_in_use, suggestion
 from cqos_core.rule import requires
+from cqos_core.shape import MOST_COMBINATIONS
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.pack import RulePack
     from cqos_core.pairing import Topic
@@ -33,11 +34,13 @@ class TeamCheck:
     bound: BoundRule
 
 
-def bind_checks(system: System, packs: Iterable[RulePack]) -> tuple[Mapping[int, Sequence[TeamCheck]], list[Finding]]:
+def bind_checks(
+    system: System, find_pack: Callable[[str], RulePack | None], default_protocol: str | None
+) -> tuple[Mapping[int, Sequence[TeamCheck]], list[Finding]]:
     """Bind ``checks:`` to the packs in use; a check that fits none of them is a finding."""
     teams: dict[int, list[TeamCheck]] = {}
     findings = []
-    packs = list(packs)
+    packs = packs_in_use(system, find_pack, default_protocol) if system.checks else []
     for team_rule in system.checks:
         errors = []
         for pack in packs:

@@ -53,10 +53,17 @@ def answer(method: str, data: bytes, most_endpoints: int) -> bytes:
     Raises:
         Refused: it cannot be answered.
     """
-    found = METHODS[method]
-    request = decode(found.request, data)
+    return answer_to(method, decode(METHODS[method].request, data), most_endpoints)
+
+
+def answer_to(method: str, request: Any, most_endpoints: int) -> bytes:
+    """Answer a call whose message is decoded.
+
+    Raises:
+        Refused: it cannot be answered.
+    """
     try:
-        return found.answer(request, most_endpoints).SerializeToString()
+        return METHODS[method].answer(request, most_endpoints).SerializeToString()
     except RecursionError:
         raise Refused("INVALID_ARGUMENT", "values are nested too deep, which is refused") from None
 

@@ -13,7 +13,7 @@ from collections import OrderedDict
 from datetime import date
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.service.answers import METHODS, answer, answer_of_stream, decode
+from cqos_core.service.answers import METHODS, answer, answer_of_stream, answer_to, decode
 from cqos_core.service.observing import Observer, tell
 from cqos_core.service.pool import FailedError, Pool, Sessions
 from cqos_core.service.refusal import Refused, session_lost, too_much
@@ -29,6 +29,10 @@ _REMEMBERED_SIZE: Final = 64 * 1024
 _KEPT_ENTRIES: Final = 2_048
 _KEPT_BYTES: Final = 32 * 1024 * 1024
 _BEARER: Final = "bearer "
+_REVISION: Final = b"\x08"
+"""The tag of field 1, a number."""
+_LONGEST_VARINT: Final = 10
+"""With the tag; whatever is longer is left to the decoder."""
 
 
 class Calls:
@@ -84,20 +88,22 @@ class Calls:
         found = METHODS[method]
         if len(data) > _REMEMBERED_SIZE:
             return await self.pool.call(method, data, seconds)
-        request = decode(found.request, data)
-        revision: int = request.revision
-        request.ClearField("revision")
-        asked = request.SerializeToString(deterministic=True)
+        revision, asked = _split(data)
         # What is accepted depends on the day.
         key = (method, date.today(), asked)  # noqa: DTZ011 - as the check has it
         known = self._answers.get(key)
         if known is None:
+            request = decode(found.request, asked)
+            if request.revision:  # it stands where no writer puts it
+                revision, request.revision = request.revision, 0
+                asked = request.SerializeToString()
+                key = (method, key[1], asked)
             if found.always_apart or len(asked) > self.limits.inline_bytes:
                 known = await self.pool.call(method, asked, seconds)
             else:
-                known = answer(method, asked, self.limits.endpoints)
+                known = answer_to(method, request, self.limits.endpoints)
             self._answers.put(key, known)
-        return known if revision == 0 else b"\x08" + _varint(revision) + known
+        return known if revision == 0 else _REVISION + _varint(revision) + known
 
     async def pairs(self, requests: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
         """Answer a stream of pairs, one by one.
@@ -193,6 +199,18 @@ class Remembered:
         while len(self._entries) > self._most or self._bytes > self._most_bytes:
             (_, _, asked), answered = self._entries.popitem(last=False)
             self._bytes -= len(asked) + len(answered)
+
+
+def _split(data: bytes) -> tuple[int, bytes]:
+    """Split a request into its revision, which writers put first as field 1, and the rest."""
+    if data[:1] != _REVISION:
+        return 0, data
+    number = 0
+    for at, byte in enumerate(data[1:_LONGEST_VARINT], 1):
+        number |= (byte & 0x7F) << 7 * (at - 1)
+        if byte <= 0x7F:  # noqa: PLR2004 - the last one
+            return number, data[at + 1 :]
+    return 0, data
 
 
 def _varint(number: int) -> bytes:

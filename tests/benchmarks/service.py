@@ -107,17 +107,23 @@ def echoing(response: bytes) -> Iterator[str]:
 # --- the clients ---
 
 
-def ask(address: str, messages: Sequence[bytes], first: int, clients: int, seconds: float, results: Any) -> None:
-    """Let some clients ask, each with a connection of its own, one call after another."""
+def ask(
+    address: str, messages: Sequence[bytes], first: int, clients: int, seconds: float, together: Any, results: Any
+) -> None:
+    """Let some clients ask, each with a connection of its own, one call after another.
+
+    All begin when all are connected, those of the other processes too, or some would be measured with less company.
+    """
     took: list[float] = []
-    barrier = threading.Barrier(clients + 1)
+    connected, begin = threading.Barrier(clients + 1), threading.Barrier(clients + 1)
 
     def one(start: int) -> None:
         options = (("grpc.use_local_subchannel_pool", 1), ("grpc.max_receive_message_length", -1))
         with grpc.insecure_channel(address, options) as channel:
             call: Any = channel.unary_unary(METHOD)
             call(messages[start])
-            barrier.wait()
+            connected.wait()
+            begin.wait()
             until = time.perf_counter() + seconds
             for number in itertools.count(start):
                 began = time.perf_counter()
@@ -130,7 +136,9 @@ def ask(address: str, messages: Sequence[bytes], first: int, clients: int, secon
     threads = [threading.Thread(target=one, args=((first + number * 97) % len(messages),)) for number in range(clients)]
     for thread in threads:
         thread.start()
-    barrier.wait()
+    connected.wait()
+    together.wait()
+    begin.wait()
     for thread in threads:
         thread.join()
     results.put(took)
@@ -141,10 +149,14 @@ def measure(address: str, messages: Sequence[bytes], clients: int, seconds: floa
     context = multiprocessing.get_context("spawn")
     results = context.Queue()
     processes = min(clients, 4)
+    together = context.Barrier(processes)
     started = [
         context.Process(
             target=ask,
-            args=(address, messages, number * len(messages) // processes, clients // processes, seconds, results),
+            args=(
+                *(address, messages, number * len(messages) // processes),
+                *(clients // processes, seconds, together, results),
+            ),
         )
         for number in range(processes)
     ]
