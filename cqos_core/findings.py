@@ -525,17 +525,21 @@ def _has(side: Side, fact: Fact) -> bool:
 
 def _merged_remedies(findings: Sequence[Finding]) -> tuple[Remedy, ...]:
     """Remedies that every one of the findings has, over all their members."""
-    by_change: dict[tuple[str, str, str], list[Remedy]] = {}
+    by_change: dict[tuple[str, str, str], list[tuple[str | None, Remedy]]] = {}
     for finding in findings:
         for remedy in finding.remedies:
-            by_change.setdefault((remedy.role, remedy.policy, remedy.value), []).append(remedy)
+            by_change.setdefault((remedy.role, remedy.policy, remedy.value), []).append((finding.topic, remedy))
     found = []
     for (role, policy, value), same in by_change.items():
         if len(same) == len(findings):
-            members = tuple(sorted({member for remedy in same for member in remedy.members}))
-            mends, breaks = _sum(r.mends for r in same), _sum(r.breaks for r in same)
+            members = tuple(sorted({member for _, remedy in same for member in remedy.members}))
+            # On one topic a change of the same endpoints is the same change, and has been counted with all its partners.
+            each = list({(topic, remedy.members): remedy for topic, remedy in same}.values())
+            places = {(topic, member) for topic, remedy in same for member in remedy.members}
+            known = len(places) == sum(len(remedy.members) for remedy in each)
+            mends, breaks = (_sum(r.mends for r in each), _sum(r.breaks for r in each)) if known else (None, None)
             text = remedy_text(role, policy, value, members)
-            found.append(replace(same[0], members=members, text=text, mends=mends, breaks=breaks))
+            found.append(replace(same[0][1], members=members, text=text, mends=mends, breaks=breaks))
     return tuple(sorted(found, key=_rank))
 
 

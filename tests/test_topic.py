@@ -325,6 +325,15 @@ def test_one_cause_on_several_topics_is_one_finding():
     assert (offer.members, offer.value, offer.mends) == (tuple(f"w{n}" for n in range(5)), "signed", 5)
 
 
+def test_one_change_that_mends_several_findings_is_counted_once():
+    finding = only(
+        checked(writer("box", "w0"), writer("box", "w1", care="unknown"), reader("box", "r", care="unknown")), "POST101"
+    )
+    assert finding.pairs == 2
+    (request,) = (remedy for remedy in finding.remedies if remedy.role == "subscriber")
+    assert (request.members, request.mends) == (("r",), 2)
+
+
 def test_one_cause_with_other_verdicts_elsewhere_is_another_finding():
     parts = [
         *(writer(f"t{n}", f"w{n}", care="usual") for n in range(2)),
