@@ -121,6 +121,21 @@ def test_every_call_echoes_its_revision(service, client, checks):
     assert checks.Explain(explain).revision == number
 
 
+def test_a_revision_counts_wherever_it_stands_in_the_message(channel):
+    model = check_pb2.CheckSystemRequest(system=system(2)).SerializeToString()
+    five, six = (check_pb2.CheckSystemRequest(revision=number).SerializeToString() for number in (5, 6))
+    # The last one of a field counts, in whatever order a writer puts fields.
+    for data, expected in (
+        (five + model, 5),
+        (model + six, 6),
+        (five + model + six, 6),
+        (five + six + model, 6),
+        (model, 0),
+    ):
+        answer = check_pb2.CheckSystemResponse.FromString(raw(channel, "CheckSystem", data))
+        assert (answer.revision, answer.report.endpoints) == (expected, 2)
+
+
 def test_an_empty_model_is_an_ok_report_that_says_so(checks):
     report = checks.CheckSystem(check_pb2.CheckSystemRequest(), timeout=10).report
     assert report.verdict == report_pb2.VERDICT_UNKNOWN
