@@ -252,7 +252,7 @@ def alive(number):
 
 
 def test_sigterm_under_load_answers_what_is_under_way_and_leaves_nothing(start):
-    heavy = check_pb2.CheckSystemRequest(system=system(2_000, topics=1_000))
+    heavy = check_pb2.CheckSystemRequest(system=system(2_000, topics=1_000, varied=True))
     with start("--grace", "30") as service, grpc.insecure_channel(service.grpc) as channel:
         checks = check_pb2_grpc.CheckServiceStub(channel)
         with service.client() as client, ThreadPoolExecutor(3) as threads:
@@ -277,7 +277,7 @@ def test_sigterm_under_load_answers_what_is_under_way_and_leaves_nothing(start):
 
 
 def test_what_takes_longer_than_the_grace_is_cut_off(start):
-    heavy = check_pb2.CheckSystemRequest(system=system(16_000, topics=8_000))
+    heavy = check_pb2.CheckSystemRequest(system=system(16_000, topics=8_000, varied=True))
     with start("--grace", "0.2") as service, grpc.insecure_channel(service.grpc) as channel:
         under_way = check_pb2_grpc.CheckServiceStub(channel).CheckSystem.future(heavy, timeout=60)
         time.sleep(0.3)

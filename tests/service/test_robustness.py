@@ -59,8 +59,8 @@ def still_answers(checks):
     return answer.report.verdict == report_pb2.VERDICT_COMPATIBLE
 
 
-def system(endpoints, topics=1, **settings):
-    """A model of one participant and so many endpoints, half of each kind."""
+def system(endpoints, topics=1, *, varied=False, **settings):
+    """A model of one participant and so many endpoints, half of each kind; if varied, none is like another."""
     return system_pb2.System(
         protocol="ros2",
         participants=[system_pb2.Participant(id="n")],
@@ -70,7 +70,7 @@ def system(endpoints, topics=1, **settings):
                 role=report_pb2.ROLE_PUBLISHER if number % 2 else report_pb2.ROLE_SUBSCRIBER,
                 topic=f"t{number // 2 % topics}",
                 participant="n",
-                settings=settings,
+                settings={**settings, "depth": str(number + 1), "deadline": f"{number + 1}ms"} if varied else settings,
             )
             for number in range(endpoints)
         ],
@@ -311,7 +311,9 @@ def test_a_call_that_takes_too_long_is_ended_and_its_worker_replaced(start):
         checks = check_pb2_grpc.CheckServiceStub(channel)
         before = set(hasty.children())
         began = time.monotonic()
-        error = refused(checks.CheckSystem, check_pb2.CheckSystemRequest(system=system(16_000, topics=4_000)))
+        error = refused(
+            checks.CheckSystem, check_pb2.CheckSystemRequest(system=system(16_000, topics=4_000, varied=True))
+        )
         assert error.code() == grpc.StatusCode.DEADLINE_EXCEEDED
         assert time.monotonic() - began < 5
         hasty.wait_for(lambda line: line["event"] == "worker ended", 5)
@@ -328,13 +330,15 @@ def test_a_call_that_takes_too_long_is_ended_and_its_worker_replaced(start):
 
 
 def test_an_expired_deadline_ends_the_call(service, checks):
-    error = refused(checks.CheckSystem, check_pb2.CheckSystemRequest(system=system(3_000, topics=1_500)), timeout=0.05)
+    error = refused(
+        checks.CheckSystem, check_pb2.CheckSystemRequest(system=system(3_000, topics=1_500, varied=True)), timeout=0.05
+    )
     assert error.code() == grpc.StatusCode.DEADLINE_EXCEEDED
     assert still_answers(checks)
 
 
 def test_a_heavy_request_keeps_no_small_one_waiting(checks):
-    heavy = check_pb2.CheckSystemRequest(system=system(3_000, topics=1_500))
+    heavy = check_pb2.CheckSystemRequest(system=system(3_000, topics=1_500, varied=True))
     small = check_pb2.CheckPairRequest(protocol="ros2", offered={"reliability": "best_effort"})
     checks.CheckPair(small)
     with ThreadPoolExecutor(2) as threads:
