@@ -8,8 +8,8 @@ from datetime import date
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
+from cqos_core.remarks import core_finding
 from cqos_core.report import Finding, Severity
-from cqos_core.resolve import core_finding
 from cqos_core.team import topic_spellings
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from cqos_core.loading import depends_on_others, load_paths, merge, protocols_of
 from cqos_core.plugins import Plugins, load_plugins
 from cqos_core.policy import INFINITE, Names
 from cqos_core.problems import CqosError, InputError, Problem
-from cqos_core.resolve import suggestion
+from cqos_core.remarks import suggestion
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System
 from cqos_core.system import Topic as StatedTopic
 from cqos_core.trial import tried_out

@@ -14,8 +14,10 @@ from cqos_core.given import give
 from cqos_core.guarantee import RELAYED, SURVIVES, WORDS
 from cqos_core.pairing import apart
 from cqos_core.policy import NEED
+from cqos_core.remarks import core_finding, suggestion
 from cqos_core.report import Side
-from cqos_core.resolve import Layer, Stated, core_finding, resolve, suggestion
+from cqos_core.resolve import resolve
+from cqos_core.resolved import Layer, Stated
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Setting
 from cqos_core.wire import topics
 
@@ -26,7 +28,8 @@ if TYPE_CHECKING:
     from cqos_core.pack import RulePack
     from cqos_core.policy import Plain
     from cqos_core.report import Finding
-    from cqos_core.resolve import Resolved, Resolver
+    from cqos_core.resolve import Resolver
+    from cqos_core.resolved import Resolved
     from cqos_core.system import Bridge, Endpoint, Route, System
 
 Topics = dict[tuple[str, str], list["Resolved"]]

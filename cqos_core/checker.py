@@ -11,8 +11,9 @@ from cqos_core.bridging import bridge_findings, expanded, linked
 from cqos_core.codes import CODES
 from cqos_core.findings import Made, merged, of_participants
 from cqos_core.judge import ask
+from cqos_core.remarks import core_finding, suggestion
 from cqos_core.report import Finding, Report, Severity, Side, Verdict
-from cqos_core.resolve import Resolved, ResolvedSystem, Resolver, core_finding, suggestion
+from cqos_core.resolve import Resolver
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 from cqos_core.team import bind_checks, words_asked
 from cqos_core.topic import TopicResult, check_topic
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.pack import BoundRule, RulePack
+    from cqos_core.resolved import Resolved, ResolvedSystem
     from cqos_core.system import Endpoint, Participant, System
 
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from cqos_core.exporters.contract import Judged
     from cqos_core.policy import Plain, Value
     from cqos_core.report import Fact
-    from cqos_core.resolve import QosProfile, Resolved
+    from cqos_core.resolved import QosProfile, Resolved
     from cqos_core.system import Place, System
 
 _TYPE: Final = "type"

@@ -12,8 +12,9 @@ from cqos_core.given import give, over
 from cqos_core.judge import already_told, judge_endpoint, judge_pair
 from cqos_core.pairing import Members, Topic, apart, group
 from cqos_core.problems import CqosError
+from cqos_core.remarks import suggestion
 from cqos_core.report import Guarantee, HopReport, PairReport, PolicyComparison, Verdict
-from cqos_core.resolve import Resolved, Resolver, resolve, suggestion
+from cqos_core.resolve import Resolver, resolve
 from cqos_core.settle import settle
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 from cqos_core.topic import check_topic
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from cqos_core.checker import Context
     from cqos_core.given import Given
     from cqos_core.report import Finding, Report
+    from cqos_core.resolved import Resolved
     from cqos_core.system import System
 
 

@@ -9,7 +9,7 @@ from cqos_core.judge import Spoken, judge_pair
 from cqos_core.pairing import apart
 from cqos_core.policy import Anything, Choice, Depends, Duration, Value, is_plain
 from cqos_core.report import Fact, Finding, Remedy, Severity, Side, Verdict
-from cqos_core.resolve import intern
+from cqos_core.resolved import intern
 from cqos_core.settle import START_ORDER
 from cqos_core.solve import changed, solutions
 from cqos_core.system import PUBLISHER, SUBSCRIBER
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cqos_core.pack import BoundRule
     from cqos_core.pairing import Members, Topic
     from cqos_core.policy import Plain, Policy
-    from cqos_core.resolve import QosProfile, Resolved
+    from cqos_core.resolved import QosProfile, Resolved
     from cqos_core.system import Role
 
 VERBS: Final[dict[str, tuple[str, str]]] = {

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from cqos_core.guarantee import Word
     from cqos_core.pack import BoundRule
     from cqos_core.policy import Value
-    from cqos_core.resolve import QosProfile
+    from cqos_core.resolved import QosProfile
     from cqos_core.rule import Rule
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from cqos_core.evaluate import Values
     from cqos_core.pack import BoundRule
-    from cqos_core.resolve import QosProfile
+    from cqos_core.resolved import QosProfile
 
 _CACHE: Final = 200_000
 

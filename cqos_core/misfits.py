@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from cqos_core.logs import Misfit, Occurrence
     from cqos_core.pack import RulePack
     from cqos_core.report import Finding, Report
-    from cqos_core.resolve import Resolved
+    from cqos_core.resolved import Resolved
     from cqos_core.rule import Rule
     from cqos_core.system import System
 

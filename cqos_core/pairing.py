@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.pack import BoundRule, RulePack
-    from cqos_core.resolve import QosProfile, Resolved
+    from cqos_core.resolved import QosProfile, Resolved
     from cqos_core.system import Acceptance
 
 _CACHE: Final = 100_000

@@ -6,46 +6,57 @@ value came from is not stored: `Resolved.origin` finds it again in the layers, f
 
 from __future__ import annotations
 
-import difflib
-import json
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.codes import CODES
-from cqos_core.evaluate import Values, Written
 from cqos_core.pack import Dialect, NameContext, nothing_follows
 from cqos_core.policy import (
     ENDPOINT,
     LONGEST_REMEMBERED,
     NEED,
-    NO,
-    UNMATCHED,
     Anything,
-    ByOption,
-    Count,
     Depends,
-    Duration,
-    FromPeers,
-    Meaning,
     OneOf,
-    PerRole,
     Policy,
     Value,
-    flow,
     is_plain,
     normalise,
 )
 from cqos_core.problems import InvalidValueError
+from cqos_core.reading import (
+    can_be_stated,
+    depends,
+    either,
+    fields_of,
+    how_written,
+    ignored_by,
+    read_value,
+    spelled,
+    word_of,
+)
+from cqos_core.remarks import core_finding, suggestion
 from cqos_core.report import Finding, Severity, Side
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Setting
+from cqos_core.resolved import (
+    READ,
+    Layer,
+    QosProfile,
+    Resolved,
+    ResolvedParticipant,
+    ResolvedSystem,
+    Stated,
+    Surroundings,
+    intern,
+)
+from cqos_core.system import PUBLISHER, Setting
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
+    from cqos_core.evaluate import Written
     from cqos_core.pack import NameProblem, Naming, Preset, RulePack
-    from cqos_core.policy import Domain, Plain
     from cqos_core.system import (
         Broker,
         Endpoint,
@@ -60,66 +71,9 @@ if TYPE_CHECKING:
     )
 
 
-class Stated(NamedTuple):
-    """A setting after its name was recognised; ``name`` is the one it was written with."""
-
-    text: str
-    setting: Setting
-    name: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Layer:
-    """Settings from one place of the hierarchy, by policy index; ``origin`` says which in a message.
-
-    Attributes:
-        here: they stand at the endpoint itself.
-        counts_as_stated: ``stated(P)`` holds for them.
-        assumed: nobody named them: what the protocol gives an endpoint that says nothing.
-        overlay: they are laid over the endpoint's own from elsewhere: ``holds``, or ``may_hold`` where that is not known.
-    """
-
-    origin: str
-    settings: Mapping[int, Stated]
-    here: bool = False
-    counts_as_stated: bool = True
-    assumed: bool = False
-    overlay: Literal["no", "holds", "may_hold"] = "no"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class QosProfile:
-    """The values of one endpoint, shared by all endpoints with equal ones and told apart by identity.
-
-    Attributes:
-        values: one per policy of the pack, then one `Written` or None per policy.
-        open: whether any value is not plain.
-        unmatched: indices of policies that the middleware in use does not match on.
-        from_peers: indices of values that `settle` takes from the other side.
-        needs: the guarantees that are needed.
-    """
-
-    pack: RulePack
-    values: Values
-    open: bool
-    unmatched: frozenset[int]
-    from_peers: tuple[int, ...]
-    needs: frozenset[str] = frozenset()
-
-    def with_values(self, changes: Mapping[int, Value]) -> QosProfile:
-        """Return the interned profile with some values replaced."""
-        values = list(self.values)
-        for index, value in changes.items():
-            values[index] = value
-        return intern(self.pack, tuple(values))
-
-
-_PROFILES: dict[tuple[int, Values], QosProfile] = {}
-_MAXIMUM_PROFILES: Final = 200_000
 # What was read in earlier systems: a modeler sends much the same again and again.
 _MAXIMUM_READ: Final = 20_000
 _LONGEST_NAME: Final = 256
-_READ: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
 _NAMED: dict[tuple[Any, ...], Naming] = {}
 _SURROUNDINGS: dict[tuple[Any, ...], Surroundings] = {}
 
@@ -129,205 +83,6 @@ def _remember(memory: dict[tuple[Any, ...], Any], key: tuple[Any, ...], value: A
     if len(memory) >= _MAXIMUM_READ:
         memory.clear()
     memory[key] = value
-
-
-def intern(pack: RulePack, values: Values) -> QosProfile:
-    """Return the one `QosProfile` of ``pack`` with these values."""
-    key = (id(pack), values)
-    profile = _PROFILES.get(key)
-    if profile is None or profile.pack is not pack:
-        if len(_PROFILES) >= _MAXIMUM_PROFILES:
-            _PROFILES.clear()
-            _READ.clear()  # or equal endpoints would have profiles that are told apart
-        opened = [index for index in range(pack.vocabulary.size) if not is_plain(values[index])]
-        from_peers = tuple(index for index in opened if isinstance(values[index], FromPeers))
-        unmatched = frozenset(
-            index
-            for index, policy in enumerate(pack.policies)
-            if policy.enforced and _enforcement(pack, policy, values) == UNMATCHED
-        )
-        needs = frozenset(name for name, (index, nothing) in pack.needs.items() if values[index] != nothing)
-        profile = _PROFILES[key] = QosProfile(pack, values, bool(opened), unmatched, from_peers, needs)
-    return profile
-
-
-def _enforcement(pack: RulePack, policy: Policy, values: Values) -> str:
-    """How the middleware chosen by option values treats ``policy``; options under which it differs enforce it."""
-    for option, by_value in policy.enforced.items():
-        index = pack.vocabulary.indices["option", option]
-        treated = _treated(by_value, pack.policies[index], values[index])
-        if treated is not None:
-            return treated
-    return "yes"
-
-
-def _treated(by_value: Mapping[str, str], option: Policy, value: Value) -> str | None:
-    """What a table by option value says; of an undetermined option, what it says of every value in play."""
-    if isinstance(value, Depends):
-        found = {_treated(by_value, option, case) for _, case in value.cases}
-        return found.pop() if len(found) == 1 else None
-    return by_value.get(option.domain.format(value)) if is_plain(value) else None  # type: ignore[arg-type]
-
-
-def _depends(pack: RulePack, option: Policy, names: Iterable[str]) -> Depends:
-    """The value of an option that may have any of these values."""
-    return Depends(f"{pack.id}.{option.name}", tuple((name, option.domain.parse(name)) for name in names))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Surroundings:
-    """What participants give their endpoints: values of options, connection and broker, and the texts of the former two.
-
-    Participants that state the same share it.
-    """
-
-    values: Mapping[int, Value]
-    texts: Mapping[str, str]
-
-
-@dataclass(slots=True, eq=False)
-class ResolvedParticipant:
-    """A participant in the eyes of one pack: its participant-level and option values, and where they came from."""
-
-    participant: Participant
-    pack: RulePack
-    surroundings: Surroundings
-    layers: tuple[Layer, ...]
-
-    @property
-    def values(self) -> Mapping[int, Value]:
-        """Values of options, connection and broker, by policy index."""
-        return self.surroundings.values
-
-    @property
-    def texts(self) -> Mapping[str, str]:
-        """What options and the connection were stated as, by policy name."""
-        return self.surroundings.texts
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Carried:
-    """An endpoint that appears on the wire of another protocol; ``own_index`` leads from wire policies to its own."""
-
-    endpoint: Resolved
-    own_index: Mapping[int, int]
-
-
-@dataclass(slots=True, eq=False)
-class Resolved:
-    """One endpoint with its values and the topic it meets on.
-
-    Attributes:
-        id: the endpoint's id, unique in the system.
-        stated_id: the id of the stated endpoint that it is, or is a part of.
-        key: the topic in the form endpoints meet on; None where it names none.
-        shown: the topic as messages print it.
-        profile: the values.
-        layers: nearest first; where values came from. Endpoints with equal settings share them.
-        carried: the endpoint of another protocol that this one is on the wire.
-        visiting: it is a copy, beside publishers that it meets although its own key is another one.
-    """
-
-    endpoint: Endpoint
-    id: str
-    stated_id: str
-    pack: RulePack
-    key: str | None
-    shown: str
-    profile: QosProfile
-    layers: tuple[Layer, ...]
-    participant: ResolvedParticipant
-    external: bool
-    carried: Carried | None = None
-    visiting: bool = False
-
-    @property
-    def is_copy(self) -> bool:
-        """Whether the endpoint itself is elsewhere, on another wire or another key."""
-        return self.visiting or self.carried is not None
-
-    @property
-    def role(self) -> str:
-        """``publisher`` or ``subscriber``."""
-        return self.endpoint.role
-
-    def origin(self, index: int) -> tuple[str, Place | None]:
-        """Where the value of a policy came from, and its place or the endpoint's."""
-        policy = self.pack.policies[index]
-        if self.carried is not None and index in self.carried.own_index:
-            return self.carried.endpoint.origin(self.carried.own_index[index])
-        if _enforced_no(self.pack, policy, self.profile.values):
-            return "ignored by the middleware", self.endpoint.place
-        for layer in (*self.layers, *self.participant.layers):
-            stated = layer.settings.get(index)
-            if stated is not None:
-                return layer.origin, self._place(layer, stated) or self.endpoint.place
-        return "default", self.endpoint.place
-
-    def _place(self, layer: Layer, stated: Stated) -> Place | None:
-        """The place of a stated value; layers are shared, but an endpoint's own settings stand at its own place."""
-        if not layer.here:
-            return stated.setting.place
-        own = self.endpoint.overlay if layer.origin == "overlay" else self.endpoint.settings
-        return own[stated.name].place if stated.name in own else None
-
-    def written(self, index: int) -> str | None:
-        """The text the value was written as, where it was."""
-        if self.carried is not None and index in self.carried.own_index:
-            return self.carried.endpoint.written(self.carried.own_index[index])
-        for layer in (*self.layers, *self.participant.layers):
-            stated = layer.settings.get(index)
-            if stated is not None:
-                return stated.text
-        return None
-
-
-def _enforced_no(pack: RulePack, policy: Policy, values: Values) -> bool:
-    return bool(policy.enforced) and _enforcement(pack, policy, values) == NO
-
-
-@dataclass(slots=True)
-class ResolvedSystem:
-    """All endpoints that a pack judges, and what was found on the way."""
-
-    system: System
-    endpoints: list[Resolved] = field(default_factory=list)
-    participants: dict[tuple[str, int], ResolvedParticipant] = field(default_factory=dict)
-    findings: list[Finding] = field(default_factory=list)
-    packs: dict[str, RulePack] = field(default_factory=dict)
-
-
-def core_finding(
-    code: str,
-    message: str,
-    *,
-    place: Place | None = None,
-    role: str = "system",
-    members: Sequence[str] = (),
-    help: str | None = None,  # noqa: A002 - the field's name
-    topic: str | None = None,
-    severity: Severity | None = None,
-) -> Finding:
-    """Make a finding of the core under one of its own codes."""
-    info = CODES[code]
-    return Finding(
-        code=code,
-        name=info.name,
-        severity=severity or Severity(info.severity),
-        message=message,
-        topic=topic,
-        sides=(Side(role, tuple(members), place=place),),
-        because=info.reason,
-        help=help or info.help or None,
-    )
-
-
-def suggestion(name: str, known: Iterable[str]) -> str:
-    """``did you mean X? known: …`` for a name that is not among ``known``."""
-    names = sorted(known)
-    near = difflib.get_close_matches(normalise(name), names, 1, 0.6)
-    hint = f"did you mean `{near[0]}`? " if near else ""
-    return f"{hint}known: {', '.join(names) or 'none'}"
 
 
 class _User(NamedTuple):
@@ -598,7 +353,7 @@ class Resolver:
                 continue
             meaning = policy.words.get(normalise(stated.text))
             if isinstance(meaning, OneOf):
-                return _depends(pack, policy, meaning.values)
+                return depends(pack, policy, meaning.values)
             try:
                 return policy.domain.parse(stated.text)
             except InvalidValueError as problem:
@@ -616,7 +371,7 @@ class Resolver:
         names = policy.assume or tuple(policy.domain.format(value) for value in policy.domain.candidates())
         if not policy.assume:
             return Anything(f"option {policy.name} is not set")
-        return _depends(pack, policy, names)
+        return depends(pack, policy, names)
 
     def _add_once(self, code: str, message: str, place: Place | None, help_text: str = "") -> None:
         self.remarks += 1
@@ -640,15 +395,15 @@ class Resolver:
         for name, setting in settings.items():
             if dialect is not None and normalise(name) in dialect.ignore:
                 continue
-            if fields := _expand(pack, levels, name, setting):
+            if fields := fields_of(pack, levels, name, setting):
                 found.update(fields)
                 continue
             index = next((i for level in levels if (i := pack.find(level, name, dialect)) is not None), None)
-            if index is None or not _can_be_stated(pack.policies[index]):
+            if index is None or not can_be_stated(pack.policies[index]):
                 known = [
                     policy.name.removeprefix("need.")
                     for policy in pack.policies
-                    if policy.level in levels and _can_be_stated(policy)
+                    if policy.level in levels and can_be_stated(policy)
                 ]
                 self._add(
                     "CQ202",
@@ -873,7 +628,7 @@ class Resolver:
         alone = not (endpoint.profiles or endpoint.needs or overlays or self.asked or self.by_topic)
         if alone:
             # Nothing of it stands elsewhere in its system, so it has the values of an equal one in any other.
-            read = _READ.get(stated)
+            read = READ.get(stated)
             if read is not None:
                 return read[0], read[1] + topic_layers
         by_topic = self.by_topic or any(ref.scope.by_topic for ref in endpoint.profiles)
@@ -892,7 +647,7 @@ class Resolver:
             if self.remarks == before:
                 self.shared[signature] = shared
                 if alone and all(len(text) <= LONGEST_REMEMBERED for pairs in stated[6:8] for _, text in pairs):
-                    _remember(_READ, stated, own)
+                    _remember(READ, stated, own)
         return shared
 
     def _overlays(self, endpoint: Endpoint, naming: Naming | None, participant: ResolvedParticipant) -> Iterator[int]:
@@ -959,7 +714,7 @@ class Resolver:
         for index, setting in layer.settings.items():
             policy = pack.policies[index]
             found = next((one.settings[index].text for one in stated if index in one.settings), None)
-            if found is None or _word(policy, found) in fills:
+            if found is None or word_of(policy, found) in fills:
                 taken[index] = setting
                 self.took_effect.add((overlay, index))
             elif policy.word(found) != policy.word(setting.text):
@@ -1018,10 +773,10 @@ class Resolver:
                 for when, extra in possible.items():
                     if any(index in layer.settings for layer in extra):
                         then = self._own_value(index, [*extra, *layers], endpoint, participant, identifier)
-                        value = _either(participant, when, then, value)
+                        value = either(participant, when, then, value)
                 values.append(value)
                 if index in asked:
-                    words[index] = _written(policy, index, layers)
+                    words[index] = how_written(policy, index, layers)
             elif policy.level == NEED:
                 where = endpoint.place
                 values.append(
@@ -1198,7 +953,7 @@ class Resolver:
             # A default stands in the spelling of the policy itself.
             dialect = None
         try:
-            return self._read(pack, policy, text, role, options, dialect)
+            return read_value(pack, policy, text, role, options, dialect)
         except InvalidValueError as problem:
             where = stated.setting.place if stated is not None and stated.setting.place is not None else place
             message = f"{owner}: `{policy.name}` {problem.message}"
@@ -1222,7 +977,7 @@ class Resolver:
         """Whether a stated text only says what holds anyway."""
         default = policy.default_for(role)
         try:
-            return default is not None and self._read(pack, policy, text, role, options, dialect) == self._read(
+            return default is not None and read_value(pack, policy, text, role, options, dialect) == read_value(
                 pack, policy, default, role, options, None
             )
         except InvalidValueError:
@@ -1234,85 +989,13 @@ class Resolver:
             return None
         key = (id(pack), policy.name, tuple(options.get(pack.vocabulary.indices["option", o]) for o in policy.enforced))
         if key not in self.ignored:
-            self.ignored[key] = _ignored_by(pack, policy, options)
+            self.ignored[key] = ignored_by(pack, policy, options)
         return self.ignored[key]
-
-    def _read(
-        self,
-        pack: RulePack,
-        policy: Policy,
-        text: str,
-        role: str,
-        options: Mapping[int, Value],
-        dialect: Dialect | None,
-    ) -> Value:
-        meaning = policy.words.get(policy.domain.word(text))
-        if meaning is None:
-            unit = dialect.bare_unit if dialect else None
-            read = _plain_remembered if len(text) <= LONGEST_REMEMBERED else _plain
-            plain = read(policy.domain, text, unit)
-            if plain != 0 or policy.zero is None:
-                return plain
-            meaning = policy.words[policy.zero]
-        return self._meaning(pack, policy, meaning, role, options)
-
-    def _meaning(
-        self, pack: RulePack, policy: Policy, meaning: Meaning, role: str, options: Mapping[int, Value]
-    ) -> Value:
-        match meaning:
-            case str():
-                return self._read(pack, policy, meaning, role, options, None)
-            case PerRole():
-                return self._meaning(pack, policy, getattr(meaning, role), role, options)
-            case ByOption():
-                return self._by_option(pack, policy, meaning, role, options)
-            case OneOf(values):
-                return Anything(f"it is one of {', '.join(values)}")
-        return meaning
-
-    def _by_option(
-        self, pack: RulePack, policy: Policy, meaning: ByOption, role: str, options: Mapping[int, Value]
-    ) -> Value:
-        index = pack.vocabulary.indices["option", meaning.option]
-        listed = dict(meaning.meanings)
-        domain = pack.policies[index].domain
-
-        def under(value: Value) -> Value:
-            if isinstance(value, Depends):
-                cases = tuple((name, under(case)) for name, case in value.cases)
-                return cases[0][1] if len({case for _, case in cases}) == 1 else Depends(value.on, cases)
-            if not is_plain(value):
-                return Anything(f"option {meaning.option} is not known")
-            chosen = listed.get(domain.format(value), meaning.otherwise)  # type: ignore[arg-type]
-            if chosen is None:
-                return Anything(f"it is not known for {meaning.option} {domain.format(value)}")  # type: ignore[arg-type]
-            return self._meaning(pack, policy, chosen, role, options)
-
-        return under(options[index])
-
-
-def _ignored_by(pack: RulePack, policy: Policy, options: Mapping[int, Value]) -> str | None:
-    for option, by_value in policy.enforced.items():
-        index = pack.vocabulary.indices["option", option]
-        value = options.get(index)
-        if value is not None and _treated(by_value, pack.policies[index], value) == NO:
-            return f"{option} {pack.policies[index].format(value)}"
-    return None
-
-
-def _plain(domain: Domain, text: str, unit: str | None) -> Plain:
-    """Read a text as a plain value; ``unit`` is that of numbers without one."""
-    return domain.parse(domain.with_unit(text, unit))
 
 
 def _texts(layer: Layer) -> tuple[tuple[int, str], ...]:
     """What a layer sets, without where."""
     return tuple([(index, stated.text) for index, stated in layer.settings.items()])
-
-
-# Few texts make up most systems, and they are read alike every time.
-_plain_remembered = lru_cache(maxsize=16_384)(_plain)
-_ZEROS: Final = frozenset(("0", "0s"))
 
 
 @lru_cache(maxsize=_MAXIMUM_READ)
@@ -1331,31 +1014,6 @@ def _conventions(pack: RulePack, key: str | None) -> tuple[tuple[Layer, ...], bo
     return tuple(layers), external
 
 
-def _word(policy: Policy, text: str) -> str:
-    """The word that ``text`` is, or that its zero stands for."""
-    word = policy.word(text)
-    return policy.zero if policy.zero is not None and word in _ZEROS else word
-
-
-def _either(participant: ResolvedParticipant, when: tuple[str, str], then: Value, otherwise: Value) -> Value:
-    """The value ``then`` under a value of an option that is not known, else ``otherwise``."""
-    if then == otherwise:
-        return then
-    pack = participant.pack
-    index = pack.vocabulary.indices["option", when[0]]
-    option = participant.values[index]
-    if not isinstance(option, Depends) or isinstance(otherwise, FromPeers):
-        return Anything(f"it depends on option {when[0]}", told=getattr(option, "told", False))
-    expected = pack.policies[index].domain.parse(when[1])
-    cases = ((name, then if case == expected else otherwise) for name, case in option.cases)
-    return Depends(option.on, tuple((name, _under(value, option.on, name)) for name, value in cases))
-
-
-def _under(value: Value, option: str, case: str) -> Value:
-    """What a value is under one case of an option."""
-    return dict(value.cases)[case] if isinstance(value, Depends) and value.on == option else value
-
-
 def _covering(overlay: Overlay) -> str:
     """What an overlay is meant for, in words."""
     parts = [f"participant `{overlay.participant}`", f"topic `{overlay.topic}`"]
@@ -1366,58 +1024,6 @@ def _covering(overlay: Overlay) -> str:
     if overlay.when is not None:
         parts.append(f"{overlay.when[0]} {overlay.when[1]}")
     return ", ".join(parts)
-
-
-def _written(policy: Policy, index: int, layers: Sequence[Layer]) -> Written | None:
-    for layer in layers:
-        stated = layer.settings.get(index)
-        if stated is not None:
-            return Written(policy.word(stated.text), layer.here) if layer.counts_as_stated else None
-    return None
-
-
-def spelled(policy: Policy, text: str, dialect: Dialect | None) -> str | None:
-    """Return a dialect's text in the spelling of the YAML form: integer codes in words, durations with their unit.
-
-    None where a zero of the dialect means that nobody stated the value.
-    """
-    if dialect is None:
-        return text
-    stripped = text.strip()
-    codes = dialect.codes.get(policy.name)
-    if codes is not None and stripped in codes:
-        return codes[stripped]
-    numeric = isinstance(policy.domain, (Duration, Count))
-    if dialect.zero_is_unset and numeric and _is_zero(stripped):
-        return None
-    return policy.domain.with_unit(text, dialect.bare_unit)
-
-
-def _is_zero(text: str) -> bool:
-    return bool(text) and set(text) <= {"0", ".", "+"} and "0" in text
-
-
-def _can_be_stated(policy: Policy) -> bool:
-    """Whether a system may state a policy: needs are those of subscriptions, what publishers have of them is found out."""
-    return policy.level != NEED or SUBSCRIBER in policy.roles
-
-
-def _expand(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setting) -> dict[int, Stated]:
-    """Read a map whose keys are the fields of a policy: ``will: {topic: x}`` states ``will.topic``."""
-    if not setting.text.lstrip().startswith("{"):
-        return {}
-    try:
-        fields = flow(setting.text)
-    except InvalidValueError:
-        return {}
-    found = {}
-    for key, value in fields.items() if isinstance(fields, dict) else ():
-        index = next((i for level in levels if (i := pack.find(level, f"{name}.{key}")) is not None), None)
-        if index is None:
-            return {}
-        text = value if isinstance(value, str) else json.dumps(value)
-        found[index] = Stated(text, Setting(text, setting.place), name)
-    return found
 
 
 def _available(preset: Preset, pack: RulePack, participant: ResolvedParticipant) -> bool:

@@ -13,7 +13,7 @@ from cqos_core.api import Context, SettingValue, as_text, context, exact_places
 from cqos_core.bridging import bridge_findings, expanded, linked
 from cqos_core.checker import assemble, check_system
 from cqos_core.problems import CqosError
-from cqos_core.resolve import Resolved, Resolver
+from cqos_core.resolve import Resolver
 from cqos_core.system import Setting, System
 from cqos_core.team import bind_checks, words_asked
 from cqos_core.topic import TopicResult, check_topic
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from cqos_core.pack import RulePack
     from cqos_core.report import Report
+    from cqos_core.resolved import Resolved
     from cqos_core.system import Acceptance, Broker, Endpoint, Participant, Profile, TeamRule, Topic
 
 TopicKey = tuple[str, str]

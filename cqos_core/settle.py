@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from cqos_core.pairing import Members, Topic
     from cqos_core.policy import Policy
-    from cqos_core.resolve import QosProfile
+    from cqos_core.resolved import QosProfile
 
 START_ORDER: Final = "start order"
 PUBLISHERS_FIRST: Final = "publishers first"

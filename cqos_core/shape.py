@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from cqos_core.evaluate import Values
     from cqos_core.pack import BoundRule, RulePack
-    from cqos_core.resolve import QosProfile
+    from cqos_core.resolved import QosProfile
 
 MOST_COMBINATIONS: Final = 25
 """Distinct combinations of values that one rule reports on one topic; the rest is put together in one finding."""

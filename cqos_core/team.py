@@ -12,8 +12,9 @@ from cqos_core.findings import Draft, Made, make
 from cqos_core.judge import ask
 from cqos_core.pack import BoundRule
 from cqos_core.problems import CqosError
+from cqos_core.remarks import core_finding, suggestion
 from cqos_core.report import Finding, Severity
-from cqos_core.resolve import Resolved, core_finding, packs_in_use, suggestion
+from cqos_core.resolve import packs_in_use
 from cqos_core.rule import requires
 from cqos_core.shape import MOST_COMBINATIONS
 from cqos_core.system import PUBLISHER, SUBSCRIBER
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
     from cqos_core.pack import RulePack
     from cqos_core.pairing import Topic
+    from cqos_core.resolved import Resolved
     from cqos_core.system import Bound, System, TeamRule
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from cqos_core.pairing import Members, Topic
-    from cqos_core.resolve import Resolved
+    from cqos_core.resolved import Resolved
     from cqos_core.shape import Apart, Judged, Outline, Row
     from cqos_core.system import Acceptance
 

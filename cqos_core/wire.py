@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from cqos_core.pairing import bucket, introduce
 from cqos_core.policy import ENDPOINT, Depends, is_plain
 from cqos_core.problems import InvalidValueError
-from cqos_core.resolve import Carried
+from cqos_core.resolved import Carried
 from cqos_core.system import Participant, Setting
 
 if TYPE_CHECKING:
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
     from cqos_core.pack import RulePack, Wire
     from cqos_core.policy import Policy, Value
-    from cqos_core.resolve import Resolved, Resolver
+    from cqos_core.resolve import Resolver
+    from cqos_core.resolved import Resolved
 
 
 def topics(resolver: Resolver) -> dict[tuple[str, str], list[Resolved]]:

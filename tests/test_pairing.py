@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import random
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cqos_core.pairing import apart, bucket, group
-from cqos_core.resolve import Resolved, resolve
+from cqos_core.resolve import resolve
 from cqos_core.system import Acceptance
 from tests.worlds import CONTEXT, participant, reader, world, writer
+
+if TYPE_CHECKING:
+    from cqos_core.resolved import Resolved
 
 
 def endpoints(*parts: Any, **fields: Any) -> list[Resolved]:

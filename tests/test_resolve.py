@@ -10,7 +10,8 @@ import pytest
 
 from cqos_core.checker import check_system
 from cqos_core.policy import INFINITE, Anything, Depends
-from cqos_core.resolve import Resolved, ResolvedSystem, resolve, suggestion
+from cqos_core.remarks import suggestion
+from cqos_core.resolve import resolve
 from cqos_core.system import Broker, Endpoint, Participant, Place, Profile, ProfileRef, Setting, System
 from tests.worlds import (
     CONTEXT,
@@ -31,6 +32,7 @@ from tests.worlds import (
 
 if TYPE_CHECKING:
     from cqos_core.report import Finding
+    from cqos_core.resolved import Resolved, ResolvedSystem
 
 INDEX = {policy.name: index for index, policy in enumerate(POLICIES) if policy.name != "type"}
 SECOND = 1_000_000_000

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from cqos_core.report import Fact, Guarantee, HopReport, PairReport, PolicyComparison
-    from cqos_core.resolve import Resolved
+    from cqos_core.resolved import Resolved
     from cqos_core.system import Place
 
 _OK, _FINDINGS, _UNUSABLE = 0, 1, 2

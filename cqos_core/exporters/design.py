@@ -13,7 +13,7 @@ from cqos_core.exporters.contract import judged, unique
 from cqos_core.pack import NameContext
 from cqos_core.policy import ENDPOINT, Choice, normalise
 from cqos_core.problems import InvalidValueError
-from cqos_core.resolve import spelled
+from cqos_core.reading import spelled
 from cqos_core.system import EVERYBODY, PUBLISHER, SUBSCRIBER, Profile, ProfileRef, Setting, System
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from cqos_core.exporters.contract import ExportContext, Judged
     from cqos_core.pack import Dialect, RulePack
     from cqos_core.policy import Policy
-    from cqos_core.resolve import Resolved
+    from cqos_core.resolved import Resolved
     from cqos_core.system import Acceptance, Endpoint, Participant, Role, Settings, TeamRule, Topic
 
 KINDS: Final = frozenset({"message", "service_server", "service_client", "action_server", "action_client"})

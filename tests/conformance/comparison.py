@@ -18,7 +18,7 @@ from cqos_ros2.pack import PACK as ROS2_PACK
 
 if TYPE_CHECKING:
     from cqos_core.pack import RulePack
-    from cqos_core.resolve import QosProfile
+    from cqos_core.resolved import QosProfile
     from tests.conformance.cyclone import Answer, Cyclone
 
 Settings = Mapping[str, str]

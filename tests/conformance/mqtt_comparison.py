@@ -6,16 +6,19 @@ import json
 import time
 from dataclasses import dataclass, field
 from itertools import product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cqos_core import check, read
 from cqos_core.api import context
 from cqos_core.evaluate import bind
-from cqos_core.resolve import Resolved, resolve
+from cqos_core.resolve import resolve
 from cqos_mqtt.filters import matches, wrong_with_filter, wrong_with_name
 from cqos_mqtt.pack import PACK
 from cqos_mqtt.rules import EFFECTIVE, GRANTED
 from tests.conformance.mosquitto import PATIENCE, V3, V5, Broker, Client, takes
+
+if TYPE_CHECKING:
+    from cqos_core.resolved import Resolved
 
 VERSIONS = (V3, V5)
 LEVELS = (0, 1, 2)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from cqos_core.exporters.contract import ExportContext
     from cqos_core.importers.xml_source import Element
     from cqos_core.policy import Policy
-    from cqos_core.resolve import Resolved
+    from cqos_core.resolved import Resolved
     from cqos_core.system import System
     from cqos_dds.exporters.xml_form import Stated
 

@@ -24,7 +24,7 @@ from cqos_dds.policies import DURABILITY, KEYED
 if TYPE_CHECKING:
     from cqos_core.exporters.contract import ExportContext
     from cqos_core.importers.xml_source import Element
-    from cqos_core.resolve import Resolved
+    from cqos_core.resolved import Resolved
     from cqos_core.system import System
     from cqos_dds.exporters.xml_form import Stated
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from cqos_core.exporters.contract import ExportContext, Judged
     from cqos_core.importers.xml_source import Element
     from cqos_core.policy import Policy, Value
-    from cqos_core.resolve import Resolved
+    from cqos_core.resolved import Resolved
     from cqos_core.system import System
 
 PROTOCOL: Final = "dds"

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.exporters.contract import ExportContext, Judged
-    from cqos_core.resolve import Resolved
+    from cqos_core.resolved import Resolved
     from cqos_core.system import System
 
 _PLAIN = {"message", "service_server", "service_client"}

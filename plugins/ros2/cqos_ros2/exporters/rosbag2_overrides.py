@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from cqos_core.exporters.contract import ExportContext
     from cqos_core.exporters.yaml_text import Node
     from cqos_core.policy import Policy
-    from cqos_core.resolve import Resolved
+    from cqos_core.resolved import Resolved
     from cqos_core.system import System
 
 PLAYER: Final = "player"

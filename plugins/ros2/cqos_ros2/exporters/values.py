@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from cqos_core.exporters.contract import ExportContext, Judged
     from cqos_core.policy import Policy
-    from cqos_core.resolve import Layer, Resolved
+    from cqos_core.resolved import Layer, Resolved
     from cqos_core.system import System
 
 PROTOCOL: Final = "ros2"

@@ -1,0 +1,196 @@
+"""From one text to a value: words, units, dialects, and meanings that depend on the role or on options."""
+
+from __future__ import annotations
+
+import json
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.evaluate import Written
+from cqos_core.policy import (
+    LONGEST_REMEMBERED,
+    NEED,
+    NO,
+    Anything,
+    ByOption,
+    Count,
+    Depends,
+    Duration,
+    FromPeers,
+    Meaning,
+    OneOf,
+    PerRole,
+    Policy,
+    Value,
+    flow,
+    is_plain,
+)
+from cqos_core.problems import InvalidValueError
+from cqos_core.resolved import Stated, treated
+from cqos_core.system import SUBSCRIBER, Setting
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from cqos_core.pack import Dialect, RulePack
+    from cqos_core.policy import Domain, Plain
+    from cqos_core.resolved import Layer, ResolvedParticipant
+
+
+def read_value(
+    pack: RulePack,
+    policy: Policy,
+    text: str,
+    role: str,
+    options: Mapping[int, Value],
+    dialect: Dialect | None,
+) -> Value:
+    """Return the value that a text in a dialect stands for.
+
+    Raises:
+        InvalidValueError: the policy has no such value.
+    """
+    meaning = policy.words.get(policy.domain.word(text))
+    if meaning is None:
+        unit = dialect.bare_unit if dialect else None
+        read = _plain_remembered if len(text) <= LONGEST_REMEMBERED else _plain
+        plain = read(policy.domain, text, unit)
+        if plain != 0 or policy.zero is None:
+            return plain
+        meaning = policy.words[policy.zero]
+    return _meaning(pack, policy, meaning, role, options)
+
+
+def _meaning(pack: RulePack, policy: Policy, meaning: Meaning, role: str, options: Mapping[int, Value]) -> Value:
+    match meaning:
+        case str():
+            return read_value(pack, policy, meaning, role, options, None)
+        case PerRole():
+            return _meaning(pack, policy, getattr(meaning, role), role, options)
+        case ByOption():
+            return _by_option(pack, policy, meaning, role, options)
+        case OneOf(values):
+            return Anything(f"it is one of {', '.join(values)}")
+    return meaning
+
+
+def _by_option(pack: RulePack, policy: Policy, meaning: ByOption, role: str, options: Mapping[int, Value]) -> Value:
+    index = pack.vocabulary.indices["option", meaning.option]
+    listed = dict(meaning.meanings)
+    domain = pack.policies[index].domain
+
+    def under(value: Value) -> Value:
+        if isinstance(value, Depends):
+            cases = tuple((name, under(case)) for name, case in value.cases)
+            return cases[0][1] if len({case for _, case in cases}) == 1 else Depends(value.on, cases)
+        if not is_plain(value):
+            return Anything(f"option {meaning.option} is not known")
+        chosen = listed.get(domain.format(value), meaning.otherwise)  # type: ignore[arg-type]
+        if chosen is None:
+            return Anything(f"it is not known for {meaning.option} {domain.format(value)}")  # type: ignore[arg-type]
+        return _meaning(pack, policy, chosen, role, options)
+
+    return under(options[index])
+
+
+def ignored_by(pack: RulePack, policy: Policy, options: Mapping[int, Value]) -> str | None:
+    """``rmw zenoh`` where the middleware that options choose ignores the policy, else None."""
+    for option, by_value in policy.enforced.items():
+        index = pack.vocabulary.indices["option", option]
+        value = options.get(index)
+        if value is not None and treated(by_value, pack.policies[index], value) == NO:
+            return f"{option} {pack.policies[index].format(value)}"
+    return None
+
+
+def _plain(domain: Domain, text: str, unit: str | None) -> Plain:
+    """Read a text as a plain value; ``unit`` is that of numbers without one."""
+    return domain.parse(domain.with_unit(text, unit))
+
+
+# Few texts make up most systems, and they are read alike every time.
+_plain_remembered = lru_cache(maxsize=16_384)(_plain)
+_ZEROS: Final = frozenset(("0", "0s"))
+
+
+def depends(pack: RulePack, option: Policy, names: Iterable[str]) -> Depends:
+    """The value of an option that may have any of these values."""
+    return Depends(f"{pack.id}.{option.name}", tuple((name, option.domain.parse(name)) for name in names))
+
+
+def word_of(policy: Policy, text: str) -> str:
+    """The word that ``text`` is, or that its zero stands for."""
+    word = policy.word(text)
+    return policy.zero if policy.zero is not None and word in _ZEROS else word
+
+
+def either(participant: ResolvedParticipant, when: tuple[str, str], then: Value, otherwise: Value) -> Value:
+    """The value ``then`` under a value of an option that is not known, else ``otherwise``."""
+    if then == otherwise:
+        return then
+    pack = participant.pack
+    index = pack.vocabulary.indices["option", when[0]]
+    option = participant.values[index]
+    if not isinstance(option, Depends) or isinstance(otherwise, FromPeers):
+        return Anything(f"it depends on option {when[0]}", told=getattr(option, "told", False))
+    expected = pack.policies[index].domain.parse(when[1])
+    cases = ((name, then if case == expected else otherwise) for name, case in option.cases)
+    return Depends(option.on, tuple((name, _under(value, option.on, name)) for name, value in cases))
+
+
+def _under(value: Value, option: str, case: str) -> Value:
+    """What a value is under one case of an option."""
+    return dict(value.cases)[case] if isinstance(value, Depends) and value.on == option else value
+
+
+def how_written(policy: Policy, index: int, layers: Sequence[Layer]) -> Written | None:
+    """How the nearest of ``layers`` states a policy; None where nobody does, or a preset."""
+    for layer in layers:
+        stated = layer.settings.get(index)
+        if stated is not None:
+            return Written(policy.word(stated.text), layer.here) if layer.counts_as_stated else None
+    return None
+
+
+def spelled(policy: Policy, text: str, dialect: Dialect | None) -> str | None:
+    """Return a dialect's text in the spelling of the YAML form: integer codes in words, durations with their unit.
+
+    None where a zero of the dialect means that nobody stated the value.
+    """
+    if dialect is None:
+        return text
+    stripped = text.strip()
+    codes = dialect.codes.get(policy.name)
+    if codes is not None and stripped in codes:
+        return codes[stripped]
+    numeric = isinstance(policy.domain, (Duration, Count))
+    if dialect.zero_is_unset and numeric and _is_zero(stripped):
+        return None
+    return policy.domain.with_unit(text, dialect.bare_unit)
+
+
+def _is_zero(text: str) -> bool:
+    return bool(text) and set(text) <= {"0", ".", "+"} and "0" in text
+
+
+def can_be_stated(policy: Policy) -> bool:
+    """Whether a system may state a policy: needs are those of subscriptions, what publishers have of them is found out."""
+    return policy.level != NEED or SUBSCRIBER in policy.roles
+
+
+def fields_of(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setting) -> dict[int, Stated]:
+    """Read a map whose keys are the fields of a policy: ``will: {topic: x}`` states ``will.topic``."""
+    if not setting.text.lstrip().startswith("{"):
+        return {}
+    try:
+        fields = flow(setting.text)
+    except InvalidValueError:
+        return {}
+    found = {}
+    for key, value in fields.items() if isinstance(fields, dict) else ():
+        index = next((i for level in levels if (i := pack.find(level, f"{name}.{key}")) is not None), None)
+        if index is None:
+            return {}
+        text = value if isinstance(value, str) else json.dumps(value)
+        found[index] = Stated(text, Setting(text, setting.place), name)
+    return found

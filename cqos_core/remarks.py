@@ -1,0 +1,48 @@
+"""What the core itself reports, under codes of its own, and what it suggests for a name that means nothing."""
+
+from __future__ import annotations
+
+import difflib
+from typing import TYPE_CHECKING
+
+from cqos_core.codes import CODES
+from cqos_core.policy import normalise
+from cqos_core.report import Finding, Severity, Side
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from cqos_core.system import Place
+
+
+def core_finding(
+    code: str,
+    message: str,
+    *,
+    place: Place | None = None,
+    role: str = "system",
+    members: Sequence[str] = (),
+    help: str | None = None,  # noqa: A002 - the field's name
+    topic: str | None = None,
+    severity: Severity | None = None,
+) -> Finding:
+    """Make a finding of the core under one of its own codes."""
+    info = CODES[code]
+    return Finding(
+        code=code,
+        name=info.name,
+        severity=severity or Severity(info.severity),
+        message=message,
+        topic=topic,
+        sides=(Side(role, tuple(members), place=place),),
+        because=info.reason,
+        help=help or info.help or None,
+    )
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """``did you mean X? known: …`` for a name that is not among ``known``."""
+    names = sorted(known)
+    near = difflib.get_close_matches(normalise(name), names, 1, 0.6)
+    hint = f"did you mean `{near[0]}`? " if near else ""
+    return f"{hint}known: {', '.join(names) or 'none'}"
