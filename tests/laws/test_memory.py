@@ -1,0 +1,67 @@
+"""What was checked before changes nothing: memories of the process are for speed only."""
+
+from dataclasses import fields, is_dataclass, replace
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cqos_core import judge, pairing, resolve, resolved, shape
+from cqos_core.checker import check_system
+from cqos_core.reading import _plain_remembered
+from cqos_core.system import Place
+from tests.laws.systems import BOTH, WHERE, systems
+
+ANY = st.sampled_from(BOTH).flatmap(systems)
+
+
+def forget():
+    for memory in (resolved.READ, resolved._PROFILES, resolve._NAMED, resolve._SURROUNDINGS):
+        memory.clear()
+    for remembered in (
+        *(shape._remembered, judge.judge_pair, judge.judge_endpoint, pairing.apart),
+        *(resolve._conventions, _plain_remembered),
+    ):
+        remembered.cache_clear()
+
+
+def test_everything_that_remembers_is_forgotten_here():
+    modules = (judge, pairing, resolve, resolved, shape)
+    memories = {name for module in modules for name, value in vars(module).items() if hasattr(value, "cache_clear")}
+    assert memories - {"dataclass", "lru_cache"} == {
+        "_remembered",
+        "judge_pair",
+        "judge_endpoint",
+        "apart",
+        "_conventions",
+    }
+
+
+@given(ANY, ANY)
+def test_a_check_does_not_depend_on_what_was_checked_before(first, second):
+    forget()
+    alone = check_system(second, WHERE)
+    forget()
+    check_system(first, WHERE)
+    check_system(second, WHERE)
+    assert check_system(second, WHERE) == alone
+
+
+def moved(value):
+    """The same, with all that was stated ten lines further down."""
+    if isinstance(value, Place):
+        return replace(value, line=(value.line or 0) + 10)
+    if is_dataclass(value) and not isinstance(value, type):
+        return replace(value, **{each.name: moved(getattr(value, each.name)) for each in fields(value)})
+    if isinstance(value, dict):
+        return {name: moved(each) for name, each in value.items()}
+    return type(value)(map(moved, value)) if isinstance(value, (list, tuple)) else value
+
+
+@given(ANY)
+def test_what_is_remembered_has_no_places(system):
+    further_down = moved(system)
+    forget()
+    alone = check_system(further_down, WHERE)
+    forget()
+    check_system(system, WHERE)
+    assert check_system(further_down, WHERE) == alone
