@@ -6,43 +6,34 @@ needs, the hop that loses it is the one that is reported.
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.given import give
 from cqos_core.guarantee import RELAYED, SURVIVES, WORDS
 from cqos_core.pairing import apart
-from cqos_core.policy import NEED
+from cqos_core.policy import ENDPOINT, NEED, Anything, Depends, FromPeers, is_plain
+from cqos_core.problems import InvalidValueError
 from cqos_core.remarks import core_finding, suggestion
 from cqos_core.report import Side
-from cqos_core.resolve import resolve
 from cqos_core.resolved import Layer, Stated
+from cqos_core.settle import PUBLISHERS_FIRST, START_ORDER, SUBSCRIBERS_FIRST, combine, lone
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Setting
 from cqos_core.wire import topics
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.given import Given
-    from cqos_core.pack import RulePack
-    from cqos_core.policy import Plain
+    from cqos_core.policy import Plain, Policy, Value
     from cqos_core.report import Finding
     from cqos_core.resolve import Resolver
     from cqos_core.resolved import Resolved
-    from cqos_core.system import Bridge, Endpoint, Route, System
+    from cqos_core.routes import Link
+    from cqos_core.system import Bridge, Role, System
 
 Topics = dict[tuple[str, str], list["Resolved"]]
 _LIVELINESS: Final = "liveliness"
-
-
-@dataclass(frozen=True, slots=True)
-class Link:
-    """One topic carried over a bridge, by the ids of the endpoints it arrives at and is published by."""
-
-    bridge: Bridge
-    source: str
-    target: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,91 +50,7 @@ class Hop:
         return _LIVELINESS in self.bridge.carries
 
 
-# Endpoints
-
-
-def expanded(
-    system: System, find_pack: Callable[[str], RulePack | None], default: str | None
-) -> tuple[System, list[Link]]:
-    """Return a system with the endpoints of its bridges, and what links them; without bridges the system itself.
-
-    Routes with patterns carry what is published on topics that match, other bridges' publications too.
-    """
-    if not system.bridges:
-        return system, []
-    whole = replace(system, endpoints=list(system.endpoints))
-    taken = {endpoint.id for endpoint in whole.endpoints}
-    links: list[Link] = []
-    patterns: list[tuple[Bridge, Route]] = []
-    for bridge in system.bridges.values():
-        for route in bridge.routes:
-            if not {route.source.participant, route.target.participant} <= system.participants.keys():
-                continue
-            if "*" in (route.source.topic or ""):
-                patterns.append((bridge, route))
-            else:
-                topic = route.source.topic or ""
-                links.append(_link(whole, taken, bridge, route, topic, route.target.topic or topic))
-    for _ in range(len(patterns)):
-        before = len(links)
-        for bridge, route in patterns:
-            known = {(link.source, link.target) for link in links}
-            published = _published(whole, bridge, route, links, find_pack, default)
-            for topic, other in _carried(route, published):
-                if (_id(bridge, route.source, topic), _id(bridge, route.target, other)) not in known:
-                    links.append(_link(whole, taken, bridge, route, topic, other))
-        if len(links) == before:
-            break
-    return whole, links
-
-
-def _id(bridge: Bridge, side: Endpoint, topic: str) -> str:
-    return (
-        f"{side.id}/{topic}" if side.id and "*" in (side.topic or "") else side.id or f"{bridge.id}/{side.role}/{topic}"
-    )
-
-
-def _link(whole: System, taken: set[str], bridge: Bridge, route: Route, topic: str, other: str) -> Link:
-    ends = []
-    for side, name in ((route.source, topic), (route.target, other)):
-        identifier, number = _id(bridge, side, name), 2
-        while identifier in taken:
-            identifier, number = f"{_id(bridge, side, name)}#{number}", number + 1
-        taken.add(identifier)
-        template = f"{bridge.id}/{side.role}/{side.topic}" if "*" in (side.topic or "") else None
-        whole.endpoints.append(replace(side, id=identifier, topic=name, template=template))
-        ends.append(identifier)
-    return Link(bridge, *ends)
-
-
-def _published(
-    whole: System,
-    bridge: Bridge,
-    route: Route,
-    links: Iterable[Link],
-    find_pack: Callable[[str], RulePack | None],
-    default: str | None,
-) -> set[str]:
-    """The topics of one side's protocol that somebody publishes, the bridge itself aside, which takes nothing back."""
-    own = {link.target for link in links if link.bridge is bridge}
-    resolved = resolve(whole, find_pack, default).endpoints
-    participant = whole.participants[route.source.participant]
-    protocol = participant.protocol or whole.protocol or default
-    return {
-        each.key or ""
-        for each in resolved
-        if each.role == PUBLISHER and each.pack.id == protocol and each.stated_id not in own
-    }
-
-
-def _carried(route: Route, published: Iterable[str]) -> Iterator[tuple[str, str]]:
-    """Yield the topics that a route with a pattern carries, each with the name it has on the other side."""
-    pattern = route.source.topic or ""
-    other = route.target.topic or pattern
-    matching = re.compile("(.*)".join(re.escape(part) for part in pattern.split("*", 1)))
-    for name in sorted(published):
-        if found := matching.fullmatch(name):
-            yield name, other.replace("*", found[1], 1)
+# Hops
 
 
 def linked(links: Sequence[Link], resolver: Resolver) -> tuple[Topics, list[Hop]]:
@@ -161,6 +68,7 @@ def linked(links: Sequence[Link], resolver: Resolver) -> tuple[Topics, list[Hop]
     by_topic = topics(resolver)
     if hops:
         meeting = Meetings(by_topic)
+        _copy_values(hops, meeting)
         _mark_relayed(hops, meeting)
         for _ in hops:
             changed = [hop for hop in hops if _handed_on(hop, meeting)]
@@ -192,6 +100,86 @@ class Meetings:
                 publisher, subscriber = (copy, other) if copy.role == PUBLISHER else (other, copy)
                 if not apart(publisher.profile, subscriber.profile):
                     yield publisher, subscriber
+
+
+# Values
+
+
+def _copy_values(hops: Iterable[Hop], meeting: Meetings) -> None:
+    """Give the ends of bridges the values that they copy from one side or the other; `settle` has what peers alone decide."""
+    copying = _Copying(hops, meeting)
+    changes = [
+        (copy, {index: value for index in copy.profile.from_peers if (value := copying.value(copy, index)) is not None})
+        for hop in hops
+        for end in (hop.source, hop.target)
+        for copy in meeting.copies(end)
+    ]
+    for copy, values in changes:
+        if values:
+            copy.profile = copy.profile.with_values(values)
+
+
+class _Copying:
+    """Finds what ends of bridges copy, looking through ends that copy themselves."""
+
+    def __init__(self, hops: Iterable[Hop], meeting: Meetings) -> None:
+        self.meeting = meeting
+        self.beyond = {hop.target.id: hop.source for hop in hops} | {hop.source.id: hop.target for hop in hops}
+        self.asked: set[tuple[str, int, str]] = set()
+
+    def value(self, end: Resolved, index: int) -> Value | None:
+        """Return a value that is copied over the bridge; None for one that peers alone decide."""
+        taken = end.profile.values[index]
+        if not isinstance(taken, FromPeers) or taken.side in {"peers", _MET[end.role]}:
+            return None
+        policy = end.pack.policies[index]
+        alone = lone(policy, taken)
+        if taken.side != _FIRST:
+            found = self.seen(end, index, PUBLISHER if taken.side == "publishers" else SUBSCRIBER)
+            return alone if found is None else found
+        offered, requested = (self.seen(end, index, role) for role in (PUBLISHER, SUBSCRIBER))
+        if offered is None or requested is None or offered == requested:
+            found = requested if offered is None else offered
+            return alone if found is None else found
+        return Depends(START_ORDER, ((PUBLISHERS_FIRST, offered), (SUBSCRIBERS_FIRST, requested)))
+
+    def seen(self, end: Resolved, index: int, role: Role) -> Value | None:
+        """What endpoints of one role have that an end meets, or meets beyond the bridge; None where there are none."""
+        near = end if end.role != role else self.beyond.get(end.id)
+        question = (end.id, index, role)
+        taken = end.profile.values[index]
+        if near is None or question in self.asked or not isinstance(taken, FromPeers):
+            return None
+        self.asked.add(question)
+        name, policy = end.pack.policies[index].name, end.pack.policies[index]
+        found = [self.of(pair[role == SUBSCRIBER], name, policy, role) for pair in self.meeting.pairs(near)]
+        self.asked.discard(question)
+        values = [each for each in found if each is not None]
+        return combine(policy, taken, values) if values else None
+
+    def of(self, other: Resolved, name: str, policy: Policy, role: Role) -> Value | None:
+        """What an endpoint has of a policy, in the terms of the one who asks."""
+        whose = other.carried.endpoint if other.carried is not None else other
+        index = whose.pack.find(ENDPOINT, name)
+        if index is None:
+            return None
+        value: Value = whose.profile.values[index]
+        if isinstance(value, FromPeers):
+            if value.side != "peers" and (found := self.seen(whose, index, role)) is not None:
+                return found
+            return (
+                None if value.side != "peers" and whose.id in self.beyond else lone(whose.pack.policies[index], value)
+            )
+        if whose.pack.policies[index] is policy or not is_plain(value):
+            return value
+        try:
+            return policy.domain.parse(whose.pack.policies[index].format(value))
+        except InvalidValueError:
+            return Anything(f"{name} means something else there")
+
+
+_FIRST: Final = "first"
+_MET: Final[dict[str, str]] = {PUBLISHER: "subscribers", SUBSCRIBER: "publishers"}
 
 
 # Needs

@@ -7,13 +7,14 @@ from datetime import date
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.acceptance import RuleFinder, with_acceptances, with_severities
-from cqos_core.bridging import bridge_findings, expanded, linked
+from cqos_core.bridging import bridge_findings, linked
 from cqos_core.codes import CODES
 from cqos_core.findings import Made, merged, of_participants
 from cqos_core.judge import ask
 from cqos_core.remarks import core_finding, suggestion
 from cqos_core.report import Finding, Report, Severity, Side, Verdict
 from cqos_core.resolve import Resolver
+from cqos_core.routes import expanded
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 from cqos_core.team import bind_checks, words_asked
 from cqos_core.topic import TopicResult, check_topic

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from cqos_core.bridging import Hop, expanded, linked, ways
+from cqos_core.bridging import Hop, linked, ways
 from cqos_core.checker import check_system
 from cqos_core.findings import Draft, fact, make
 from cqos_core.given import give, over
@@ -15,6 +15,7 @@ from cqos_core.problems import CqosError
 from cqos_core.remarks import suggestion
 from cqos_core.report import Guarantee, HopReport, PairReport, PolicyComparison, Verdict
 from cqos_core.resolve import Resolver, resolve
+from cqos_core.routes import expanded
 from cqos_core.settle import settle
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 from cqos_core.topic import check_topic

@@ -47,10 +47,12 @@ class _Model(BaseModel):
 
 
 class FromPeersModel(_Model):
-    """``{from_peers: strongest_if_all, alone: reliable}``."""
+    """``{from_peers: strongest_if_all, alone: reliable}``; ``side: first`` is for what bridges copy."""
 
-    from_peers: Literal["constant", "strongest_if_all", "strongest_if_any", "largest_stated", "smallest_stated"]
+    from_peers: Literal["any", "constant", "strongest_if_all", "strongest_if_any", "largest_stated", "smallest_stated"]
     alone: str
+    waits: bool = False
+    side: Literal["peers", "publishers", "subscribers", "first"] = "peers"
 
 
 class PerRoleModel(_Model):
@@ -367,7 +369,7 @@ def _domain(model: PolicyModel) -> Domain:
 def _meaning(model: MeaningModel) -> Meaning:
     match model:
         case FromPeersModel():
-            return FromPeers(model.alone, model.from_peers)
+            return FromPeers(model.alone, model.from_peers, model.waits, model.side)
         case PerRoleModel():
             return PerRole(_meaning(model.publisher), _meaning(model.subscriber))
         case ByOptionModel():

@@ -10,7 +10,7 @@ import re
 from dataclasses import dataclass, field
 from decimal import Decimal, InvalidOperation
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 from cqos_core.expression import Term
 from cqos_core.problems import InvalidValueError
@@ -45,16 +45,22 @@ class Depends:
 class FromPeers:
     """A value taken from the other side when the endpoint is created; `settle` turns it into a plain one or `Depends`.
 
+    A bridge may also copy what it does not meet itself: on its publishing side what publishers offer on its other one.
+
     Attributes:
         alone: the value without any peer, as text.
         peers: how the peers' values are put together: ``largest``, ``largest_stated``, ``smallest_stated``,
-            ``strongest_if_all``, ``strongest_if_any`` or ``constant`` (always ``alone``).
+            ``strongest_if_all``, ``strongest_if_any``, ``any`` (that of whichever is found first) or ``constant`` (always
+            ``alone``).
         waits: the endpoint is created only when a peer is there, so ``alone`` counts only where peers differ.
+        side: who is copied: its ``peers``; the ``publishers`` or the ``subscribers``, over a bridge where it is one of them
+            itself; or of both sides those that are there ``first``.
     """
 
     alone: str
     peers: str
     waits: bool = False
+    side: Literal["peers", "publishers", "subscribers", "first"] = "peers"
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +75,7 @@ Value: TypeAlias = Plain | Anything | Depends | FromPeers
 
 
 COMBINATIONS: Final = (
+    "any",
     "constant",
     "largest",
     "largest_stated",

@@ -10,10 +10,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.api import Context, SettingValue, as_text, context, exact_places
-from cqos_core.bridging import bridge_findings, expanded, linked
+from cqos_core.bridging import bridge_findings, linked
 from cqos_core.checker import assemble, check_system
 from cqos_core.problems import CqosError
 from cqos_core.resolve import Resolver
+from cqos_core.routes import expanded
 from cqos_core.system import Setting, System
 from cqos_core.team import bind_checks, words_asked
 from cqos_core.topic import TopicResult, check_topic

@@ -40,15 +40,18 @@ def settle(topic: Topic) -> None:
         publisher = members.first.role == PUBLISHER
         others = topic.subscribers if publisher else topic.publishers
         peers = [o for o in others if _meet(profile, original[o], publisher=publisher)]
-        changes = {}
+        changes: dict[int, Value] = {}
         for index in profile.from_peers:
             policy = profile.pack.policies[index]
             taken: FromPeers = profile.values[index]
+            if taken.side == ("publishers" if publisher else "subscribers"):
+                changes[index] = Anything(f"the bridge takes it from the {taken.side} on its other side")
+                continue
             alone = policy.domain.parse(taken.alone)
             # What a peer that takes its value from us has when it was there first: its own lone value.
-            seen = [_lone(policy, original[peer].values[index]) for peer in peers]
-            beside = _combine(policy, taken, seen)
-            agreed = taken.waits and len(set(seen)) == 1
+            seen = [lone(policy, original[peer].values[index]) for peer in peers]
+            beside = combine(policy, taken, seen)
+            agreed = taken.waits and (taken.peers == "any" or len(set(seen)) == 1)
             changes[index] = beside if agreed else _by_order(alone, beside, members, peers, publisher=publisher)
         members.profile = profile.with_values(changes)
 
@@ -57,7 +60,8 @@ def _meet(profile: QosProfile, other: QosProfile, *, publisher: bool) -> bool:
     return not (apart(profile, other) if publisher else apart(other, profile))
 
 
-def _lone(policy: Policy, value: Value) -> Value:
+def lone(policy: Policy, value: Value) -> Value:
+    """Return a value as it is without peers."""
     return policy.domain.parse(value.alone) if isinstance(value, FromPeers) else value
 
 
@@ -86,7 +90,7 @@ def _after(members: Members, peers: Sequence[Members]) -> bool:
     )
 
 
-def _combine(policy: Policy, taken: FromPeers, seen: Sequence[Value]) -> Value:
+def combine(policy: Policy, taken: FromPeers, seen: Sequence[Value]) -> Value:
     """What the peers' values amount to, each assumption they depend on taken apart."""
     variables: dict[str, tuple[str, ...]] = {}
     for value in seen:
@@ -119,6 +123,8 @@ def _reduce(policy: Policy, taken: FromPeers, seen: Sequence[Value]) -> Value:
     if not all(isinstance(value, int) for value in seen):
         return Anything("its peers are not known")
     values = [value for value in seen if isinstance(value, int)]
+    if taken.peers == "any":
+        return values[0] if len(set(values)) == 1 else Anything("it is that of whichever is found first")
     strongest, weakest = policy.domain.highest, policy.domain.lowest
     match taken.peers:
         case "strongest_if_all":

@@ -252,12 +252,19 @@ class Route:
 
     Both ends are endpoints of participants of the system, whose ids may be empty. Where the topic of ``source`` has a
     ``*``, there is such a way for every topic that matches, and the ``*`` in the topic of ``target`` stands for the same.
-    A target without a topic has that of the source.
+    With servers as ``source`` and clients as ``target`` it carries calls, and replies back. A target without a topic has that of the source.
+
+    Attributes:
+        only: regular expressions, of which one has to match the whole name that a ``*`` of the source stands in for; none:
+            every name is carried.
+        but: those of names that are not carried.
     """
 
     source: Endpoint
     target: Endpoint
     place: Place | None = None
+    only: tuple[str, ...] = ()
+    but: tuple[str, ...] = ()
 
 
 @dataclass(slots=True)

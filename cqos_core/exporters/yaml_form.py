@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         Participant,
         Profile,
         ProfileRef,
+        Route,
         Settings,
         System,
         TeamRule,
@@ -273,11 +274,17 @@ def _topic(topic: Topic) -> Node:
 
 
 def _bridge(bridge: Bridge) -> Node:
-    own: dict[str, Node] = {
-        "routes": [{"from": _route_side(each.source), "to": _route_side(each.target)} for each in bridge.routes]
-    }
+    own: dict[str, Node] = {"routes": [_route(each) for each in bridge.routes]}
     if bridge.carries:
         own["carries"] = [_text(each) for each in bridge.carries]
+    return own
+
+
+def _route(route: Route) -> Node:
+    own: dict[str, Node] = {"from": _route_side(route.source), "to": _route_side(route.target)}
+    for name, patterns in (("only", route.only), ("but", route.but)):
+        if patterns:
+            own[name] = [_text(each) for each in patterns]
     return own
 
 

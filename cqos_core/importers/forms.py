@@ -21,6 +21,7 @@ from cqos_core.importers.tree import (
     is_null,
     whole_number,
 )
+from cqos_core.pattern import PatternError, pattern
 from cqos_core.system import Setting
 
 if TYPE_CHECKING:
@@ -117,6 +118,24 @@ class Word(Shape[str]):
         message = f"{shown(name)} must be {self.expected}, found {described(node)}{hint}"
         reading.problem("CQ011", message, node)
         return None
+
+
+class Expression(Shape[str]):
+    """A regular expression over names."""
+
+    def __init__(self) -> None:
+        super().__init__("a regular expression", {"type": "string", "minLength": 1})
+
+    def read(self, node: Node, reading: Reading, name: str) -> str | None:
+        """Take what can be matched."""
+        text = TEXT.read(node, reading, name)
+        if text is not None:
+            try:
+                pattern(text)
+            except PatternError as error:
+                reading.problem("CQ009", f"{shown(name)} cannot be read as a regular expression: {error}", node)
+                return None
+        return text
 
 
 class Date(Shape[str]):

@@ -1,10 +1,10 @@
-"""JSON as a stream of YAML events, for the JSON that YAML does not read: tabs, surrogate pairs, keys of any length."""
+"""JSON and JSON5 as a stream of YAML events, for what YAML does not read: tabs, surrogate pairs, comments with slashes."""
 
 from __future__ import annotations
 
 import json
 import re
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 from yaml.error import Mark
 from yaml.events import (
@@ -29,7 +29,7 @@ _WORD = re.compile(r"-?(?:0|[1-9][0-9]*+)(?:\.[0-9]++)?(?:[eE][-+]?[0-9]++)?(?![
 
 
 class JsonError(ValueError):
-    """The text is not JSON; line and column are one-based."""
+    """The text is not JSON, or not JSON5; line and column are one-based."""
 
     def __init__(self, message: str, line: int, column: int) -> None:
         super().__init__(message)
@@ -49,15 +49,32 @@ def json_events(data: bytes) -> Iterator[Event]:
     Raises:
         JsonError: where the text is not JSON, when the iteration gets there.
     """
+    return _Scanner(_decoded(data)).events()
+
+
+def json5_events(data: bytes) -> Iterator[Event]:
+    """Yield the events a YAML parser would yield for the JSON5 document ``data``, of any depth.
+
+    Raises:
+        JsonError: where the text is not JSON5, when the iteration gets there.
+    """
+    return _Json5Scanner(_decoded(data)).events()
+
+
+def _decoded(data: bytes) -> str:
     try:
         text = data.decode(json.detect_encoding(data))
     except UnicodeDecodeError as error:
         raise JsonError(f"its bytes are not {error.encoding}", 1, 1) from None
-    return _Scanner(text.removeprefix("\ufeff")).events()
+    return text.removeprefix("\ufeff")
 
 
 class _Scanner:
     """One pass over a text; ``opened`` holds the brackets that are not yet closed."""
+
+    quotes = '"'
+    word = _WORD
+    values = "text in double quotes, number, true, false, null, list or map"
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -96,11 +113,11 @@ class _Scanner:
             if first == "{":
                 return MappingStartEvent(None, None, True, mark, mark), "first key"
             return SequenceStartEvent(None, None, True, mark, mark), "first item"
-        if first == '"':
+        if first and first in self.quotes:
             return self.string(), "next"
-        word = _WORD.match(self.text, self.at)
+        word = self.word.match(self.text, self.at)
         if word is None:
-            raise self.error("a value is expected here: text in double quotes, number, true, false, null, list or map")
+            raise self.error(f"a value is expected here: {self.values}")
         self.at = word.end()
         return ScalarEvent(None, None, (True, False), word[0], mark, mark), "next"
 
@@ -165,3 +182,89 @@ class _Scanner:
     def error(self, message: str) -> JsonError:
         """Make an error for the place reached."""
         return JsonError(message, *self.lines.position(self.at))
+
+
+_IGNORED: Final = re.compile(r"(?:[\s\ufeff]++|//[^\n\r\u2028\u2029]*+|/\*(?:[^*]|\*(?!/))*+\*/)*+")
+_NUMBER: Final = r"[-+]?(?:0[xX][0-9a-fA-F]++|(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][-+]?[0-9]++)?|Infinity|NaN)"
+_WORD5: Final = re.compile(rf"(?:{_NUMBER}|true|false|null)(?![\w.$+-])")
+_IDENTIFIER: Final = re.compile(r"[^\W\d][\w$]*+|\$[\w$]*+")
+_PLAIN: Final = re.compile(r"""[^"'\\\n\r]++""")
+_ESCAPE: Final = re.compile(r"\\(?:x([0-9a-fA-F]{2})|u([0-9a-fA-F]{4})|(\r\n|[^xu1-9]))", re.DOTALL)
+_ESCAPED: Final = {
+    "b": "\b",
+    "f": "\f",
+    "n": "\n",
+    "r": "\r",
+    "t": "\t",
+    "v": "\v",
+    "0": "\0",
+    **dict.fromkeys(("\n", "\r", "\r\n", "\u2028", "\u2029"), ""),  # the text goes on in the next line
+}
+
+
+class _Json5Scanner(_Scanner):
+    """One pass over JSON5 (spec.json5.org): comments, names without quotes, single quotes, a comma at the end."""
+
+    quotes = "\"'"
+    word = _WORD5
+    values = "text in quotes, number, true, false, null, list or map"
+
+    def key(self) -> Event:
+        """Read a key, in quotes or a name, and its colon."""
+        found = _IDENTIFIER.match(self.text, self.at)
+        if found is None and (not self.peek() or self.peek() not in self.quotes):
+            raise self.error("a key is expected here: a name, or text in quotes")
+        key = self.string() if found is None else self.name(found[0])
+        self.blank()
+        if self.peek() != ":":
+            raise self.error("a colon is expected between key and value")
+        self.at += 1
+        return key
+
+    def name(self, text: str) -> Event:
+        """Read a key without quotes."""
+        mark = self.mark()
+        self.at += len(text)
+        return ScalarEvent(None, None, (False, True), text, mark, mark, style='"')
+
+    def after_value(self) -> tuple[Event | None, _Awaited]:
+        """Go over a comma, which may be the last thing in a list or map, or end the list or map."""
+        event, awaited = super().after_value()
+        return event, f"first {'key' if awaited == 'key' else 'item'}" if event is None else awaited
+
+    def string(self) -> Event:
+        """Read a text in quotes of either kind."""
+        mark, quote = self.mark(), self.peek()
+        self.at += 1
+        parts: list[str] = []
+        while (char := self.peek()) != quote:
+            plain, escape = _PLAIN.match(self.text, self.at), _ESCAPE.match(self.text, self.at)
+            if plain is not None:
+                parts.append(plain[0])
+                self.at = plain.end()
+            elif escape is not None:
+                code = escape[1] or escape[2]
+                parts.append(chr(int(code, 16)) if code else _ESCAPED.get(escape[3], escape[3]))
+                self.at = escape.end()
+            elif char and char in self.quotes:
+                parts.append(char)
+                self.at += 1
+            elif char == "\\":
+                raise self.error("an escape of JSON5 is expected after the backslash")
+            else:
+                self.at = mark.index
+                raise self.error("the text that begins here does not end on its line")
+        self.at += 1
+        try:
+            text = "".join(parts).encode("utf-16-le", "surrogatepass").decode("utf-16-le")
+        except UnicodeDecodeError:
+            self.at = mark.index
+            raise self.error("half a surrogate pair is no character") from None
+        return ScalarEvent(None, None, (False, True), text, mark, mark, style='"')
+
+    def blank(self) -> None:
+        """Go over blanks and comments."""
+        found = _IGNORED.match(self.text, self.at)
+        self.at = found.end() if found else self.at
+        if self.text.startswith("/*", self.at):
+            raise self.error("the comment that begins here does not end")

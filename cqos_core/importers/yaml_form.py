@@ -13,6 +13,7 @@ from cqos_core.importers.forms import (
     SETTING,
     TEXT,
     TEXTS,
+    Expression,
     Form,
     Key,
     ListOf,
@@ -144,7 +145,17 @@ FROM: Final = Key(
     "from", ROUTE_SIDE, "What the bridge subscribes to, with the settings of its subscription.", required=True
 )
 TO: Final = Key("to", ROUTE_SIDE, "What it publishes that as, with the settings of its publication.", required=True)
-ROUTE: Final = Form("route", "a route", (FROM, TO))
+ONLY: Final[Key[list[str]]] = Key(
+    "only",
+    ListOf(Expression(), "a list of regular expressions"),
+    "Of the topics that the `*` of `from` matches, those are carried whose whole name one of these regular expressions matches.",
+)
+BUT: Final[Key[list[str]]] = Key(
+    "but",
+    ListOf(Expression(), "a list of regular expressions"),
+    "Those that are not carried, by regular expressions too.",
+)
+ROUTE: Final = Form("route", "a route", (FROM, TO, ONLY, BUT))
 ROUTES: Final = Key("routes", ListOf(ROUTE, "a list of routes"), "What is carried from where to where.", required=True)
 CARRIES: Final[Key[list[str]]] = Key(
     "carries",

@@ -16,6 +16,7 @@ from cqos_core.importers.yaml_form import (
     ALL_OBSERVED,
     BRIDGES,
     BROKERS,
+    BUT,
     CALLS,
     CARRIES,
     CHECKS,
@@ -28,6 +29,7 @@ from cqos_core.importers.yaml_form import (
     LABEL,
     NEEDS,
     OBSERVED,
+    ONLY,
     OPTIONS,
     PARTICIPANT_ID,
     PARTICIPANT_OPTIONS,
@@ -418,7 +420,8 @@ class _Builder:
 
 def _route(route: Entry) -> Route:
     source, target = route.require(FROM), route.require(TO)
-    return Route(_side(source, SUBSCRIBER), _side(target, PUBLISHER), route.place)
+    only, but = route.get(ONLY) or [], route.get(BUT) or []
+    return Route(_side(source, SUBSCRIBER), _side(target, PUBLISHER), route.place, tuple(only), tuple(but))
 
 
 def _side(stated: Entry, role: Role) -> Endpoint:

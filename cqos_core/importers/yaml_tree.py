@@ -21,7 +21,7 @@ from yaml.events import (
     StreamEndEvent,
 )
 
-from cqos_core.importers.json_events import JsonError, json_events
+from cqos_core.importers.json_events import JsonError, json5_events, json_events
 from cqos_core.importers.reading import shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null, kind_of
 from cqos_core.importers.yaml_errors import explain
@@ -108,6 +108,20 @@ def _read_json(reading: Reading, yaml_error: yaml.YAMLError, told: list[Problem]
         else:
             reading.problems += told
             explain(reading, yaml_error)
+        return Tree()
+    return composer.tree
+
+
+def read_json5(reading: Reading) -> Tree:
+    """Read the source as JSON5. What is wrong is in ``reading.problems``; the tree is empty then."""
+    composer = _Composer(reading)
+    try:
+        composer.compose(json5_events(reading.source.data).__next__)
+    except _RefusedError:
+        return Tree()
+    except JsonError as error:
+        where = Place(reading.source.name, error.line, error.column)
+        reading.problem("CQ001", f"this is not JSON5: {error}", where)
         return Tree()
     return composer.tree
 

@@ -52,6 +52,7 @@ _CONFIGURED = (
     ("gz_bridge", "Topics for ros_gz_bridge", _YAML, "gz_bridge"),
     ("ros1_bridge", "Parameters of the parameter bridge of ros1_bridge", _YAML, "ros1_bridge"),
     ("domain_bridge", "Configurations of domain_bridge", _YAML, "domain_bridge"),
+    ("zenoh_bridge", "Configurations of zenoh-bridge-ros2dds", (".json5", ".json", *_YAML), "zenoh_bridge"),
     ("ros2_model", "Component models of RosTooling", (".ros2",), "ros2_model"),
     ("fastdds", "XML profiles of Fast DDS, laid over nodes of ROS 2", (".xml",), "fastdds_xml"),
 )

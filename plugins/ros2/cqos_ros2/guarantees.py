@@ -37,9 +37,10 @@ OFFLINE: Final = requested(WORDS["offline"].need)
 MAX_AGE: Final = WORDS["max_age"]
 MAX_GAP: Final = requested(WORDS["max_gap"].need)
 
-OVER_ZENOH: Final = publisher(RMW) == "zenoh"
+BETWEEN_BRIDGES: Final = publisher(RMW) == "zenoh_bridge"
+OVER_ZENOH: Final = (publisher(RMW) == "zenoh") | BETWEEN_BRIDGES
 FROM_MICRO_ROS: Final = publisher(RMW) == "micro_ros"
-RELAY: Final = ("zenoh", "micro_ros")
+RELAY: Final = ("zenoh", "zenoh_bridge", "micro_ros")
 STRAIGHT: Final = ~in_(publisher(RMW), *RELAY) & ~in_(subscriber(RMW), *RELAY)
 
 RELIABLE: Final = (offered(RELIABILITY) == "reliable") & (requested(RELIABILITY) == "reliable")
@@ -48,13 +49,17 @@ KEPT: Final = (offered(DURABILITY) == "transient_local") & (requested(DURABILITY
 # Zenoh keeps `depth` samples for late subscriptions whatever the history is.
 KEEPS_ALL: Final = (offered(HISTORY) == "keep_all") & ~OVER_ZENOH
 WAITS: Final = (offered(RELIABILITY) == "reliable") & (offered(HISTORY) == "keep_all")
-NEVER_DROPPED: Final = ~OVER_ZENOH | WAITS | (RELIABLE & KEPT)
+NEVER_DROPPED: Final = (
+    ~OVER_ZENOH
+    | (BETWEEN_BRIDGES & (offered(RELIABILITY) == "reliable"))
+    | (~BETWEEN_BRIDGES & (WAITS | (RELIABLE & KEPT)))
+)
 RESENT_IN: Final = ceil(RESEND_ROUND_TRIPS * ROUND_TRIP, topic(PERIOD)) + DEPTH_MARGIN
 
 RMW_ZENOH: Final = "rmw_zenoh, docs/design.md and rmw_publisher_data.cpp"
 DROPPED: Final = (
-    "where a link is congested Zenoh drops samples, except those of reliable publishers with keep_all, and those that "
-    "reliable transient_local ends ask for again"
+    "where a link is congested Zenoh drops samples, except those of reliable publishers with keep_all, those that "
+    "reliable transient_local ends ask for again, and between bridges those of reliable routes"
 )
 IN_PUBLISHER: Final = "ROS 2 keeps samples in the publisher's process, and they are gone with it"
 THROUGH_RELAY: Final = "what goes through the micro-ROS agent or a Zenoh router just then may be lost with it"

@@ -13,6 +13,7 @@ from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.pack import NameProblem, Naming
+from cqos_core.policy import normalise
 from cqos_ros2.interfaces import WIRE
 
 if TYPE_CHECKING:
@@ -32,6 +33,9 @@ LONGEST: Final = 247
 HIDDEN: Final = "*/_*"
 REPEATED_UNDERSCORE: Final = "*__*"
 
+KEY: Final = "zenoh:"
+"""What the key expressions begin with on which bridges of Zenoh meet, so that no topic is taken for one."""
+
 FREE_TEXT: Final = frozenset({"bpmn"})
 """Dialects whose names are written for people."""
 
@@ -41,11 +45,14 @@ def resolve(written: str, context: NameContext) -> Naming:
     text = written.strip()
     if not text:
         return Naming(None, written)
+    wire = WIRE.get(context.kind)
+    if normalise(context.settings.get("rmw", "")) == "zenoh_bridge":
+        key, shown = text, text.removeprefix(f"{KEY}/")
+        return Naming(key, shown) if wire is None else Naming(wire.key.format(key), wire.shown.format(shown))
     node = _Node(context)
     expanded = node.full_name(text)
     full = next((node.full_name(to) for it, to in context.remap.items() if node.full_name(it) == expanded), expanded)
     own_words = text if full == expanded and node.rewrites(text) else None
-    wire = WIRE.get(context.kind)
     if wire is None:
         return Naming(full, own_words or full, _problems(full, own_words))
     return Naming(

@@ -46,23 +46,35 @@ def duration() -> Duration:
 
 
 # What a bridge does that copies a policy (domain_bridge): it waits for the publishers that it relays, asks them for as
-# much as all of them offer, and offers the same on its other side, which nobody here can see.
+# much as all of them offer, and offers the same on its other side.
 FROM_PUBLISHERS: Final = "from_publishers"
-RELAYED: Final = Anything("the bridge takes it from the publishers on its other side")
+# The same with the subscriptions that it serves, or with whoever is there first (the bridges of Zenoh): it then copies one
+# of them, and that remains.
+FROM_SUBSCRIBERS: Final = "from_subscribers"
+FROM_FIRST: Final = "from_first"
 
 
-def relayed(alone: str, peers: str) -> PerRole:
+def relayed(alone: str, peers: str) -> FromPeers:
     """What `FROM_PUBLISHERS` means; ``alone`` is what it would be without any publisher."""
-    return PerRole(publisher=RELAYED, subscriber=FromPeers(alone, peers, waits=True))
+    return FromPeers(alone, peers, waits=True, side="publishers")
 
 
-# How middlewares that are no DDS treat a policy; DDS enforces everything.
+def copied(alone: str) -> dict[str, FromPeers]:
+    """What the words of bridges mean that copy one endpoint; ``alone`` is what it would be without any."""
+    return {
+        FROM_SUBSCRIBERS: FromPeers(alone, "any", waits=True, side="subscribers"),
+        FROM_FIRST: FromPeers(alone, "any", waits=True, side="first"),
+    }
+
+
+# How middlewares that are no DDS treat a policy; DDS enforces everything. Bridges of Zenoh hand on reliability, durability
+# and history, and refuse nothing (zenoh-plugin-ros2dds, liveliness_mgt.rs).
 # Zenoh: "any publisher can match any subscription"; reliability and durability work, the rest is not
 # implemented (rmw_zenoh, docs/design.md, "Quality of Service"). micro-ROS: XRCE carries durability,
 # reliability, history and depth only.
-NEVER_STOPS_A_MATCH: Final = {"rmw": {"zenoh": "unmatched"}}
-ONLY_IN_DDS: Final = {"rmw": {"zenoh": "no", "micro_ros": "no"}}
-NOT_IN_ZENOH: Final = {"rmw": {"zenoh": "no"}}
+NEVER_STOPS_A_MATCH: Final = {"rmw": {"zenoh": "unmatched", "zenoh_bridge": "unmatched"}}
+NOT_IN_ZENOH: Final = {"rmw": {"zenoh": "no", "zenoh_bridge": "no"}}
+ONLY_IN_DDS: Final = {"rmw": {**NOT_IN_ZENOH["rmw"], "micro_ros": "no"}}
 
 
 # What an endpoint sets ------------------------------------------------------------------------------------
@@ -74,7 +86,7 @@ HISTORY: Final = Policy(
     "How many samples are kept: the last `depth` ones, or all that resources allow.",
     "DDS 1.4, 2.2.3.18",
     aliases=("history_policy",),
-    words={"system_default": "keep_last", "unknown": REPORTED_UNKNOWN},
+    words={"system_default": "keep_last", **copied("keep_last"), "unknown": REPORTED_UNKNOWN},
 )
 DEPTH: Final = Policy(
     "depth",
@@ -83,7 +95,7 @@ DEPTH: Final = Policy(
     "How many samples keep_last keeps; 0 leaves it to the middleware.",
     "DDS 1.4, 2.2.3.18",
     aliases=("history_depth", "queue_size"),
-    words={"system_default": by_option("rmw", zenoh="42", otherwise="1"), "unknown": REPORTED_UNKNOWN},
+    words={"system_default": by_option("rmw", zenoh="42", otherwise="1"), **copied("10"), "unknown": REPORTED_UNKNOWN},
     zero="system_default",
 )
 RELIABILITY: Final = Policy(
@@ -106,6 +118,7 @@ RELIABILITY: Final = Policy(
             publisher="reliable", subscriber=FromPeers(alone="reliable", peers="strongest_if_all")
         ),
         FROM_PUBLISHERS: relayed("reliable", "strongest_if_all"),
+        **copied("reliable"),
         "unknown": REPORTED_UNKNOWN,
     },
     enforced=NEVER_STOPS_A_MATCH,
@@ -131,6 +144,7 @@ DURABILITY: Final = Policy(
             subscriber=FromPeers(alone="transient_local", peers="strongest_if_all"),
         ),
         FROM_PUBLISHERS: relayed("transient_local", "strongest_if_all"),
+        **copied("volatile"),
         "unknown": REPORTED_UNKNOWN,
     },
     enforced=NEVER_STOPS_A_MATCH,
@@ -147,7 +161,12 @@ DEADLINE: Final = Policy(
     "The longest time between two samples that a publisher promises or a subscription puts up with.",
     "DDS 1.4, 2.2.3.7",
     aliases=("deadline_duration",),
-    words={**UNSPECIFIED, "best_available": PERIOD_OF_PEERS, FROM_PUBLISHERS: relayed("infinite", "largest")},
+    words={
+        **UNSPECIFIED,
+        "best_available": PERIOD_OF_PEERS,
+        FROM_PUBLISHERS: relayed("infinite", "largest"),
+        **copied("infinite"),
+    },
     zero="unspecified",
     enforced=ONLY_IN_DDS,
     promise=True,
@@ -159,7 +178,7 @@ LIFESPAN: Final = Policy(
     "How old a sample may be when it is delivered; older ones are dropped.",
     "DDS 1.4, 2.2.3.16",
     aliases=("lifespan_duration",),
-    words={**UNSPECIFIED, FROM_PUBLISHERS: PerRole(publisher=RELAYED, subscriber="infinite")},
+    words={**UNSPECIFIED, FROM_PUBLISHERS: PerRole(publisher=relayed("infinite", "largest"), subscriber="infinite")},
     zero="unspecified",
     enforced=NOT_IN_ZENOH,
 )
@@ -177,6 +196,7 @@ LIVELINESS: Final = Policy(
             publisher=FromPeers(alone="automatic", peers="strongest_if_any"),
             subscriber=FromPeers(alone="manual_by_topic", peers="strongest_if_all"),
         ),
+        **copied("automatic"),
         "unknown": REPORTED_UNKNOWN,
     },
     enforced=ONLY_IN_DDS,
@@ -189,7 +209,7 @@ LEASE: Final = Policy(
     "After how long without a sign of life a publisher counts as lost.",
     "DDS 1.4, 2.2.3.11",
     aliases=("lease_duration", "leaseDuration", "lease", "liveliness_lease", "livelinessLeaseDuration"),
-    words={**UNSPECIFIED, "best_available": PERIOD_OF_PEERS},
+    words={**UNSPECIFIED, "best_available": PERIOD_OF_PEERS, **copied("infinite")},
     zero="unspecified",
     enforced=ONLY_IN_DDS,
 )
@@ -268,6 +288,7 @@ RMW: Final = Policy(
         "connext",
         "zenoh",
         "micro_ros",
+        "zenoh_bridge",
         ordered=False,
         synonyms={
             "cyclone": "cyclonedds",
@@ -290,7 +311,7 @@ RMW: Final = Policy(
         },
     ),
     None,
-    "The middleware under ROS 2.",
+    "The middleware under ROS 2; `zenoh_bridge` is what bridges between DDS and Zenoh speak with each other.",
     level="option",
     aliases=("RMW_IMPLEMENTATION", "middleware"),
     assume=("cyclonedds", "fastdds", "connext"),
@@ -318,6 +339,20 @@ DOMAIN: Final = Policy(
     "The ROS domain; nodes of different domains never meet.",
     level="option",
     aliases=("domain_id", "ROS_DOMAIN_ID"),
+)
+NETWORK: Final = Policy(
+    "network",
+    Text(),
+    None,
+    "The network, or the one machine, that discovery does not leave; nodes of different ones never meet.",
+    level="option",
+)
+BRIDGE: Final = Policy(
+    "bridge",
+    Text(),
+    None,
+    "The bridge whose side this is: what a bridge publishes it does not take back.",
+    level="option",
 )
 NAMESPACE: Final = Policy(
     "namespace",
@@ -375,6 +410,8 @@ POLICIES: Final = (
     DISTRO,
     COMPARISON,
     DOMAIN,
+    NETWORK,
+    BRIDGE,
     NAMESPACE,
     ROUND_TRIP,
     RESEND_ROUND_TRIPS,

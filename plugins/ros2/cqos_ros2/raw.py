@@ -11,17 +11,18 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.expression import offered, publisher, requested, subscriber
-from cqos_core.policy import ENDPOINT, Duration, PerRole, by_option, flow
+from cqos_core.policy import ENDPOINT, Anything, Duration, PerRole, by_option, flow
 from cqos_core.rule import requires
 from cqos_ros2.policies import (
     DEADLINE,
     DURABILITY,
+    FROM_FIRST,
     FROM_PUBLISHERS,
+    FROM_SUBSCRIBERS,
     LEASE,
     LIVELINESS,
     MANUAL_BY_NODE,
     POLICIES,
-    RELAYED,
     RELIABILITY,
     REPORTED_UNKNOWN,
     RMW,
@@ -31,16 +32,21 @@ from cqos_ros2.rules import NAMES, REQUEST_OFFER
 
 if TYPE_CHECKING:
     from cqos_core.expression import Sentence
-    from cqos_core.policy import Anything, ByOption, Meaning, Plain, Policy
+    from cqos_core.policy import ByOption, Meaning, Plain, Policy
 
 _FIELD: Final = 64
 _SECOND: Final = 1_000_000_000
+COPIED: Final[dict[str, Anything]] = {
+    FROM_PUBLISHERS: Anything("the bridge takes it from the publishers on its other side"),
+    FROM_SUBSCRIBERS: Anything("the bridge takes it from the subscriptions that it serves"),
+    FROM_FIRST: Anything("the bridge takes it from whoever is there first"),
+}
 _WORDS: Final[dict[str, Meaning]] = {
     "unspecified": "{sec: 0, nsec: 0}",
     "default": "{sec: 0, nsec: 0}",
     "system_default": "{sec: 0, nsec: 0}",
     "best_available": "{sec: 9223372036, nsec: 854775806}",
-    FROM_PUBLISHERS: RELAYED,
+    **COPIED,
 }
 
 
@@ -83,7 +89,7 @@ def _raw_kind(policy: Policy, weak: str, strong: str, *unmentioned: str) -> Poli
     words = {word: _fits_everything(weak, strong) for word in ("best_available", *unmentioned)}
     words |= {word: _undetermined(REPORTED_UNKNOWN, weak, strong) for word in ("system_default", "unknown")}
     # A bridge that has not asked its publishers yet: no profile of rmw has such a value.
-    words |= {word: _undetermined(RELAYED, weak, strong) for word in policy.words.keys() & {FROM_PUBLISHERS}}
+    words |= {word: _undetermined(meaning, weak, strong) for word, meaning in COPIED.items() if word in policy.words}
     return replace(policy, words=words, enforced={})
 
 
@@ -112,13 +118,14 @@ def _raw_durations_fit(policy: Policy) -> Sentence:
     return (requested(policy) == 0) | ((offered(policy) != 0) & (offered(policy) <= requested(policy)))
 
 
+BETWEEN_BRIDGES: Final = (publisher(RMW) == "zenoh_bridge") & (subscriber(RMW) == "zenoh_bridge")
 ON_ZENOH: Final = (publisher(RMW) == "zenoh") & (subscriber(RMW) == "zenoh")
 DURATIONS: Final = {"ROS103": _raw_durations_fit(DEADLINE), "ROS105": _raw_durations_fit(LEASE)}
 RAW_RULES: Final = (
     *(
         replace(
             rule,
-            sentence=ON_ZENOH | DURATIONS.get(rule.code, rule.sentence),
+            sentence=ON_ZENOH | BETWEEN_BRIDGES | DURATIONS.get(rule.code, rule.sentence),
             clause="rmw_dds_common, qos_profile_check_compatible",
         )
         for rule in REQUEST_OFFER

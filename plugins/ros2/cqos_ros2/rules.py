@@ -14,6 +14,7 @@ from typing import Final
 from cqos_core.expression import (
     all_equal,
     ceil,
+    in_,
     matches,
     offered,
     publisher,
@@ -29,6 +30,7 @@ from cqos_ros2.names import HIDDEN, ILLEGAL, REPEATED_UNDERSCORE
 from cqos_ros2.policies import (
     ACCUMULATED,
     AVOID_CONVENTIONS,
+    BRIDGE,
     DEADLINE,
     DEPTH,
     DEPTH_MARGIN,
@@ -42,6 +44,7 @@ from cqos_ros2.policies import (
     LEASE,
     LIFESPAN,
     LIVELINESS,
+    NETWORK,
     PERIOD,
     RAW_SETTINGS,
     RELIABILITY,
@@ -303,7 +306,7 @@ ENDPOINTS: Final = (
         fixes=("lifespan",),
     ),
     forbids(
-        DURABLE & (RELIABILITY == "best_effort") & (RMW != "zenoh"),
+        DURABLE & (RELIABILITY == "best_effort") & ~in_(RMW, "zenoh", "zenoh_bridge"),
         code="ROS312",
         name="durable-best-effort",
         says="{endpoint} with durability {durability} and reliability {reliability}: stored samples are never replayed",
@@ -445,11 +448,13 @@ NAMES: Final = (
     ),
     meets(
         ((publisher(RMW) == "zenoh") & (subscriber(RMW) == "zenoh"))
-        | ((publisher(RMW) != "zenoh") & (subscriber(RMW) != "zenoh")),
+        | ((publisher(RMW) == "zenoh_bridge") & (subscriber(RMW) == "zenoh_bridge"))
+        | ~(in_(publisher(RMW), "zenoh", "zenoh_bridge") | in_(subscriber(RMW), "zenoh", "zenoh_bridge")),
         code="ROS402",
         name="transport-split",
-        because="Zenoh and DDS do not speak with each other; micro-ROS meets DDS through its agent",
-        clause="rmw_zenoh, docs/design.md",
+        because="Zenoh and DDS do not speak with each other, nor do nodes on Zenoh and bridges to it, which name their "
+        "keys differently; micro-ROS meets DDS through its agent",
+        clause="rmw_zenoh, docs/design.md; zenoh-plugin-ros2dds, ros2_utils.rs",
     ),
     meets(
         offered(TYPE) == requested(TYPE),
@@ -474,6 +479,20 @@ NAMES: Final = (
         because="ROS 2 refuses the name: it has letters, digits, `_` and `/` only, and no part starts with a digit",
         clause="rmw, rmw_validate_full_topic_name",
         severity="error",
+    ),
+    meets(
+        publisher(NETWORK) == subscriber(NETWORK),
+        code="ROS409",
+        name="network-split",
+        because="discovery does not leave the network, or the machine, that it is confined to",
+        clause="ROS 2, Improved Dynamic Discovery",
+    ),
+    meets(
+        publisher(BRIDGE) != subscriber(BRIDGE),
+        code="ROS410",
+        name="own-bridge",
+        because="a bridge does not take back what it publishes itself",
+        clause="zenoh-plugin-ros2dds, qos_helpers.rs",
     ),
     forbids(
         (INTERFACE == "topic") & (TYPE != topic(TOPIC_TYPE)),

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def topic(key: str, values: Mapping[str, str]) -> str | None:
     """``/scan`` is ``rt/scan`` on the wire; services and actions have their prefix already."""
-    if values.get("rmw") == "zenoh":
+    if values.get("rmw") in {"zenoh", "zenoh_bridge"}:
         return None
     if not key.startswith("/") or values.get("avoid_ros_namespace_conventions") == "true":
         return key

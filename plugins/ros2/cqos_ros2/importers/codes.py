@@ -175,6 +175,13 @@ CONFIGURED: Final = (
         "What it does instead is in the message.",
     ),
     CodeInfo(
+        "ROS952",
+        "bridge-thins-out",
+        "note",
+        "A bridge carries fewer samples of some topics than are published.",
+        "What it leaves out is not judged.",
+    ),
+    CodeInfo(
         "ROS955",
         "model-part-not-read",
         "warning",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from cqos_core.importers.forms import described
 from cqos_core.importers.reading import Reading, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flag, flow_text, is_null, whole_number
-from cqos_core.importers.yaml_tree import read_tree
+from cqos_core.importers.yaml_tree import read_json5, read_tree
 from cqos_core.problems import InputError
 from cqos_core.system import Endpoint, Participant, Place, ProfileRef, Setting, System
 from cqos_ros2.importers.codes import note
@@ -38,13 +38,14 @@ class Configuration(Reading):
 
     # The document
 
-    def document(self, *, keep_repeated: bool = False) -> Node:
+    def document(self, *, keep_repeated: bool = False, json5: bool = False) -> Node:
         """Return the root of the one document in the file; see `read_tree` for ``keep_repeated``.
 
         Raises:
-            InputError: the file is no YAML, or is empty.
+            InputError: the file is no YAML, or no JSON5 where it has to be that, or is empty.
         """
-        documents = read_tree(self, keep_repeated=keep_repeated).documents
+        tree = read_json5(self) if json5 else read_tree(self, keep_repeated=keep_repeated)
+        documents = tree.documents
         if not documents and not self.problems:
             self.problem("CQ001", "there is nothing in this file", Place(self.source.name, 1, 1))
         for more in documents[1:]:

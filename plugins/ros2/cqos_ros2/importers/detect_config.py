@@ -10,6 +10,10 @@ from cqos_core.importers.detect import claims_yaml
 
 _WIDE: Final = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 _YAML_SUFFIXES: Final = frozenset((".yaml", ".yml", ".json", ""))
+_ZENOH_SUFFIXES: Final = _YAML_SUFFIXES | {".json5"}
+_BESIDE_COMMENTS: Final = re.compile(
+    r"""("(?:[^"\\\n]|\\.)*+"|'(?:[^'\\\n]|\\.)*+')|//[^\n]*+|/\*(?:[^*]|\*(?!/))*+\*/"""
+)
 _FIRST: Final = re.compile(r"(?:\s++|#[^\n]*+|%[^\n]*+|---(?=\s))*+(\S)")
 
 
@@ -19,6 +23,7 @@ def _key(names: str, before: str = r"[^#\n]*\b") -> re.Pattern[str]:
 
 
 _TOP: Final = r"[ \t{]*"
+_ZENOH_KEYS: Final = tuple(_key(name, r"""(?:[^#\n]*?[{,\s])?""") for name in ("plugins", "ros2dds"))
 _PARAMETERS: Final = _key("ros__parameters")
 _OVERRIDES: Final = re.compile(r"^[^#\n]*\bqos_overrides\b", re.MULTILINE)
 _VISUALIZATION: Final = _key("Visualization Manager", "")
@@ -73,6 +78,15 @@ def _is_domain_bridge(text: str) -> bool:
     return _BRIDGED.search(text) is not None and _DOMAINS.search(text) is not None
 
 
+def claims_zenoh_bridge(name: str, head: bytes) -> bool:
+    """Say whether this configures the Zenoh bridge for ROS 2 over DDS, by itself or as a plug-in of a router."""
+    suffix = PurePath(name).suffix.lower()
+    if (not name.startswith("<") and suffix not in _ZENOH_SUFFIXES) or claims_yaml(name, head):
+        return False
+    text = _BESIDE_COMMENTS.sub(r"\1", _text(head))
+    return all(key.search(text) for key in _ZENOH_KEYS)
+
+
 def claims_ros2_model(name: str, head: bytes) -> bool:  # noqa: ARG001 - the signature of all claims
     """Say whether this is a component model of RosTooling."""
     return name.lower().endswith(".ros2")
@@ -93,4 +107,8 @@ def _yaml(name: str, head: bytes) -> str:
         return ""
     if claims_yaml(name, head):
         return ""
+    return _text(head)
+
+
+def _text(head: bytes) -> str:
     return head.decode(_WIDE.get(head[:2], "utf-8"), "ignore").lstrip("\ufeff")

@@ -1,0 +1,214 @@
+"""Routes of bridges as endpoints: one that receives and one that sends for every topic that is carried.
+
+Which topics a pattern carries follows from who is there: what somebody publishes before it. Where another bridge stands before
+it, that is what this one publishes, so patterns are followed again until nothing new is carried.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.pairing import apart
+from cqos_core.pattern import pattern
+from cqos_core.resolve import resolve
+from cqos_core.system import PUBLISHER, SUBSCRIBER
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from cqos_core.pack import RulePack
+    from cqos_core.resolved import Resolved
+    from cqos_core.system import Bridge, Endpoint, Role, Route, System
+
+MESSAGE: Final = "message"
+_WITHIN: Final = "/c_qos_within"
+"""The topic of endpoints by which the sides of bridges are compared with others."""
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """One topic carried over a bridge, by the ids of the endpoints it arrives at and is published by."""
+
+    bridge: Bridge
+    source: str
+    target: str
+
+
+def expanded(
+    system: System, find_pack: Callable[[str], RulePack | None], default: str | None
+) -> tuple[System, list[Link]]:
+    """Return a system with the endpoints of its bridges, and what links them; without bridges the system itself.
+
+    Raises:
+        PatternError: a route names topics by an expression that cannot be read.
+    """
+    if not system.bridges:
+        return system, []
+    growing = _Growing(replace(system, endpoints=list(system.endpoints)))
+    patterns: list[tuple[Bridge, Route]] = []
+    for bridge in system.bridges.values():
+        for route in bridge.routes:
+            if not {route.source.participant, route.target.participant} <= system.participants.keys():
+                continue
+            if "*" in (route.source.topic or ""):
+                patterns.append((bridge, route))
+            else:
+                topic = route.source.topic or ""
+                growing.add(bridge, route, topic, route.target.topic or topic)
+    for _ in range(len(patterns) + 1 if patterns else 0):
+        around = _Around(growing, patterns, find_pack, default)
+        carried = [(bridge, route, *names) for bridge, route in patterns for names in around.carried(bridge, route)]
+        if not any([growing.add(*each) for each in carried]):  # noqa: C419 - each of them is added
+            break
+    return growing.whole, growing.links
+
+
+@dataclass(slots=True)
+class _Growing:
+    """A system to which endpoints of bridges are added; ``own`` has the bridge of each."""
+
+    whole: System
+    links: list[Link] = field(default_factory=list)
+    own: dict[str, str] = field(default_factory=dict)
+    taken: set[str] = field(init=False)
+    done: set[tuple[int, str, str]] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        self.taken = {endpoint.id for endpoint in self.whole.endpoints}
+
+    def add(self, bridge: Bridge, route: Route, topic: str, other: str) -> bool:
+        """Add the endpoints of one topic, once; return whether they are new."""
+        question = (id(route), topic, other)
+        if question in self.done:
+            return False
+        self.done.add(question)
+        ends = [self._end(bridge, side, name) for side, name in ((route.source, topic), (route.target, other))]
+        if route.source.kind == MESSAGE:  # a call goes both ways, so that nothing is needed before it or behind it
+            self.links.append(Link(bridge, *ends))
+        return True
+
+    def _end(self, bridge: Bridge, side: Endpoint, topic: str) -> str:
+        does = side.role if side.kind == MESSAGE else side.kind
+        patterned = "*" in (side.topic or "")
+        wanted = f"{side.id}/{topic}" if side.id and patterned else side.id or f"{bridge.id}/{does}/{topic}"
+        identifier, number = wanted, 2
+        while identifier in self.taken:
+            identifier, number = f"{wanted}#{number}", number + 1
+        self.taken.add(identifier)
+        self.own[identifier] = bridge.id
+        template = f"{bridge.id}/{does}/{side.topic}" if patterned else None
+        self.whole.endpoints.append(replace(side, id=identifier, topic=topic, template=template))
+        return identifier
+
+
+class _Around:
+    """Who is there at one moment, and who of them the sides of bridges can meet."""
+
+    def __init__(
+        self,
+        growing: _Growing,
+        patterns: Sequence[tuple[Bridge, Route]],
+        find_pack: Callable[[str], RulePack | None],
+        default: str | None,
+    ) -> None:
+        """Resolve everything; interfaces that are more than a topic also as one, for the sake of their names."""
+        self.own = growing.own
+        within = {
+            (bridge.id, side.participant, role): replace(
+                side, id=f"{_WITHIN}/{number}/{role}", role=role, topic=_WITHIN, kind=MESSAGE, profiles=(), settings={}
+            )
+            for number, (bridge, side) in enumerate(
+                (bridge, side) for bridge, route in patterns for side in (route.source, route.target)
+            )
+            for role in (PUBLISHER, SUBSCRIBER)
+        }
+        stated = {endpoint.id: endpoint for endpoint in growing.whole.endpoints}
+        named = [
+            replace(each, id=f"{_WITHIN}/{each.id}", kind=MESSAGE, type=None)
+            for each in growing.whole.endpoints
+            if each.kind != MESSAGE
+        ]
+        whole = replace(growing.whole, endpoints=[*growing.whole.endpoints, *named, *within.values()])
+        resolved = resolve(whole, find_pack, default).endpoints
+        by_id = {each.stated_id: each for each in resolved}
+        self.within = {key: by_id[each.id] for key, each in within.items() if each.id in by_id}
+        self.endpoints: list[tuple[str, Resolved]] = []
+        for each in resolved:
+            of = stated.get(each.stated_id.removeprefix(f"{_WITHIN}/"))
+            # Of a service or an action only the one that stands for the whole.
+            if of is not None and (of.kind == MESSAGE or each.stated_id != of.id):
+                self.endpoints.append((of.kind, each))
+
+    def carried(self, bridge: Bridge, route: Route) -> Iterator[tuple[str, str]]:
+        """Yield the topics that a route with a pattern carries, each with the name it has on the other side.
+
+        That is what is published before it, or served behind it. Where those may be somebody who is in no file, it is also
+        what is subscribed behind it, or called before it, and nobody there publishes or serves.
+        """
+        pattern = route.source.topic or ""
+        other = route.target.topic or pattern
+        if route.source.kind == MESSAGE:
+            there = (route.source, PUBLISHER, pattern)
+            here = (route.target, SUBSCRIBER, other)
+        else:
+            there = (route.target, SUBSCRIBER, other)
+            here = (route.source, PUBLISHER, pattern)
+        rests = self.rests(bridge, *there, route.source.kind)
+        if there[0].external and not self.somebody_else(bridge, there[0].participant):
+            rests |= self.rests(bridge, *here, route.target.kind) - self.rests(
+                bridge, here[0], there[1], here[2], route.source.kind
+            )
+        for rest in sorted(rests):
+            name = pattern.replace("*", rest, 1)
+            if _lets_through(route, name):
+                yield name, other.replace("*", rest, 1)
+
+    def rests(self, bridge: Bridge, side: Endpoint, role: Role, pattern: str, kind: str) -> set[str]:
+        """What the `*` of a pattern stands for in the names on which a side of a bridge can meet somebody of a role.
+
+        The bridge itself does not count: what it publishes it does not take back.
+        """
+        asking = self.within.get((bridge.id, side.participant, SUBSCRIBER if role == PUBLISHER else PUBLISHER))
+        if asking is None or (role == SUBSCRIBER and asking.pack.meeting.match is not None):
+            return set()  # a filter is no name
+        before, _, after = pattern.partition("*")
+        return {
+            name[len(before) : len(name) - len(after)]
+            for of, each in self.endpoints
+            if each.role == role
+            and of == kind
+            and each.pack is asking.pack
+            and len(name := each.key or "") >= len(before) + len(after)
+            and name.startswith(before)
+            and name.endswith(after)
+            and self.own.get(each.stated_id.removeprefix(f"{_WITHIN}/")) != bridge.id
+            and _meet(each, asking)
+        }
+
+    def somebody_else(self, bridge: Bridge, participant: str) -> bool:
+        """Whether anybody but the bridge is on the wire that one of its participants is on."""
+        asking = self.within.get((bridge.id, participant, SUBSCRIBER))
+        others = [each for (of, _, role), each in self.within.items() if of != bridge.id and role == PUBLISHER]
+        others += [
+            each for _, each in self.endpoints if each.role == PUBLISHER and self.own.get(each.stated_id) != bridge.id
+        ]
+        return asking is not None and any(each.pack is asking.pack and _meet(each, asking) for each in others)
+
+
+def _meet(one: Resolved, other: Resolved) -> bool:
+    """Whether two endpoints are on one wire."""
+    publisher, subscriber = (one, other) if one.role == PUBLISHER else (other, one)
+    return not apart(publisher.profile, subscriber.profile)
+
+
+def _lets_through(route: Route, name: str) -> bool:
+    return (not route.only or any(_matches(each, name) for each in route.only)) and not any(
+        _matches(each, name) for each in route.but
+    )
+
+
+@lru_cache(maxsize=65_536)
+def _matches(expression: str, name: str) -> bool:
+    return pattern(expression).matches(name)

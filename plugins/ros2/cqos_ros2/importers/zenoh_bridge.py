@@ -1,0 +1,278 @@
+"""Reads configurations of the Zenoh bridge for ROS 2 over DDS (zenoh-plugin-ros2dds; zenoh-bridge-ros2dds by itself).
+
+The bridge is a node in a domain and a peer on Zenoh. It takes whatever is published beside it onto Zenoh, below its
+namespace, and what other bridges put there to the subscriptions beside it, as far as ``allow`` and ``deny`` let it. Each
+side of a topic copies the first endpoint that the bridge learns of: one beside it with all its QoS, or one beside another
+bridge, of which it is told reliability, durability and history only. Lifespan is never handed on, and towards subscriptions
+the bridge is always reliable (routes_mgr.rs, qos_helpers.rs, liveliness_mgt.rs, route_publisher.rs, route_subscriber.rs).
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.importers.forms import described
+from cqos_core.importers.reading import collector_paused, did_you_mean, listed, shown
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, kind_of
+from cqos_core.pattern import PatternError, pattern
+from cqos_core.system import PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Participant, Route, Setting
+from cqos_ros2.importers.configuration import Configuration, stated
+from cqos_ros2.names import KEY
+from cqos_ros2.policies import FROM_FIRST
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.importers.tree import Node
+    from cqos_core.system import Role, Settings, System
+
+NAME: Final = "zenoh_bridge"
+PLUGIN: Final = "ros2dds"
+_NODE: Final = "zenoh_bridge_ros2dds"
+_YAML: Final = (".yaml", ".yml")
+_JSON: Final = (".json5", ".json")
+_KEYS: Final = (
+    *("namespace", "nodename", "domain", "ros_localhost_only", "ros_automatic_discovery_range", "ros_static_peers"),
+    *("shm_enabled", "allow", "deny", "pub_max_frequencies", "pub_priorities", "reliable_routes_blocking"),
+    *("queries_timeout", "transient_local_cache_multiplier", "work_thread_num", "max_block_thread_num"),
+    *("__required__", "__path__", "__config__"),
+)
+_RANGES: Final = ("SUBNET", "LOCALHOST", "OFF", "SYSTEM_DEFAULT")
+_KINDS: Final = (
+    *("publishers", "subscribers", "service_servers", "service_clients"),
+    *("action_servers", "action_clients"),
+)
+_NAMESPACE: Final = re.compile(r"/|(?:/[A-Za-z0-9_]++)++")
+_NODENAME: Final = re.compile(r"[A-Za-z0-9_]++")
+_LARGEST_DOMAIN: Final = 232
+
+_ANNOUNCED: Final = ("durability", "history", "depth")
+_COPIED: Final = (*_ANNOUNCED, "deadline", "liveliness", "liveliness_lease_duration")
+
+
+def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - nothing is included
+    """Read a configuration as a bridge between the nodes of its domain and the other bridges on Zenoh.
+
+    Raises:
+        InputError: it is neither JSON5 nor YAML, or configures no such bridge.
+    """
+    reader = _Reader(source)
+    with collector_paused():
+        root = reader.document(json5=_is_json5(source))
+        plugins = reader.a_map(root, "configuration")
+        _, listed_plugins = plugins.entries.get("plugins", (None, None))
+        found = reader.a_map(listed_plugins, "plugins").entries.get(PLUGIN) if listed_plugins is not None else None
+        if found is None:
+            reader.problem("CQ010", f"there is no `plugins: {{{PLUGIN}: …}}` in it", root)
+        else:
+            reader.bridge(found[0], reader.a_map(found[1], PLUGIN))
+    return reader.finish()
+
+
+def _is_json5(source: Source) -> bool:
+    """Whether Zenoh reads a file as JSON5, by its ending; without a known one, whether it looks like that."""
+    name = source.name.lower()
+    if name.endswith((*_YAML, *_JSON)):
+        return name.endswith(_JSON)
+    return source.data[:64].replace(b"\0", b"").lstrip(b"\xef\xbb\xbf\xfe\xff \t\r\n").startswith((b"{", b"/"))
+
+
+class _Reader(Configuration):
+    """Reads one configuration."""
+
+    def bridge(self, key: ScalarNode, entries: MappingNode) -> None:
+        """Add the two sides of the bridge, and a route for each direction."""
+        for name, (own_key, _) in entries.entries.items():
+            if name not in _KEYS:
+                message = (
+                    f"the bridge refuses keys that it does not know, such as {shown(name)}{did_you_mean(name, _KEYS)}"
+                )
+                self.note("ROS905", message, own_key, f"C-QoS knows {listed(_KEYS[:-3], 'and')}")
+        name = self.a_word(entries, "nodename", _NODENAME, "letters, digits and `_`") or _NODE
+        stem = PurePath(self.source.name).stem
+        node = f"{name} ({stem})"
+        wire = f"{node}/zenoh"
+        own: Settings = {"bridge": Setting(node), "network": Setting(stem), "rmw": Setting("cyclonedds")}
+        domain = stated(entries, "domain")
+        if domain is not None and (number := self.a_count(entries, "domain")) is not None:
+            if 0 <= number <= _LARGEST_DOMAIN:
+                own["domain"] = self.setting(domain)
+            else:
+                self.refused(f"{number} is no ROS domain", domain, f"expected a number from 0 to {_LARGEST_DOMAIN}")
+        place = self.place(key)
+        between: Settings = {"bridge": Setting(node), "rmw": Setting("zenoh_bridge")}
+        self.system.participants[node] = Participant(node, "ros2", own, place=place)
+        self.system.participants[wire] = Participant(wire, "ros2", between, place=place)
+        self.others(entries)
+        namespace = self.a_word(entries, "namespace", _NAMESPACE, "`/`, or parts that each begin with a slash") or "/"
+        blocking = self.a_flag(entries, "reliable_routes_blocking", otherwise=True)
+        routes = tuple(self.routes(key, entries, (node, wire), namespace.rstrip("/"), blocking=blocking))
+        self.system.bridges[node] = Bridge(node, routes, place=place)
+
+    def refused(self, message: str, where: Node, advice: str | None = None) -> None:
+        """Tell why the bridge does not start."""
+        self.note("ROS950", f"the bridge does not start with this: {message}", where, advice)
+
+    def a_word(self, entries: MappingNode, name: str, form: re.Pattern[str], expected: str) -> str:
+        """Return a text of a certain form, empty where none is stated."""
+        text = self.a_text(entries, name)
+        node = stated(entries, name)
+        if text and node is not None and not form.fullmatch(text):
+            self.refused(f"{shown(text)} is no {name}", node, f"expected {expected}")
+            return ""
+        return text
+
+    def others(self, entries: MappingNode) -> None:
+        """Look at what decides nothing here, but keeps the bridge from starting where it is wrong."""
+        for name in ("ros_localhost_only", "shm_enabled"):
+            self.a_flag(entries, name, otherwise=False)
+        span = stated(entries, "ros_automatic_discovery_range")
+        if span is not None and not (isinstance(span, ScalarNode) and span.text in _RANGES):
+            self.refused(f"{described(span)} is no discovery range", span, f"expected {listed(_RANGES)}")
+        multiplier = self.a_count(entries, "transient_local_cache_multiplier")
+        held = stated(entries, "transient_local_cache_multiplier")
+        if held is not None and multiplier == 0:
+            message = "with a cache of nothing, no subscription behind the bridge gets what was published before"
+            self.note("ROS951", message, held, "leave it at 10, or state as many as a topic has publishers")
+        for item in self.strings(entries, "pub_max_frequencies"):
+            name, _, number = item.text.partition("=")
+            if not _is_number(number):
+                self.refused(f"{shown(item.text)} is not `<regex>=<hertz>`", item)
+                continue
+            message = (
+                f"of topics with {shown(name)} anywhere in their name only {number} samples a second go over the bridge, "
+                "and it keeps but one sample of all in between"
+            )
+            self.note("ROS952", message, item, f"for one topic alone write `^{name.strip('^$')}$={number}`")
+        for item in self.strings(entries, "pub_priorities"):
+            number = item.text.partition("=")[2].removesuffix(":express")
+            if number not in {*"1234567"}:
+                self.refused(f"{shown(item.text)} is not `<regex>=<1-7>[:express]`", item)
+
+    def strings(self, entries: MappingNode, name: str) -> Iterator[ScalarNode]:
+        """Yield the texts of a list; one number in its place stands for all topics."""
+        node = stated(entries, name)
+        if isinstance(node, ScalarNode) and kind_of(node) == "number":
+            yield ScalarNode(f".*={node.text}", node.line, node.column, plain=False)
+        elif node is not None:
+            for item in self.a_list(node, name).items:
+                if isinstance(item, ScalarNode):
+                    yield item
+                else:
+                    self.refuse(item, name, "a list of texts")
+
+    # Routes
+
+    def routes(
+        self, key: ScalarNode, entries: MappingNode, sides: tuple[str, str], namespace: str, *, blocking: bool
+    ) -> Iterator[Route]:
+        """Yield what is taken to Zenoh and what is brought from there."""
+        listed_kinds = {name: stated(entries, name) for name in ("allow", "deny")}
+        allowed, denied = listed_kinds["allow"], listed_kinds["deny"]
+        if allowed is not None and denied is not None:
+            self.refused("it has both `allow` and `deny`", denied, "state one of them")
+            return
+        about = self.a_map(allowed or denied or MappingNode(key.line, key.column), "allow" if allowed else "deny")
+        for name, (own_key, _) in about.entries.items():
+            if name not in _KINDS:
+                message = f"the bridge knows no kind of interface {shown(name)}{did_you_mean(name, _KINDS)}"
+                self.note("ROS951", message, own_key, f"it knows {listed(_KINDS, 'and')}")
+        node, wire = sides
+        reliable = FROM_FIRST if blocking else "best_effort"
+        outward = (
+            self.end(SUBSCRIBER, node, "/*", key, ("reliability", *_COPIED)),
+            self.end(PUBLISHER, wire, f"{KEY}{namespace}/*", key, _ANNOUNCED, reliability=reliable),
+        )
+        inward = (
+            self.end(SUBSCRIBER, wire, f"{KEY}{namespace}/*", key, ("reliability", *_ANNOUNCED)),
+            self.end(PUBLISHER, node, "/*", key, _COPIED, reliability="reliable"),
+        )
+        ways = [("publishers", outward, ""), ("subscribers", inward, f"{KEY}{namespace}")]
+        for family in ("service", "action"):
+            server, client = f"{family}_server", f"{family}_client"
+            for asking, asked, before in ((node, wire, ""), (wire, node, f"{KEY}{namespace}")):
+                names = [f"{KEY}{namespace}/*" if side == wire else "/*" for side in (asking, asked)]
+                source = self.end(SUBSCRIBER, asking, names[0], key, (), server)
+                target = self.end(PUBLISHER, asked, names[1], key, (), client)
+                ways.append((f"{client if asking == node else server}s", (source, target), before))
+        for kind, ends, before in ways:
+            patterns = [f"{re.escape(before)}(?:{each})" for each in self.patterns(about, kind)]
+            if allowed is None:
+                yield Route(*ends, self.place(key), but=tuple(patterns))
+            elif patterns:
+                yield Route(*ends, self.place(key), only=tuple(patterns))
+
+    def end(
+        self,
+        role: Role,
+        participant: str,
+        topic: str,
+        where: Node,
+        copied: tuple[str, ...],
+        kind: str = "message",
+        **others: str,
+    ) -> Endpoint:
+        """Return one end of a route; who is on the other side may be in no file."""
+        place = self.place(where)
+        settings = {name: Setting(FROM_FIRST, place) for name in copied}
+        settings |= {name: Setting(text, place) for name, text in others.items()}
+        return Endpoint("", role, topic, participant, settings, kind=kind, external=True, place=place)
+
+    def patterns(self, entries: MappingNode, kind: str) -> Iterator[str]:
+        """Yield the regular expressions of one kind of interface, as those of whole names."""
+        node = stated(entries, kind)
+        if node is None:
+            return
+        for item in node.items if isinstance(node, SequenceNode) else [node]:
+            if not isinstance(item, ScalarNode):
+                self.refuse(item, kind, "a regular expression, or a list of them")
+                continue
+            whole = _whole(item.text)
+            try:
+                pattern(whole)
+            except PatternError as error:
+                message = f"{shown(item.text)} is not followed: {error}"
+                self.note(
+                    "ROS905", message, item, "if the bridge cannot read it as a regular expression either, it stops"
+                )
+                continue
+            yield whole
+
+
+def _whole(text: str) -> str:
+    """What an expression means to the bridge, which searches for ``^text$``, in terms of whole names.
+
+    So a bar that stands in no brackets parts the `^` from the `$`.
+    """
+    ways = _ways(text)
+    if len(ways) == 1:
+        return text.removeprefix("^").removesuffix("$")
+    last = len(ways) - 1
+    return "|".join(
+        f"{'.*' if number else ''}(?:{way})" + ("" if number == last else ".*") for number, way in enumerate(ways)
+    )
+
+
+_TOKEN: Final = re.compile(r"\\.|\[\^?\]?(?:\\.|[^\]\\])*+\]|.", re.DOTALL)
+
+
+def _ways(text: str) -> list[str]:
+    """The parts of an expression between bars that stand in no brackets."""
+    parts, depth = [""], 0
+    for token in _TOKEN.findall(text):
+        depth += (token == "(") - (token == ")")  # noqa: S105 - brackets
+        if token == "|" and depth == 0:  # noqa: S105
+            parts.append("")
+        else:
+            parts[-1] += token
+    return parts
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return float(text) > 0
+    except ValueError:
+        return False
