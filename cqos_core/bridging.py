@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.given import Given
+    from cqos_core.pack import RulePack
     from cqos_core.policy import Plain, Policy, Value
     from cqos_core.report import Finding
     from cqos_core.resolve import Resolver
@@ -125,60 +126,95 @@ class _Copying:
     def __init__(self, hops: Iterable[Hop], meeting: Meetings) -> None:
         self.meeting = meeting
         self.beyond = {hop.target.id: hop.source for hop in hops} | {hop.source.id: hop.target for hop in hops}
-        self.asked: set[tuple[str, int, str]] = set()
 
     def value(self, end: Resolved, index: int) -> Value | None:
         """Return a value that is copied over the bridge; None for one that peers alone decide."""
-        taken = end.profile.values[index]
+        taken: Value = end.profile.values[index]
         if not isinstance(taken, FromPeers) or taken.side in {"peers", _MET[end.role]}:
             return None
-        policy = end.pack.policies[index]
-        alone = lone(policy, taken)
-        if taken.side != _FIRST:
-            found = self.seen(end, index, PUBLISHER if taken.side == "publishers" else SUBSCRIBER)
-            return alone if found is None else found
-        offered, requested = (self.seen(end, index, role) for role in (PUBLISHER, SUBSCRIBER))
-        if offered is None or requested is None or offered == requested:
-            found = requested if offered is None else offered
-            return alone if found is None else found
+        publishers, subscribers = (self.reached(end, index, role, frozenset()) for role in (PUBLISHER, SUBSCRIBER))
+        if taken.side == "publishers" or not subscribers:
+            return self.combined(end, index, taken, publishers)
+        if taken.side == "subscribers" or not publishers:
+            return self.combined(end, index, taken, subscribers)
+        offered, requested = (self.combined(end, index, taken, each) for each in (publishers, subscribers))
+        if offered == requested:
+            return offered
+        first, last = (self.reached(end, index, role, frozenset(), all_ends=True) for role in (PUBLISHER, SUBSCRIBER))
+        if _all_after(last, first):
+            return offered
+        if _all_after(first, last):
+            return requested
         return Depends(START_ORDER, ((PUBLISHERS_FIRST, offered), (SUBSCRIBERS_FIRST, requested)))
 
-    def seen(self, end: Resolved, index: int, role: Role) -> Value | None:
-        """What endpoints of one role have that an end meets, or meets beyond the bridge; None where there are none."""
+    def reached(
+        self, end: Resolved, index: int, role: Role, passed: frozenset[str], *, all_ends: bool = False
+    ) -> list[Resolved]:
+        """Return who of a role is copied: those whom an end meets, or meets beyond the bridge.
+
+        With ``all_ends``, those behind ends that copy nobody are returned in their place.
+        """
         near = end if end.role != role else self.beyond.get(end.id)
-        question = (end.id, index, role)
-        taken = end.profile.values[index]
-        if near is None or question in self.asked or not isinstance(taken, FromPeers):
-            return None
-        self.asked.add(question)
-        name, policy = end.pack.policies[index].name, end.pack.policies[index]
-        found = [self.of(pair[role == SUBSCRIBER], name, policy, role) for pair in self.meeting.pairs(near)]
-        self.asked.discard(question)
-        values = [each for each in found if each is not None]
-        return combine(policy, taken, values) if values else None
+        if near is None or end.id in passed:
+            return []
+        found = []
+        for pair in self.meeting.pairs(near):
+            other = pair[role == SUBSCRIBER]
+            whose = other.carried.endpoint if other.carried is not None else other
+            own = _counterpart(end.pack, index, whose.pack)
+            if own is None:
+                continue
+            value: Value = whose.profile.values[own]
+            copies = all_ends or (isinstance(value, FromPeers) and value.side != "peers")
+            if copies and whose.id in self.beyond:
+                found += self.reached(whose, own, role, passed | {end.id}, all_ends=all_ends)
+            else:
+                found.append(whose)
+        return found
 
-    def of(self, other: Resolved, name: str, policy: Policy, role: Role) -> Value | None:
-        """What an endpoint has of a policy, in the terms of the one who asks."""
-        whose = other.carried.endpoint if other.carried is not None else other
-        index = whose.pack.find(ENDPOINT, name)
-        if index is None:
-            return None
-        value: Value = whose.profile.values[index]
-        if isinstance(value, FromPeers):
-            if value.side != "peers" and (found := self.seen(whose, index, role)) is not None:
-                return found
-            return (
-                None if value.side != "peers" and whose.id in self.beyond else lone(whose.pack.policies[index], value)
-            )
-        if whose.pack.policies[index] is policy or not is_plain(value):
-            return value
-        try:
-            return policy.domain.parse(whose.pack.policies[index].format(value))
-        except InvalidValueError:
-            return Anything(f"{name} means something else there")
+    @staticmethod
+    def combined(end: Resolved, index: int, taken: FromPeers, others: Iterable[Resolved]) -> Value:
+        """Put together what some endpoints have, in the terms of the one that copies."""
+        policy = end.pack.policies[index]
+        values = []
+        for each in others:
+            own = _counterpart(end.pack, index, each.pack)
+            if own is not None:
+                values.append(_in_terms_of(policy, each.pack.policies[own], each.profile.values[own]))
+        return combine(policy, taken, values)
 
 
-_FIRST: Final = "first"
+def _counterpart(pack: RulePack, index: int, other: RulePack) -> int | None:
+    """The policy of a pack in the vocabulary of another: on its wire what it is there, else the one of the same name."""
+    if other is pack:
+        return index
+    name = pack.policies[index].name
+    if pack.wire is not None and pack.wire.protocol == other.id:
+        name = next((wire for own, wire in pack.wire.translations() if own == name), name)
+    return other.find(ENDPOINT, name)
+
+
+def _in_terms_of(policy: Policy, own: Policy, value: Value) -> Value:
+    """Write the value of one policy as that of another."""
+    value = lone(own, value)
+    if own is policy or not is_plain(value):
+        return value
+    try:
+        return policy.domain.parse(own.format(value))
+    except InvalidValueError:
+        return Anything(f"{own.name} {own.format(value)} is no value of {policy.name}")
+
+
+def _all_after(late: Iterable[Resolved], early: Iterable[Resolved]) -> bool:
+    """Whether all of some endpoints are stated to start after all of others."""
+    return all(
+        other.id in before or other.participant.participant.id in before
+        for each in late
+        for before in [{*each.endpoint.starts_after, *each.participant.participant.starts_after}]
+        for other in early
+    )
+
+
 _MET: Final[dict[str, str]] = {PUBLISHER: "subscribers", SUBSCRIBER: "publishers"}
 
 

@@ -40,7 +40,8 @@ def explain_pair(system: System, publisher: str, subscriber: str, where: Context
     offering = _find(resolved.endpoints, publisher, PUBLISHER)
     requesting = _find(resolved.endpoints, subscriber, SUBSCRIBER)
     everybody = _meeting_place(by_topic, offering, requesting)
-    if everybody is None and (found := ways(offering, requesting, hops, by_topic)):
+    strangers = offering.pack is requesting.pack and apart(offering.profile, requesting.profile)
+    if (everybody is None or strangers) and (found := ways(offering, requesting, hops, by_topic)):
         return _path_report(found[0], by_topic, check_system(system, where))
     if everybody is None:
         raise CqosError(

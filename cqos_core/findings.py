@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.judge import Spoken, judge_pair
 from cqos_core.pairing import apart
-from cqos_core.policy import Anything, Choice, Depends, Duration, Value, is_plain
+from cqos_core.policy import Anything, Choice, Depends, Duration, FromPeers, Value, is_plain
 from cqos_core.report import Fact, Finding, Remedy, Severity, Side, Verdict
 from cqos_core.resolved import intern
 from cqos_core.settle import START_ORDER
@@ -432,6 +432,9 @@ def _remedy(draft: Draft, role: Role, groups: list[Members], index: int, value: 
         policy.level == "endpoint" and role not in policy.roles
     ):
         return []
+    meaning = policy.words.get(policy.domain.word(first.written(index) or ""))
+    if isinstance(meaning, FromPeers) and meaning.side == "first":
+        return []  # nobody sets what an endpoint copies from whoever it finds first
     mends, breaks = effect(draft.topic, role, groups, index, value)
     members = _member_ids(groups)
     text_value = policy.domain.format(value)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.pairing import apart
 from cqos_core.pattern import pattern
 from cqos_core.resolve import resolve
-from cqos_core.system import PUBLISHER, SUBSCRIBER
+from cqos_core.system import MESSAGE, PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from cqos_core.resolved import Resolved
     from cqos_core.system import Bridge, Endpoint, Role, Route, System
 
-MESSAGE: Final = "message"
 _WITHIN: Final = "/c_qos_within"
 """The topic of endpoints by which the sides of bridges are compared with others."""
 

@@ -13,6 +13,8 @@ from typing import Final, Literal
 Role = Literal["publisher", "subscriber"]
 PUBLISHER: Role = "publisher"
 SUBSCRIBER: Role = "subscriber"
+MESSAGE: Final = "message"
+"""The kind of an endpoint that is one of a topic, and no end of a service or an action."""
 
 
 @dataclass(frozen=True, slots=True)

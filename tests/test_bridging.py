@@ -13,6 +13,7 @@ from cqos_core.explanation import explain_pair
 from cqos_core.expression import as_sentence, offered, requested
 from cqos_core.given import Given, over
 from cqos_core.guarantee import NEEDS, RELAYED, WORDS, gives
+from cqos_core.policy import FromPeers
 from cqos_core.session import Session
 from cqos_core.system import Bridge, Endpoint, Participant, Route
 from tests.worlds import CARE, COPIES, DELAY, POST, checked, codes, only, place, reader, settings, world, writer
@@ -306,3 +307,171 @@ def test_a_hop_before_others_never_improves_what_they_give(first, rest, carried)
 def test_without_being_carried_on_no_liveness_crosses_a_bridge(hops):
     found = [each for each in over(hops, carried=False) if each.word.name == "liveness"]
     assert all(each.nothing for each in found)
+
+
+# Routes with patterns
+
+
+def carried(system, name="b"):
+    """The topics that a bridge subscribes to."""
+    mine = [end for group in check(system).groups for end in group.subscribers if end.startswith(f"{name}/")]
+    return {end.removeprefix(f"{name}/subscriber/") for end in mine}
+
+
+def named(only=(), but=()):
+    patterned = bridge("b", ("in", "home/*"), ("out", "far/*"))
+    return replace(patterned, routes=(replace(patterned.routes[0], only=only, but=but),))
+
+
+@pytest.mark.parametrize(
+    ("only", "but", "expected"),
+    [
+        ((), (), {"home/a", "home/ab", "home/b/c"}),
+        (("home/a",), (), {"home/a"}),
+        (("home/a", ".*/c"), (), {"home/a", "home/b/c"}),
+        ((), ("home/a.*",), {"home/b/c"}),
+        (("home/a.*",), (".*b",), {"home/a"}),
+        (("a",), (), set()),
+    ],
+)
+def test_a_pattern_is_narrowed_by_expressions_for_whole_names(only, but, expected):
+    writers = [writer(topic, topic) for topic in ("home/a", "home/ab", "home/b/c")]
+    assert carried(bridged(*writers, bridges=[named(only, but)])) == expected
+
+
+def test_only_what_a_side_can_meet_is_carried():
+    here, elsewhere = writer("home/a", "w1"), writer("home/b", "w2")
+    system = bridged(here, elsewhere, bridges=[named()])
+    system.participants["w2"].settings = settings(town=7)
+    assert carried(system) == {"home/a"}
+    system.participants["in"].settings = settings(town=7)
+    assert carried(system) == {"home/b"}
+
+
+def incoming(external=True):
+    """A bridge that brings what somebody publishes who is in no file."""
+    patterned = bridge("b", ("out", "far/*"), ("in", "home/*"))
+    (route,) = patterned.routes
+    return replace(patterned, routes=(replace(route, source=replace(route.source, external=external)),))
+
+
+def test_what_is_subscribed_may_come_over_a_bridge_whose_other_side_nobody_knows():
+    alone = bridged(reader("home/a", "r"), bridges=[incoming()])
+    assert [(group.publishers, group.subscribers) for group in check(alone).groups] == [
+        (("b/publisher/home/a",), ("r",))
+    ]
+    assert "CQ401" not in codes(check(alone))
+    assert "CQ401" in codes(check(bridged(reader("home/a", "r"), bridges=[incoming(external=False)])))
+
+
+@pytest.mark.parametrize("there", [writer("far/b", "out/w"), bridge("other", ("here", "x*"), ("out", "far/x*"))])
+def test_where_somebody_is_on_the_other_side_all_that_comes_is_known(there):
+    parts, bridges = ([], [incoming(), there]) if isinstance(there, Bridge) else ([there], [incoming()])
+    report = check(bridged(reader("home/a", "r"), *parts, bridges=bridges))
+    assert only(report, "CQ401").endpoints == ("r",)
+
+
+def test_what_is_published_here_is_not_waited_for_from_there():
+    report = check(bridged(writer("home/a", "w"), reader("home/a", "r"), bridges=[incoming()]))
+    assert [group.publishers for group in report.groups] == [("w",)]
+
+
+# Values that are copied
+
+_COPYING = {
+    "sent": FromPeers("insured", "any", waits=True, side="publishers"),
+    "wanted": FromPeers("insured", "any", waits=True, side="subscribers"),
+    "first": FromPeers("insured", "any", waits=True, side="first"),
+}
+COPYING = replace(
+    GIVING, policies=tuple(replace(p, words={**p.words, **_COPYING}) if p is CARE else p for p in GIVING.policies)
+)
+COPYING_ABROAD = replace(COPYING, id="mail", title="Mail")
+COPIED = context([COPYING, COPYING_ABROAD])
+
+
+def chain(offered_care, requested_care, word, *, start=None, middle=None):
+    """A writer, two bridges that copy, a reader."""
+    first = bridge("one", ("i1", "a"), ("o1", "b"), receive={"care": word}, send={"care": middle or word})
+    second = bridge("two", ("i2", "b"), ("o2", "c"), receive={"care": word}, send={"care": word})
+    system = bridged(
+        writer("a", "w", care=offered_care), reader("c", "r", care=requested_care), bridges=[first, second]
+    )
+    for late, early in (start or {}).items():
+        system.participants[late].starts_after = (early,)
+    return system
+
+
+def verdicts(system):
+    return [group.verdict for group in sorted(checked(system, where=COPIED).groups, key=lambda each: each.topic)]
+
+
+@pytest.mark.parametrize(
+    ("word", "expected"),
+    [
+        # offered plain, signed wanted: the hop where the two meet is the one that does not fit
+        ("sent", ["compatible", "compatible", "incompatible"]),
+        ("wanted", ["incompatible", "compatible", "compatible"]),
+        ("first", ["unknown", "compatible", "unknown"]),
+    ],
+)
+def test_values_are_copied_over_several_bridges(word, expected):
+    assert verdicts(chain("plain", "signed", word)) == expected
+    assert verdicts(chain("signed", "signed", word)) == ["compatible"] * 3
+
+
+@pytest.mark.parametrize(
+    ("start", "expected"),
+    [
+        ({"r": "w"}, ["compatible", "compatible", "incompatible"]),
+        ({"w": "r"}, ["incompatible", "compatible", "compatible"]),
+        ({"r": "i1"}, ["unknown", "compatible", "unknown"]),
+    ],
+)
+def test_who_is_copied_first_follows_from_who_starts_first(start, expected):
+    assert verdicts(chain("plain", "signed", "first", start=start)) == expected
+
+
+def test_an_end_that_has_its_own_value_is_what_others_copy():
+    assert verdicts(chain("plain", "signed", "sent", middle="signed")) == ["compatible"] * 3
+    assert verdicts(chain("signed", "signed", "sent", middle="plain")) == ["compatible", "compatible", "incompatible"]
+
+
+def test_with_nobody_on_one_side_the_other_is_copied():
+    system = chain("plain", "signed", "first")
+    system.endpoints = [each for each in system.endpoints if each.id == "w"]
+    assert verdicts(system)[0] == "compatible"
+
+
+def test_of_several_that_differ_any_may_be_copied():
+    system = chain("signed", "signed", "sent")
+    assert verdicts(system) == ["compatible"] * 3
+    system.endpoints.append(writer("a", "w2", care="plain"))
+    system.participants["w2"] = Participant("w2")
+    assert verdicts(system) == ["unknown"] * 3
+
+
+def test_bridges_in_a_circle_copy_what_comes_into_it():
+    there = bridge("there", ("i", "a"), ("o", "b"), receive={"care": "sent"}, send={"care": "sent"})
+    back = bridge("back", ("o", "b"), ("i", "a"), receive={"care": "sent"}, send={"care": "sent"})
+    system = bridged(writer("a", "w", care="signed"), reader("b", "r", care="signed"), bridges=[there, back], abroad=())
+    assert [group.verdict for group in checked(system, where=COPIED).groups] == ["compatible"] * 2
+
+
+def test_nobody_is_told_to_set_what_is_copied():
+    report = checked(chain("plain", "signed", "first"), where=COPIED)
+    texts = {remedy.text for finding in report.findings for remedy in finding.remedies}
+    assert texts == {"offer care `signed` on w", "request care `plain` on r"}
+
+
+def test_without_a_bridge_there_is_nothing_to_copy_from_beyond_it():
+    finding = only(checked(writer("a", "w", care="sent"), reader("a", "r", care="signed"), where=COPIED), "POST101")
+    assert finding.message.endswith("is not known: the bridge takes it from the publishers on its other side")
+
+
+def test_a_session_copies_anew_after_an_edit():
+    system = chain("plain", "signed", "sent")
+    session = Session(system, packs=[COPYING, COPYING_ABROAD])
+    assert session.report().verdict == "incompatible"
+    session.put(writer("a", "w", care="signed"))
+    assert session.report().verdict == "compatible"

@@ -8,7 +8,7 @@ from cqos_core.exporters.contract import Exported
 from cqos_core.exporters.design import design_of, with_shared_profiles
 from cqos_core.exporters.yaml_text import Block, Raw, document, scalar, value
 from cqos_core.importers.yaml_form import BROKER, ENDPOINT, PARTICIPANT, PROFILE_FORM, ROUTE_SIDE, TOPIC, VERSION
-from cqos_core.system import EVERYBODY
+from cqos_core.system import EVERYBODY, MESSAGE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -282,6 +282,8 @@ def _bridge(bridge: Bridge) -> Node:
 
 def _route(route: Route) -> Node:
     own: dict[str, Node] = {"from": _route_side(route.source), "to": _route_side(route.target)}
+    if route.source.kind != MESSAGE:
+        own["kind"] = _text(route.source.kind.partition("_")[0])
     for name, patterns in (("only", route.only), ("but", route.but)):
         if patterns:
             own[name] = [_text(each) for each in patterns]

@@ -185,7 +185,9 @@ class _Scanner:
 
 
 _IGNORED: Final = re.compile(r"(?:[\s\ufeff]++|//[^\n\r\u2028\u2029]*+|/\*(?:[^*]|\*(?!/))*+\*/)*+")
-_NUMBER: Final = r"[-+]?(?:0[xX][0-9a-fA-F]++|(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][-+]?[0-9]++)?|Infinity|NaN)"
+_NUMBER: Final = (
+    r"[-+]?(?:0[xX][0-9a-fA-F]++|(?:(?:0|[1-9][0-9]*+)(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]++)?|Infinity|NaN)"
+)
 _WORD5: Final = re.compile(rf"(?:{_NUMBER}|true|false|null)(?![\w.$+-])")
 _IDENTIFIER: Final = re.compile(r"[^\W\d][\w$]*+|\$[\w$]*+")
 _PLAIN: Final = re.compile(r"""[^"'\\\n\r]++""")

@@ -155,7 +155,12 @@ BUT: Final[Key[list[str]]] = Key(
     ListOf(Expression(), "a list of regular expressions"),
     "Those that are not carried, by regular expressions too.",
 )
-ROUTE: Final = Form("route", "a route", (FROM, TO, ONLY, BUT))
+KIND: Final = Key(
+    "kind",
+    Word("service", "action"),
+    "What it carries in place of topics: what the bridge serves on the side of `from`, it calls on that of `to`.",
+)
+ROUTE: Final = Form("route", "a route", (FROM, TO, KIND, ONLY, BUT))
 ROUTES: Final = Key("routes", ListOf(ROUTE, "a list of routes"), "What is carried from where to where.", required=True)
 CARRIES: Final[Key[list[str]]] = Key(
     "carries",

@@ -26,6 +26,7 @@ from cqos_core.importers.yaml_form import (
     FROM,
     ID,
     INSTANCES,
+    KIND,
     LABEL,
     NEEDS,
     OBSERVED,
@@ -54,6 +55,7 @@ from cqos_core.importers.yaml_form import (
 )
 from cqos_core.problems import InputError, Problem
 from cqos_core.system import (
+    MESSAGE,
     PUBLISHER,
     SUBSCRIBER,
     Bridge,
@@ -420,11 +422,13 @@ class _Builder:
 
 def _route(route: Entry) -> Route:
     source, target = route.require(FROM), route.require(TO)
-    only, but = route.get(ONLY) or [], route.get(BUT) or []
-    return Route(_side(source, SUBSCRIBER), _side(target, PUBLISHER), route.place, tuple(only), tuple(but))
+    only, but, kind = route.get(ONLY) or [], route.get(BUT) or [], route.get(KIND)
+    receives, sends = (f"{kind}_server", f"{kind}_client") if kind else (MESSAGE, MESSAGE)
+    ends = _side(source, SUBSCRIBER, receives), _side(target, PUBLISHER, sends)
+    return Route(*ends, route.place, tuple(only), tuple(but))
 
 
-def _side(stated: Entry, role: Role) -> Endpoint:
+def _side(stated: Entry, role: Role, kind: str) -> Endpoint:
     return Endpoint(
         id=stated.get(ID) or "",
         role=role,
@@ -433,6 +437,7 @@ def _side(stated: Entry, role: Role) -> Endpoint:
         settings=stated.settings,
         profiles=_profiles(stated),
         type=stated.get(TYPE),
+        kind=kind,
         external=stated.get(EXTERNAL) or False,
         label=stated.get(LABEL),
         place=stated.place,

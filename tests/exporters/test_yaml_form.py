@@ -181,8 +181,17 @@ SIDES = st.builds(
     ),
     *(st.just("subscriber"), TEXTS, MAYBE, st.just("") | TEXTS, SETTINGS, REFS, MAYBE, MAYBE, FLAGS),
 )
+EXPRESSIONS = st.sampled_from([(), ("/tf",), (".*/pose", "/x{2}")])
 ROUTES = st.lists(
-    st.tuples(SIDES, SIDES).map(lambda ends: Route(ends[0], replace(ends[1], role="publisher"))), min_size=1, max_size=2
+    st.builds(
+        lambda source, target, kinds, only, but: Route(
+            replace(source, kind=kinds[0]), replace(target, role="publisher", kind=kinds[1]), None, only, but
+        ),
+        *(SIDES, SIDES, st.sampled_from([("message", "message"), ("action_server", "action_client")])),
+        *(EXPRESSIONS, EXPRESSIONS),
+    ),
+    min_size=1,
+    max_size=2,
 ).map(tuple)
 
 

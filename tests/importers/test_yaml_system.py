@@ -216,6 +216,19 @@ class TestWholeSystem:
         assert (route.source.role, route.source.participant, route.source.topic) == ("subscriber", "a", "t")
         assert (route.target.role, route.target.participant, route.target.topic) == ("publisher", "b", None)
         assert texts(route.target.settings) == {"qos": "1"}
+        assert (route.only, route.but, route.source.kind) == ((), (), "message")
+
+    def test_routes_name_what_they_carry_by_regular_expressions(self):
+        read_system = system("""
+            bridges:
+              x:
+                routes:
+                  - {from: {participant: a, topic: "/*"}, to: {participant: b}, only: [/tf, ".*/pose"], but: [/x]}
+                  - {from: {participant: a, topic: "/*"}, to: {participant: b}, kind: action}
+            """)
+        named, calling = read_system.bridges["x"].routes
+        assert (named.only, named.but) == (("/tf", ".*/pose"), ("/x",))
+        assert (calling.source.kind, calling.target.kind) == ("action_server", "action_client")
 
     def test_checks_and_accepted_findings(self):
         read_system = system("""

@@ -111,13 +111,6 @@ CODES: Final = (
         "A setting of a bridge has no effect.",
         "It looks as if it were in force, but the bridge does not read it.",
     ),
-    CodeInfo(
-        "MQTT962",
-        "bridged-pattern-not-followed",
-        "note",
-        "Which topics a bridge carries by a pattern with `+` is not worked out.",
-        "What is needed behind the bridge on those topics is not handed on to their publishers.",
-    ),
 )
 _BY_CODE: Final = {info.code: info for info in CODES}
 

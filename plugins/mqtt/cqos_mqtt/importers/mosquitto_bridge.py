@@ -7,10 +7,11 @@ bridge subscribes and publishes with the QoS that is stated, passes the RETAIN f
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Bridge, Broker, Endpoint, Participant, Route, Setting
-from cqos_mqtt.importers.codes import note
+from cqos_mqtt.filters import wrong_wildcards
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -46,7 +47,7 @@ def add_bridge(system: System, local_broker: str, name: str, lines: Sequence[Lin
     routes: list[Route] = []
     for line in lines:
         if line.name == "topic":
-            routes += _routes(system, local, remote, line, keeps_retain=keeps_retain)
+            routes += _routes(local, remote, line, keeps_retain=keeps_retain)
     system.bridges[name] = Bridge(name, tuple(routes), place=lines[0].place)
 
 
@@ -75,7 +76,7 @@ def _version(line: Line) -> Setting:
     return Setting(_VERSIONS[line.value], line.place)
 
 
-def _routes(system: System, local: str, remote: str, line: Line, *, keeps_retain: bool) -> Iterator[Route]:
+def _routes(local: str, remote: str, line: Line, *, keeps_retain: bool) -> Iterator[Route]:
     """Yield the ways of one ``topic`` line."""
     pattern, *rest = (part.strip('"') for part in line.value.split())
     direction, qos, here, there = [*rest, *("out", "0", "", "")[len(rest) :]][:4]
@@ -83,12 +84,10 @@ def _routes(system: System, local: str, remote: str, line: Line, *, keeps_retain
         raise ValueError(f"expected one of {', '.join(_DIRECTIONS)} as the direction", line)
     if qos not in _QUALITIES:
         raise ValueError("expected 0, 1 or 2 as the QoS", line)
+    if wrong := wrong_wildcards(pattern):
+        raise ValueError(f"`{pattern}` is no filter: {wrong}", line)
     levels = pattern.split("/")
-    if "+" in levels or (levels[-1] == "#" and any("#" in level for level in levels[:-1])):
-        message = f"topics that match `{pattern}` are not followed over the bridge: only a `#` at the end is"
-        system.notes.append(note("MQTT962", message, line.place))
-        return
-    name = pattern.removesuffix("#") + "*" if levels[-1] == "#" else pattern
+    name = "*" if "+" in levels else pattern.removesuffix("#") + "*" if levels[-1] == "#" else pattern
     settings: Settings = {"qos": Setting(qos, line.place)}
     for way in _DIRECTIONS[direction]:
         ends = ((local, f"{here}{name}"), (remote, f"{there}{name}"))
@@ -98,7 +97,19 @@ def _routes(system: System, local: str, remote: str, line: Line, *, keeps_retain
             _end(source, SUBSCRIBER, from_topic, settings, line.place),
             _end(target, PUBLISHER, to_topic, sent, line.place),
             line.place,
+            (_expression(from_topic.removesuffix("*"), levels),) if "+" in levels else (),
         )
+
+
+def _expression(before: str, levels: Sequence[str]) -> str:
+    """Write a filter behind a prefix as a regular expression over names."""
+    *parts, last = (_ONE if level == "+" else re.escape(level) for level in levels)
+    if levels[-1] == "#":
+        return f"{re.escape(before)}{'/'.join(parts)}(?:/.*)?"
+    return f"{re.escape(before)}{'/'.join((*parts, last))}"
+
+
+_ONE: Final = "[^/]*"
 
 
 def _end(participant: str, role: Role, topic: str, settings: Settings, place: Place) -> Endpoint:

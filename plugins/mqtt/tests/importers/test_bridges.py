@@ -156,7 +156,9 @@ def test_connections_of_mosquitto_are_bridges_between_brokers():
         ("barn (barn.example)", "weather/*", "barn (here)", "farm/weather/*"),
         ("barn (here)", "cmd", "barn (barn.example)", "cmd"),
         ("barn (barn.example)", "cmd", "barn (here)", "cmd"),
+        ("barn (here)", "*", "barn (barn.example)", "*"),
     ]
+    assert system.bridges["barn"].routes[-1].only == ("a/[^/]*/b",)
     remote = system.participants["barn (barn.example)"]
     assert texts(remote.settings) == {
         "broker": "barn.example:1884",
@@ -174,9 +176,32 @@ def test_connections_of_mosquitto_are_bridges_between_brokers():
     assert "maximum_qos" not in broker.settings, "a line within a connection is no line of the broker"
 
 
-def test_a_pattern_that_is_not_followed_is_said():
-    (said,) = cqos.read(MOSQUITTO, importer="mosquitto").notes
-    assert (said.code, said.place.line) == ("MQTT962", 10)
+@pytest.mark.parametrize(
+    ("filter_", "carried"),
+    [
+        (b"+/temp", {"barn/temp", "shed/temp"}),
+        (b"barn/+", {"barn/temp"}),
+        (b"barn/+/#", {"barn/temp", "barn/roof/wind"}),
+        (b"barn/#", {"barn/temp", "barn/roof/wind"}),
+        (b"+/+/+", {"barn/roof/wind"}),
+        (b"shed/temp", {"shed/temp"}),
+    ],
+)
+def test_what_matches_the_filter_of_a_bridge_is_carried_below_its_prefixes(tmp_path, filter_, carried):
+    config = b"listener 1883\nconnection b\naddress far.example\ntopic " + filter_ + b" out 1 farm/ site/\n"
+    (tmp_path / "mosquitto.conf").write_bytes(config)
+    (tmp_path / "rest.yaml").write_text("""
+cqos: 1
+protocol: mqtt
+participants:
+  sensor:
+    broker: mosquitto
+    client: {client_id: sensor}
+    publishes: {farm/barn/temp: {}, farm/shed/temp: {}, farm/barn/roof/wind: {}, barn/temp: {}}
+""")
+    report = cqos.check(tmp_path / "mosquitto.conf", tmp_path / "rest.yaml")
+    mine = {name for group in report.groups for name in group.subscribers if name.startswith("b/")}
+    assert mine == {f"b/subscriber/farm/{name}" for name in carried}
 
 
 def test_a_configuration_alone_is_no_finding_that_anybody_has_to_look_at():
@@ -189,6 +214,7 @@ def test_a_configuration_alone_is_no_finding_that_anybody_has_to_look_at():
     [
         (b"topic a sideways", "expected one of out, in, both as the direction"),
         (b"topic a out 3", "expected 0, 1 or 2 as the QoS"),
+        (b"topic a/#/b", "`#` stands for the rest, so it can only be the last level"),
         (b"bridge_protocol_version mqttv9", "expected one of mqttv31, mqttv311, mqttv50"),
     ],
 )

@@ -199,11 +199,13 @@ class _Reader(Configuration):
                 target = self.end(PUBLISHER, asked, names[1], key, (), client)
                 ways.append((f"{client if asking == node else server}s", (source, target), before))
         for kind, ends, before in ways:
-            patterns = [f"{re.escape(before)}(?:{each})" for each in self.patterns(about, kind)]
+            patterns = tuple(self.patterns(about, kind, before, allowing=allowed is not None))
+            if any(said.code == "ROS950" for said in self.notes):
+                return  # what does not start carries nothing
             if allowed is None:
-                yield Route(*ends, self.place(key), but=tuple(patterns))
+                yield Route(*ends, self.place(key), but=patterns)
             elif patterns:
-                yield Route(*ends, self.place(key), only=tuple(patterns))
+                yield Route(*ends, self.place(key), only=patterns)
 
     def end(
         self,
@@ -221,8 +223,8 @@ class _Reader(Configuration):
         settings |= {name: Setting(text, place) for name, text in others.items()}
         return Endpoint("", role, topic, participant, settings, kind=kind, external=True, place=place)
 
-    def patterns(self, entries: MappingNode, kind: str) -> Iterator[str]:
-        """Yield the regular expressions of one kind of interface, as those of whole names."""
+    def patterns(self, entries: MappingNode, kind: str, before: str, *, allowing: bool) -> Iterator[str]:
+        """Yield the regular expressions of one kind of interface, as those of whole names with something before them."""
         node = stated(entries, kind)
         if node is None:
             return
@@ -230,16 +232,17 @@ class _Reader(Configuration):
             if not isinstance(item, ScalarNode):
                 self.refuse(item, kind, "a regular expression, or a list of them")
                 continue
-            whole = _whole(item.text)
+            whole = f"{before}(?:{_whole(item.text)})" if before else _whole(item.text)
             try:
                 pattern(whole)
             except PatternError as error:
-                message = f"{shown(item.text)} is not followed: {error}"
-                self.note(
-                    "ROS905", message, item, "if the bridge cannot read it as a regular expression either, it stops"
-                )
-                continue
-            yield whole
+                message = f"{shown(item.text)} is not followed, so nothing counts as kept back by it: {error}"
+                advice = "where the bridge cannot read it as a regular expression either, it does not start"
+                self.note("ROS905", message, item, advice)
+                if allowing:
+                    yield ".*"
+            else:
+                yield whole
 
 
 def _whole(text: str) -> str:

@@ -6,6 +6,8 @@ from cqos_core.system import System
 
 
 def _at(place):
+    if place is None:
+        return "by default"
     return f"@{place.line}:{place.column}" if place.column is not None else f"@{place.line} {place.path}"
 
 
@@ -32,6 +34,18 @@ def _overlay(overlay):
     return [f"overlay {' '.join(words)} {_at(overlay.place)}", *_settings(overlay.settings)]
 
 
+def _bridge(bridge):
+    lines = [f"bridge {bridge.id} {_at(bridge.place)}"]
+    for route in bridge.routes:
+        lines.append(f"  route {_at(route.place)}")
+        for word, end in (("from", route.source), ("to", route.target)):
+            kind = "" if end.kind == "message" else f" {end.kind}"
+            values = "".join(f" {name}={setting.text}" for name, setting in end.settings.items())
+            lines.append(f"    {word} {end.participant} {end.topic}{kind}{values}")
+        lines += [f"    only {each}" for each in route.only] + [f"    but {each}" for each in route.but]
+    return lines
+
+
 def describe(system: System) -> str:
     """Return everything a system of an importer states, with lines and columns."""
     lines = []
@@ -39,6 +53,8 @@ def describe(system: System) -> str:
         lines += _participant(participant)
     for endpoint in system.endpoints:
         lines += _endpoint(endpoint)
+    for bridge in system.bridges.values():
+        lines += _bridge(bridge)
     for overlay in system.overlays:
         lines += _overlay(overlay)
     for note in system.notes:

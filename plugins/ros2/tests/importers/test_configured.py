@@ -13,7 +13,16 @@ from cqos_core.plugins import load_plugins
 from cqos_core.problems import InputError
 
 HERE = Path(__file__).parent
-IMPORTERS = ("qos_overrides", "rviz", "gz_bridge", "ros1_bridge", "domain_bridge", "ros2_model", "fastdds")
+IMPORTERS = (
+    "qos_overrides",
+    "rviz",
+    "gz_bridge",
+    "ros1_bridge",
+    "domain_bridge",
+    "zenoh_bridge",
+    "ros2_model",
+    "fastdds",
+)
 FILES = [file for name in IMPORTERS for file in sorted((HERE / "cases" / name).iterdir())]
 
 

@@ -11,11 +11,21 @@ from cqos_core.importers.source import ReadContext, Source
 from cqos_core.plugins import load_plugins
 from cqos_core.problems import InputError
 from cqos_core.resolve import Resolver
+from cqos_core.routes import expanded
 from cqos_ros2.pack import PACK
 
 CASES = Path(__file__).parent / "cases"
-IMPORTERS = ("qos_overrides", "rviz", "gz_bridge", "ros1_bridge", "domain_bridge", "ros2_model", "fastdds")
-YAML = IMPORTERS[:5]
+IMPORTERS = (
+    "qos_overrides",
+    "rviz",
+    "gz_bridge",
+    "ros1_bridge",
+    "domain_bridge",
+    "zenoh_bridge",
+    "ros2_model",
+    "fastdds",
+)
+YAML = IMPORTERS[:6]
 SEEDS = {name: [file.read_bytes() for file in sorted((CASES / name).iterdir())] for name in IMPORTERS}
 PIECES = [
     *(
@@ -119,6 +129,7 @@ KEYS = [
         "ros_topic_name",
         "direction",
     ),
+    *("plugins", "ros2dds", "namespace", "domain", "allow", "deny", "publishers", "subscribers", "pub_max_frequencies"),
     *("gz_type_name", "qos_profile", "publisher_queue", "service_name", "name", "History Policy", "wait_for_publisher"),
 ]
 SCALARS = st.sampled_from(
@@ -152,7 +163,7 @@ VALUES = st.recursive(
 
 def check(importer, data):
     info = load_plugins().importers[importer]
-    for name in ("f.yaml", "f.xml", "f.ros2", "f.rviz", "<bytes>"):
+    for name in ("f.yaml", "f.json5", "f.xml", "f.ros2", "f.rviz", "<bytes>"):
         assert info.load_claim()(name, data[:65_536]) in {True, False}
     try:
         system = info.load_reader()(Source("f", data), ReadContext())
@@ -174,10 +185,14 @@ def check_system(system):
     assert {endpoint.participant for endpoint in system.endpoints} <= set(system.participants)
     assert len({endpoint.id for endpoint in system.endpoints}) == len(system.endpoints)
     places = [note.place for note in system.notes] + [overlay.place for overlay in system.overlays]
+    ends = [end for each in system.bridges.values() for route in each.routes for end in (route.source, route.target)]
+    assert {end.participant for end in ends} <= set(system.participants)
+    places += [end.place for end in ends]
     places += [setting.place for endpoint in system.endpoints for setting in endpoint.settings.values()]
     check_places(places)
     assert {note.code for note in system.notes} <= {info.code for info in PACK.codes}
-    Resolver(system, {"ros2": PACK}.get, None).run()
+    whole, _ = expanded(system, {"ros2": PACK}.get, None)
+    Resolver(whole, {"ros2": PACK}.get, None).run()
 
 
 @st.composite
@@ -215,6 +230,7 @@ WRAPPED = {
         "to_domain": 2,
         "topics": {"/a": value, "/b": {"type": "a", "qos": value}},
     },
+    "zenoh_bridge": lambda value: {"plugins": {"ros2dds": {"allow": value, "namespace": "/a", "nodename": value}}},
 }
 
 

@@ -1,0 +1,229 @@
+"""Zenoh bridges with the nodes around them: what crosses, with which QoS, and what is said where it does not."""
+
+import pytest
+
+from cqos_core import check, explain
+from cqos_core.importers.source import Source
+from cqos_core.loading import merge, read_source
+
+ROBOT = "domain: 1"
+DESK = "domain: 2"
+
+
+def together(nodes, robot=ROBOT, desk=DESK):
+    """A robot and a desk, each with its bridge, unless that is None."""
+    sources = [Source("nodes.yaml", f"cqos: 1\nprotocol: ros2\nparticipants:\n{nodes}".encode())]
+    for name, about in (("robot", robot), ("desk", desk)):
+        if about is not None:
+            sources.append(Source(f"{name}.json5", f"{{plugins: {{ros2dds: {{{about}}}}}}}".encode()))
+    return merge([read_source(source) for source in sources])
+
+
+def loud(report):
+    return [
+        (each.severity.value, each.code, each.topic)
+        for each in report.findings
+        if each.severity != "note" and each.code != "CQ404"
+    ]
+
+
+def nodes(offered, requested, topic="/scan", there=None):
+    return (
+        f"  lidar: {{domain: 1, publishes: {{{topic}: {{{offered}}}}}}}\n"
+        f"  ui: {{domain: 2, subscribes: {{{there or topic}: {{{requested}}}}}}}\n"
+    )
+
+
+class TestTopics:
+    def test_a_topic_crosses_two_bridges_hop_by_hop(self):
+        system = together(nodes("depth: 5", "depth: 5"))
+        assert check(system).verdict == "compatible"
+        way = explain(system, publisher="lidar/publisher//scan", subscriber="ui/subscriber//scan")
+        assert [(hop.topic, hop.bridge, hop.verdict) for hop in way.hops] == [
+            ("/scan", "zenoh_bridge_ros2dds (robot)", "compatible"),
+            ("scan", "zenoh_bridge_ros2dds (desk)", "compatible"),
+            ("/scan", None, "compatible"),
+        ]
+
+    def test_a_namespace_stands_before_names_on_the_other_side(self):
+        robot = f'{ROBOT}, namespace: "/bot1"'
+        assert loud(check(together(nodes("", "", there="/bot1/scan"), robot))) == []
+        assert loud(check(together(nodes("", "", there="/scan"), robot))) == [("warning", "ROS401", "/scan")]
+
+    def test_bridges_of_one_namespace_know_nothing_of_it(self):
+        both = ', namespace: "/bot1"'
+        assert loud(check(together(nodes("", ""), ROBOT + both, DESK + both))) == []
+
+    def test_bridges_of_different_namespaces_have_nothing_in_common(self):
+        report = check(together(nodes("", ""), f'{ROBOT}, namespace: "/a"', f'{DESK}, namespace: "/b"'))
+        assert loud(report) == [("warning", "ROS401", "/scan")]
+
+    @pytest.mark.parametrize(
+        ("robot", "desk", "crosses"),
+        [
+            ("", "", True),
+            (", deny: {publishers: ['/scan']}", "", False),
+            (", deny: {publishers: ['/sc', '/scan_raw']}", "", True),
+            (", deny: {publishers: '.*an'}", "", False),
+            (", deny: {subscribers: ['/scan']}", "", True),
+            ("", ", deny: {subscribers: ['/scan']}", False),
+            ("", ", deny: {publishers: ['/scan']}", True),
+            (", allow: {publishers: ['/s.*']}", "", True),
+            (", allow: {subscribers: ['/scan']}", "", False),
+            (", allow: {publishers: []}", "", False),
+            (", allow: {publishers: ['']}", "", False),
+            ("", ", allow: {subscribers: ['/map', '/scan']}", True),
+            # without brackets a bar parts `^` from `$`
+            (", allow: {publishers: ['/s|/map']}", "", True),
+            (", allow: {publishers: ['(/s|/map)']}", "", False),
+            (", allow: {publishers: ['x|can']}", "", True),
+            (", allow: {publishers: ['^/scan$']}", ", allow: {subscribers: ['^/scan$']}", True),
+        ],
+    )
+    def test_lists_say_what_crosses(self, robot, desk, crosses):
+        report = check(together(nodes("", ""), ROBOT + robot, DESK + desk))
+        assert loud(report) == ([] if crosses else [("warning", "ROS401", "/scan")])
+
+    def test_lists_of_the_far_side_hold_for_names_without_its_namespace(self):
+        both = ', namespace: "/bot1"'
+        denied = f"{both}, deny: {{subscribers: ['/scan']}}"
+        assert loud(check(together(nodes("", ""), ROBOT + both, DESK + denied))) == [("warning", "ROS401", "/scan")]
+
+    def test_bridges_and_nodes_on_zenoh_never_meet(self):
+        report = check(together("  lidar: {domain: 1, publishes: {/a: {}}}\n  n: {rmw: zenoh, subscribes: {/a: {}}}\n"))
+        assert ("warning", "ROS402", "/a") in loud(report) or ("warning", "ROS401", "/a") in loud(report)
+        assert all("n/subscriber//a" not in group.subscribers for group in report.groups)
+
+    def test_a_program_of_dds_is_bridged_like_a_node(self):
+        plain = (
+            "  logger: {protocol: dds, domain: 1, implementation: cyclonedds,"
+            " publishes: {rt/scan: {reliability: best_effort}}}\n"
+            "  ui: {domain: 2, subscribes: {/scan: {reliability: best_effort}}}\n"
+        )
+        report = check(together(plain + "  lidar: {domain: 1, publishes: {/scan: {reliability: best_effort}}}\n"))
+        assert [each for each in loud(report) if each[0] == "error" or each[1].startswith("ROS1")] == []
+
+
+class TestWhoIsThereFirst:
+    @pytest.mark.parametrize(
+        ("offered", "requested", "expected"),
+        [
+            ("reliability: reliable", "reliability: reliable", []),
+            ("reliability: best_effort", "reliability: best_effort", []),
+            ("reliability: reliable", "reliability: best_effort", []),
+            # alone that would never fit; over bridges it does where the publisher is there first
+            ("reliability: best_effort", "reliability: reliable", [("warning", "ROS101", "/scan")]),
+            ("durability: transient_local", "durability: transient_local", []),
+            ("durability: transient_local", "durability: volatile", []),
+            (
+                "durability: volatile",
+                "durability: transient_local",
+                [("warning", "ROS102", "/scan"), ("warning", "ROS102", "/scan")],
+            ),
+            # a bridge tells another one nothing of deadline and liveliness
+            ("deadline: 100ms", "deadline: 200ms", [("warning", "ROS103", "/scan")]),
+            ("deadline: 100ms", "", []),
+            ("lease_duration: 1s", "lease_duration: 2s", [("warning", "ROS105", "/scan")]),
+            ("lifespan: 1s", "", []),
+        ],
+    )
+    def test_what_depends_on_the_order_is_said_to(self, offered, requested, expected):
+        assert loud(check(together(nodes(offered, requested)))) == expected
+
+    @pytest.mark.parametrize(
+        ("late", "code"), [("lidar: {starts_after: [ui], ", "ROS101"), ("ui: {starts_after: [lidar], ", None)]
+    )
+    def test_a_stated_order_settles_it(self, late, code):
+        text = nodes("reliability: best_effort", "reliability: reliable").replace(f"{late.partition(':')[0]}: {{", late)
+        assert [each[1] for each in loud(check(together(text)))] == ([code] if code else [])
+
+    def test_of_two_publishers_that_differ_the_bridge_copies_one(self):
+        two = "  other: {domain: 1, publishes: {/scan: {reliability: best_effort}}}\n"
+        (said,) = loud(check(together(nodes("", "") + two)))
+        assert said == ("warning", "ROS101", "/scan")
+
+    def test_nobody_is_told_to_set_what_the_bridge_copies(self):
+        report = check(together(nodes("reliability: best_effort", "reliability: reliable")))
+        remedies = [remedy.text for finding in report.findings for remedy in finding.remedies]
+        assert remedies == ["offer reliability `reliable` on lidar/publisher//scan"]
+
+
+class TestNeeds:
+    def test_what_is_stored_for_late_subscriptions_crosses(self):
+        kept = "durability: transient_local, depth: 1"
+        assert loud(check(together(nodes(kept, f"{kept}, needs: {{late_join: 1, latest: true}}")))) == []
+
+    def test_where_routes_do_not_block_zenoh_may_drop(self):
+        text = nodes("", "needs: {latest: true}")
+        assert loud(check(together(text))) == []
+        assert loud(check(together(text, f"{ROBOT}, reliable_routes_blocking: false"))) == [
+            ("warning", "ROS523", "scan")
+        ]
+
+    def test_a_need_that_is_lost_is_lost_at_its_hop(self):
+        text = nodes("reliability: best_effort", "reliability: best_effort, needs: {latest: true}")
+        errors = [each for each in check(together(text)).findings if each.severity == "error"]
+        assert [(each.code, each.topic) for each in errors] == [("ROS501", "/scan"), ("ROS501", "/scan")]
+
+
+class TestCalls:
+    calls = "  arm: {domain: 1, serves: {/reset: {}}, action_servers: {/dock: {}}}\n"
+    client = "  ui: {domain: 2, calls: {/reset: {}}, action_clients: {/dock: {}}}\n"
+
+    def test_services_and_actions_cross(self):
+        report = check(together(self.calls + self.client))
+        assert loud(report) == []
+        assert all(each.severity != "note" or not each.code.startswith("CQ4") for each in report.findings)
+
+    @pytest.mark.parametrize(
+        ("robot", "desk", "topics"),
+        [
+            (", deny: {service_servers: ['/reset']}", "", ["/reset (response)"]),
+            ("", ", deny: {service_clients: ['/reset']}", ["/reset (response)"]),
+            (", deny: {service_clients: ['/reset']}", "", []),
+            (", deny: {action_servers: ['/dock']}", "", ["/dock (send_goal response)"]),
+            ("", ", allow: {service_clients: ['.*']}", ["/dock (send_goal response)"]),
+        ],
+    )
+    def test_lists_say_which(self, robot, desk, topics):
+        report = check(together(self.calls + self.client, ROBOT + robot, DESK + desk))
+        assert [(code, topic) for _, code, topic in loud(report)] == [("ROS401", topic) for topic in topics]
+
+    def test_the_topics_of_an_action_are_no_topics_of_their_own(self):
+        report = check(together(self.calls + self.client))
+        ids = {end for group in report.groups for end in (*group.publishers, *group.subscribers)}
+        assert not [end for end in ids if "/publisher//dock" in end]
+
+
+class TestAlone:
+    everything = (
+        "  robot: {domain: 1, publishes: {/scan: {reliability: best_effort, deadline: 1s}, /map: {lifespan: 1s}},"
+        " subscribes: {/cmd_vel: {deadline: 1s, reliability: reliable}, /scan: {reliability: best_effort}},"
+        " serves: {/reset: {}}, calls: {/elsewhere: {}}, action_servers: {/dock: {}}, action_clients: {/go: {}}}\n"
+    )
+
+    def test_one_bridge_whose_other_side_is_in_no_file_makes_nothing_wrong(self):
+        assert loud(check(together(self.everything, desk=None))) == []
+
+    def test_but_what_it_does_not_let_in_nobody_publishes(self):
+        report = check(together(self.everything, f"{ROBOT}, deny: {{subscribers: ['/cmd_vel']}}", None))
+        assert loud(report) == [("warning", "CQ401", "/cmd_vel")]
+
+    def test_two_bridges_in_one_domain_are_on_networks_of_their_own(self):
+        report = check(together(nodes("", "").replace("domain: 2", "domain: 1"), ROBOT, ROBOT))
+        assert loud(report) == []
+
+    def test_a_network_may_be_stated_where_two_robots_share_a_domain(self):
+        text = (
+            nodes("", "")
+            .replace("domain: 2", "domain: 1, network: desk")
+            .replace("lidar: {", "lidar: {network: robot, ")
+        )
+        report = check(together(text, ROBOT, ROBOT))
+        assert loud(report) == []
+        way = explain(together(text, ROBOT, ROBOT), publisher="lidar/publisher//scan", subscriber="ui/subscriber//scan")
+        assert len(way.hops) == 3
+
+    def test_a_bridge_that_does_not_start_carries_nothing(self):
+        report = check(together(nodes("", ""), f'{ROBOT}, namespace: "bot1"'))
+        assert loud(report) == [("error", "ROS950", None), ("warning", "ROS401", "/scan")]

@@ -1,0 +1,85 @@
+"""Regular expressions over names: what they match, what is refused, and that none takes long."""
+
+import re
+import time
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cqos_core.pattern import PatternError, pattern
+
+MATCHING = [
+    ("", "", True),
+    ("/tf", "/tf", True),
+    ("/tf", "/tf_static", False),
+    ("/tf", "/robot/tf", False),
+    (".*/pose", "/a/b/pose", True),
+    ("[^/]+/temp", "barn/temp", True),
+    ("[^/]+/temp", "barn/roof/temp", False),
+    ("(?:/bot[0-9]+)?/scan", "/bot12/scan", True),
+    ("(?P<robot>/a|/b)/x", "/b/x", True),
+    ("/a|/b", "/b", True),
+    ("x{2,3}", "xxx", True),
+    ("x{2,3}", "x", False),
+    ("x{2}", "xx", True),
+    ("x{2,}", "xxxxx", True),
+    ("x{0}", "", True),
+    ("a+?b*?", "aab", True),
+    (r"\d\w\.", "1a.", True),
+    (r"^/a$", "/a", True),
+    (r"a^b", "ab", False),
+    (r"\A.\z", "é", True),
+    (".", "\n", False),
+    (r"[\]\-x]+", "]-x", True),
+]
+
+
+@pytest.mark.parametrize(("text", "name", "expected"), MATCHING)
+def test_a_whole_name_is_matched(text, name, expected):
+    assert pattern(text).matches(name) is expected
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("(a", "a `(` is not closed"),
+        ("a)", "a `)` closes nothing"),
+        ("*a", "`*` has nothing to repeat"),
+        ("(?i)a", "no flags, no look-around"),
+        ("(?=a)", "no flags, no look-around"),
+        (r"\p{L}", r"`\p` is not read here"),
+        (r"\bx", r"`\b` is not read here"),
+        ("[a", "is no class of characters"),
+        ("[[:alpha:]]", "is no class of characters"),
+        ("[a&&b]", "is no class of characters"),
+        ("[z-a]", "bad character range z-a"),
+        ("a{3,2}", "`{3,2}` is no range up to 1000"),
+        ("a{1001}", "`{1001}` is no range up to 1000"),
+        ("(" * 60 + ")" * 60, "nested deeper than 50"),
+        ("a" + "{1}" * 60, "one repetition follows the other"),
+        ("((a{1000}){1000}){1000}", "it repeats more than any name needs"),
+        ("((){1000}){1000}", "it repeats more than any name needs"),
+        ("\\", "is not read here"),
+    ],
+)
+def test_what_cannot_be_read_is_refused_with_a_reason(text, why):
+    with pytest.raises(PatternError, match=re.escape(why)):
+        pattern(text)
+
+
+@pytest.mark.parametrize("text", ["(a+)+b", "(a|a)*b", "(a*)*b", "(.*.*.*)*b", "(a?){30}a{30}b"])
+def test_no_expression_takes_long(text):
+    before = time.perf_counter()
+    assert not pattern(text).matches("a" * 500)
+    assert time.perf_counter() - before < 2
+
+
+PIECES = st.sampled_from(
+    ["a", "b", "/", ".", "[ab]", "[^a]", "(a|b)", "(?:ab)", "a?", "b*", "/+", "(a*b)+", "a{1,2}", "|"]
+)
+
+
+@given(st.lists(PIECES, max_size=6).map("".join), st.text("ab/", max_size=6))
+def test_it_matches_what_python_matches(text, name):
+    assert pattern(text).matches(name) == (re.fullmatch(text, name) is not None)
