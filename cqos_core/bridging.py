@@ -132,7 +132,7 @@ class _Copying:
         taken: Value = end.profile.values[index]
         if not isinstance(taken, FromPeers) or taken.side in {"peers", _MET[end.role]}:
             return None
-        publishers, subscribers = (self.reached(end, index, role, frozenset()) for role in (PUBLISHER, SUBSCRIBER))
+        publishers, subscribers = (self.reached(end, index, role) for role in (PUBLISHER, SUBSCRIBER))
         if taken.side == "publishers" or not subscribers:
             return self.combined(end, index, taken, publishers)
         if taken.side == "subscribers" or not publishers:
@@ -140,37 +140,40 @@ class _Copying:
         offered, requested = (self.combined(end, index, taken, each) for each in (publishers, subscribers))
         if offered == requested:
             return offered
-        first, last = (self.reached(end, index, role, frozenset(), all_ends=True) for role in (PUBLISHER, SUBSCRIBER))
+        first, last = (self.reached(end, index, role, through_all=True) for role in (PUBLISHER, SUBSCRIBER))
         if _all_after(last, first):
             return offered
         if _all_after(first, last):
             return requested
         return Depends(START_ORDER, ((PUBLISHERS_FIRST, offered), (SUBSCRIBERS_FIRST, requested)))
 
-    def reached(
-        self, end: Resolved, index: int, role: Role, passed: frozenset[str], *, all_ends: bool = False
-    ) -> list[Resolved]:
+    def reached(self, end: Resolved, index: int, role: Role, *, through_all: bool = False) -> list[Resolved]:
         """Return who of a role is copied: those whom an end meets, or meets beyond the bridge.
 
-        With ``all_ends``, those behind ends that copy nobody are returned in their place.
+        With ``through_all``, ends that copy nobody are looked through as well.
         """
-        near = end if end.role != role else self.beyond.get(end.id)
-        if near is None or end.id in passed:
-            return []
-        found = []
-        for pair in self.meeting.pairs(near):
-            other = pair[role == SUBSCRIBER]
-            whose = other.carried.endpoint if other.carried is not None else other
-            own = _counterpart(end.pack, index, whose.pack)
-            if own is None:
+        found: dict[str, Resolved] = {}
+        passed: set[str] = set()
+        waiting = [(end, index)]
+        while waiting:
+            asking, at = waiting.pop()
+            near = asking if asking.role != role else self.beyond.get(asking.id)
+            if near is None or asking.id in passed:
                 continue
-            value: Value = whose.profile.values[own]
-            copies = all_ends or (isinstance(value, FromPeers) and value.side != "peers")
-            if copies and whose.id in self.beyond:
-                found += self.reached(whose, own, role, passed | {end.id}, all_ends=all_ends)
-            else:
-                found.append(whose)
-        return found
+            passed.add(asking.id)
+            for pair in self.meeting.pairs(near):
+                other = pair[role == SUBSCRIBER]
+                whose = other.carried.endpoint if other.carried is not None else other
+                own = _counterpart(asking.pack, at, whose.pack)
+                if own is None:
+                    continue
+                value: Value = whose.profile.values[own]
+                copies = through_all or (isinstance(value, FromPeers) and value.side != "peers")
+                if copies and whose.id in self.beyond:
+                    waiting.append((whose, own))
+                else:
+                    found[whose.id] = whose
+        return list(found.values())
 
     @staticmethod
     def combined(end: Resolved, index: int, taken: FromPeers, others: Iterable[Resolved]) -> Value:
@@ -205,9 +208,9 @@ def _in_terms_of(policy: Policy, own: Policy, value: Value) -> Value:
         return Anything(f"{own.name} {own.format(value)} is no value of {policy.name}")
 
 
-def _all_after(late: Iterable[Resolved], early: Iterable[Resolved]) -> bool:
+def _all_after(late: Sequence[Resolved], early: Sequence[Resolved]) -> bool:
     """Whether all of some endpoints are stated to start after all of others."""
-    return all(
+    return bool(late and early) and all(
         other.id in before or other.participant.participant.id in before
         for each in late
         for before in [{*each.endpoint.starts_after, *each.participant.participant.starts_after}]

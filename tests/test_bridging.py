@@ -475,3 +475,14 @@ def test_a_session_copies_anew_after_an_edit():
     assert session.report().verdict == "incompatible"
     session.put(writer("a", "w", care="signed"))
     assert session.report().verdict == "compatible"
+
+
+def test_many_bridges_between_the_same_two_sides_are_copied_over_in_no_time():
+    copied = {"receive": {"care": "first"}, "send": {"care": "first"}}
+    bridges = [
+        bridge(f"{way}{number}", ("i", f"{source}"), ("o", f"{target}"), **copied)
+        for number in range(9)
+        for way, source, target in (("there", "a", "b"), ("back", "b", "a"))
+    ]
+    system = bridged(writer("a", "w", care="signed"), reader("b", "r", care="signed"), bridges=bridges, abroad=())
+    assert checked(system, where=COPIED).verdict == "compatible"

@@ -79,7 +79,7 @@ def test_a_value_that_is_copied_says_so_at_its_bridge():
     report = cqos.check(*(EXAMPLE / name for name in FILES))
     (finding,) = [each for each in report.findings if each.code == "ROS103"]
     (offered,) = [fact for side in finding.sides for fact in side.facts if side.role == "publisher"]
-    line = (EXAMPLE / "desk.json5").read_text(encoding="utf-8").splitlines()[offered.place.line - 1]
+    line = (EXAMPLE / "desk.json5").read_text(encoding="utf-8").splitlines()[(offered.place.line or 0) - 1]
     assert (Path(offered.place.source).name, line) == ("desk.json5", "    ros2dds: {")
     assert {"start order=publishers first": "incompatible", "start order=subscribers first": "compatible"} == {
         world: verdict.value for world, verdict in finding.worlds.items()

@@ -107,8 +107,8 @@ def covers(pattern: str, node: str) -> bool:
     """
     if pattern == "*":
         return True
-    if not node.startswith("/") or (pattern.startswith("/") and node in NOT_BY_PARAMETERS):
-        return False
+    if not node.startswith("/") or (pattern.startswith("/") and (node in NOT_BY_PARAMETERS or node.endswith(")"))):
+        return False  # sides of bridges are named after their file, in brackets
     parts = node[1:].split("/")
     matched = {0}  # how many parts of the name the pattern can have used so far
     for part in pattern.strip("/").split("/"):

@@ -129,6 +129,9 @@ class _Reader(Configuration):
         """Look at what decides nothing here, but keeps the bridge from starting where it is wrong."""
         for name in ("ros_localhost_only", "shm_enabled"):
             self.a_flag(entries, name, otherwise=False)
+        elsewhere = stated(entries, "__config__")
+        if elsewhere is not None:
+            self.note("ROS905", "more of the configuration is in a file of its own, which is not read", elsewhere)
         span = stated(entries, "ros_automatic_discovery_range")
         if span is not None and not (isinstance(span, ScalarNode) and span.text in _RANGES):
             self.refused(f"{described(span)} is no discovery range", span, f"expected {listed(_RANGES)}")
@@ -142,11 +145,13 @@ class _Reader(Configuration):
             if not _is_number(number):
                 self.refused(f"{shown(item.text)} is not `<regex>=<hertz>`", item)
                 continue
+            whole = name == ".*" or (name.startswith("^") and name.endswith("$"))
+            part = "" if whole else " in some part of their name"
             message = (
-                f"of topics with {shown(name)} anywhere in their name only {number} samples a second go over the bridge, "
-                "and it keeps but one sample of all in between"
+                f"of topics that {shown(name)} matches{part} only {number} samples a second go over the bridge, and it "
+                "keeps but one sample in between"
             )
-            self.note("ROS952", message, item, f"for one topic alone write `^{name.strip('^$')}$={number}`")
+            self.note("ROS952", message, item, f"for whole names write `^{name}$={number}`" if not whole else None)
         for item in self.strings(entries, "pub_priorities"):
             number = item.text.partition("=")[2].removesuffix(":express")
             if number not in {*"1234567"}:

@@ -227,3 +227,12 @@ class TestAlone:
     def test_a_bridge_that_does_not_start_carries_nothing(self):
         report = check(together(nodes("", ""), f'{ROBOT}, namespace: "bot1"'))
         assert loud(report) == [("error", "ROS950", None), ("warning", "ROS401", "/scan")]
+
+
+def test_parameters_of_nodes_are_no_parameters_of_the_bridge():
+    overrides = "/**: {ros__parameters: {qos_overrides: {/scan: {subscription: {reliability: reliable}}}}}"
+    text = nodes("reliability: best_effort", "reliability: best_effort").replace("ui: {", "ui: {namespace: /x, ")
+    system = merge([together(text), read_source(Source("params.yaml", overrides.encode()))])
+    report = check(system)
+    assert ("error", "ROS101", "/scan") not in loud(report)
+    assert not [each for each in report.findings if "zenoh_bridge_ros2dds" in each.message and each.severity == "error"]
