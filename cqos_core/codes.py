@@ -552,6 +552,13 @@ _MODEL = (
         help="carry each topic on under its own name, or store more",
     ),
     CodeInfo(
+        "CQ506",
+        "bridge-leaves-out",
+        "note",
+        "The expressions of a bridge's route keep back what its pattern would carry.",
+        "Who waits for it behind the bridge gets nothing.",
+    ),
+    CodeInfo(
         "CQ601",
         "unused-acceptance",
         "warning",

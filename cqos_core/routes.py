@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.pairing import apart
 from cqos_core.pattern import pattern
 from cqos_core.resolve import resolve
-from cqos_core.system import MESSAGE, PUBLISHER, SUBSCRIBER
+from cqos_core.system import MESSAGE, PUBLISHER, SUBSCRIBER, ImportNote
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 _WITHIN: Final = "/c_qos_within"
 """The topic of endpoints by which the sides of bridges are compared with others."""
+_MOST_NAMED: Final = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,12 +57,14 @@ def expanded(
             else:
                 topic = route.source.topic or ""
                 growing.add(bridge, route, topic, route.target.topic or topic)
+    around = None
     for _ in range(len(patterns) + 1 if patterns else 0):
         around = _Around(growing, patterns, find_pack, default)
         carried = [(bridge, route, *names) for bridge, route in patterns for names in around.carried(bridge, route)]
         if not any([growing.add(*each) for each in carried]):  # noqa: C419 - each of them is added
             break
-    return growing.whole, growing.links
+    left_out = [] if around is None else [said for each in patterns for said in around.left_out(*each)]
+    return replace(growing.whole, notes=[*system.notes, *left_out]), growing.links
 
 
 @dataclass(slots=True)
@@ -148,12 +151,7 @@ class _Around:
         """
         pattern = route.source.topic or ""
         other = route.target.topic or pattern
-        if route.source.kind == MESSAGE:
-            there = (route.source, PUBLISHER, pattern)
-            here = (route.target, SUBSCRIBER, other)
-        else:
-            there = (route.target, SUBSCRIBER, other)
-            here = (route.source, PUBLISHER, pattern)
+        there, here = _ends(route)
         rests = self.rests(bridge, *there, route.source.kind)
         if there[0].external and not self.somebody_else(bridge, there[0].participant):
             rests |= self.rests(bridge, *here, route.target.kind) - self.rests(
@@ -163,6 +161,23 @@ class _Around:
             name = pattern.replace("*", rest, 1)
             if _lets_through(route, name):
                 yield name, other.replace("*", rest, 1)
+
+    def left_out(self, bridge: Bridge, route: Route) -> Iterator[ImportNote]:
+        """Say which topics, services or actions the expressions of a route keep from being carried."""
+        there, _ = _ends(route)
+        shown = {each.key: each.shown for _, each in self.endpoints}
+        pattern = route.source.topic or ""
+        names = [
+            shown[there[2].replace("*", rest, 1)]
+            for rest in sorted(self.rests(bridge, *there, route.source.kind))
+            if not _lets_through(route, pattern.replace("*", rest, 1))
+        ]
+        if names:
+            what = "topic" if route.source.kind == MESSAGE else route.source.kind.partition("_")[0]
+            listed = ", ".join(f"`{name}`" for name in names[:_MOST_NAMED])
+            more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+            message = f"bridge `{bridge.id}` leaves out {what}{'s' if len(names) > 1 else ''} {listed}{more}"
+            yield ImportNote("CQ506", "note", message, route.place)
 
     def rests(self, bridge: Bridge, side: Endpoint, role: Role, pattern: str, kind: str) -> set[str]:
         """What the `*` of a pattern stands for in the names on which a side of a bridge can meet somebody of a role.
@@ -194,6 +209,13 @@ class _Around:
             each for _, each in self.endpoints if each.role == PUBLISHER and self.own.get(each.stated_id) != bridge.id
         ]
         return asking is not None and any(each.pack is asking.pack and _meet(each, asking) for each in others)
+
+
+def _ends(route: Route) -> tuple[tuple[Endpoint, Role, str], tuple[Endpoint, Role, str]]:
+    """Where somebody is whose topics a route carries, in which role and by which names, and where others wait for them."""
+    before = (route.source, PUBLISHER, route.source.topic or "")
+    behind = (route.target, SUBSCRIBER, route.target.topic or route.source.topic or "")
+    return (before, behind) if route.source.kind == MESSAGE else (behind, before)
 
 
 def _meet(one: Resolved, other: Resolved) -> bool:

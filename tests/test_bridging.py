@@ -335,8 +335,12 @@ def named(only=(), but=()):
     ],
 )
 def test_a_pattern_is_narrowed_by_expressions_for_whole_names(only, but, expected):
-    writers = [writer(topic, topic) for topic in ("home/a", "home/ab", "home/b/c")]
-    assert carried(bridged(*writers, bridges=[named(only, but)])) == expected
+    topics = ("home/a", "home/ab", "home/b/c")
+    system = bridged(*(writer(topic, topic) for topic in topics), bridges=[named(only, but)])
+    assert carried(system) == expected
+    left = [f"`{name}`" for name in topics if name not in expected]
+    said = [finding.message for finding in check(system).findings if finding.code == "CQ506"]
+    assert said == ([f"bridge `b` leaves out topic{'s' if len(left) > 1 else ''} {', '.join(left)}"] if left else [])
 
 
 def test_only_what_a_side_can_meet_is_carried():

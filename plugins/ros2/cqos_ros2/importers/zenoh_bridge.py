@@ -209,8 +209,8 @@ class _Reader(Configuration):
                 return  # what does not start carries nothing
             if allowed is None:
                 yield Route(*ends, self.place(key), but=patterns)
-            elif patterns:
-                yield Route(*ends, self.place(key), only=patterns)
+            else:
+                yield Route(*ends, self.place(key), only=patterns, but=() if patterns else (".*",))
 
     def end(
         self,
