@@ -354,6 +354,13 @@ BRIDGE: Final = Policy(
     "The bridge whose side this is: what a bridge publishes it does not take back.",
     level="option",
 )
+BRIDGE_CACHE: Final = Policy(
+    "bridge_cache",
+    Count(),
+    "1",
+    "How many times its depth a bridge keeps of what it takes in, for late subscriptions behind it.",
+    level="option",
+)
 NAMESPACE: Final = Policy(
     "namespace",
     Text(),
@@ -412,6 +419,7 @@ POLICIES: Final = (
     DOMAIN,
     NETWORK,
     BRIDGE,
+    BRIDGE_CACHE,
     NAMESPACE,
     ROUND_TRIP,
     RESEND_ROUND_TRIPS,

@@ -31,6 +31,7 @@ from cqos_ros2.policies import (
     ACCUMULATED,
     AVOID_CONVENTIONS,
     BRIDGE,
+    BRIDGE_CACHE,
     DEADLINE,
     DEPTH,
     DEPTH_MARGIN,
@@ -137,7 +138,7 @@ PAIRS: Final = (
     ),
     forbids(
         (
-            requested(DEPTH)
+            requested(DEPTH) * subscriber(BRIDGE_CACHE)
             < total(
                 offered(DEPTH),
                 (offered(DURABILITY) >= "transient_local") & (offered(HISTORY) == "keep_last"),
@@ -145,6 +146,7 @@ PAIRS: Final = (
         )
         & (requested(HISTORY) == "keep_last")
         & (requested(DURABILITY) >= "transient_local")
+        & (subscriber(RMW) != "zenoh_bridge")  # which hands on what comes and keeps nothing
         & topic(ACCUMULATED),
         code="ROS204",
         name="depth-below-latched-publishers",
@@ -152,7 +154,8 @@ PAIRS: Final = (
         because="when it starts late, all publishers replay at once, and what exceeds its depth is lost",
         clause="tf2_ros, QoS of the static listener",
         fixes=("depth",),
-        help="request a depth with room for what all of them keep; the listener of tf2_ros has 100",
+        help="request a depth with room for what all of them keep; the listener of tf2_ros has 100, a Zenoh bridge its "
+        "`transient_local_cache_multiplier`",
     ),
     forbids(
         ~(

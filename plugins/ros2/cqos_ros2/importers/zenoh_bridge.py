@@ -48,6 +48,7 @@ _KINDS: Final = (
 _NAMESPACE: Final = re.compile(r"/|(?:/[A-Za-z0-9_]++)++")
 _NODENAME: Final = re.compile(r"[A-Za-z0-9_]++")
 _LARGEST_DOMAIN: Final = 232
+_CACHE: Final = "10"
 
 _ANNOUNCED: Final = ("durability", "history", "depth")
 _COPIED: Final = (*_ANNOUNCED, "deadline", "liveliness", "liveliness_lease_duration")
@@ -102,6 +103,7 @@ class _Reader(Configuration):
                 own["domain"] = self.setting(domain)
             else:
                 self.refused(f"{number} is no ROS domain", domain, f"expected a number from 0 to {_LARGEST_DOMAIN}")
+        own["bridge_cache"] = self.cache(entries)
         place = self.place(key)
         between: Settings = {"bridge": Setting(node), "rmw": Setting("zenoh_bridge")}
         self.system.participants[node] = Participant(node, "ros2", own, place=place)
@@ -111,6 +113,21 @@ class _Reader(Configuration):
         blocking = self.a_flag(entries, "reliable_routes_blocking", otherwise=True)
         routes = tuple(self.routes(key, entries, (node, wire), namespace.rstrip("/"), blocking=blocking))
         self.system.bridges[node] = Bridge(node, routes, place=place)
+
+    def cache(self, entries: MappingNode) -> Setting:
+        """Return how many times its depth the bridge keeps of a topic."""
+        stated_here = stated(entries, "transient_local_cache_multiplier")
+        multiplier = self.a_count(entries, "transient_local_cache_multiplier")
+        if stated_here is None or multiplier is None:
+            return Setting(_CACHE)
+        if multiplier < 0:
+            self.refused(f"{multiplier} is no multiplier", stated_here, "expected a whole number from 0")
+            return Setting(_CACHE)
+        if multiplier == 0:
+            message = "with a cache of nothing, no subscription behind the bridge gets what was published before"
+            advice = f"leave it at {_CACHE}, or state as many as a topic has publishers"
+            self.note("ROS951", message, stated_here, advice)
+        return self.setting(stated_here)
 
     def refused(self, message: str, where: Node, advice: str | None = None) -> None:
         """Tell why the bridge does not start."""
@@ -135,11 +152,6 @@ class _Reader(Configuration):
         span = stated(entries, "ros_automatic_discovery_range")
         if span is not None and not (isinstance(span, ScalarNode) and span.text in _RANGES):
             self.refused(f"{described(span)} is no discovery range", span, f"expected {listed(_RANGES)}")
-        multiplier = self.a_count(entries, "transient_local_cache_multiplier")
-        held = stated(entries, "transient_local_cache_multiplier")
-        if held is not None and multiplier == 0:
-            message = "with a cache of nothing, no subscription behind the bridge gets what was published before"
-            self.note("ROS951", message, held, "leave it at 10, or state as many as a topic has publishers")
         for item in self.strings(entries, "pub_max_frequencies"):
             name, _, number = item.text.partition("=")
             if not _is_number(number):

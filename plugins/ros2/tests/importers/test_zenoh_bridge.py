@@ -209,6 +209,22 @@ class TestAlone:
         report = check(together(self.everything, f"{ROBOT}, deny: {{subscribers: ['/cmd_vel']}}", None))
         assert loud(report) == [("warning", "CQ401", "/cmd_vel")]
 
+    @pytest.mark.parametrize(
+        ("publishers", "about", "said"),
+        [
+            (10, "", []),
+            (11, "", [("warning", "ROS204", "/tf_static")]),
+            (3, ", transient_local_cache_multiplier: 3", []),
+            (3, ", transient_local_cache_multiplier: 2", [("warning", "ROS204", "/tf_static")]),
+        ],
+    )
+    def test_the_cache_has_room_for_as_many_publishers_as_its_multiplier(self, publishers, about, said):
+        frames = "".join(
+            f"  f{number}: {{domain: 1, publishes: {{/tf_static: tf_static_broadcaster}}}}\n"
+            for number in range(publishers)
+        )
+        assert loud(check(together(frames, ROBOT + about, None))) == said
+
     def test_two_bridges_in_one_domain_are_on_networks_of_their_own(self):
         report = check(together(nodes("", "").replace("domain: 2", "domain: 1"), ROBOT, ROBOT))
         assert loud(report) == []
