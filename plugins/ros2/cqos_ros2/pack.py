@@ -46,8 +46,8 @@ SEMANTIC: Final = RulePack(
             ("differ only in upper and lower case", str.casefold),
             ("differ only in their namespace", names.without_namespace),
         ),
-        described="endpoints with one full topic name after namespaces and remappings, on one domain and one wire, "
-        "with one type",
+        described="endpoints with one full topic name after namespaces and remappings, on one domain, network and "
+        "wire, with one type",
     ),
     wire=WIRE,
     not_checked=NOT_CHECKED,

@@ -12,7 +12,7 @@ _WIDE: Final = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 _YAML_SUFFIXES: Final = frozenset((".yaml", ".yml", ".json", ""))
 _ZENOH_SUFFIXES: Final = _YAML_SUFFIXES | {".json5"}
 _BESIDE_COMMENTS: Final = re.compile(
-    r"""("(?:[^"\\\n]|\\.)*+"|'(?:[^'\\\n]|\\.)*+')|//[^\n]*+|/\*(?:[^*]|\*(?!/))*+\*/"""
+    r"""("(?:[^"\\\n]|\\.)*+"?|'(?:[^'\\\n]|\\.)*+'?)|//[^\n]*+|/\*(?:[^*]|\*(?!/))*+(?:\*/)?"""
 )
 _FIRST: Final = re.compile(r"(?:\s++|#[^\n]*+|%[^\n]*+|---(?=\s))*+(\S)")
 

@@ -1,5 +1,6 @@
 """No file is claimed by two importers, and every file that an importer's tests read is claimed by that importer."""
 
+import time
 from pathlib import Path
 
 import pytest
@@ -116,6 +117,13 @@ def test_libraries_of_the_omg_are_left_to_others(inner):
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
 def test_short_forms_and_other_encodings_are_claimed(expected, text, encoding):
     assert claiming("<stdin>", text.encode(encoding)) == [expected]
+
+
+@pytest.mark.parametrize("piece", ["/*", '"\\"', "'\\'", "//", "{", "plugins ", "/* *", "ros2dds:"])
+def test_looking_at_a_file_takes_no_time(piece):
+    before = time.perf_counter()
+    claiming("f.json5", (piece * HEAD)[:HEAD].encode())
+    assert time.perf_counter() - before < 2
 
 
 def test_a_system_file_is_no_file_of_a_bridge():

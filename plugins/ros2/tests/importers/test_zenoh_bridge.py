@@ -1,11 +1,15 @@
 """Zenoh bridges with the nodes around them: what crosses, with which QoS, and what is said where it does not."""
 
+from pathlib import Path
+
 import pytest
 
 from cqos_core import check, explain
 from cqos_core.importers.source import Source
 from cqos_core.loading import merge, read_source
 
+CASES = Path(__file__).parent / "cases"
+EXAMPLES = Path(__file__).parents[4] / "examples"
 ROBOT = "domain: 1"
 DESK = "domain: 2"
 
@@ -204,6 +208,16 @@ class TestAlone:
 
     def test_one_bridge_whose_other_side_is_in_no_file_makes_nothing_wrong(self):
         assert loud(check(together(self.everything, desk=None))) == []
+
+    @pytest.mark.parametrize("example", ["mobile_robot.yaml", "smart_agriculture.yaml", "mixed/weather_station.yaml"])
+    def test_with_nothing_but_defaults_it_makes_nothing_wrong_beside_any_system(self, example):
+        systems = [
+            read_source(Source(path.name, path.read_bytes()))
+            for path in (EXAMPLES / example, CASES / "zenoh_bridge" / "defaults.json5")
+        ]
+        before = {(each.code, each.message) for each in check(systems[0]).findings if each.severity != "note"}
+        after = {(each.code, each.message) for each in check(merge(systems)).findings if each.severity != "note"}
+        assert after <= before
 
     def test_but_what_it_does_not_let_in_nobody_publishes(self):
         report = check(together(self.everything, f"{ROBOT}, deny: {{subscribers: ['/cmd_vel']}}", None))
