@@ -232,4 +232,4 @@ def _lets_through(route: Route, name: str) -> bool:
 
 @lru_cache(maxsize=65_536)
 def _matches(expression: str, name: str) -> bool:
-    return pattern(expression).matches(name)
+    return pattern(expression)(name)

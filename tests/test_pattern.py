@@ -32,35 +32,35 @@ MATCHING = [
     (r"\A.\z", "é", True),
     (".", "\n", False),
     (r"[\]\-x]+", "]-x", True),
+    ("(?i)/TF", "/tf", True),
+    (r"/\p{L}+", "/é", True),
+    ("[[:alpha:]_]+", "a_b", True),
+    ("/a", "/\ud800", False),
 ]
 
 
 @pytest.mark.parametrize(("text", "name", "expected"), MATCHING)
 def test_a_whole_name_is_matched(text, name, expected):
-    assert pattern(text).matches(name) is expected
+    assert pattern(text)(name) is expected
 
 
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("(a", "a `(` is not closed"),
-        ("a)", "a `)` closes nothing"),
-        ("*a", "`*` has nothing to repeat"),
-        ("(?i)a", "no flags, no look-around"),
-        ("(?=a)", "no flags, no look-around"),
-        (r"\p{L}", r"`\p` is not read here"),
-        (r"\bx", r"`\b` is not read here"),
-        ("[a", "is no class of characters"),
-        ("[[:alpha:]]", "is no class of characters"),
-        ("[a&&b]", "is no class of characters"),
-        ("[z-a]", "bad character range z-a"),
-        ("a{3,2}", "`{3,2}` is no range up to 1000"),
-        ("a{1001}", "`{1001}` is no range up to 1000"),
-        ("(" * 60 + ")" * 60, "nested deeper than 50"),
-        ("a" + "{1}" * 60, "one repetition follows the other"),
-        ("((a{1000}){1000}){1000}", "it repeats more than any name needs"),
-        ("((){1000}){1000}", "it repeats more than any name needs"),
-        ("\\", "is not read here"),
+        ("(a", "missing )"),
+        ("a)", "unexpected )"),
+        ("*a", "no argument for repetition operator: *"),
+        ("(?=a)", "invalid perl operator: (?="),
+        (r"(a)\1", r"invalid escape sequence: \1"),
+        ("[a", "missing ]"),
+        ("[a-z&&[^b]]", "`&&` within a class of characters"),
+        ("[a-z--b]", "`--` within a class of characters"),
+        ("[^x[a]]", "`[` within a class of characters"),
+        ("[z-a]", "invalid character class range: z-a"),
+        ("a{3,2}", "invalid repetition size: {3,2}"),
+        ("a{1001}", "invalid repetition size: {1001}"),
+        ("((a{1000}){1000}){1000}", "invalid repetition size"),
+        ("\\", "trailing \\"),
     ],
 )
 def test_what_cannot_be_read_is_refused_with_a_reason(text, why):
@@ -71,7 +71,7 @@ def test_what_cannot_be_read_is_refused_with_a_reason(text, why):
 @pytest.mark.parametrize("text", ["(a+)+b", "(a|a)*b", "(a*)*b", "(.*.*.*)*b", "(a?){30}a{30}b"])
 def test_no_expression_takes_long(text):
     before = time.perf_counter()
-    assert not pattern(text).matches("a" * 500)
+    assert not pattern(text)("a" * 5_000)
     assert time.perf_counter() - before < 2
 
 
@@ -82,4 +82,4 @@ PIECES = st.sampled_from(
 
 @given(st.lists(PIECES, max_size=6).map("".join), st.text("ab/", max_size=6))
 def test_it_matches_what_python_matches(text, name):
-    assert pattern(text).matches(name) == (re.fullmatch(text, name) is not None)
+    assert pattern(text)(name) == (re.fullmatch(text, name) is not None)
