@@ -27,7 +27,9 @@ if TYPE_CHECKING:
     from cqos_core.system import Endpoint, Participant, System
 
 
-def _partners(results: Mapping[tuple[str, str], TopicResult], packs: Mapping[str, RulePack]) -> list[Finding]:
+def _partners(
+    results: Mapping[tuple[str, str], TopicResult], packs: Mapping[str, RulePack], endpoints: Iterable[Resolved]
+) -> list[Finding]:
     """Report endpoints without any partner, and topics whose names nearly agree."""
     if not any(result.lonely for result in results.values()):
         return []
@@ -38,17 +40,30 @@ def _partners(results: Mapping[tuple[str, str], TopicResult], packs: Mapping[str
         for group in result.groups
         for each in (*group.publishers, *group.subscribers)
     }
+    # Of alternatives, one is enough.
+    met_for = {e.endpoint.template for e in endpoints if e.endpoint.alternative and e.id in met}
     lonely = {
-        key: [endpoint for endpoint in result.lonely if endpoint.id not in met] for key, result in results.items()
+        key: [
+            e
+            for e in result.lonely
+            if e.id not in met and not (e.endpoint.alternative and e.endpoint.template in met_for)
+        ]
+        for key, result in results.items()
     }
     lonely = {key: endpoints for key, endpoints in lonely.items() if endpoints}
     near, silenced = _near_misses(lonely, packs)
     findings = list(near)
+    told = {e.endpoint.template for key in silenced for e in lonely[key] if e.endpoint.alternative}
     for key in sorted(results):
         for role, code in ((SUBSCRIBER, "CQ401"), (PUBLISHER, "CQ402")):
-            alone = [e for e in lonely.get(key, ()) if e.role == role and not e.external]
+            alone = [
+                e
+                for e in lonely.get(key, ())
+                if e.role == role and not e.external and not (e.endpoint.alternative and e.endpoint.template in told)
+            ]
             if not alone or key in silenced:
                 continue
+            told |= {e.endpoint.template for e in alone if e.endpoint.alternative}
             ids = sorted(endpoint.id for endpoint in alone)
             first = next(endpoint for endpoint in alone if endpoint.id == ids[0])
             more = f" and {len(ids) - 1} more" if len(ids) > 1 else ""
@@ -218,7 +233,7 @@ def assemble(
         *_starts(system),
         *_participant_rules(resolved.endpoints),
         *_collapses(resolved.endpoints),
-        *_partners(results, packs),
+        *_partners(results, packs, resolved.endpoints),
         *_unknown_severities(system, context),
     ]
     if not groups:

@@ -157,6 +157,8 @@ class Endpoint:
         topic_is_guess: the topic's name is a guess (an event name, say), worth saying when nothing meets it.
         starts_after: ids of endpoints or participants that are up before this one.
         template: the id before ``instances:`` were multiplied out; findings stay grouped by it.
+        alternative: any one of the endpoints of this template may be the one that there is, so that one without a partner is
+            no finding while another has one.
         protocol: overrides the participant's.
         label: a person's name for the endpoint (the BPMN event's name), for messages.
     """
@@ -177,6 +179,7 @@ class Endpoint:
     topic_is_guess: bool = False
     starts_after: tuple[str, ...] = ()
     template: str | None = None
+    alternative: bool = False
     protocol: str | None = None
     label: str | None = None
     place: Place | None = None

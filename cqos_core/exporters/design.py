@@ -179,6 +179,7 @@ class _Designer:
             dialect=YAML,
             topic_is_guess=False,
             template=None,
+            alternative=False,
             protocol=self._own_protocol(endpoint),
             label=None if endpoint.label == each.id else endpoint.label,
         )

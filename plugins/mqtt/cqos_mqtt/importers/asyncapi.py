@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from itertools import product
+from math import prod
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import collector_paused, listed, shown
@@ -18,7 +20,7 @@ from cqos_core.system import PUBLISHER, SUBSCRIBER, Place, Setting
 from cqos_mqtt.importers.document import Document, entries_of, levels, stated
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
@@ -48,17 +50,20 @@ _SUBSCRIPTION: Final = {
     "x-retainAsPublished": "retain_as_published",
     "x-retainHandling": "retain_handling",
 }
+_PARAMETER: Final = re.compile(r"\{([^{}]*)\}")
+_MOST_TOPICS: Final = 100
 _SAYS: Final = {"subscribe": PUBLISHER, "publish": SUBSCRIBER, "send": PUBLISHER, "receive": SUBSCRIBER}
+_ANSWERS: Final = {"send": SUBSCRIBER, "receive": PUBLISHER}
 UNKNOWN: Final = "unknown"
 
 
-def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - nothing is included
+def read(source: Source, context: ReadContext) -> System:
     """Read a document as the clients of one application.
 
     Raises:
         InputError: it is neither YAML nor JSON, or of a version that is not known.
     """
-    reader = _Reader(source)
+    reader = _Reader(source, context.open)
     with collector_paused():
         reader.load()
         reader.document()
@@ -72,6 +77,14 @@ class _Server:
     name: str
     node: MappingNode
     client: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Topic:
+    """A topic or filter, and the address that it is one of the ways to fill, if there are several."""
+
+    name: str
+    one_of: str | None = None
 
 
 class _Reader(Document):
@@ -147,31 +160,95 @@ class _Reader(Document):
                     own_key = channel.entries[verb][0]
                     # In 2.x what a trait says takes the place of what the operation says.
                     layers = [operation, *self.traits(operation)]
-                    self.operation(_SAYS[verb], key.text, own_key, layers, reached)
+                    for topic in self.topics(channel, key.text):
+                        self.operation(_SAYS[verb], topic, own_key, layers, reached)
 
     def of_version_3(self, operations: MappingNode, servers: list[_Server]) -> None:
         """Read operations with the channels they lead to, as 3.x writes them."""
+        answered = []
         for key, node in entries_of(operations):
             operation = self.a_map(node, key.text)
             action = self.a_text(operation, "action")
-            if action not in {"send", "receive"}:
+            if action not in _ANSWERS:
                 where = stated(operation, "action") or key
-                self.problem("CQ009", f"`action` must be {listed(('send', 'receive'))}, found {shown(action)}", where)
+                self.problem("CQ009", f"`action` must be {listed(_ANSWERS)}, found {shown(action)}", where)
                 continue
             channel = self.followed(stated(operation, "channel"))
             if not isinstance(channel, MappingNode):
                 if stated(operation, "channel") is None:
                     self.problem("CQ009", f"operation {shown(key.text)} has no `channel`", key)
                 continue
-            address = stated(channel, "address")
-            if not isinstance(address, ScalarNode):
-                self.note(
-                    "MQTT921", f"the channel of operation {shown(key.text)} has no address, so it is passed over", key
-                )
-                continue
             # In 3.x what a trait says gives way to what the operation says.
             layers = [*self.traits(operation), operation]
-            self.operation(_SAYS[action], address.text, key, layers, self.reached(channel, servers))
+            for topic in self.addressed(channel, f"the channel of operation {shown(key.text)}", key):
+                self.operation(_SAYS[action], topic, key, layers, self.reached(channel, servers))
+            if stated(operation, "reply") is not None:
+                answered.append((key, operation, _ANSWERS[action]))
+        for key, operation, role in answered:
+            self.reply(operation, role, f"the reply to operation {shown(key.text)}", servers)
+
+    def reply(self, operation: MappingNode, role: Role, what: str, servers: list[_Server]) -> None:
+        """Read where the reply to an operation goes; how, the operation says of itself only."""
+        where, node = operation.entries["reply"]
+        reply = self.a_map(node, "reply")
+        location = self.a_text(self.a_map(stated(reply, "address"), "address"), "location")
+        channel = self.followed(stated(reply, "channel"))
+        if location:
+            self.note("MQTT921", f"{what} goes where {shown(location)} says, so it is passed over", where)
+        elif isinstance(channel, MappingNode):
+            # An operation of its own for the replies says more of them.
+            known = {(each.participant, each.role, each.topic) for each in self.system.endpoints}
+            for topic in self.addressed(channel, f"the channel of {what}", where):
+                new = [
+                    server
+                    for server in self.reached(channel, servers)
+                    if (server.client, role, topic.name) not in known
+                ]
+                self.operation(role, topic, where, [], new)
+        elif stated(reply, "channel") is None:
+            self.note("MQTT921", f"{what} has neither an address nor a channel, so it is passed over", where)
+
+    def addressed(self, channel: MappingNode, what: str, where: ScalarNode) -> list[_Topic]:
+        """Return the topics of a channel of 3.x; none where it states no address, which is told."""
+        address = stated(channel, "address")
+        if isinstance(address, ScalarNode):
+            return self.topics(channel, address.text)
+        self.note("MQTT921", f"{what} has no address, so it is passed over", where)
+        return []
+
+    def topics(self, channel: MappingNode, address: str) -> list[_Topic]:
+        """Return the topics that an address stands for: one for each way to fill the parameters that have few values."""
+        parameters = self.a_map(stated(channel, "parameters"), "parameters")
+        used = dict.fromkeys(_PARAMETER.findall(address))
+        choices = {name: few for name in used if (few := self.choices(parameters, name))}
+        count = prod(map(len, choices.values()))
+        if count > _MOST_TOPICS:
+            message = f"{shown(address)} stands for {count} topics; it is read as {shown(levels(address))}"
+            self.note("MQTT905", message, stated(channel, "parameters") or channel)
+            return [_Topic(levels(address))]
+        filled = dict.fromkeys(
+            levels(_filled(address, dict(zip(choices, chosen, strict=True)))) for chosen in product(*choices.values())
+        )
+        return [_Topic(topic, address if len(filled) > 1 else None) for topic in filled]
+
+    def choices(self, parameters: MappingNode, name: str) -> list[str]:
+        """Return the values that a parameter may have; none where it may have any."""
+        if stated(parameters, name) is None:
+            return []
+        parameter = self.a_map(stated(parameters, name), name)
+        # In 2.x a schema says what values there are, in 3.x the parameter itself.
+        schema = self.a_map(stated(parameter, "schema"), "schema") if stated(parameter, "schema") else parameter
+        fixed = stated(schema, "const")
+        values = [fixed] if fixed is not None else self.a_list(stated(schema, "enum"), "enum")
+        texts = [each.text for each in values if isinstance(each, ScalarNode) and each.text]
+        return list(dict.fromkeys(texts)) if len(texts) == len(values) else []
+
+    def stands_alone(self, root: Node) -> bool:
+        """Whether a file that is referred to is an application too."""
+        if not isinstance(root, MappingNode) or stated(root, "asyncapi") is None or stated(root, "servers") is None:
+            return False
+        version_2 = self.a_text(root, "asyncapi").startswith("2.")
+        return stated(root, "channels" if version_2 else "operations") is not None
 
     def reached(self, channel: MappingNode, servers: list[_Server]) -> list[_Server]:
         """Return the servers on which a channel is, all where it names none."""
@@ -184,7 +261,7 @@ class _Reader(Document):
         return [self.a_map(each, "traits") for each in self.a_list(stated(operation, "traits"), "traits")]
 
     def operation(
-        self, role: Role, address: str, where: ScalarNode, layers: list[MappingNode], servers: list[_Server]
+        self, role: Role, topic: _Topic, where: ScalarNode, layers: list[MappingNode], servers: list[_Server]
     ) -> None:
         """Add what an operation is at each server; of its layers a later one wins."""
         settings: Settings = {}
@@ -193,7 +270,8 @@ class _Reader(Document):
             binding = self.a_map(stated(bindings, "mqtt"), "mqtt")
             self.take(binding, _PUBLICATION if role == PUBLISHER else _SUBSCRIPTION, settings)
         for server in servers:
-            self.endpoint(server.client, role, levels(address), where, dict(settings))
+            one_of = None if topic.one_of is None else f"{server.client}/{role}/{topic.one_of}"
+            self.endpoint(server.client, role, topic.name, where, dict(settings), one_of=one_of)
 
     # Values
 
@@ -220,6 +298,11 @@ class _Reader(Document):
     def _only(self, schema: MappingNode) -> Node | None:
         listed_values = self.a_list(stated(schema, "enum"), "enum")
         return listed_values[0] if len(listed_values) == 1 else None
+
+
+def _filled(address: str, values: Mapping[str, str]) -> str:
+    """Return an address with those of its parameters replaced that have a value."""
+    return _PARAMETER.sub(lambda parameter: values.get(parameter[1], parameter[0]), address)
 
 
 def _bounds(schema: MappingNode) -> Iterator[str]:

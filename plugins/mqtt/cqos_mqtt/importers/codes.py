@@ -19,8 +19,9 @@ CODES: Final = (
         "MQTT901",
         "unresolved-reference",
         "error",
-        "A `$ref` leads to nothing in its document.",
-        "References within the document begin with `#/`; what stands in other files or on the network is not fetched.",
+        "A `$ref` leads to nothing.",
+        "References within the document begin with `#/`; before that, the path of another file may stand, relative to the file "
+        "that names it. Other files are read where the document is a file itself.",
     ),
     CodeInfo(
         "MQTT902",
@@ -44,6 +45,14 @@ CODES: Final = (
         "A binding describes a value by a schema that allows several, so it is not known.",
         "Rules over it are not decided.",
         help="a `const` in the schema says which it is",
+    ),
+    CodeInfo(
+        "MQTT906",
+        "reference-to-the-network",
+        "warning",
+        "A `$ref` leads to the network, which is never asked.",
+        "What stands there is not known.",
+        help="save it as a file beside the document, and refer to that",
     ),
     CodeInfo(
         "MQTT907",

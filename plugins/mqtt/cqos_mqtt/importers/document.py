@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+import os
+import re
+from typing import TYPE_CHECKING, Final, NamedTuple
+from urllib.parse import unquote
 
 from cqos_core.importers.forms import described
 from cqos_core.importers.reading import Reading, shown
@@ -17,28 +20,44 @@ from cqos_mqtt.names import PATTERN
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from cqos_core.importers.source import Source
+    from cqos_core.importers.source import Opener, Source
     from cqos_core.importers.tree import Node
     from cqos_core.problems import Problem
     from cqos_core.system import ImportNote, Role, Settings
 
 REF: Final = "$ref"
+_MOST_FILES: Final = 1000
+_NOT_A_FILE: Final = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:|//")
+
+
+class _File(NamedTuple):
+    """A file that is read: its path, and what stands in it."""
+
+    path: str
+    root: Node
 
 
 class Document(Reading):
-    """One document that is being read.
+    """One document that is being read, with the parts of other files that it refers to.
 
     Attributes:
         system: what it states, as far as it is read.
         root: the document.
     """
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: Source, opener: Opener | None = None) -> None:
+        """Read ``source``; references to other files are followed where there is an ``opener`` of files."""
         super().__init__(source, [], [])
         self.system = System(protocol="mqtt", notes=self.notes, sources={source.name: source.data})
         self.root: Node = MappingNode(1, 1)
+        self._opener = opener
+        self._files: dict[str, _File] = {}
+        # By the file that names it and the name: the file, or why there is none.
+        self._by_name: dict[tuple[str, str], _File | str] = {}
+        # Of nodes that stand in other files, by identity: the name of the file.
+        self._homes: dict[int, str] = {}
         self._numbers: dict[str, int] = {}
-        self._told: set[tuple[str, int | None, int | None]] = set()
+        self._told: set[tuple[str, Place]] = set()
 
     # The document
 
@@ -48,15 +67,12 @@ class Document(Reading):
         Raises:
             InputError: the file is neither YAML nor JSON, or is empty.
         """
-        documents = read_tree(self).documents
-        if not documents and not self.problems:
-            self.problem("CQ001", "there is nothing in this file", Place(self.source.name, 1, 1))
-        for more in documents[1:]:
-            self.problem("CQ009", "another document begins here; only one is read", more)
-        if self.problems:
+        root = _only_document(self)
+        if root is None or self.problems:
             raise InputError(self.problems)
-        self.root = documents[0]
-        return self.root
+        self.root = root
+        self._files[_same(self.source.name)] = _File(self.source.name, root)
+        return root
 
     def finish(self) -> System:
         """Return the system.
@@ -69,10 +85,14 @@ class Document(Reading):
         self.notes.sort(key=_position)
         return self.system
 
+    def place(self, node: Node) -> Place:
+        """Return where ``node`` begins, in whichever file it stands."""
+        return Place(self._homes.get(id(node), self.source.name), node.line, node.column)
+
     def note(self, code: str, message: str, where: Node | Place, advice: str | None = None) -> None:
         """Say something that is no reason to stop, once for each place."""
         place = where if isinstance(where, Place) else self.place(where)
-        key = (message, place.line, place.column)
+        key = (message, place)
         if key not in self._told:
             self._told.add(key)
             self.notes.append(note(code, message, place, advice))
@@ -115,38 +135,70 @@ class Document(Reading):
     # References
 
     def followed(self, node: Node | None) -> Node | None:
-        """Follow a `$ref` to what it leads to in the document; None where it leads to nothing, which is told."""
+        """Follow a `$ref` to what it leads to; None where it leads to nothing, which is told."""
         trail: list[str] = []
         while isinstance(node, MappingNode) and (reference := stated(node, REF)) is not None:
             if not isinstance(reference, ScalarNode):
                 self._refuse(reference, REF, "a text")
                 return None
-            target = reference.text
+            name, _, pointer = reference.text.partition("#")
+            file = self.file(name, reference)
+            if file is None:
+                return None
+            target = f"#{pointer}" if file.root is self.root else f"{file.path}#{pointer}"
             if target in trail:
                 circle = " → ".join([*trail[trail.index(target) :], target])
                 self.note("MQTT902", f"references lead in a circle: {circle}", reference)
                 return None
             trail.append(target)
-            node = self.pointed(target)
+            node = pointed(file.root, pointer)
             if node is None:
-                why = "leads out of the document" if not target.startswith("#") else "leads to nothing"
-                self.note("MQTT901", f"reference {shown(target)} {why}", reference)
+                self.note("MQTT901", f"reference {shown(reference.text)} leads to nothing", reference)
         return node
 
-    def pointed(self, pointer: str) -> Node | None:
-        """Return what a JSON pointer of the form ``#/a/b`` leads to."""
-        if not pointer.startswith("#/"):
-            return self.root if pointer == "#" else None
-        node: Node | None = self.root
-        for part in pointer[2:].split("/"):
-            key = _unescaped(part)
-            if isinstance(node, SequenceNode):
-                node = node.items[int(key)] if key.isdecimal() and int(key) < len(node.items) else None
-            else:
-                node = node.entries.get(key, (None, None))[1] if isinstance(node, MappingNode) else None
-            if node is None:
-                return None
-        return node
+    def file(self, name: str, reference: ScalarNode) -> _File | None:
+        """Return the file of a reference, relative to the one it stands in; None where there is none, which is told."""
+        home = self.place(reference).source
+        if not name:
+            return self._files[_same(home)]
+        if _NOT_A_FILE.match(name):
+            self.note(
+                "MQTT906", f"reference {shown(reference.text)} leads to the network, so it is not known", reference
+            )
+            return None
+        key = (home, name)
+        if key not in self._by_name:
+            self._by_name[key] = self.opened(name, home)
+        found = self._by_name[key]
+        if isinstance(found, str):
+            self.note("MQTT901", f"reference {shown(reference.text)} cannot be followed: {found}", reference)
+            return None
+        return found
+
+    def opened(self, name: str, home: str) -> _File | str:
+        """Open a file that ``home`` names, once however it is named; return why, where it cannot be."""
+        if self._opener is None:
+            return "it leads out of the document"
+        try:
+            source = self._opener(unquote(name), home)
+        except InputError as error:
+            return "; ".join(problem.message for problem in error.problems)
+        known = self._files.get(_same(source.name))
+        if known is not None:
+            return known
+        if len(self._files) >= _MOST_FILES:
+            return f"more than {_MOST_FILES} files are referred to, which is refused"
+        root = _only_document(Reading(source, self.problems, self.notes))
+        if root is None:
+            return f"{shown(source.name)} cannot be read"
+        if not self.stands_alone(root):
+            self.system.sources[source.name] = source.data
+        self._homes.update((id(node), source.name) for node in _everything(root))
+        return self._files.setdefault(_same(source.name), _File(source.name, root))
+
+    def stands_alone(self, root: Node) -> bool:  # noqa: ARG002 - for formats in which there is more to say
+        """Whether another file is also a document of its own, rather than a part of those that refer to it."""
+        return False
 
     # What is found
 
@@ -173,8 +225,12 @@ class Document(Reading):
         presets: Iterable[str] = (),
         needs: Settings | None = None,
         label: str | None = None,
+        one_of: str | None = None,
     ) -> None:
-        """Add an endpoint; one that publishes to a name with a wildcard publishes to several topics."""
+        """Add an endpoint; one that publishes to a name with a wildcard publishes to several topics.
+
+        Of the endpoints that stand for one, as ``one_of`` names it, any may be the one that there is.
+        """
         identifier = f"{client}/{role}/{topic}"
         number = self._numbers[identifier] = self._numbers.get(identifier, 0) + 1
         place = self.place(where)
@@ -189,6 +245,8 @@ class Document(Reading):
                 needs=needs or {},
                 kind=PATTERN if role == PUBLISHER and has_wildcards(topic) else "message",
                 label=label or None,
+                template=one_of,
+                alternative=one_of is not None,
                 place=place,
             )
         )
@@ -218,12 +276,59 @@ def entries_of(node: MappingNode) -> Iterator[tuple[ScalarNode, Node]]:
     yield from (entry for name, entry in node.entries.items() if not name.startswith("x-"))
 
 
-def _unescaped(part: str) -> str:
-    from urllib.parse import unquote
+def pointed(root: Node, pointer: str) -> Node | None:
+    """Return what a JSON pointer of the form ``/a/b`` leads to; one that is empty leads to all of it."""
+    if not pointer.startswith("/"):
+        return None if pointer else root
+    node: Node | None = root
+    for part in pointer[1:].split("/"):
+        key = _unescaped(part)
+        if isinstance(node, SequenceNode):
+            node = node.items[int(key)] if key.isdecimal() and int(key) < len(node.items) else None
+        else:
+            node = node.entries.get(key, (None, None))[1] if isinstance(node, MappingNode) else None
+        if node is None:
+            return None
+    return node
 
+
+def _only_document(reading: Reading) -> Node | None:
+    """Return the root of the one document in a file, None where there is none; what is wrong is told."""
+    before = len(reading.problems)
+    documents = read_tree(reading).documents
+    if not documents and len(reading.problems) == before:
+        reading.problem("CQ001", "there is nothing in this file", Place(reading.source.name, 1, 1))
+    for more in documents[1:]:
+        reading.problem("CQ009", "another document begins here; only one is read", more)
+    return documents[0] if documents else None
+
+
+def _everything(root: Node) -> Iterator[Node]:
+    """Yield all nodes of a tree, keys too."""
+    waiting, seen = [root], {id(root)}
+    while waiting:
+        node = waiting.pop()
+        yield node
+        below: Iterable[Node] = ()
+        if isinstance(node, SequenceNode):
+            below = node.items
+        elif isinstance(node, MappingNode):
+            below = (part for pair in node.entries.values() for part in pair)
+        for each in below:
+            if id(each) not in seen:
+                seen.add(id(each))
+                waiting.append(each)
+
+
+def _same(name: str) -> str:
+    """Return what is equal for different ways to write one path."""
+    return os.path.normpath(name)
+
+
+def _unescaped(part: str) -> str:
     return unquote(part).replace("~1", "/").replace("~0", "~")
 
 
-def _position(said: Problem | ImportNote) -> tuple[int, int]:
+def _position(said: Problem | ImportNote) -> tuple[str, int, int]:
     place = said.place
-    return (0, 0) if place is None else (place.line or 0, place.column or 0)
+    return ("", 0, 0) if place is None else (place.source, place.line or 0, place.column or 0)

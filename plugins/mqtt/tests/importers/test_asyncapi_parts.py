@@ -1,0 +1,351 @@
+"""AsyncAPI: replies, parameters of few values, and parts that stand in other files."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from cqos_core import check, read
+from cqos_core.loading import load_paths
+from cqos_core.report import Finding, Report
+from cqos_core.system import System
+
+Write = Callable[..., list[str]]
+
+REQUESTER = """
+asyncapi: 3.0.0
+info: {title: dashboard, version: 1.2.0}
+servers:
+  plant: {host: "broker.plant:1883", protocol: mqtt, protocolVersion: "5.0"}
+channels:
+  statusRequested:
+    address: plant/status/get
+    messages: {request: {payload: {type: object}}}
+  statusReported:
+    address: plant/status/reply
+    messages: {status: {payload: {type: object}}}
+operations:
+  askForStatus:
+    action: send
+    channel: {$ref: "#/channels/statusRequested"}
+    bindings: {mqtt: {qos: 1, bindingVersion: "0.2.0"}}
+    reply:
+      channel: {$ref: "#/channels/statusReported"}
+      messages: [{$ref: "#/channels/statusReported/messages/status"}]
+"""
+RESPONDER = REQUESTER.replace("dashboard", "controller").replace("action: send", "action: receive")
+
+LIGHTS_V2 = """
+asyncapi: 2.6.0
+info: {title: lights, version: 1.0.0}
+servers:
+  production: {url: "mqtt://broker:1883", protocol: mqtt}
+defaultContentType: application/json
+channels:
+  smartylighting/{env}/lights/{lightId}/measured:
+    parameters:
+      env:
+        description: where the light is
+        schema: {type: string, enum: [street, tunnel]}
+      lightId: {$ref: "#/components/parameters/lightId"}
+    publish:
+      operationId: measured
+      message: {$ref: "https://schemas.example.org/light.json"}
+components:
+  parameters:
+    lightId: {schema: {type: string}}
+"""
+LIGHTS_V3 = """
+asyncapi: 3.0.0
+info: {title: lights, version: 1.0.0}
+servers:
+  production: {host: "broker:1883", protocol: mqtt}
+channels:
+  measured:
+    address: smartylighting/{env}/lights/{lightId}/measured
+    parameters:
+      env: {description: where the light is, enum: [street, tunnel], default: street}
+      lightId: {description: its number}
+operations:
+  measured: {action: receive, channel: {$ref: "#/channels/measured"}}
+"""
+
+
+def meter(topic: str, qos: int = 0) -> str:
+    """Return an application that publishes to one topic on the same broker."""
+    return f"""
+asyncapi: 3.0.0
+info: {{title: meter, version: 1.0.0}}
+servers: {{production: {{host: "broker:1883", protocol: mqtt}}}}
+channels: {{out: {{address: {topic}}}}}
+operations: {{tell: {{action: send, channel: {{$ref: "#/channels/out"}}, bindings: {{mqtt: {{qos: {qos}}}}}}}}}
+"""
+
+
+def system(text: str) -> System:
+    return read(text.encode(), importer="asyncapi")
+
+
+def ids(text: str) -> list[str]:
+    return [endpoint.id for endpoint in system(text).endpoints]
+
+
+def told(report: Report, *codes: str) -> list[Finding]:
+    return [finding for finding in report.findings if finding.code in codes]
+
+
+# Replies
+
+
+def test_who_sends_a_request_receives_the_reply_and_the_other_way_round():
+    assert ids(REQUESTER) == ["dashboard/publisher/plant/status/get", "dashboard/subscriber/plant/status/reply"]
+    assert ids(RESPONDER) == ["controller/subscriber/plant/status/get", "controller/publisher/plant/status/reply"]
+
+
+def test_both_ends_of_request_and_reply_meet():
+    report = check(REQUESTER.encode(), RESPONDER.encode())
+    assert (report.verdict, report.pair_count) == ("compatible", 2)
+    assert not told(report, "CQ401", "CQ402")
+
+
+def test_the_qos_of_a_request_says_nothing_of_its_reply():
+    request, reply = system(REQUESTER).endpoints
+    assert "qos" in request.settings
+    assert "qos" not in reply.settings
+    assert reply.place is not None
+    assert (reply.place.line, reply.place.column) == (18, 5)
+
+
+@pytest.mark.parametrize(
+    "channel",
+    [
+        "{address: {location: '$message.header#/replyTo'}, channel: {$ref: '#/channels/statusReported'}}",
+        "{address: {location: '$message.header#/replyTo'}}",
+        "{channel: {$ref: '#/channels/somewhere'}}",
+        "{messages: []}",
+    ],
+)
+def test_where_a_reply_goes_may_be_known_at_run_time_only(channel: str):
+    start, _, _ = REQUESTER.partition("    reply:")
+    start = start.replace("operations:", "  somewhere: {address: null}\noperations:")
+    text = f"{start}    reply: {channel}\n"
+    assert ids(text) == ["dashboard/publisher/plant/status/get"]
+    (finding,) = told(check(text.encode(), importer="asyncapi"), "MQTT921")
+    assert finding.severity == "note"
+    assert "askForStatus" in finding.message
+    assert finding.place is not None
+    assert finding.place.line == 19
+
+
+def test_an_operation_of_its_own_says_more_of_replies():
+    text = REQUESTER + (
+        "  takeStatus:\n"
+        '    action: receive\n    channel: {$ref: "#/channels/statusReported"}\n    bindings: {mqtt: {qos: 2}}\n'
+    )
+    _, replies = system(text).endpoints
+    assert replies.settings["qos"].text == "2"
+
+
+def test_a_reply_that_leads_nowhere_is_told_at_its_place():
+    text = REQUESTER.replace(
+        '      channel: {$ref: "#/channels/statusReported"}', '      channel: {$ref: "#/channels/no"}'
+    )
+    (finding,) = told(check(text.encode(), importer="asyncapi"), "MQTT901")
+    assert finding.place is not None
+    assert finding.place.line == 19
+
+
+# Parameters of few values
+
+
+@pytest.mark.parametrize("text", [LIGHTS_V2, LIGHTS_V3])
+def test_a_parameter_of_few_values_stands_for_as_many_topics(text: str):
+    assert [endpoint.topic for endpoint in system(text).endpoints] == [
+        "smartylighting/street/lights/+/measured",
+        "smartylighting/tunnel/lights/+/measured",
+    ]
+
+
+@pytest.mark.parametrize("text", [LIGHTS_V2, LIGHTS_V3])
+def test_it_meets_those_values_and_no_others(text: str):
+    met = check(meter("smartylighting/street/lights/7/measured").encode(), text.encode())
+    apart = check(meter("smartylighting/harbour/lights/7/measured").encode(), text.encode())
+    assert (met.pair_count, apart.pair_count) == (1, 0)
+
+
+@pytest.mark.parametrize("text", [LIGHTS_V2, LIGHTS_V3])
+def test_a_value_that_nobody_uses_is_no_finding_while_another_is_used(text: str):
+    report = check(meter("smartylighting/tunnel/lights/7/measured").encode(), text.encode())
+    assert [finding.code for finding in report.findings if finding.severity != "note"] == []
+    assert not told(report, "CQ401", "CQ402")
+
+
+@pytest.mark.parametrize("text", [LIGHTS_V2, LIGHTS_V3])
+def test_where_none_is_used_there_is_nobody_to_hear(text: str):
+    report = check(meter("elsewhere").encode(), text.encode())
+    assert [finding.code for finding in report.findings if finding.severity != "note"] == ["CQ401", "CQ404"]
+    near = check(meter("SmartyLighting/tunnel/lights/7/measured").encode(), text.encode())
+    assert [finding.code for finding in near.findings if finding.severity != "note"] == ["CQ403", "CQ404"]
+
+
+def test_the_same_is_said_once_of_all_values():
+    text = LIGHTS_V3.replace('measured"}}', 'measured"}, bindings: {mqtt: {qos: 2, x-noLocal: true}}}')
+    report = check(text.replace("mqtt}", 'mqtt, protocolVersion: "3.1.1"}').encode(), importer="asyncapi")
+    (finding,) = told(report, "MQTT613")
+    assert finding.endpoints == (
+        "lights/subscriber/smartylighting/street/lights/+/measured",
+        "lights/subscriber/smartylighting/tunnel/lights/+/measured",
+    )
+
+
+def test_what_is_published_by_few_values_are_topics_of_their_own():
+    text = LIGHTS_V3.replace("receive", "send").replace("/{lightId}", "/all")
+    heard = check(text.encode(), LIGHTS_V3.replace("title: lights", "title: hall").encode())
+    assert [group.topic for group in heard.groups] == [
+        "smartylighting/street/lights/all/measured",
+        "smartylighting/tunnel/lights/all/measured",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("values", "topics"),
+    [
+        ("{enum: [street]}", ["smartylighting/street/lights/+/measured"]),
+        ("{enum: [street, street]}", ["smartylighting/street/lights/+/measured"]),
+        ("{enum: []}", ["smartylighting/+/lights/+/measured"]),
+        ("{enum: [{}, street]}", ["smartylighting/+/lights/+/measured"]),
+        ("{const: tunnel}", ["smartylighting/tunnel/lights/+/measured"]),
+        (f"{{enum: {[f'e{n}' for n in range(101)]}}}", ["smartylighting/+/lights/+/measured"]),
+    ],
+)
+def test_how_many_topics_there_are(values: str, topics: list[str]):
+    text = LIGHTS_V3.replace("{description: where the light is, enum: [street, tunnel], default: street}", values)
+    assert [endpoint.topic for endpoint in system(text).endpoints] == topics
+
+
+def test_too_many_topics_are_read_as_one_filter_which_is_said():
+    text = LIGHTS_V3.replace("[street, tunnel]", str([f"e{n}" for n in range(101)]))
+    (finding,) = told(check(text.encode(), importer="asyncapi"), "MQTT905")
+    assert "101 topics" in finding.message
+
+
+# Parts in other files
+
+APPLICATION = """
+asyncapi: 3.0.0
+info: {title: display, version: 1.0.0}
+servers:
+  plant: {$ref: "./common/mqtt.yaml#/servers/plant"}
+channels:
+  weather: {$ref: "common/channels.yaml#/weather"}
+operations:
+  show:
+    action: receive
+    channel: {$ref: "#/channels/weather"}
+    traits: [{$ref: "common/channels.yaml#/traits/sure"}]
+"""
+SERVERS = 'servers: {plant: {host: "broker:1883", protocol: mqtt, protocolVersion: "3.1.1"}}\n'
+CHANNELS = """
+weather:
+  address: farm/north/weather
+  servers: [{$ref: "mqtt.yaml#/servers/plant"}]
+traits:
+  sure:
+    bindings: {mqtt: {$ref: "#/mqtt"}}
+mqtt: {qos: 3}
+"""
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Write:
+    def files(**texts: str) -> list[str]:
+        for name, text in texts.items():
+            path = tmp_path / name.replace("__", "/")
+            path.parent.mkdir(exist_ok=True)
+            path.with_suffix(".yaml").write_text(text)
+        return [str(tmp_path / name.replace("__", "/")) + ".yaml" for name in texts]
+
+    return files
+
+
+def test_parts_stand_in_other_files_and_name_each_other_from_there(write: Write):
+    path, *_ = write(display=APPLICATION, common__mqtt=SERVERS, common__channels=CHANNELS)
+    found = read(path)
+    (endpoint,) = found.endpoints
+    assert (endpoint.id, list(found.brokers)) == ("display/subscriber/farm/north/weather", ["broker:1883"])
+
+
+def test_what_is_wrong_there_is_told_there(write: Write):
+    path, _, channels = write(display=APPLICATION, common__mqtt=SERVERS, common__channels=CHANNELS)
+    (finding,) = told(check(path), "CQ203")
+    assert finding.place is not None
+    assert (finding.place.source, finding.place.line, finding.place.column) == (channels, 8, 13)
+
+
+def test_a_file_is_read_once_and_is_no_system_of_its_own(write: Write, tmp_path: Path):
+    write(display=APPLICATION, common__mqtt=f"asyncapi: 3.0.0\n{SERVERS}", common__channels=CHANNELS)
+    loaded = load_paths([str(tmp_path)])
+    assert [Path(path).name for path, _ in loaded.systems] == ["display.yaml"]
+
+
+def test_an_application_that_another_refers_to_remains_one(write: Write, tmp_path: Path):
+    other = APPLICATION.replace("display", "screen").replace(
+        "common/channels.yaml#/weather", "display.yaml#/channels/weather"
+    )
+    write(display=APPLICATION, screen=other, common__mqtt=SERVERS, common__channels=CHANNELS)
+    loaded = load_paths([str(tmp_path)])
+    assert [Path(path).name for path, _ in loaded.systems] == ["display.yaml", "screen.yaml"]
+    assert [endpoint.id for _, system in loaded.systems for endpoint in system.endpoints] == [
+        "display/subscriber/farm/north/weather",
+        "screen/subscriber/farm/north/weather",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("reference", "message"),
+    [
+        ("common/gone.yaml#/weather", "No such file or directory"),
+        ("common/channels.yaml#/wether", "leads to nothing"),
+        ("common#/weather", "Is a directory"),
+        ("common/%00.yaml", "cannot be read"),
+    ],
+)
+def test_what_leads_nowhere_is_told_at_the_reference(write: Write, reference: str, message: str):
+    text = APPLICATION.replace("common/channels.yaml#/weather", reference)
+    path, *_ = write(display=text, common__mqtt=SERVERS, common__channels=CHANNELS)
+    (finding,) = told(check(path), "MQTT901")
+    assert message in finding.message
+    assert finding.place is not None
+    assert (finding.place.source, finding.place.line) == (path, 7)
+
+
+def test_a_circle_through_files_is_a_path(write: Write):
+    channels = 'weather: {$ref: "../display.yaml#/channels/weather"}\ntraits: {sure: {}}\n'
+    path, _, other = write(display=APPLICATION, common__mqtt=SERVERS, common__channels=channels)
+    (finding,) = told(check(path), "MQTT902")
+    assert f"circle: #/channels/weather → {other}#/weather → #/channels/weather" in finding.message
+
+
+def test_a_file_that_is_no_yaml_is_told_where_it_breaks(write: Write):
+    path, _, channels = write(display=APPLICATION, common__mqtt=SERVERS, common__channels="weather: {address: [\n")
+    (outcome,) = load_paths([path]).outcomes
+    assert {problem.code for problem in outcome.problems} == {"CQ001"}
+    assert outcome.problems[0].place is not None
+    assert outcome.problems[0].place.source == channels
+
+
+def test_the_network_is_never_asked():
+    text = LIGHTS_V2.replace(
+        '$ref: "#/components/parameters/lightId"', "$ref: https://schemas.example.org/parameters.yaml"
+    )
+    report = check(text.encode(), importer="asyncapi")
+    (finding,) = told(report, "MQTT906")
+    assert finding.severity == "warning"
+    assert finding.place is not None
+    assert finding.place.line == 13
+
+
+def test_bytes_have_no_files_beside_them():
+    findings = told(check(APPLICATION.encode(), importer="asyncapi"), "MQTT901")
+    assert findings
+    assert all("given as bytes" in finding.message for finding in findings)
