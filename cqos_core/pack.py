@@ -204,6 +204,8 @@ class Wire:
         policies: own endpoint policy to the wire policy, or the several, that it sets; wire policies that none stands for
             keep their defaults.
         options: own option to the wire's option or participant setting.
+        facts: what is known of a topic, or of the network as an option, to the wire's policy for the same; where the wire's
+            endpoints on the topic state nothing, they know it too.
         words: own value to wire value, where the two spell it differently.
         fixed: wire policies that endpoints of this protocol always have, with their values.
         type: from a type name to the one on the wire.
@@ -213,6 +215,7 @@ class Wire:
     topic: Callable[[str, Mapping[str, str]], str | None]
     policies: Mapping[str, str | tuple[str, ...]]
     options: Mapping[str, str] = field(default_factory=dict)
+    facts: Mapping[str, str] = field(default_factory=dict)
     words: Mapping[str, str] = field(default_factory=dict)
     fixed: Mapping[str, str] = field(default_factory=dict)
     type: Callable[[str], str] = str

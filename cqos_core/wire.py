@@ -1,18 +1,19 @@
 """Endpoints of one protocol on the wire of another: a ROS 2 node and a plain DDS program on one topic.
 
 A pack says by `cqos_core.pack.Wire` what its endpoints are on the wire. Where endpoints of the wire's own protocol are
-there too, copies of the carried ones are put beside them; pairs of one of each are then judged by the wire's pack.
+there too, copies of the carried ones are put beside them; pairs of one of each are then judged by the wire's pack. What is
+known of a topic is known of it whoever stated it, so there it holds for both.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.pairing import bucket, introduce
 from cqos_core.policy import ENDPOINT, Depends, is_plain
 from cqos_core.problems import InvalidValueError
-from cqos_core.resolved import Carried
+from cqos_core.resolved import Carried, Layer, Stated
 from cqos_core.system import Participant, Setting
 
 if TYPE_CHECKING:
@@ -24,11 +25,16 @@ if TYPE_CHECKING:
     from cqos_core.resolved import Resolved
 
 
+FACTS: Final = ("topic", "option")
+"""Levels of policies that say what is known, rather than what is set."""
+
+
 def topics(resolver: Resolver) -> dict[tuple[str, str], list[Resolved]]:
     """Sort the resolved endpoints by protocol and topic, with copies beside those that they meet on another one."""
     found = bucket(resolver.result.endpoints)
     introduce(found)
     protocols = {protocol for protocol, _ in found}
+    mixed: dict[tuple[str, str], None] = {}
     for endpoint in resolver.result.endpoints:
         wire = endpoint.pack.wire
         if wire is None or endpoint.key is None or wire.protocol not in protocols:
@@ -37,6 +43,9 @@ def topics(resolver: Resolver) -> dict[tuple[str, str], list[Resolved]]:
         beside = found.get((wire.protocol, name)) if name is not None else None
         if name is not None and beside:
             beside.append(_on_wire(resolver, endpoint, wire, name, beside[0].pack))
+            mixed[wire.protocol, name] = None
+    for key in mixed:
+        _share_facts(found[key])
     return found
 
 
@@ -77,11 +86,51 @@ def _on_wire(resolver: Resolver, endpoint: Resolved, wire: Wire, name: str, pack
     )
     resolved = resolver.resolved(carried, _owner(endpoint, wire), pack, endpoint.id, endpoint.stated_id)
     changes = {**opened, **_open_options(endpoint, wire, pack)}
+    for own_name, wire_name in wire.facts.items():
+        level = next(level for level in FACTS if (level, own_name) in own.vocabulary.indices)
+        index, wire_index = own.vocabulary.indices[level, own_name], pack.find(level, wire_name)
+        if wire_index is not None and is_plain(values[index]) and not _states(resolved, wire_index):
+            changes[wire_index] = _translated(values[index], own.policies[index], pack.policies[wire_index], wire.words)
+            own_index[wire_index] = index
     return replace(
         resolved,
         profile=resolved.profile.with_values(changes) if changes else resolved.profile,
         carried=Carried(endpoint, own_index),
     )
+
+
+def _states(endpoint: Resolved, index: int) -> bool:
+    """Whether anything says what a value is, rather than a default or nothing."""
+    return any(index in layer.settings for layer in (*endpoint.layers, *endpoint.participant.layers))
+
+
+def _share_facts(endpoints: list[Resolved]) -> None:
+    """Let endpoints of the wire's own know what all carried ones of the topic agree on, where they state nothing."""
+    known: dict[int, dict[Value, Resolved]] = {}
+    for endpoint in sorted(endpoints, key=lambda each: each.id):
+        for index in endpoint.carried.own_index if endpoint.carried is not None else ():
+            if endpoint.pack.policies[index].level in FACTS:
+                known.setdefault(index, {}).setdefault(endpoint.profile.values[index], endpoint)
+    agreed = {index: next(iter(by_value.items())) for index, by_value in known.items() if len(by_value) == 1}
+    for position, endpoint in enumerate(endpoints):
+        new = {
+            index: fact
+            for index, fact in agreed.items()
+            if endpoint.profile.values[index] != fact[0] and not _states(endpoint, index)
+        }
+        if endpoint.carried is None and new:
+            endpoints[position] = replace(
+                endpoint,
+                profile=endpoint.profile.with_values({index: value for index, (value, _) in new.items()}),
+                layers=(*endpoint.layers, *(_layer(index, *fact) for index, fact in new.items())),
+            )
+
+
+def _layer(index: int, value: Value, carried: Resolved) -> Layer:
+    """Where a fact comes from that a carried endpoint knows."""
+    origin, place = carried.origin(index)
+    text = carried.pack.policies[index].domain.format(value)  # type: ignore[arg-type]
+    return Layer(origin, {index: Stated(text, Setting(text, place))})
 
 
 def _owner(endpoint: Resolved, wire: Wire) -> Participant:

@@ -224,3 +224,79 @@ def test_nodes_alone_are_on_no_other_topic():
     report = check(json.dumps(system).encode(), importer="yaml")
     assert {group.protocol for group in report.groups} <= {"ros2"}
     assert not any("rt/" in finding.message for finding in report.findings)
+
+
+# What is known of a topic, whoever states it
+
+TIMES = {"options": {"ros2": {"round_trip_time": "1ms"}}, "topics": {"/chatter": {"period": "100ms"}}}
+SURE = {**XCDR1, "reliability": "reliable"}
+NO_LOSS = {"needs": {"loss_free": True}}
+
+
+@pytest.mark.parametrize(
+    ("node", "program"),
+    [
+        (
+            {"subscribes": {"/chatter": {"depth": 10, **NO_LOSS}}},
+            {"publishes": {"rt/chatter": SURE | {"history.depth": 10}}},
+        ),
+        (
+            {"publishes": {"/chatter": {"depth": 10}}},
+            {"subscribes": {"rt/chatter": SURE | {"history.depth": 10} | NO_LOSS}},
+        ),
+    ],
+)
+def test_facts_of_ros_2_decide_needs_on_the_wire(node: dict[str, Any], program: dict[str, Any]):
+    unknown, known = judged(node, program), judged(node, program, **TIMES)
+    assert (unknown.verdict, codes(unknown)) == ("unknown", ["DDS505", "DDS506"])
+    assert (known.verdict, codes(known)) == ("compatible", [])
+
+
+def test_what_they_decide_may_be_that_a_need_is_not_met():
+    program = {"publishes": {"rt/chatter": SURE | {"history.depth": 1}}}
+    report = judged({"subscribes": {"/chatter": {"depth": 10, **NO_LOSS}}}, program, **TIMES)
+    (finding,) = [finding for finding in report.findings if finding.severity == "error"]
+    assert (report.verdict, finding.code) == ("incompatible", "DDS505")
+    facts = {fact.policy: (fact.value, fact.origin) for side in finding.sides for fact in side.facts}
+    assert facts["period"] == ("100ms", "topic")
+    assert facts["round_trip_time"][0] == "1ms"
+
+
+@pytest.mark.parametrize(("stated", "verdict"), [("1ms", "incompatible"), ("100ms", "compatible")])
+def test_what_the_topic_on_the_wire_states_itself_counts_there(stated: str, verdict: str):
+    options = {"ros2": {"round_trip_time": "10ms"}}
+    topics = {"/chatter": {"period": "1s"}, "rt/chatter": {"period": stated, "protocol": "dds"}}
+    node = {"publishes": {"/chatter": {"depth": 5}}}
+    program = {"subscribes": {"rt/chatter": SURE | {"history.depth": 5} | NO_LOSS}}
+    assert judged(node, program, options=options, topics=topics).verdict == verdict
+
+
+def test_nodes_that_do_not_agree_say_nothing_of_the_network():
+    system = {
+        "cqos": 1,
+        "topics": {"/chatter": {"period": "100ms"}},
+        "participants": {
+            "near": {"protocol": "ros2", "rmw": "cyclonedds", "round_trip_time": "1ms", **_hears()},
+            "far": {"protocol": "ros2", "rmw": "cyclonedds", "round_trip_time": "1s", **_hears()},
+            "program": {
+                "protocol": "dds",
+                "implementation": "cyclonedds",
+                "publishes": {"rt/chatter": SURE | {"history.depth": 10}},
+            },
+        },
+    }
+    report = check(json.dumps(system).encode(), importer="yaml")
+    assert report.verdict == "unknown"
+    assert set(codes(report)) == {"DDS505", "DDS506"}
+
+
+def _hears() -> dict[str, Any]:
+    return {"subscribes": {"/chatter": {"depth": 10, **NO_LOSS}}}
+
+
+def test_a_latched_topic_is_latched_for_programs_too():
+    latched = {"reliability": "reliable", "durability": "transient_local"}
+    report = judged({"publishes": {"/map": {**latched, "depth": 1}}}, {"subscribes": {"rt/map": SURE}})
+    alone = judged({"publishes": {"/elsewhere": {**latched, "depth": 1}}}, {"subscribes": {"rt/elsewhere": SURE}})
+    assert "DDS202" in codes(report)
+    assert "DDS202" not in codes(alone)

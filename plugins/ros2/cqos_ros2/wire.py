@@ -44,6 +44,13 @@ WIRE: Final = Wire(
         "depth": ("history.depth", "durability_service.history_depth"),
     },
     options={"domain": "domain", "rmw": "implementation"},
+    facts={
+        name: name
+        for name in (
+            *("period", "latched", "keyed", "size"),
+            *("round_trip_time", "resend_round_trips", "reliable_depth_margin"),
+        )
+    },
     words={"manual_by_node": "manual_by_participant", "micro_ros": "fastdds"},
     # What rmw_cyclonedds and rmw_fastrtps write and read; of their types they announce the names only.
     fixed={"data_representation": "[xcdr1]", "type_information": "false"},
