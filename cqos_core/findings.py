@@ -120,14 +120,9 @@ def _side(role: str, groups: Sequence[Members], uses: Iterable[Use], *, meeting:
 
 
 def subject(side: Side) -> str:
-    """``publisher `a``` or ``publishers `a` and 3 more``."""
+    """``publisher `a``` or ``publisher `a` (and 3 more)``: one of them, so that the verb of any sentence agrees."""
     more = len(side.members) - 1
-    return f"{side.role} `{side.members[0]}`" if not more else f"{side.role}s `{side.members[0]}` and {more} more"
-
-
-def _does(side: Side) -> str:
-    singular, plural = VERBS.get(side.role, ("has", "have"))
-    return singular if len(side.members) == 1 else plural
+    return f"{side.role} `{side.members[0]}`" + (f" (and {more} more)" if more else "")
 
 
 def _values(facts: Iterable[Fact]) -> str:
@@ -178,7 +173,7 @@ def headline(spoken: Spoken, sides: Sequence[Side], topic: str, because: Sequenc
     if spoken.bound.scope == "pair":
         # The offer is told first, whichever side is primary.
         told = [
-            f"{subject(side)} {_does(side)} {_values(_compared(spoken, side))}"
+            f"{subject(side)} {VERBS[side.role][0]} {_values(_compared(spoken, side))}"
             for side in reversed(stated)
             if side.facts
         ]
@@ -186,11 +181,7 @@ def headline(spoken: Spoken, sides: Sequence[Side], topic: str, because: Sequenc
         return text if rule.kind == "requires" else f"{text}: {rule.because}"
     if spoken.bound.scope == "signal" and not any(side.facts for side in stated):
         return f"on topic `{topic}`, {rule.because}"
-    told = [
-        f"{subject(side)} {'has' if len(side.members) == 1 else 'have'} {_values(side.facts)}"
-        for side in sides
-        if side.facts
-    ]
+    told = [f"{subject(side)} has {_values(side.facts)}" for side in sides if side.facts]
     return f"{', '.join(told) or f'topic `{topic}`'}: {rule.because}"
 
 
@@ -559,14 +550,13 @@ def of_participants(bound: BoundRule, spoken: Spoken, endpoints: Sequence[Resolv
     facts = tuple(fact(first, first.profile, use.index) for use in bound.bound.uses)
     side = Side("participant", members, "set here", facts, first.participant.participant.place)
     told = _fill(rule.says, _template_words([side], "")) if rule.says else ""
-    verb = "has" if len(members) == 1 else "have"
     return Finding(
         code="CQ701" if spoken.failed else rule.code,
         name="rule-failed" if spoken.failed else rule.name,
         severity=Severity.ERROR if spoken.failed else _severity(spoken),
         message=f"rule {rule.code} could not be judged: {spoken.failed}"
         if spoken.failed
-        else told or f"{subject(side)} {verb} {_values(facts)}: {rule.because}",
+        else told or f"{subject(side)} has {_values(facts)}: {rule.because}",
         source=first.pack.id,
         sides=(side,),
         because=rule.because,

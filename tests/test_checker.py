@@ -321,7 +321,7 @@ def test_rules_over_participants_and_options_are_asked_once_of_all_who_share_the
     parts_of = [participant(f"p{n}", shelves=(9, 9, 2)[n]) for n in range(3)]
     report = checked(*parts, *parts_of, where=where, options={"year": "y1990"})
     assert only(report, "POST801").sides[0].members == ("p0", "p1")
-    assert only(report, "POST801").message == "participants `p0` and 1 more have shelves 9: the wall gives way"
+    assert only(report, "POST801").message == "participant `p0` (and 1 more) has shelves 9: the wall gives way"
     assert only(report, "POST802").sides[0].members == ("p0", "p1", "p2")
     assert not {"POST801", "POST802"} & set(codes(checked(*parts, where=where)))
 

@@ -86,7 +86,7 @@ def test_one_finding_per_rule_and_values_with_all_who_have_them():
     assert [(side.members, side.facts[0].value) for side in signed.sides][1] == (("w1", "w3"), "signed")
     assert (plain.pairs, signed.pairs) == (6, 6)
     assert plain.message == (
-        "publishers `w0` and 1 more offer care plain, subscribers `r0` and 2 more request care insured"
+        "publisher `w0` (and 1 more) offers care plain, subscriber `r0` (and 2 more) requests care insured"
     )
 
 

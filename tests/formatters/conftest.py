@@ -192,7 +192,7 @@ UNKNOWN = Finding(
     code="ROS101",
     name="reliability-weaker-than-requested",
     severity=Severity.WARNING,
-    message="whether publisher `drone/publisher/position` and subscribers `tower/subscriber/position` and 13 more fit "
+    message="whether publisher `drone/publisher/position` and subscriber `tower/subscriber/position` (and 13 more) fit "
     "in reliability is not known: it depends on ros2.rmw",
     source="ros2",
     topic="position",
