@@ -1,7 +1,7 @@
 """Findings that are known already, kept in a file: they no longer count, and what is new does.
 
 A finding is known if an entry has its rule and its topic, and names all its endpoints. So a baseline outlives moved
-lines, changed values and other words, and never hides an endpoint that was not there when it was written.
+lines, changed values, other words and further instances, and never hides an endpoint that was not there when it was written.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ class Entry:
     """One known finding.
 
     Attributes:
-        topics: the finding's topics, all of them.
-        members: everybody it concerns: endpoint ids, or those of participants and brokers.
+        topics: the finding's topics, all of them; none where its members are instances, which decide what they are on.
+        members: everybody it concerns: endpoint ids, or those of participants and brokers; of instances their template.
         message: what it said; compared only where there is neither a topic nor a member to tell findings apart.
         file: where several files were checked each by itself, the file it is about; None means any.
     """
@@ -99,8 +99,12 @@ def entry_of(finding: Finding, file: str | None = None) -> Entry:
     """Return what a baseline keeps of a finding."""
     return Entry(
         code=finding.code,
-        topics=frozenset(topic for topic in (finding.topic, *finding.more_topics) if topic is not None),
-        members=frozenset(member for side in finding.sides for member in side.members),
+        topics=frozenset(
+            topic
+            for topic in (finding.topic, *finding.more_topics)
+            if topic is not None and not any(side.templates for side in finding.sides)
+        ),
+        members=frozenset(member for side in finding.sides for member in side.templates or side.members),
         message=finding.message,
         file=file,
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 from typing import TYPE_CHECKING, Any
 
@@ -249,6 +249,7 @@ def assemble(
         one.finding
         for one in with_severities([Made(f, (), frozenset()) for f in said], system.severities, context.find_rule)
     ]
+    findings = _with_templates(findings, system, resolved)
     return Report(
         verdict=max((each.verdict for each in groups), key=lambda verdict: verdict.rank, default=Verdict.UNKNOWN),
         groups=tuple(groups),
@@ -259,6 +260,25 @@ def assemble(
         endpoints=len(resolved.endpoints),
         topics=_topics(results),
     )
+
+
+def _with_templates(findings: list[Finding], system: System, resolved: ResolvedSystem) -> list[Finding]:
+    """Say of members that are instances what they are instances of."""
+    of: dict[str, str] = {each.id: each.template for each in system.participants.values() if each.template is not None}
+    of |= {each.id: each.endpoint.template for each in resolved.endpoints if each.endpoint.template is not None}
+    return [_instances(finding, of) for finding in findings] if of else findings
+
+
+def _instances(finding: Finding, of: Mapping[str, str]) -> Finding:
+    if not any(member in of for side in finding.sides for member in side.members):
+        return finding
+    sides = (
+        replace(side, templates=tuple(sorted({of.get(member, member) for member in side.members})))
+        if any(member in of for member in side.members)
+        else side
+        for side in finding.sides
+    )
+    return replace(finding, sides=tuple(sides))
 
 
 def _topics(results: Mapping[tuple[str, str], TopicResult]) -> int:

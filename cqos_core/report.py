@@ -76,6 +76,7 @@ class Side:
         label: what an excerpt writes under the value: ``offered here``, ``requested here``, ``set here``.
         facts: the values the rule looked at; their places are those of the first member.
         place: of the first member.
+        templates: what the members are instances of, where any is one: each template once, and the members that are of none.
     """
 
     role: str
@@ -83,6 +84,7 @@ class Side:
     label: str = ""
     facts: tuple[Fact, ...] = ()
     place: Place | None = None
+    templates: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:

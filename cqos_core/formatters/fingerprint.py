@@ -13,11 +13,13 @@ if TYPE_CHECKING:
 def fingerprint(finding: Finding) -> str:
     """Return a stable identity of ``finding``: of its rule, topic, endpoints and policies, never of lines or values.
 
-    A finding without endpoints is told apart by the elements it points at, and only without these by its message.
+    Instances of one template are one, however many there are, and so are the topics that they are on. A finding without
+    endpoints is told apart by the elements it points at, and only without these by its message.
     """
     sides = [_identity(side) for side in finding.sides]
     named = any(members or elements for _, members, elements, _ in sides)
-    identity = [finding.code, finding.topic, sides, None if named else finding.message]
+    topic = None if any(side.templates for side in finding.sides) else finding.topic
+    identity = [finding.code, topic, sides, None if named else finding.message]
     return hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:32]
 
 
@@ -26,7 +28,7 @@ def _identity(side: Side) -> tuple[str, list[str], list[str], list[str]]:
     elements = [] if place is None or side.members else [place.element or place.path or ""]
     return (
         side.role,
-        sorted(side.members),
+        sorted(side.templates or side.members),
         [name for name in elements if name],
         [fact.policy for fact in side.facts],
     )

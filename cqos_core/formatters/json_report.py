@@ -136,6 +136,7 @@ def _side(side: Side, places: Places) -> Json:
         "members": list(side.members),
         "facts": [_fact(fact, places) for fact in side.facts],
         "place": _place(side.place, places),
+        "templates": list(side.templates),
     }
 
 
@@ -317,6 +318,7 @@ def _read_side(side: _Object) -> Side:
         label=side.text("label"),
         facts=tuple(_read_fact(fact) for fact in side.objects("facts")),
         place=side.place(),
+        templates=side.texts("templates"),
     )
 
 

@@ -65,6 +65,7 @@ sides = st.builds(
     label=st.sampled_from(["", "offered here"]),
     facts=st.lists(facts, max_size=4).map(tuple),
     place=st.none() | places,
+    templates=few_texts,
 )
 remedies = st.builds(
     Remedy,

@@ -496,6 +496,7 @@ class Side(_message.Message):
     LABEL_FIELD_NUMBER: _builtins.int
     FACTS_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
+    TEMPLATES_FIELD_NUMBER: _builtins.int
     role: _builtins.str
     """`publisher`, `subscriber`, `participant`, `broker`, `topic`, `endpoint` or `system`."""
     label: _builtins.str
@@ -512,6 +513,10 @@ class Side(_message.Message):
     def place(self) -> Global___Place:
         """Where the first member was stated."""
 
+    @_builtins.property
+    def templates(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """What the members are instances of, where any is one: each template once, and the members that are of none."""
+
     def __init__(
         self,
         *,
@@ -520,10 +525,11 @@ class Side(_message.Message):
         label: _builtins.str = ...,
         facts: _abc.Iterable[Global___Fact] | None = ...,
         place: Global___Place | None = ...,
+        templates: _abc.Iterable[_builtins.str] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["facts", b"facts", "label", b"label", "members", b"members", "place", b"place", "role", b"role"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["facts", b"facts", "label", b"label", "members", b"members", "place", b"place", "role", b"role", "templates", b"templates"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 

@@ -547,6 +547,7 @@ class Endpoint(_message.Message):
     PROTOCOL_FIELD_NUMBER: _builtins.int
     LABEL_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
+    ALTERNATIVE_FIELD_NUMBER: _builtins.int
     id: _builtins.str
     """Unique; a modeler gives its own element id and finds it again in groups, findings and remedies."""
     role: _report_pb2.Role.ValueType
@@ -573,6 +574,10 @@ class Endpoint(_message.Message):
     """Overrides the participant's protocol."""
     label: _builtins.str
     """A person's name for the endpoint, for messages."""
+    alternative: _builtins.bool
+    """Any one of the endpoints of this template may be the one that there is: one without a partner is then no finding while
+    another has one.
+    """
     @_builtins.property
     def settings(self) -> _containers.ScalarMap[_builtins.str, _builtins.str]:
         """QoS by policy name or alias. What is not stated takes the protocol's default."""
@@ -634,10 +639,11 @@ class Endpoint(_message.Message):
         protocol: _builtins.str | None = ...,
         label: _builtins.str | None = ...,
         place: _report_pb2.Place | None = ...,
+        alternative: _builtins.bool = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_dialect", b"_dialect", "_kind", b"_kind", "_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "_topic", b"_topic", "_type", b"_type", "dialect", b"dialect", "kind", b"kind", "label", b"label", "place", b"place", "protocol", b"protocol", "template", b"template", "topic", b"topic", "type", b"type"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_dialect", b"_dialect", "_kind", b"_kind", "_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "_topic", b"_topic", "_type", b"_type", "dialect", b"dialect", "external", b"external", "id", b"id", "kind", b"kind", "label", b"label", "needs", b"needs", "needs_stated", b"needs_stated", "observed", b"observed", "overlay", b"overlay", "overlay_stated", b"overlay_stated", "participant", b"participant", "place", b"place", "profiles", b"profiles", "protocol", b"protocol", "role", b"role", "settings", b"settings", "settings_stated", b"settings_stated", "starts_after", b"starts_after", "template", b"template", "topic", b"topic", "topic_is_guess", b"topic_is_guess", "type", b"type"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_dialect", b"_dialect", "_kind", b"_kind", "_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "_topic", b"_topic", "_type", b"_type", "alternative", b"alternative", "dialect", b"dialect", "external", b"external", "id", b"id", "kind", b"kind", "label", b"label", "needs", b"needs", "needs_stated", b"needs_stated", "observed", b"observed", "overlay", b"overlay", "overlay_stated", b"overlay_stated", "participant", b"participant", "place", b"place", "profiles", b"profiles", "protocol", b"protocol", "role", b"role", "settings", b"settings", "settings_stated", b"settings_stated", "starts_after", b"starts_after", "template", b"template", "topic", b"topic", "topic_is_guess", b"topic_is_guess", "type", b"type"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__dialect: _TypeAlias = _typing.Literal["dialect"]  # noqa: Y015
     _WhichOneofArgType__dialect: _TypeAlias = _typing.Literal["_dialect", b"_dialect"]  # noqa: Y015
