@@ -68,7 +68,7 @@ def _try(profile: Profile, pattern: str, system: System) -> None:
 
 
 def _says_something(profile: Profile, role: Role, topic: str, system: System) -> bool:
-    """Whether a profile, or one it is based on, has settings for endpoints of a role."""
+    """Whether a profile, or one it is based on, has settings for endpoints of a role, or something that is to be reported."""
     seen = {profile.name}
     waiting = [profile]
     while waiting:
@@ -76,7 +76,11 @@ def _says_something(profile: Profile, role: Role, topic: str, system: System) ->
         if each.settings:
             return True
         for ref in each.base:
-            if ref.name not in seen and ref.scope.covers(role, topic):
+            if not ref.scope.covers(role, topic):
+                continue
+            if ref.name == profile.name:
+                return True  # it is based on itself
+            if ref.name not in seen:
                 seen.add(ref.name)
                 if ref.name not in system.profiles:
                     return True  # a preset, or a name that is to be reported

@@ -51,6 +51,17 @@ def test_topics_that_a_profile_tells_apart_are_tried_each():
     assert ends(tried_out(system)) == [("p/publisher on a*", "ap"), ("p/publisher on b?", "bx")]
 
 
+def test_a_circle_is_told_though_nothing_in_it_sets_anything():
+    found = report(profile("a", ref("b")), profile("b", ref("c")), profile("c", ref("a")), profile("d", ref("a")))
+    (finding,) = [each for each in found.findings if each.severity == "error"]
+    assert (finding.code, finding.message.partition(": ")[2]) == ("CQ212", "a → b → c → a")
+
+
+def test_what_is_reached_twice_is_no_circle():
+    empty = world(profile("a", ref("b"), ref("c")), profile("b", ref("d")), profile("c", ref("d")), profile("d"))
+    assert tried_out(empty) is empty
+
+
 def test_a_base_that_is_not_there_is_told():
     found = report(profile("lost", ProfileRef("nowhere")))
     assert "CQ204" in [each.code for each in found.findings]

@@ -160,6 +160,13 @@ class TestInheritance:
         assert finding.message == "profiles are based on each other in a circle: L::A → L::B → M::C → L::A"
         assert (finding.place.line, finding.place.column) == (1, 29)
 
+    def test_a_circle_that_sets_nothing_is_one_too(self):
+        text = dds(library("L", profile("A", more='base_name="B"'), "\n", profile("B", more='base_name="A"')))
+        report = cqos.check(text.encode())
+        (finding,) = [each for each in report.findings if each.code == "CQ212"]
+        assert finding.message == "profiles are based on each other in a circle: L::A → L::B → L::A"
+        assert (finding.place.line, finding.place.column) == (1, 29)
+
     def test_a_circle_over_files(self):
         one = dds(library("L", profile("A", writer(RELIABLE), more='base_name="M::B"')))
         other = dds(library("M", profile("B", more='base_name="L::A"')))
