@@ -73,6 +73,7 @@ CHOICES: Final[dict[str, tuple[str, ...]]] = {
         '["[ab]"]',
         '["[!a]"]',
         '["[a-z]bc"]',
+        '["[[:alpha:]]"]',
         '["a["]',
         "[a/b.c]",
         '["a/*"]',

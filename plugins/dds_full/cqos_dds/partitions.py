@@ -33,8 +33,8 @@ def _meet(writer: Names, reader: Names, implementation: str) -> bool:
 
 
 def as_the_standard_says(writer: Names, reader: Names) -> bool:
-    """Compare by POSIX `fnmatch`: ``*``, ``?``, ``[abc]``, ``[!a-z]``."""
-    return _some(writer or NO_NAME, reader or NO_NAME, _is_expression, fnmatchcase)
+    """Compare by POSIX `fnmatch`: ``*``, ``?``, ``[abc]``, ``[!a-z]``, ``[[:alpha:]_]``."""
+    return _some(writer or NO_NAME, reader or NO_NAME, _is_expression, posix)
 
 
 def as_cyclone_dds_does(writer: Names, reader: Names) -> bool:
@@ -43,7 +43,7 @@ def as_cyclone_dds_does(writer: Names, reader: Names) -> bool:
 
 
 def as_opendds_does(writer: Names, reader: Names) -> bool:
-    """Compare as the standard says, with a backslash before a wildcard that is meant as it stands."""
+    """Compare as the standard says, with a backslash before a wildcard that is meant as it stands; classes have no names."""
     return _some(writer or NO_NAME, reader or NO_NAME, _is_unescaped_expression, _with_escapes)
 
 
@@ -51,7 +51,7 @@ def as_fast_dds_does(writer: Names, reader: Names) -> bool:
     """Compare in both directions, so that two expressions may match; an empty list meets only what names nothing."""
     if not writer or not reader:
         return "" in (writer or NO_NAME) and "" in (reader or NO_NAME)
-    return any(fnmatchcase(a, b) or fnmatchcase(b, a) for a in writer for b in reader)
+    return any(posix(a, b) or posix(b, a) for a in writer for b in reader)
 
 
 def as_dust_dds_does(writer: Names, reader: Names) -> bool:
@@ -88,6 +88,56 @@ def _one(a: str, b: str, is_expression: Callable[[str], bool], matches: Callable
     if is_expression(a):
         return matches(b, a)
     return matches(a, b)
+
+
+# Which characters have each name in the POSIX locale, as ranges of a regular expression.
+_CLASSES: Final = {
+    "alnum": "0-9A-Za-z",
+    "alpha": "A-Za-z",
+    "blank": " \\t",
+    "cntrl": r"\x00-\x1f\x7f",
+    "digit": "0-9",
+    "graph": "!-~",
+    "lower": "a-z",
+    "print": " -~",
+    "punct": r"!-/:-@\[-`{-~",
+    "space": r" \t\n\v\f\r",
+    "upper": "A-Z",
+    "xdigit": "0-9A-Fa-f",
+}
+_PART: Final = re.compile(r"(?P<bracket>\[([!^]?+)(\]?+(?:\[:[a-z]+:\]|[^\]])*+)\])|.", re.DOTALL)
+_MEMBER: Final = re.compile(r"\[:([a-z]+):\]|(.)-(.)|(.)", re.DOTALL)
+
+
+def posix(name: str, expression: str) -> bool:
+    """Match as `fnmatch` of POSIX does without escapes; ``^`` negates as ``!`` does, which POSIX leaves open."""
+    return _posix_pattern(expression).fullmatch(name) is not None
+
+
+@lru_cache(maxsize=10_000)
+def _posix_pattern(expression: str) -> re.Pattern[str]:
+    return re.compile("".join(map(_part, _PART.finditer(expression))), re.DOTALL)
+
+
+def _part(found: re.Match[str]) -> str:
+    """Return the regular expression for a wildcard, a set of characters or a plain character."""
+    if found["bracket"] is None:
+        return {"*": ".*", "?": "."}.get(found[0]) or re.escape(found[0])
+    members = list(map(_member, _MEMBER.finditer(found[3])))
+    if None in members:
+        return "(?!)"  # a class that is none makes the expression one that matches nothing
+    listed = "".join(member for member in members if member is not None)
+    return f"[{'^' if found[2] else ''}{listed}]" if listed else "." if found[2] else "(?!)"
+
+
+def _member(found: re.Match[str]) -> str | None:
+    """Return what stands in a set as a part of one of a regular expression; None for a class that is none."""
+    named, first, last, single = found.groups()
+    if named is not None:
+        return _CLASSES.get(named)
+    if single is not None:
+        return re.escape(single)
+    return f"{re.escape(first)}-{re.escape(last)}" if first <= last else ""
 
 
 _WILDCARD: Final = re.compile(r"[*?]|\[!?\]?[^\]]*\]")

@@ -1,13 +1,15 @@
 """Partitions, beside the cases of DDS403: laws, and what the cases do not reach."""
 
+import ctypes
 import fnmatch
+import platform
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_dds.implementations import IMPLEMENTATION
-from cqos_dds.partitions import OTHERS, as_cyclone_dds_does, as_opendds_does, as_the_standard_says, meet
+from cqos_dds.partitions import OTHERS, as_cyclone_dds_does, as_opendds_does, as_the_standard_says, meet, posix
 
 lists = st.lists(st.text("ab*?[]!-\\+/.", max_size=4), max_size=3).map(tuple)
 names = st.lists(st.text("abAB/._ -", max_size=4), max_size=3).map(tuple)
@@ -49,3 +51,30 @@ def test_an_implementation_is_looked_up_by_its_rank(name: str):
 
 def test_an_expression_that_is_none_matches_nothing():
     assert not OTHERS["dust"](("+a",), ("aa",))
+
+
+CLASSES = ("alnum", "alpha", "blank", "cntrl", "digit", "graph", "lower", "print", "punct", "space", "upper", "xdigit")
+parts = st.sampled_from(
+    ["*", "?", "[", "]", "!", "^", "-", "a", "B", "1", "_", "[[:alpha:]]", "[![:digit:]_]", "[:alpha:]"]
+)
+FNM_NOESCAPE = 2
+"""As the C library of Linux has it, and as Fast DDS calls it."""
+glibc = pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="what is compared with is the C library of Linux")
+
+
+def matches_in_c(name: str, expression: str) -> bool:
+    return bool(ctypes.CDLL(None).fnmatch(expression.encode(), name.encode(), FNM_NOESCAPE) == 0)
+
+
+@glibc
+@given(st.lists(parts, max_size=5).map("".join), st.text("aB1_[]!-^ ", max_size=4))
+def test_expressions_match_as_in_the_library_that_fast_dds_calls(expression, name):
+    assert posix(name, expression) == matches_in_c(name, expression)
+
+
+@glibc
+@pytest.mark.parametrize("name", [*CLASSES, "word"])
+def test_a_class_has_the_characters_that_it_has_in_that_library(name: str):
+    for code in range(1, 128):
+        for expression in (f"[[:{name}:]]", f"[![:{name}:]]"):
+            assert posix(chr(code), expression) == matches_in_c(chr(code), expression), (code, expression)
