@@ -58,8 +58,9 @@ def snapshot() -> None:
 def dds(ctx: click.Context, *, domain: int, seconds: float, output: str | None, color: str) -> None:
     """Write who is in a DDS domain: participants, topics, types and QoS, as discovery tells them.
 
-    Joins the domain with Cyclone DDS, which reads its configuration from CYCLONEDDS_URI, and writes or reads no topic of
-    anybody. Endpoints of ROS 2 get their own names. What discovery does not tell stays unknown.
+    Joins the domain with Cyclone DDS, which reads its configuration from CYCLONEDDS_URI. It writes no topic, and reads only
+    the one on which ROS 2 tells of its nodes. Endpoints of ROS 2 get their own names. What discovery does not tell stays
+    unknown.
 
     \b
     Examples:

@@ -25,6 +25,7 @@ from cqos_core.policy import INFINITE
 from cqos_core.problems import CqosError
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 from cqos_dds.pack import PACK
+from cqos_dds.snapshot.ros_nodes import RosNodes
 from cqos_dds.snapshot.seen import Seen, SeenEndpoint, SeenParticipant, SeenTopic
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ _BATCH: Final = 1000
 
 
 class Discovery:
-    """Somebody who joins a domain and looks, and does nothing else."""
+    """Somebody who joins a domain and looks; the nodes of ROS 2 tell of themselves on a topic, which is read too."""
 
     def __init__(self, domain: int) -> None:
         """Join the domain; from now on everybody in it is found.
@@ -68,6 +69,7 @@ class Discovery:
             self._writers = BuiltinDataReader(self._self, BuiltinTopicDcpsPublication)
             self._readers = BuiltinDataReader(self._self, BuiltinTopicDcpsSubscription)
             self._topics = BuiltinDataReader(self._self, BuiltinTopicDcpsTopic)
+            self._nodes = RosNodes(self._self)
         except DDSException as error:
             raise CqosError(
                 f"Cyclone DDS cannot join domain {domain}: {error.msg or error} (its configuration is in the "
@@ -81,6 +83,7 @@ class Discovery:
         seen.participants = [_participant(sample) for sample in _alive(self._participants) if sample.key != own]
         for reader, role in ((self._writers, PUBLISHER), (self._readers, SUBSCRIBER)):
             seen.endpoints += [_endpoint(sample, role) for sample in _alive(reader) if sample.participant_key != own]
+        seen.nodes = self._nodes.seen()
         seen.topics = [SeenTopic(sample.topic_name, sample.type_name) for sample in _alive(self._topics)]
         return seen
 

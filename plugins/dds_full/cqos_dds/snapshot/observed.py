@@ -8,6 +8,7 @@ DDS, and are judged against those of ROS 2 on the wire.
 from __future__ import annotations
 
 from collections import defaultdict
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.exporters.contract import unique
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
     from cqos_core.system import Role
     from cqos_dds.snapshot.ros import RosName
-    from cqos_dds.snapshot.seen import Seen, SeenEndpoint
+    from cqos_dds.snapshot.seen import Seen, SeenEndpoint, SeenNode
 
 PROTOCOL: Final = "dds"
 _SERVICES: Final[dict[tuple[str, Role], str]] = {
@@ -37,9 +38,10 @@ def system_of(seen: Seen, *, with_ros: bool) -> System:
     known = {each.key: each for each in seen.participants}
     for endpoint in seen.endpoints:
         known.setdefault(endpoint.participant, SeenParticipant(endpoint.participant))
+    owners = _nodes(seen.nodes, known) if with_ros else {}
     of: dict[str, list[SeenEndpoint]] = defaultdict(list)
     for endpoint in sorted(seen.endpoints, key=lambda each: (each.participant, each.key)):
-        of[endpoint.participant].append(endpoint)
+        of[owners.get((endpoint.participant, endpoint.key), endpoint.participant)].append(endpoint)
     for key, participant in _participants(known.values()):
         runs_ros = with_ros and known[key].implementation in ros.IMPLEMENTATIONS
         endpoints = list(_endpoints(of[key], participant.id, with_ros=runs_ros))
@@ -49,6 +51,11 @@ def system_of(seen: Seen, *, with_ros: bool) -> System:
             # Both packs know the middleware by this name, and DDS alone by the other.
             both = any(each.protocol == ros.PROTOCOL for each in endpoints)
             participant.settings["rmw" if both else "implementation"] = Setting(str(known[key].implementation))
+        if known[key].namespace and all(each.protocol == ros.PROTOCOL for each in endpoints):
+            participant.protocol = ros.PROTOCOL
+            # DDS has no namespaces, so a node is in one only where all that it has is of ROS 2.
+            if known[key].namespace != "/":
+                participant.settings["namespace"] = Setting(known[key].namespace)
     _number(system.endpoints)
     packs = [PROTOCOL, *({ros.PROTOCOL} if any(each.protocol for each in system.endpoints) else ())]
     system.options = {pack: {"domain": Setting(str(seen.domain))} for pack in packs}
@@ -60,6 +67,18 @@ def system_of(seen: Seen, *, with_ros: bool) -> System:
 
 
 # Participants
+
+
+def _nodes(nodes: Iterable[SeenNode], known: dict[str, SeenParticipant]) -> dict[tuple[str, str], str]:
+    """Add nodes to the participants, each with what is known of its process; return whose each endpoint is."""
+    owners: dict[tuple[str, str], str] = {}
+    for node in nodes:
+        process = known.get(node.participant)
+        if process is not None and process.implementation in ros.IMPLEMENTATIONS:
+            key = f"{node.participant} {node.namespace} {node.name}"
+            known[key] = replace(process, key=key, name=node.name, namespace=node.namespace or "/")
+            owners |= {(node.participant, endpoint): key for endpoint in node.endpoints}
+    return owners
 
 
 def _participants(known: Iterable[SeenParticipant]) -> Iterator[tuple[str, Participant]]:

@@ -18,6 +18,7 @@ class SeenParticipant:
         name: what its program calls it; empty where it has no name.
         implementation: as the pack names it, None where the vendor is not known.
         process, pid, host: who runs it, empty where that is not told.
+        namespace: of a node of ROS 2 that is told apart from others in its process; else empty.
     """
 
     key: str
@@ -26,6 +27,7 @@ class SeenParticipant:
     process: str = ""
     pid: str = ""
     host: str = ""
+    namespace: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +50,21 @@ class SeenEndpoint:
 
 
 @dataclass(frozen=True, slots=True)
+class SeenNode:
+    """One node of ROS 2.
+
+    Attributes:
+        participant: key of the participant of its process.
+        endpoints: keys of its writers and readers.
+    """
+
+    participant: str
+    namespace: str
+    name: str
+    endpoints: frozenset[str]
+
+
+@dataclass(frozen=True, slots=True)
 class SeenTopic:
     """One topic that somebody has declared."""
 
@@ -63,3 +80,4 @@ class Seen:
     participants: list[SeenParticipant] = field(default_factory=list)
     endpoints: list[SeenEndpoint] = field(default_factory=list)
     topics: list[SeenTopic] = field(default_factory=list)
+    nodes: list[SeenNode] = field(default_factory=list)

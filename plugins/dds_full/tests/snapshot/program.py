@@ -1,6 +1,9 @@
 """A program of DDS: joins a domain, has the endpoints that it is told, and waits until its standard input ends.
 
 python program.py DOMAIN '{"name": "talker", "endpoints": [["publisher", "rt/chatter", "std_msgs::msg::dds_::String_", {}]]}'
+
+With `"gid_size": 16, "nodes": [["/robot", "talker", [0]]]` it tells that its first endpoint belongs to the node /robot/talker,
+as the middlewares of ROS 2 do it.
 """
 
 import json
@@ -9,13 +12,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from cyclonedds.domain import DomainParticipant
-from cyclonedds.idl import IdlStruct
+from cyclonedds.idl import IdlStruct, make_idl_struct, types
 from cyclonedds.pub import DataWriter, Publisher
 from cyclonedds.qos import Policy, Qos
 from cyclonedds.sub import DataReader, Subscriber
 from cyclonedds.topic import Topic
 
 from tests.conformance.cyclone import group, qos
+
+IDL: Any = types
 
 
 def sample_type(name: str) -> Any:
@@ -26,6 +31,54 @@ def sample_type(name: str) -> Any:
         value: int
 
     return Sample
+
+
+def entities_type(size: int) -> Any:
+    """Return rmw_dds_common/msg/ParticipantEntitiesInfo with GIDs of this size, and the types that it is made of."""
+
+    space = "rmw_dds_common::msg::dds_::"
+    gid = make_idl_struct("Gid", f"{space}Gid_", {"data": IDL.array[IDL.uint8, size]})
+    node = make_idl_struct(
+        "Node",
+        f"{space}NodeEntitiesInfo_",
+        {
+            "node_namespace": IDL.bounded_str[256],
+            "node_name": IDL.bounded_str[256],
+            "reader_gid_seq": IDL.sequence[gid],
+            "writer_gid_seq": IDL.sequence[gid],
+        },
+    )
+    fields = {"gid": gid, "node_entities_info_seq": IDL.sequence[node]}
+    return gid, node, make_idl_struct("Entities", f"{space}ParticipantEntitiesInfo_", fields)
+
+
+def tell_nodes(participant: Any, told: dict[str, Any], endpoints: list[Any]) -> Any:
+    """Write which endpoints belong to which node; return what has to live as long as that is to be known."""
+    size = told["gid_size"]
+    gid_type, node_type, entities = entities_type(size)
+
+    def gid(entity: Any) -> Any:
+        return gid_type(data=[*entity.guid.bytes, *bytes(size - 16)])
+
+    topic = Topic(participant, "ros_discovery_info", entities)
+    qos_of_rmw = qos(
+        {
+            "reliability": "reliable",
+            "durability": "transient_local",
+            "history.depth": "1",
+            "data_representation": "[xcdr1]",
+        }
+    )
+    writer = DataWriter(Publisher(participant), topic, qos_of_rmw)
+    nodes = []
+    for namespace, name, numbers in told["nodes"]:
+        own = [endpoints[number] for number in numbers]
+        readers = [gid(each) for each in own if isinstance(each, DataReader)]
+        writers = [gid(each) for each in own if isinstance(each, DataWriter)]
+        nodes.append(node_type(namespace, name, readers, writers))
+        # Each node that comes to a process is told anew with all others.
+        writer.write(entities(gid(participant), nodes))
+    return writer
 
 
 def main(domain: int, told: dict[str, Any]) -> None:
@@ -40,6 +93,8 @@ def main(domain: int, told: dict[str, Any]) -> None:
             kept.append(DataWriter(Publisher(participant, group(settings)), topics[name], qos(settings)))
         else:
             kept.append(DataReader(Subscriber(participant, group(settings)), topics[name], qos(settings)))
+    if "nodes" in told:
+        kept.append(tell_nodes(participant, told, kept))
     print("up", flush=True)  # noqa: T201 - whoever started it waits for this
     sys.stdin.read()
 

@@ -11,7 +11,7 @@ from cqos_core.system import PUBLISHER, SUBSCRIBER, Role, System
 from cqos_dds.snapshot import ros
 from cqos_dds.snapshot.observed import system_of
 from cqos_dds.snapshot.ros import RosName, demangled
-from cqos_dds.snapshot.seen import Seen, SeenEndpoint, SeenParticipant, SeenTopic
+from cqos_dds.snapshot.seen import Seen, SeenEndpoint, SeenNode, SeenParticipant, SeenTopic
 
 STRING = "std_msgs::msg::dds_::String_"
 PLAIN = {"data_representation": "[xcdr1]", "ownership": "shared", "partition": "[]", "durability": "volatile"}
@@ -179,6 +179,40 @@ def test_participants_are_called_by_what_is_known_of_them():
         "fastdds_aaaa0000000000000003": "fastdds_aaaa0000000000000003 (pid 13, on robot)",
         "participant_bbbb0000000000000004": None,
     }
+
+
+def test_nodes_take_their_endpoints_out_of_the_process():
+    what = seen(
+        endpoint(PUBLISHER, "rt/a", key="1"),
+        endpoint(PUBLISHER, "rt/b", key="2"),
+        endpoint(PUBLISHER, "rt/c", key="3", partition="[left]"),
+        endpoint(PUBLISHER, "rt/d", key="4"),
+    )
+    what.nodes = [
+        SeenNode("p", "/left", "eye", frozenset({"1"})),
+        SeenNode("p", "/right", "eye", frozenset({"2", "3"})),
+        SeenNode("nobody", "/", "gone", frozenset({"4"})),
+    ]
+    system = system_of(what, with_ros=True)
+    assert {each.topic: each.participant for each in system.endpoints} == {
+        "/a": "eye",
+        "/b": "eye~2",
+        "rt/c": "eye~2",
+        "/d": "node",
+    }
+    namespaces = {name: each.settings.get("namespace") for name, each in system.participants.items()}
+    assert {name: each and each.text for name, each in namespaces.items()} == {
+        "eye": "/left",
+        "eye~2": None,
+        "node": None,
+    }
+    assert not [each for each in check(system).findings if each.severity == "error"]
+
+
+def test_nodes_are_told_apart_for_the_pack_of_ros_2_only():
+    what = seen(endpoint(PUBLISHER, "rt/a", key="1"))
+    what.nodes = [SeenNode("p", "/", "eye", frozenset({"1"}))]
+    assert system_of(what, with_ros=False).participants.keys() == {"node"}
 
 
 def test_a_topic_that_nobody_uses_is_there_with_its_type():

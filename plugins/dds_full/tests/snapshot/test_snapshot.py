@@ -46,8 +46,8 @@ def start(domain: int) -> Iterator[Start]:
     """Start programs; they end when their standard input does."""
     with contextlib.ExitStack() as running:
 
-        def run(name: str, *endpoints: tuple[Any, ...]) -> None:
-            told = json.dumps({"name": name, "endpoints": endpoints})
+        def run(name: str, *endpoints: tuple[Any, ...], **more: Any) -> None:
+            told = json.dumps({"name": name, "endpoints": endpoints, **more})
             program = subprocess.Popen(
                 [sys.executable, PROGRAM, str(domain), told],
                 env=ENVIRONMENT,
@@ -142,6 +142,38 @@ def test_it_sees_exactly_what_runs(domain: int, start: Start, tmp_path: Path):
         ("/chatter", "incompatible"),
         ("state", "compatible"),
     ]
+    assert [each.code for each in report.findings if each.severity == "error"] == ["ROS103"]
+
+
+@pytest.mark.parametrize("gid_size", [16, 24])
+def test_nodes_of_one_process_are_told_apart(domain: int, start: Start, tmp_path: Path, gid_size: int):
+    start(
+        "/",
+        (PUBLISHER, "rt/chatter", STRING, OF_ROS),
+        (SUBSCRIBER, "rt/chatter", STRING, {**OF_ROS, "deadline": "1s"}),
+        (PUBLISHER, "rt/rosout", STRING, OF_ROS),
+        (PUBLISHER, "state", "State", {}),
+        gid_size=gid_size,
+        nodes=[["/robot", "talker", [0, 2]], ["/", "listener", [1]]],
+    )
+    file = tmp_path / "running.yaml"
+    done = snapshot(domain, "--output", file)
+    assert done.returncode == 0, done.stderr
+    system = cqos.read(file)
+    assert {
+        name: each.settings["namespace"].text
+        for name, each in system.participants.items()
+        if "namespace" in each.settings
+    } == {"talker": "/robot"}
+    assert endpoints(file).keys() >= {
+        "talker/publisher//chatter",
+        "talker/publisher//rosout",
+        "listener/subscriber//chatter",
+    }
+    # What is of no node stays with the process.
+    (process,) = {each.participant for each in system.endpoints} - {"talker", "listener"}
+    assert {each.topic for each in system.endpoints if each.participant == process} == {"state", "ros_discovery_info"}
+    report = cqos.check(file)
     assert [each.code for each in report.findings if each.severity == "error"] == ["ROS103"]
 
 
