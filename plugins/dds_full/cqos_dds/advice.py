@@ -326,12 +326,14 @@ ENDPOINTS: Final = (
         fixes=("history.depth", "history"),
     ),
     forbids(
-        (offered(RELIABILITY) == "reliable") & (offered(LIFESPAN) < topic(PERIOD) + RESENDING),
+        # A reader learns of a loss by heartbeats too, so the period of the samples does not matter.
+        (offered(RELIABILITY) == "reliable") & (offered(LIFESPAN) < RESENDING),
         code="DDS345",
         name="reliable-short-lifespan",
-        says="{endpoint} with lifespan {lifespan}, period {period} and round trip {round_trip_time}: lost samples expire before they are sent again",
-        because="a lost sample has expired before it can be sent again",
+        says="{endpoint} with lifespan {lifespan} and round trip {round_trip_time}: lost samples expire before they are sent again",
+        because="a lost sample has expired before it can be sent again; what arrives at once is not concerned",
         clause="DDS 1.4, 2.2.3.16",
+        severity="note",
         fixes=("lifespan",),
     ),
     forbids(
