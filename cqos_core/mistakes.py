@@ -10,6 +10,7 @@ from cqos_core.expression import OPERAND_FUNCTIONS, SCOPES, SENTENCE_FUNCTIONS
 from cqos_core.policy import (
     BOTH,
     COMBINATIONS,
+    ENDPOINT,
     LEVELS,
     NO,
     UNMATCHED,
@@ -81,6 +82,12 @@ def rule_mistakes(bound: BoundRule) -> Iterator[str]:
             yield f"`says` has {{{word}}}, which stands for nothing here"
 
 
+KEPT: Final = {
+    ENDPOINT: frozenset(("profile", "id", "needs", "protocol", "external", "starts_after", "label", "observed")),
+    "topic": frozenset(("external", "protocol")),
+    "broker": frozenset(("protocol", "profile")),
+}
+"""By level, keys of the system file that mean something for every protocol, so that no policy can be set by them."""
 _NAME: Final = re.compile(r"[a-z_][a-z0-9_]*(\.[a-z_][a-z0-9_]*)*")
 
 
@@ -116,6 +123,8 @@ def _names(pack: RulePack) -> Iterator[Mistake]:
 def _policy(policy: Policy, pack: RulePack) -> Iterator[str]:
     if not _NAME.fullmatch(policy.name) or any(keyword.iskeyword(part) for part in policy.name.split(".")):
         yield "a name is snake_case, with dots between its parts, and no word of Python"
+    for spelling in sorted(policy.spellings & KEPT.get(policy.level, frozenset())):
+        yield f"`{spelling}` is a key of the system file with a meaning of its own, so no policy can be set by it"
     if policy.level not in LEVELS:
         yield f"level `{policy.level}` must be one of {', '.join(LEVELS)}"
     if not set(policy.roles) <= set(BOTH):

@@ -10,6 +10,7 @@ import pytest
 
 from cqos_core.evaluate import Function
 from cqos_core.expression import parse
+from cqos_core.mistakes import KEPT
 from cqos_core.pack import Convention, Dialect, Preset, RulePack, column_form, rule_table
 from cqos_core.policy import (
     Anything,
@@ -133,6 +134,14 @@ MALFORMED: dict[str, tuple[dict[str, Any], str]] = {
     "a spelling of two policies": (
         {"policies": [*POLICIES, Policy("handling", Flag(), aliases=("Treatment",))]},
         "`treatment` spells both policy `care` and policy `handling`",
+    ),
+    "a key of endpoints": (
+        {"policies": [*POLICIES, Policy("label", Flag())]},
+        "policy `label`: `label` is a key of the system file with a meaning of its own, so no policy can be set by it",
+    ),
+    "an alias that is a key of topics": (
+        {"policies": [*POLICIES, Policy("outside", Flag(), level="topic", aliases=("External",))]},
+        "policy `outside`: `external` is a key of the system file",
     ),
     "a default that is no value": (
         {"policies": [*POLICIES, Policy("a", Duration(), "5")]},
@@ -277,6 +286,14 @@ MALFORMED: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "a variant of an unknown option": ({"variants": {("mode", "raw"): POST}}, "`mode` is no option"),
 }
+
+
+def test_the_keys_that_policies_cannot_have_are_those_of_the_system_file():
+    from cqos_core.importers import yaml_form
+
+    forms = {"endpoint": yaml_form.ENDPOINT, "topic": yaml_form.TOPIC, "broker": yaml_form.BROKER}
+    # A policy may well be the type, which endpoints hand on to it.
+    assert {level: frozenset(form.keys) - {"type"} for level, form in forms.items()} == KEPT
 
 
 @pytest.mark.parametrize(("changes", "message"), MALFORMED.values(), ids=MALFORMED)
