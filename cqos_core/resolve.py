@@ -123,6 +123,7 @@ class Resolver:
         self.surroundings: dict[tuple[Any, ...], Surroundings] = {}
         self.overlay_layers: dict[tuple[int, int], Layer] = {}
         self.overlays_used: set[int] = set()
+        self.overlays_laid: set[int] = set()
         self.took_effect: set[tuple[int, int]] = set()
         self.gave_way: dict[tuple[int, int], tuple[str, Stated]] = {}
         self.name_problems: dict[tuple[NameProblem, str, str], list[Endpoint]] = {}
@@ -220,6 +221,11 @@ class Resolver:
             if index not in self.overlays_used:
                 message = f"{overlay.name} covers no endpoint: nothing matches {_covering(overlay)}"
                 self._add("CQ214", message, overlay.place, "system")
+            elif index not in self.overlays_laid:
+                message = (
+                    f"{overlay.name} covers only endpoints that were observed, and changes nothing of what was seen"
+                )
+                self._add("CQ214", message, overlay.place, "system", severity=Severity.NOTE)
         for key, (policy, stated) in self.gave_way.items():
             if key not in self.took_effect:
                 overlay = self.system.overlays[key[0]]
@@ -667,6 +673,7 @@ class Resolver:
             ):
                 self.overlays_used.add(index)
                 if not endpoint.observed:
+                    self.overlays_laid.add(index)
                     yield index
 
     def _holds(self, overlay: Overlay, participant: ResolvedParticipant) -> bool | None:

@@ -84,11 +84,14 @@ class TestOver:
         assert "delay 3s" in only(report, "POST102").message
         assert "care signed" in only(report, "POST101").message
 
-    def test_what_was_observed_is_not_changed_and_needs_no_word(self):
+    def test_what_was_observed_is_not_changed_which_is_a_note_where_it_covers_nothing_else(self):
         over = overlay(care="signed")
         seen = writer("box", care="plain", more={"observed": True})
         assert care(seen, overlays=[over]) == ["plain"]
-        assert "CQ214" not in codes(checked(seen, overlays=[over]))
+        finding = only(checked(seen, overlays=[over]), "CQ214")
+        assert finding.severity == "note"
+        assert "covers only endpoints that were observed" in finding.message
+        assert "CQ214" not in codes(checked(seen, writer("box", name="designed"), overlays=[over]))
 
     def test_a_pack_says_what_a_pattern_of_participants_means(self):
         meeting = Meeting(address=lambda name, _: f"/{name}", covers=lambda pattern, name: pattern == name[:2])

@@ -10,6 +10,7 @@ from cqos_core.exporters.yaml_text import Block, Raw, document
 from cqos_core.policy import ENDPOINT, INFINITE, is_plain
 from cqos_core.system import PUBLISHER
 from cqos_ros2.exporters.values import Unsayable, Value, effective, kind_of, ros_endpoints
+from cqos_ros2.importers.rosbag2 import NODES
 from cqos_ros2.names import is_legal
 from cqos_ros2.policies import (
     AVOID_CONVENTIONS,
@@ -43,21 +44,30 @@ _HEADS: Final = {
 
 @dataclass(slots=True)
 class _Topic:
-    """The endpoints of one topic; ``wanted``: it is to be written."""
+    """The endpoints of one topic; ``wanted``: it is to be written; ``in_bag``: `ros2 bag` is one of them."""
 
     publishers: list[Resolved] = field(default_factory=list)
     subscriptions: list[Resolved] = field(default_factory=list)
     wanted: bool = False
+    in_bag: bool = False
 
 
 def write(system: System, context: ExportContext) -> Exported:
-    """Write one profile for each topic; the setting ``side`` says whether the player or the recorder takes it."""
+    """Write one profile for each topic, of a system with a bag for each that is in it.
+
+    The setting ``side`` says whether the player or the recorder takes them.
+    """
     side = context.settings.get("side", PLAYER)
     notes: dict[str, None] = {}
     topics = _topics(system, context, notes)
     profiles: dict[str, Node] = {}
+    with_bag = any(topic.in_bag for topic in topics.values())
     for name, topic in sorted(topics.items()):
         if not topic.wanted:
+            continue
+        if with_bag and not topic.in_bag:
+            if context.changed is not None:
+                notes[f"`{name}` is not in the bag, so there is nothing to override"] = None
             continue
         parts = topic.publishers if side == RECORDER else [*topic.publishers, *topic.subscriptions]
         if not parts:
@@ -83,6 +93,7 @@ def _topics(system: System, context: ExportContext, notes: dict[str, None]) -> d
         topic = found.setdefault(part.key, _Topic())
         (topic.publishers if part.endpoint.role == PUBLISHER else topic.subscriptions).append(part)
         topic.wanted |= wanted
+        topic.in_bag |= part.endpoint.participant == NODES[context.settings.get("side", PLAYER)]
     return found
 
 

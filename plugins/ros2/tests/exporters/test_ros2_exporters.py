@@ -346,6 +346,27 @@ def test_a_bag_with_the_written_overrides_fits_the_system(system, side):
     assert "CQ214" not in [finding.code for finding in report.findings]
 
 
+WITH_BAG = """
+cqos: 1
+protocol: ros2
+participants:
+  rosbag2_player: {publishes: {/scan: {reliability: best_effort}}}
+  camera: {publishes: {/image: {reliability: best_effort}}}
+  viewer: {subscribes: {/scan: {reliability: reliable}, /image: {reliability: reliable}}}
+"""
+
+
+@pytest.mark.parametrize("mended", [False, True])
+def test_what_is_not_in_the_bag_needs_no_override(mended):
+    system = cqos.read(WITH_BAG.encode())
+    changed = frozenset(("viewer/subscriber//" + topic, "reliability") for topic in ("scan", "image"))
+    exported = export(system, "rosbag2_overrides", changed=changed if mended else None, side="player")
+    assert list(yaml.safe_load(exported.text)) == ["/scan"]
+    # Only of what somebody asked for is it said that it is not there.
+    said = "`/image` is not in the bag, so there is nothing to override"
+    assert exported.notes == ((said,) if mended else ())
+
+
 @pytest.mark.parametrize(("stated", "written"), [("system_default", None), ("manual_by_topic", "manual_by_topic")])
 def test_a_word_whose_meaning_is_known_is_no_worst_case(stated, written):
     """Liveliness `system_default`, which all presets have, is automatic on every middleware."""
