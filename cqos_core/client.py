@@ -30,7 +30,15 @@ from cqos.v1 import (
 )
 from cqos_core.api import as_text, exact_places
 from cqos_core.loading import read_path
-from cqos_core.messages import FieldProblem, from_message, pair_value, report_value, system_message, to_message
+from cqos_core.messages import (
+    FieldProblem,
+    from_message,
+    pair_value,
+    part_message,
+    report_value,
+    system_message,
+    to_message,
+)
 from cqos_core.problems import CqosError, InputError
 from cqos_core.system import System
 
@@ -41,7 +49,18 @@ if TYPE_CHECKING:
 
     from cqos_core.api import SettingValue
     from cqos_core.report import PairReport, Report
-    from cqos_core.system import Broker, Endpoint, Participant, Profile, Topic
+    from cqos_core.system import (
+        Acceptance,
+        Bridge,
+        Broker,
+        Endpoint,
+        ImportNote,
+        Overlay,
+        Participant,
+        Profile,
+        TeamRule,
+        Topic,
+    )
 
 File: TypeAlias = "str | os.PathLike[str] | bytes"
 OptionValues: TypeAlias = "Mapping[str, Mapping[str, SettingValue]]"
@@ -474,6 +493,49 @@ class _Changes:
     def put_broker(self, broker: Broker) -> None:
         """Add a broker, or replace the one with its id."""
         self._add(put_broker=to_message(broker, system_pb2.Broker))
+
+    def remove_broker(self, broker_id: str) -> None:
+        """Take a broker away."""
+        self._add(remove_broker=broker_id)
+
+    def put_bridge(self, bridge: Bridge) -> None:
+        """Add a bridge, or replace the one with its id; a side in a participant that is not there becomes a finding."""
+        self._add(put_bridge=to_message(bridge, system_pb2.Bridge))
+
+    def remove_bridge(self, bridge_id: str) -> None:
+        """Take a bridge away."""
+        self._add(remove_bridge=bridge_id)
+
+    def set_overlays(self, overlays: Iterable[Overlay]) -> None:
+        """Replace the settings that are laid over those of endpoints."""
+        self._add(set_overlays=part_message([*overlays], session_pb2.OverlayList))
+
+    def set_protocol(self, protocol: str | None) -> None:
+        """Say what participants are of that state no protocol, or with None leave it open."""
+        self._add(set_protocol=session_pb2.ProtocolChange(protocol=protocol))
+
+    def set_name(self, name: str) -> None:
+        """Call the system something else in the report."""
+        self._add(set_name=name)
+
+    def set_notes(self, notes: Iterable[ImportNote]) -> None:
+        """Replace what the readers of files had to say, which becomes findings."""
+        self._add(set_notes=part_message([*notes], session_pb2.ImportNoteList))
+
+    def set_rules(
+        self,
+        *,
+        checks: Iterable[TeamRule] | None = None,
+        accept: Iterable[Acceptance] | None = None,
+        severities: Mapping[str, str] | None = None,
+    ) -> None:
+        """Replace the team's rules, the accepted exceptions or the severities; None leaves them."""
+        if checks is not None:
+            self._add(set_checks=part_message([*checks], session_pb2.TeamRuleList))
+        if accept is not None:
+            self._add(set_accept=part_message([*accept], session_pb2.AcceptanceList))
+        if severities is not None:
+            self._add(set_severities=session_pb2.SeverityMap(severities=severities))
 
     def set_option(self, pack: str, name: str, value: SettingValue | None) -> None:
         """Set an option of the whole system, or with None take it away."""

@@ -21,7 +21,7 @@ from cqos_core.report import Severity, Verdict
 from cqos_core.system import Setting
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from google.protobuf.descriptor import Descriptor, EnumDescriptor
     from google.protobuf.message import Message
@@ -89,6 +89,13 @@ def pair_message(value: report.PairReport) -> report_pb2.PairReport:
 def system_message(value: system.System) -> system_pb2.System:
     """Return the message of a system; the bytes of its sources stay behind."""
     return _to_message(value, system_pb2.System)  # type: ignore[no-any-return]
+
+
+def part_message(value: Any, kind: type[T]) -> T:
+    """Return the message that has one part of a system, under the name that it has there; see `part_value`."""
+    holder: Any = kind
+    (part,) = holder.DESCRIPTOR.fields_by_name
+    return kind(**{part: getattr(system_message(system.System(**{part: value})), part)})
 
 
 def to_message(value: Any, kind: type[T]) -> T:
@@ -270,6 +277,12 @@ def system_value(message: system_pb2.System) -> system.System:
     return from_message(message)  # type: ignore[no-any-return]
 
 
+def part_value(message: Any) -> Any:
+    """Return what a message holds that has one part of a system, under the name that it has there."""
+    (part,) = message.DESCRIPTOR.fields_by_name
+    return getattr(system_value(system_pb2.System(**{part: getattr(message, part)})), part)
+
+
 def from_message(message: Message) -> Any:
     """Return the value of a message of any kind that has one."""
     kind: Any = type(message)
@@ -390,44 +403,106 @@ _BOUNDS: Final = ("exactly", "at_least", "at_most", "one_of", "not")
 def system_problems(message: system_pb2.System, path: str = "system") -> Iterator[FieldProblem]:
     """Yield what no importer would have let pass, each with the path of its field."""
     known = {each.id for each in message.participants}
-    for index, participant in enumerate(message.participants):
-        yield from participant_problems(participant, f"{path}.participants[{index}]")
     for index, endpoint in enumerate(message.endpoints):
         yield from endpoint_problems(endpoint, known, f"{path}.endpoints[{index}]")
-    for index, profile in enumerate(message.profiles):
-        yield from profile_problems(profile, f"{path}.profiles[{index}]")
     for kind in ("participants", "profiles", "topics", "brokers", "bridges"):
-        yield from _repeated(getattr(message, kind), f"{path}.{kind}")
-    for index, bridge in enumerate(message.bridges):
-        for place, route in enumerate(bridge.routes):
-            where = f"{path}.bridges[{index}].routes[{place}]"
-            for end in ("source", "target"):
-                yield from endpoint_problems(getattr(route, end), known, f"{where}.{end}", named=False)
-    for index, overlay in enumerate(message.overlays):
+        entries = getattr(message, kind)
+        for index, entry in enumerate(entries):
+            yield from named_problems(entry, f"{path}.{kind}[{index}]")
+        yield from _repeated(entries, f"{path}.{kind}")
+    yield from part_problems(message, path)
+
+
+def named_problems(message: Any, path: str) -> Iterator[FieldProblem]:
+    """Yield what is wrong with a participant, profile, topic, broker or bridge."""
+    key = _key(message)
+    if message.DESCRIPTOR.name in _NEED_NAMES and not getattr(message, key):
+        yield FieldProblem(f"{path}.{key}", f"{'an id' if key == 'id' else 'a name'} is needed")
+    if isinstance(message, system_pb2.Bridge):
+        for index, route in enumerate(message.routes):
+            yield from _route_problems(route, f"{path}.routes[{index}]")
+
+
+# A topic may be without a name, which is reported.
+_NEED_NAMES: Final = ("Participant", "Profile", "Bridge")
+
+
+def _key(message: Message) -> str:
+    """The field that tells it from others of its kind."""
+    return "id" if "id" in message.DESCRIPTOR.fields_by_name else "name"
+
+
+def _repeated(entries: Any, path: str) -> Iterator[FieldProblem]:
+    seen: set[str] = set()
+    for index, entry in enumerate(entries):
+        key = _key(entry)
+        name = getattr(entry, key)
+        if name in seen:
+            yield FieldProblem(f"{path}[{index}].{key}", f"`{name}` is there already")
+        seen.add(name)
+
+
+def endpoint_problems(message: system_pb2.Endpoint, participants: set[str], path: str) -> Iterator[FieldProblem]:
+    """Yield what is wrong with an endpoint, whose participant must be one of ``participants``."""
+    if not message.id:
+        yield FieldProblem(f"{path}.id", "an id is needed")
+    if message.role not in _BOTH_ROLES:
+        needed = "a role is needed: ROLE_PUBLISHER or ROLE_SUBSCRIBER"
+        yield FieldProblem(f"{path}.role", _unknown_number(message.role) if message.role else needed)
+    if not message.participant or message.participant not in participants:
+        said = f"`{message.participant}` is none of the participants" if message.participant else "an id is needed"
+        yield FieldProblem(f"{path}.participant", said)
+
+
+def _route_problems(message: system_pb2.Route, path: str) -> Iterator[FieldProblem]:
+    """Yield what is wrong with a route; that a participant is not there is a finding of the check."""
+    for end, role in (("source", report_pb2.ROLE_SUBSCRIBER), ("target", report_pb2.ROLE_PUBLISHER)):
+        side = getattr(message, end)
+        if side.role != role:
+            yield FieldProblem(
+                f"{path}.{end}.role", f"{report_pb2.Role.Name(role)} is needed: a bridge {_DOES[role]} it"
+            )
+        if not side.participant:
+            yield FieldProblem(f"{path}.{end}.participant", "an id is needed")
+
+
+_DOES: Final = {report_pb2.ROLE_SUBSCRIBER: "subscribes to", report_pb2.ROLE_PUBLISHER: "publishes"}
+
+
+def _unknown_number(number: int) -> str:
+    return f"{number} is no role: 1 is ROLE_PUBLISHER, 2 is ROLE_SUBSCRIBER"
+
+
+def part_problems(message: Any, path: str) -> Iterator[FieldProblem]:
+    """Yield what is wrong with what has no name in a system, or in a message that holds such a part alone."""
+    for name in message.DESCRIPTOR.fields_by_name:
+        find = _OF_PARTS.get(name)
+        if find is not None:
+            yield from find(getattr(message, name), f"{path}.{name}")
+
+
+def _overlay_problems(overlays: Sequence[system_pb2.Overlay], path: str) -> Iterator[FieldProblem]:
+    for index, overlay in enumerate(overlays):
         if overlay.role and overlay.role not in _BOTH_ROLES:
-            yield FieldProblem(f"{path}.overlays[{index}].role", _unknown_number(overlay.role))
-    for name, level in message.severities.items():
-        if level not in _LEVELS:
-            yield FieldProblem(f"{path}.severities[{name}]", f"`{level}` is none of {', '.join(_LEVELS)}")
-    yield from _texts_of_people(message, path)
+            yield FieldProblem(f"{path}[{index}].role", _unknown_number(overlay.role))
 
 
-def _texts_of_people(message: system_pb2.System, path: str) -> Iterator[FieldProblem]:
-    for index, rule in enumerate(message.checks):
+def _check_problems(checks: Sequence[system_pb2.TeamRule], path: str) -> Iterator[FieldProblem]:
+    for index, rule in enumerate(checks):
         for place, bound in enumerate(rule.require):
-            where = f"{path}.checks[{index}].require[{place}]"
+            where = f"{path}[{index}].require[{place}]"
             if bound.relation not in _BOUNDS:
                 yield FieldProblem(f"{where}.relation", f"`{bound.relation}` is none of {', '.join(_BOUNDS)}")
             if not bound.values:
                 yield FieldProblem(f"{where}.values", "a value is needed")
-    for index, accepted in enumerate(message.accept):
+
+
+def _accept_problems(accept: Sequence[system_pb2.Acceptance], path: str) -> Iterator[FieldProblem]:
+    for index, accepted in enumerate(accept):
         if not accepted.because:
-            yield FieldProblem(f"{path}.accept[{index}].because", "a reason is needed")
+            yield FieldProblem(f"{path}[{index}].because", "a reason is needed")
         if accepted.HasField("until") and not _is_date(accepted.until):
-            yield FieldProblem(f"{path}.accept[{index}].until", f"`{accepted.until}` is no date such as 2027-01-31")
-    for index, note in enumerate(message.notes):
-        if note.severity not in _SEVERITIES:
-            yield FieldProblem(f"{path}.notes[{index}].severity", "a severity is needed")
+            yield FieldProblem(f"{path}[{index}].until", f"`{accepted.until}` is no date such as 2027-01-31")
 
 
 def _is_date(text: str) -> bool:
@@ -438,41 +513,22 @@ def _is_date(text: str) -> bool:
     return True
 
 
-def _unknown_number(number: int) -> str:
-    return f"{number} is no role: 1 is ROLE_PUBLISHER, 2 is ROLE_SUBSCRIBER"
+def _severity_problems(severities: Mapping[str, str], path: str) -> Iterator[FieldProblem]:
+    for name, level in severities.items():
+        if level not in _LEVELS:
+            yield FieldProblem(f"{path}[{name}]", f"`{level}` is none of {', '.join(_LEVELS)}")
 
 
-def _repeated(entries: Any, path: str) -> Iterator[FieldProblem]:
-    seen: set[str] = set()
-    key = "id" if path.endswith(("participants", "brokers", "bridges")) else "name"
-    for index, entry in enumerate(entries):
-        name = getattr(entry, key)
-        if name in seen:
-            yield FieldProblem(f"{path}[{index}].{key}", f"`{name}` is there already")
-        seen.add(name)
+def _note_problems(notes: Sequence[system_pb2.ImportNote], path: str) -> Iterator[FieldProblem]:
+    for index, note in enumerate(notes):
+        if note.severity not in _SEVERITIES:
+            yield FieldProblem(f"{path}[{index}].severity", "a severity is needed")
 
 
-def participant_problems(message: system_pb2.Participant, path: str) -> Iterator[FieldProblem]:
-    """Yield what is wrong with a participant."""
-    if not message.id:
-        yield FieldProblem(f"{path}.id", "an id is needed")
-
-
-def profile_problems(message: system_pb2.Profile, path: str) -> Iterator[FieldProblem]:
-    """Yield what is wrong with a profile."""
-    if not message.name:
-        yield FieldProblem(f"{path}.name", "a name is needed")
-
-
-def endpoint_problems(
-    message: system_pb2.Endpoint, participants: set[str], path: str, *, named: bool = True
-) -> Iterator[FieldProblem]:
-    """Yield what is wrong with an endpoint, whose participant must be one of ``participants``."""
-    if named and not message.id:
-        yield FieldProblem(f"{path}.id", "an id is needed")
-    if message.role not in _BOTH_ROLES:
-        needed = "a role is needed: ROLE_PUBLISHER or ROLE_SUBSCRIBER"
-        yield FieldProblem(f"{path}.role", _unknown_number(message.role) if message.role else needed)
-    if not message.participant or message.participant not in participants:
-        said = f"`{message.participant}` is none of the participants" if message.participant else "an id is needed"
-        yield FieldProblem(f"{path}.participant", said)
+_OF_PARTS: Final[Mapping[str, Callable[[Any, str], Iterator[FieldProblem]]]] = {
+    "overlays": _overlay_problems,
+    "checks": _check_problems,
+    "accept": _accept_problems,
+    "severities": _severity_problems,
+    "notes": _note_problems,
+}

@@ -26,7 +26,18 @@ if TYPE_CHECKING:
     from cqos_core.pack import RulePack
     from cqos_core.report import Report
     from cqos_core.resolved import Resolved
-    from cqos_core.system import Acceptance, Broker, Endpoint, Participant, Profile, TeamRule, Topic
+    from cqos_core.system import (
+        Acceptance,
+        Bridge,
+        Broker,
+        Endpoint,
+        ImportNote,
+        Overlay,
+        Participant,
+        Profile,
+        TeamRule,
+        Topic,
+    )
 
 TopicKey = tuple[str, str]
 
@@ -139,6 +150,39 @@ class Session:
         self._system.brokers[broker.id] = deepcopy(broker)
         self._forget()
 
+    def remove_broker(self, broker_id: str) -> None:
+        """Take a broker away.
+
+        Raises:
+            KeyError: there is none with this id.
+        """
+        del self._system.brokers[broker_id]
+        self._forget()
+
+    def put_bridge(self, bridge: Bridge) -> None:
+        """Add a bridge, or replace the one with its id; a side in a participant that is not there becomes a finding."""
+        self._system.bridges[bridge.id] = deepcopy(bridge)
+        self._forget()
+
+    def remove_bridge(self, bridge_id: str) -> None:
+        """Take a bridge away.
+
+        Raises:
+            KeyError: there is none with this id.
+        """
+        del self._system.bridges[bridge_id]
+        self._forget()
+
+    def set_overlays(self, overlays: Iterable[Overlay]) -> None:
+        """Replace the settings that are laid over those of endpoints."""
+        self._system.overlays = deepcopy([*overlays])
+        self._forget()
+
+    def set_protocol(self, protocol: str | None) -> None:
+        """Say what participants are of that state no protocol, or with None leave it open."""
+        self._system.protocol = protocol
+        self._forget()
+
     def set_option(self, pack: str, name: str, value: SettingValue | None) -> None:
         """Set an option of the whole system, or with None take it away."""
         options = self._system.options.setdefault(pack, {})
@@ -146,7 +190,21 @@ class Session:
             options.pop(name, None)
         else:
             options[name] = Setting(as_text(value))
+        if not options:
+            del self._system.options[pack]
         self._forget()
+
+    # What the report says beside findings about endpoints
+
+    def set_name(self, name: str) -> None:
+        """Call the system something else in the report."""
+        self._system.name = name
+
+    def set_notes(self, notes: Iterable[ImportNote]) -> None:
+        """Replace what the readers of files had to say, which becomes findings."""
+        self._system.notes = list(notes)
+
+    # Edits of what is made of all findings
 
     def set_rules(
         self,
@@ -171,7 +229,9 @@ class Session:
         find_pack, default = self._context.find_pack, self._context.default_protocol
         tried = tried_out(self._system, default)
         if tried is not self._system:
-            return exact_places(check_system(tried, self._context), self._system.sources)
+            report = check_system(tried, self._context)
+            self.judged = report.topics
+            return exact_places(report, self._system.sources)
         system, links = expanded(self._system, find_pack, default)
         teams, problems = bind_checks(system, find_pack, default)
         resolver = self._resolve(system, words_asked(teams))

@@ -237,6 +237,7 @@ def test_everything_wrong_with_a_system_is_named_with_its_field():
         "system.endpoints[1].role",
         "system.endpoints[1].participant",
         "system.profiles[0].name",
+        "system.bridges[0].id",
         "system.bridges[0].routes[0].source.role",
         "system.bridges[0].routes[0].target.role",
         "system.bridges[0].routes[0].target.participant",

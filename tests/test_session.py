@@ -8,10 +8,15 @@ import cqos_core as cqos
 from cqos_core.system import (
     Acceptance,
     Bound,
+    Bridge,
+    Broker,
     Endpoint,
+    ImportNote,
+    Overlay,
     Participant,
     Profile,
     ProfileRef,
+    Route,
     Setting,
     System,
     TeamRule,
@@ -39,14 +44,16 @@ OPTIONS = {
 setting_maps = st.fixed_dictionaries(
     {}, optional={name: st.sampled_from(texts).map(Setting) for name, texts in VALUES.items()}
 )
+need_maps = st.sampled_from(({}, {"latest": Setting("true")}, {"max_age": Setting("1s"), "loss_free": Setting("true")}))
 endpoints = st.builds(
-    lambda number, role, topic, participant, stated, profiles, observed, external, after: Endpoint(
+    lambda number, role, topic, participant, stated, profiles, needs, observed, external, after: Endpoint(
         f"e{number}",
         role,
         topic,
         participant,
         stated,
         tuple(ProfileRef(name) for name in profiles),
+        needs=needs,
         observed=observed,
         external=external,
         starts_after=after,
@@ -57,19 +64,36 @@ endpoints = st.builds(
     st.sampled_from(PARTICIPANTS),
     setting_maps,
     st.lists(st.sampled_from(PROFILES), max_size=2),
+    need_maps,
     st.booleans(),
     st.booleans(),
     st.sampled_from(((), ("a",), ("e1",), ("nobody",))),
 )
+routes = st.builds(
+    lambda source, target, sides: Route(
+        Endpoint("", "subscriber", source, sides[0]), Endpoint("", "publisher", target, sides[1])
+    ),
+    st.sampled_from(("scan", "map", "/sc*", "*")),
+    st.sampled_from((None, "scan", "map", "far/*")),
+    st.tuples(st.sampled_from((*PARTICIPANTS, "phone", "nobody")), st.sampled_from((*PARTICIPANTS, "phone"))),
+)
+BRIDGES = ("up", "down")
+BROKERS = ("hub", "other")
 
 
 class Editing(RuleBasedStateMachine):
     """Edits a session at random; after every step its report is that of a fresh check."""
 
+    opened = cqos.Session
+
     @initialize()
     def open(self):
         system = System("edited", "ros2", participants={name: Participant(name) for name in PARTICIPANTS})
-        self.session = cqos.Session(system)
+        # Beyond a bridge, where there is one.
+        system.participants["phone"] = Participant("phone", "mqtt", {"broker": Setting("hub")})
+        far = Endpoint("far", "subscriber", "far/scan", "phone", needs={"latest": Setting("true")})
+        system.endpoints.append(far)
+        self.session = self.opened(system)
 
     @rule(endpoint=endpoints)
     def put(self, endpoint):
@@ -108,6 +132,46 @@ class Editing(RuleBasedStateMachine):
     @rule(name=st.sampled_from(TOPICS), latched=st.sampled_from(("true", "false", "perhaps")), external=st.booleans())
     def put_topic(self, name, latched, external):
         self.session.put_topic(Topic(name, {"latched": Setting(latched)}, external))
+
+    @rule(name=st.sampled_from(TOPICS))
+    def remove_topic(self, name):
+        if name in self.session.system.topics:
+            self.session.remove_topic(name)
+
+    @rule(
+        name=st.sampled_from(BRIDGES),
+        carried=st.lists(routes, max_size=2),
+        carries=st.sampled_from(((), ("liveliness",))),
+    )
+    def put_bridge(self, name, carried, carries):
+        self.session.put_bridge(Bridge(name, tuple(carried), carries))
+
+    @rule(name=st.sampled_from(BRIDGES))
+    def remove_bridge(self, name):
+        if name in self.session.system.bridges:
+            self.session.remove_bridge(name)
+
+    @rule(name=st.sampled_from(BROKERS), most=st.sampled_from(("0", "1", "2", "9")))
+    def put_broker(self, name, most):
+        self.session.put_broker(Broker(name, "mqtt", {"maximum_qos": Setting(most)}))
+
+    @rule(name=st.sampled_from(BROKERS))
+    def remove_broker(self, name):
+        if name in self.session.system.brokers:
+            self.session.remove_broker(name)
+
+    @rule(stated=setting_maps, role=st.sampled_from((None, "subscriber")), topic=st.sampled_from(("*", "/scan")))
+    def set_overlays(self, stated, role, topic):
+        self.session.set_overlays([Overlay("laid over", stated, role, topic)] if stated else [])
+
+    @rule(protocol=st.sampled_from(("ros2", "dds", None)))
+    def set_protocol(self, protocol):
+        self.session.set_protocol(protocol)
+
+    @rule(name=st.sampled_from(("edited", "renamed")), notes=st.sampled_from(((), ("CQ005",), ("CQ005", "CQ040"))))
+    def set_what_is_told(self, name, notes):
+        self.session.set_name(name)
+        self.session.set_notes([ImportNote(code, "warning", "as the file says") for code in notes])
 
     @rule(option=st.sampled_from([(o, v) for o in OPTIONS for v in (*OPTIONS[o], None)]))
     def set_option(self, option):
@@ -188,6 +252,34 @@ def test_an_option_that_changes_no_value_judges_nothing():
     session.set_option("ros2", "round_trip_time", None)
     session.report()
     assert session.judged == 0
+
+
+def test_a_bridge_hands_needs_on_as_long_as_it_is_there():
+    system = of_two_topics()
+    system.endpoints[0].settings["reliability"] = Setting("best_effort")
+    system.endpoints[1].settings["reliability"] = Setting("best_effort")
+    session = cqos.Session(system)
+    far = Endpoint("far", "subscriber", "/far", "planner", needs={"loss_free": Setting("true")})
+    session.put(far)
+    ends = Endpoint("", "subscriber", "/scan", "driver"), Endpoint("", "publisher", "/far", "driver")
+
+    session.put_bridge(Bridge("relay", (Route(*ends),)))
+    told = [finding for finding in session.report().findings if finding.severity == "error"]
+    assert {finding.topic for finding in told} == {"/scan"}
+    session.remove_bridge("relay")
+    assert not [finding for finding in session.report().findings if finding.severity == "error"]
+
+
+def test_what_is_set_and_taken_away_leaves_nothing_behind():
+    session = cqos.Session(of_two_topics())
+    before = session.system
+    session.set_option("nobody_has_this_pack", "rmw", "zenoh")
+    session.set_option("nobody_has_this_pack", "rmw", None)
+    session.put_bridge(Bridge("b"))
+    session.remove_bridge("b")
+    session.put_broker(Broker("hub"))
+    session.remove_broker("hub")
+    assert session.system == before
 
 
 def test_the_session_keeps_a_copy():

@@ -234,7 +234,8 @@ def read_system(message: system_pb2.System, most: int, path: str = "system") -> 
     Raises:
         Refused: something is wrong with it, or it has too many endpoints.
     """
-    bounded(len(message.endpoints), most, f"{path}.endpoints")
+    # A route of a bridge is one endpoint on either side.
+    bounded(len(message.endpoints) + 2 * sum(len(each.routes) for each in message.bridges), most, f"{path}.endpoints")
     wrong = list(system_problems(message, path))
     if wrong:
         raise unfit(wrong)
@@ -273,7 +274,8 @@ def read_documents(
     if problems:
         told = f"{problems[0]}" + (f" (and {len(problems) - 1} more)" if len(problems) > 1 else "")
         raise Refused("INVALID_ARGUMENT", told, fields, problems)
-    bounded(sum(len(system.endpoints) for system in systems), most, f"{path}documents")
+    routes = sum(len(bridge.routes) for system in systems for bridge in system.bridges.values())
+    bounded(sum(len(system.endpoints) for system in systems) + 2 * routes, most, f"{path}documents")
     options: Mapping[str, Mapping[str, str]] = {
         pack: {name: options.settings[name] for name in sorted(options.settings)}
         for pack, options in sorted(reading.options.items())

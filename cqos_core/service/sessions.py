@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos.v1 import report_pb2, session_pb2
 from cqos_core.messages import (
     FieldProblem,
     endpoint_problems,
     from_message,
-    participant_problems,
-    profile_problems,
+    named_problems,
+    part_problems,
+    part_value,
     report_message,
 )
 from cqos_core.service.answers import bounded, decode, read_system, refusal_message
 from cqos_core.service.refusal import Refused, unfit
 from cqos_core.session import Session
+from cqos_core.system import System
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cqos_core.system import System
+_NAMED: Final = ("participant", "profile", "topic", "broker", "bridge")
+_RULES: Final = ("checks", "accept", "severities")
+_PARTS: Final = (*_RULES, "overlays", "notes")
 
 
 class EditSession:
@@ -31,7 +35,7 @@ class EditSession:
         """Wait for the first message."""
         self._most = most_endpoints
         self._session: Session | None = None
-        self._known = _Known()
+        self._known = _Known(System())
         self._told: report_pb2.Report | None = None
         self._revision = 0
 
@@ -61,12 +65,7 @@ class EditSession:
 
     def _open(self, system: System) -> None:
         self._session = Session(system)
-        self._known = _Known(
-            {each.id: each.participant for each in system.endpoints},
-            set(system.participants),
-            set(system.profiles),
-            set(system.topics),
-        )
+        self._known = _Known(system)
 
     def _change(self, session: Session, changes: session_pb2.Changes) -> None:
         """Do all of the changes, or none.
@@ -80,7 +79,7 @@ class EditSession:
         ]
         if wrong:
             raise unfit(wrong)
-        bounded(len(after.endpoints), self._most, "changes")
+        bounded(after.size, self._most, "changes")
         for change in changes.changes:
             _do(session, change)
         self._known = after
@@ -102,20 +101,21 @@ class EditSession:
 class _Known:
     """What a system has by name, so that a change can be refused before anything is changed."""
 
-    def __init__(
-        self,
-        endpoints: dict[str, str] | None = None,
-        participants: set[str] | None = None,
-        profiles: set[str] | None = None,
-        topics: set[str] | None = None,
-    ) -> None:
-        self.endpoints = endpoints or {}
-        self.participants = participants or set()
-        self.profiles = profiles or set()
-        self.topics = topics or set()
+    def __init__(self, system: System) -> None:
+        self.endpoints = {each.id: each.participant for each in system.endpoints}
+        self.names = {kind: set(getattr(system, f"{kind}s")) for kind in _NAMED}
+        self.routes = {each.id: len(each.routes) for each in system.bridges.values()}
+
+    @property
+    def size(self) -> int:
+        """How many endpoints there are, two for each route of a bridge among them."""
+        return len(self.endpoints) + 2 * sum(self.routes.values())
 
     def copy(self) -> _Known:
-        return _Known(dict(self.endpoints), set(self.participants), set(self.profiles), set(self.topics))
+        made = _Known(System())
+        made.endpoints, made.routes = dict(self.endpoints), dict(self.routes)
+        made.names = {kind: set(names) for kind, names in self.names.items()}
+        return made
 
     def do(self, change: session_pb2.Change, path: str) -> Iterator[FieldProblem]:
         """Follow a change, and yield why it cannot be done."""
@@ -124,22 +124,26 @@ class _Known:
             yield FieldProblem(path, "a change is needed")
             return
         where, value = f"{path}.{kind}", getattr(change, kind)
+        verb, _, what = kind.partition("_")
         if kind == "put_endpoint":
-            yield from endpoint_problems(value, self.participants, where)
+            yield from endpoint_problems(value, self.names["participant"], where)
             self.endpoints[value.id] = value.participant
-        elif kind == "put_participant":
-            yield from participant_problems(value, where)
-            self.participants.add(value.id)
-        elif kind == "put_profile":
-            yield from profile_problems(value, where)
-            self.profiles.add(value.name)
-        elif kind == "put_topic":
-            self.topics.add(value.name)
-        elif kind.startswith("remove_"):
-            yield from self._remove(kind.removeprefix("remove_"), value, where)
+        elif verb == "put":
+            yield from named_problems(value, where)
+            self._put(what, value)
+        elif verb == "remove":
+            yield from self._remove(what, value, where)
+        elif what in _PARTS:
+            yield from part_problems(value, where)
+
+    def _put(self, kind: str, value: Any) -> None:
+        name = value.name if kind in {"profile", "topic"} else value.id
+        self.names[kind].add(name)
+        if kind == "bridge":
+            self.routes[name] = len(value.routes)
 
     def _remove(self, kind: str, name: str, where: str) -> Iterator[FieldProblem]:
-        entries: dict[str, str] | set[str] = getattr(self, f"{kind}s")
+        entries: dict[str, str] | set[str] = self.endpoints if kind == "endpoint" else self.names[kind]
         if name not in entries:
             yield FieldProblem(where, f"there is no {kind} `{name}`")
         elif isinstance(entries, dict):
@@ -148,20 +152,28 @@ class _Known:
             entries.discard(name)
         if kind == "participant":
             self.endpoints = {each: owner for each, owner in self.endpoints.items() if owner != name}
+        elif kind == "bridge":
+            self.routes.pop(name, None)
 
 
 def _do(session: Session, change: session_pb2.Change) -> None:
-    kind = change.WhichOneof("change")
+    kind = change.WhichOneof("change") or ""
+    value: Any = getattr(change, kind)
+    verb, _, what = kind.partition("_")
     if kind == "set_option":
-        option = change.set_option
-        session.set_option(option.pack, option.name, option.value if option.HasField("value") else None)
-    elif kind == "put_endpoint":
-        session.put(from_message(change.put_endpoint))
-    elif kind == "remove_endpoint":
-        session.remove(change.remove_endpoint)
-    elif kind is not None:
-        value: Any = getattr(change, kind)
-        getattr(session, kind)(value if kind.startswith("remove_") else from_message(value))
+        session.set_option(value.pack, value.name, value.value if value.HasField("value") else None)
+    elif kind == "set_protocol":
+        session.set_protocol(value.protocol if value.HasField("protocol") else None)
+    elif kind == "set_name":
+        session.set_name(value)
+    elif what in _RULES:
+        session.set_rules(**{what: part_value(value)})
+    elif what in _PARTS:
+        getattr(session, kind)(part_value(value))
+    elif what == "endpoint":
+        getattr(session, verb)(value if verb == "remove" else from_message(value))
+    else:
+        getattr(session, kind)(value if verb == "remove" else from_message(value))
 
 
 # --- what differs between two reports ---

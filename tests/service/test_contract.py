@@ -165,6 +165,17 @@ def test_the_command_prints_the_same_with_a_server(form, paths, service, capsysb
     assert there == here
 
 
+def test_a_bridge_to_nobody_is_a_finding_with_a_server_too(service, capsysbinary, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    route = "{from: {participant: nobody, topic: x}, to: {participant: a, topic: y}}"
+    text = f"cqos: 1\nprotocol: ros2\nparticipants: {{a: {{}}}}\nbridges: {{b: {{routes: [{route}]}}}}\n"
+    Path("bridge.yaml").write_text(text, encoding="utf-8")
+    arguments = ["check", "bridge.yaml", "--no-config"]
+    here = main(arguments), capsysbinary.readouterr().out
+    assert b"CQ501" in here[1]
+    assert (main([*arguments, "--server", service.grpc]), capsysbinary.readouterr().out) == here
+
+
 def test_the_command_says_what_is_wrong_with_a_server(capsys, monkeypatch):
     monkeypatch.chdir(ROOT)
     assert main(["check", "examples/smart_agriculture.yaml", "--no-config", "--server", "127.0.0.1:1"]) == 2

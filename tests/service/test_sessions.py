@@ -9,18 +9,42 @@ import pytest
 from hypothesis import given, settings
 
 import cqos_core as cqos
-from cqos.v1 import report_pb2, session_pb2
+from cqos.v1 import report_pb2, session_pb2, system_pb2
 from cqos_core.api import context
 from cqos_core.checker import check_system
-from cqos_core.client import AsyncClient, ServiceError, SessionLostError, followed
+from cqos_core.client import AsyncClient, RemoteSession, ServiceError, SessionLostError, followed
 from cqos_core.messages import report_message
-from cqos_core.service.sessions import difference
-from cqos_core.system import Endpoint, Participant, Profile, ProfileRef, Setting, System, Topic
+from cqos_core.service.sessions import EditSession, difference
+from cqos_core.system import (
+    Acceptance,
+    Bound,
+    Bridge,
+    Broker,
+    Endpoint,
+    ImportNote,
+    Overlay,
+    Participant,
+    Profile,
+    ProfileRef,
+    Route,
+    Setting,
+    System,
+    TeamRule,
+    Topic,
+)
 from tests.test_messages import reports
+from tests.test_session import Editing
 
 
 def endpoint(name, role="publisher", topic="t", participant="a", **settings):
     return Endpoint(name, role, topic, participant, {key: Setting(value) for key, value in settings.items()})
+
+
+def route(source, target, participant="a"):
+    return Route(Endpoint("", "subscriber", source, participant), Endpoint("", "publisher", target, "far"))
+
+
+DEEP = TeamRule("deep", (("role", "subscriber"),), (Bound("depth", "at_least", ("50",)),), "it is slow")
 
 
 def two():
@@ -32,6 +56,7 @@ def two():
     return system
 
 
+ENDS = Endpoint("", "subscriber", "t", "a"), Endpoint("", "publisher", "u", "a")
 EDITS = [
     lambda s: s.put(endpoint("w", reliability="reliable")),
     lambda s: s.put(endpoint("x", topic="u")),
@@ -42,6 +67,25 @@ EDITS = [
     lambda s: s.put_topic(Topic("u", {"latched": Setting("true")})),
     lambda s: s.set_option("ros2", "rmw", "zenoh"),
     lambda s: s.set_option("ros2", "rmw", None),
+    lambda s: s.put_participant(Participant("far", "mqtt", {"broker": Setting("hub")})),
+    lambda s: s.put_broker(Broker("hub", "mqtt", {"maximum_qos": Setting("1")})),
+    lambda s: s.put_bridge(Bridge("up", (route("t", "site/t"), route("u*", "site/u*")), ("liveliness",))),
+    lambda s: s.put(Endpoint("v", "subscriber", "site/t", "far", needs={"loss_free": Setting("true")})),
+    lambda s: s.put_bridge(Bridge("up", (route("t", "site/t", "nobody"),))),
+    lambda s: s.set_rules(checks=[DEEP, TeamRule("odd", (), (Bound("dpeth", "exactly", ("5",)),), "misspelt")]),
+    lambda s: s.set_rules(accept=[Acceptance("deep", "known", "t", None, "9999-01-01")], severities={"CQ401": "error"}),
+    lambda s: s.set_overlays([Overlay("laid over", {"depth": Setting("7")}, "subscriber", "t")]),
+    lambda s: s.set_notes([ImportNote("CQ005", "warning", "as a file says")]),
+    lambda s: s.set_name("another"),
+    lambda s: s.set_protocol("dds"),
+    lambda s: s.set_protocol(None),
+    lambda s: s.set_protocol("ros2"),
+    lambda s: s.set_notes([]),
+    lambda s: s.set_overlays([]),
+    lambda s: s.set_rules(checks=[], accept=[], severities={}),
+    lambda s: s.remove_bridge("up"),
+    lambda s: s.remove_broker("hub"),
+    lambda s: s.remove_participant("far"),
     lambda s: s.remove_topic("u"),
     lambda s: s.remove("z"),
     lambda s: s.remove_profile("p"),
@@ -131,6 +175,40 @@ def test_an_edit_that_cannot_be_done_changes_nothing(client):
         assert session.report() == before
 
 
+@pytest.mark.parametrize(
+    ("edit", "field"),
+    [
+        (lambda s: s.put_bridge(Bridge("")), "put_bridge.id"),
+        (lambda s: s.put_bridge(Bridge("b", (Route(*ENDS[::-1]),))), "put_bridge.routes[0].source.role"),
+        (lambda s: s.put_bridge(Bridge("b", (route("t", "u", ""),))), "put_bridge.routes[0].source.participant"),
+        (lambda s: s.remove_bridge("b"), "remove_bridge"),
+        (lambda s: s.remove_broker("b"), "remove_broker"),
+        (lambda s: s.put_profile(Profile("", {})), "put_profile.name"),
+        (lambda s: s.set_rules(checks=[TeamRule("c", (), (Bound("depth", "near", ("1",)),), "")]), "set_checks.checks"),
+        (lambda s: s.set_rules(accept=[Acceptance("ROS101", "")]), "set_accept.accept[0].because"),
+        (lambda s: s.set_rules(severities={"ROS101": "loud"}), "set_severities.severities[ROS101]"),
+    ],
+)
+def test_what_cannot_be_done_is_named(client, edit, field):
+    with client.session(two()) as session:
+        before = session.report()
+        session.set_name("not done either")
+        edit(session)
+        with pytest.raises(ServiceError) as raised:
+            session.report()
+        assert raised.value.fields[0].field.startswith(f"changes[1].{field}")
+        assert session.report() == before
+
+
+def test_there_is_a_change_for_everything_that_a_system_holds():
+    """So a modeler never has to open another session because of what was edited."""
+    changes = set(session_pb2.Change.DESCRIPTOR.fields_by_name)
+    for field in system_pb2.System.DESCRIPTOR.fields:
+        one = {"bridges": "bridge", "options": "option"}.get(field.name, field.name.removesuffix("s"))
+        keyed = {f"put_{one}", f"remove_{one}"} <= changes
+        assert keyed or f"set_{field.name}" in changes or f"set_{one}" in changes or field.name == "sources", field.name
+
+
 def test_the_first_message_opens_and_no_other_does(service, client):
     with client.session() as session:
         session._told = report_pb2.Report()
@@ -183,7 +261,49 @@ def test_a_session_that_grows_too_large_refuses(start):
             session.put(endpoint(f"more{number}"))
         with pytest.raises(ServiceError, match="4 endpoints, this service takes 3"):
             session.report()
+        session.put_bridge(Bridge("b", (Route(*ENDS),)))  # one endpoint on either side
+        with pytest.raises(ServiceError, match="4 endpoints, this service takes 3"):
+            session.report()
         assert session.report() == before
+
+
+class FromAfar:
+    """A session as a caller has it and one of the library, edited alike: all of the service but the network between."""
+
+    def __init__(self, system):
+        self.here = cqos.Session(system)
+        self.there = RemoteSession(self, system)
+
+    def _edit(self, requests):
+        session = EditSession(1_000)
+        for request in requests:
+            yield session_pb2.EditResponse.FromString(session.edit(request.SerializeToString()))
+
+    @property
+    def system(self):
+        return self.here.system
+
+    def report(self):
+        report = self.here.report()
+        assert self.there.report() == report
+        return report
+
+    def __getattr__(self, name):
+        def edit(*arguments, **named):
+            for each in (self.there, self.here):
+                getattr(each, name)(*arguments, **named)
+
+        return edit
+
+
+class EditingFromAfar(Editing):
+    """What is told of the edits makes the report of a fresh check, too."""
+
+    opened = FromAfar
+
+
+EditingFromAfar.TestCase.settings = settings(max_examples=30, stateful_step_count=20, deadline=None)
+TestEditingFromAfar = EditingFromAfar.TestCase
 
 
 @settings(max_examples=60)

@@ -83,7 +83,7 @@ Global___Changes: _TypeAlias = Changes  # noqa: Y015
 
 @_typing.final
 class Change(_message.Message):
-    """One change."""
+    """One change. There is one for everything that a system holds but the names of the files it was read from."""
 
     DESCRIPTOR: _descriptor.Descriptor
 
@@ -97,6 +97,16 @@ class Change(_message.Message):
     REMOVE_TOPIC_FIELD_NUMBER: _builtins.int
     PUT_BROKER_FIELD_NUMBER: _builtins.int
     SET_OPTION_FIELD_NUMBER: _builtins.int
+    REMOVE_BROKER_FIELD_NUMBER: _builtins.int
+    PUT_BRIDGE_FIELD_NUMBER: _builtins.int
+    REMOVE_BRIDGE_FIELD_NUMBER: _builtins.int
+    SET_OVERLAYS_FIELD_NUMBER: _builtins.int
+    SET_CHECKS_FIELD_NUMBER: _builtins.int
+    SET_ACCEPT_FIELD_NUMBER: _builtins.int
+    SET_SEVERITIES_FIELD_NUMBER: _builtins.int
+    SET_NOTES_FIELD_NUMBER: _builtins.int
+    SET_PROTOCOL_FIELD_NUMBER: _builtins.int
+    SET_NAME_FIELD_NUMBER: _builtins.int
     remove_endpoint: _builtins.str
     """Take the endpoint with this id away."""
     remove_participant: _builtins.str
@@ -105,6 +115,12 @@ class Change(_message.Message):
     """Take the profile of this name away."""
     remove_topic: _builtins.str
     """Take the facts of the topic of this name away."""
+    remove_broker: _builtins.str
+    """Take the broker with this id away."""
+    remove_bridge: _builtins.str
+    """Take the bridge with this id away."""
+    set_name: _builtins.str
+    """Call the system something else in the report."""
     @_builtins.property
     def put_endpoint(self) -> _system_pb2.Endpoint:
         """Add an endpoint, or replace the one with its id."""
@@ -129,6 +145,34 @@ class Change(_message.Message):
     def set_option(self) -> Global___OptionChange:
         """Set an option of the whole system, or take it away."""
 
+    @_builtins.property
+    def put_bridge(self) -> _system_pb2.Bridge:
+        """Add a bridge, or replace the one with its id. A side in a participant that is not there becomes a finding."""
+
+    @_builtins.property
+    def set_overlays(self) -> Global___OverlayList:
+        """Replace the settings that are laid over those of endpoints."""
+
+    @_builtins.property
+    def set_checks(self) -> Global___TeamRuleList:
+        """Replace the team's own rules."""
+
+    @_builtins.property
+    def set_accept(self) -> Global___AcceptanceList:
+        """Replace the known exceptions."""
+
+    @_builtins.property
+    def set_severities(self) -> Global___SeverityMap:
+        """Replace the severities of rules."""
+
+    @_builtins.property
+    def set_notes(self) -> Global___ImportNoteList:
+        """Replace what the readers of files had to say."""
+
+    @_builtins.property
+    def set_protocol(self) -> Global___ProtocolChange:
+        """Say which protocol participants are of that state none, or leave it open."""
+
     def __init__(
         self,
         *,
@@ -142,16 +186,190 @@ class Change(_message.Message):
         remove_topic: _builtins.str = ...,
         put_broker: _system_pb2.Broker | None = ...,
         set_option: Global___OptionChange | None = ...,
+        remove_broker: _builtins.str = ...,
+        put_bridge: _system_pb2.Bridge | None = ...,
+        remove_bridge: _builtins.str = ...,
+        set_overlays: Global___OverlayList | None = ...,
+        set_checks: Global___TeamRuleList | None = ...,
+        set_accept: Global___AcceptanceList | None = ...,
+        set_severities: Global___SeverityMap | None = ...,
+        set_notes: Global___ImportNoteList | None = ...,
+        set_protocol: Global___ProtocolChange | None = ...,
+        set_name: _builtins.str = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["change", b"change", "put_broker", b"put_broker", "put_endpoint", b"put_endpoint", "put_participant", b"put_participant", "put_profile", b"put_profile", "put_topic", b"put_topic", "remove_endpoint", b"remove_endpoint", "remove_participant", b"remove_participant", "remove_profile", b"remove_profile", "remove_topic", b"remove_topic", "set_option", b"set_option"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["change", b"change", "put_bridge", b"put_bridge", "put_broker", b"put_broker", "put_endpoint", b"put_endpoint", "put_participant", b"put_participant", "put_profile", b"put_profile", "put_topic", b"put_topic", "remove_bridge", b"remove_bridge", "remove_broker", b"remove_broker", "remove_endpoint", b"remove_endpoint", "remove_participant", b"remove_participant", "remove_profile", b"remove_profile", "remove_topic", b"remove_topic", "set_accept", b"set_accept", "set_checks", b"set_checks", "set_name", b"set_name", "set_notes", b"set_notes", "set_option", b"set_option", "set_overlays", b"set_overlays", "set_protocol", b"set_protocol", "set_severities", b"set_severities"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["change", b"change", "put_broker", b"put_broker", "put_endpoint", b"put_endpoint", "put_participant", b"put_participant", "put_profile", b"put_profile", "put_topic", b"put_topic", "remove_endpoint", b"remove_endpoint", "remove_participant", b"remove_participant", "remove_profile", b"remove_profile", "remove_topic", b"remove_topic", "set_option", b"set_option"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["change", b"change", "put_bridge", b"put_bridge", "put_broker", b"put_broker", "put_endpoint", b"put_endpoint", "put_participant", b"put_participant", "put_profile", b"put_profile", "put_topic", b"put_topic", "remove_bridge", b"remove_bridge", "remove_broker", b"remove_broker", "remove_endpoint", b"remove_endpoint", "remove_participant", b"remove_participant", "remove_profile", b"remove_profile", "remove_topic", b"remove_topic", "set_accept", b"set_accept", "set_checks", b"set_checks", "set_name", b"set_name", "set_notes", b"set_notes", "set_option", b"set_option", "set_overlays", b"set_overlays", "set_protocol", b"set_protocol", "set_severities", b"set_severities"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
-    _WhichOneofReturnType_change: _TypeAlias = _typing.Literal["put_endpoint", "remove_endpoint", "put_participant", "remove_participant", "put_profile", "remove_profile", "put_topic", "remove_topic", "put_broker", "set_option"]  # noqa: Y015
+    _WhichOneofReturnType_change: _TypeAlias = _typing.Literal["put_endpoint", "remove_endpoint", "put_participant", "remove_participant", "put_profile", "remove_profile", "put_topic", "remove_topic", "put_broker", "set_option", "remove_broker", "put_bridge", "remove_bridge", "set_overlays", "set_checks", "set_accept", "set_severities", "set_notes", "set_protocol", "set_name"]  # noqa: Y015
     _WhichOneofArgType_change: _TypeAlias = _typing.Literal["change", b"change"]  # noqa: Y015
     def WhichOneof(self, oneof_group: _WhichOneofArgType_change) -> _WhichOneofReturnType_change | None: ...
 
 Global___Change: _TypeAlias = Change  # noqa: Y015
+
+@_typing.final
+class OverlayList(_message.Message):
+    """Everything that is laid over endpoints."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    OVERLAYS_FIELD_NUMBER: _builtins.int
+    @_builtins.property
+    def overlays(self) -> _containers.RepeatedCompositeFieldContainer[_system_pb2.Overlay]:
+        """All of it; none takes away what there was."""
+
+    def __init__(
+        self,
+        *,
+        overlays: _abc.Iterable[_system_pb2.Overlay] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["overlays", b"overlays"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___OverlayList: _TypeAlias = OverlayList  # noqa: Y015
+
+@_typing.final
+class TeamRuleList(_message.Message):
+    """All rules of the team."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    CHECKS_FIELD_NUMBER: _builtins.int
+    @_builtins.property
+    def checks(self) -> _containers.RepeatedCompositeFieldContainer[_system_pb2.TeamRule]:
+        """All of them; none takes away what there was."""
+
+    def __init__(
+        self,
+        *,
+        checks: _abc.Iterable[_system_pb2.TeamRule] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["checks", b"checks"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___TeamRuleList: _TypeAlias = TeamRuleList  # noqa: Y015
+
+@_typing.final
+class AcceptanceList(_message.Message):
+    """All known exceptions."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    ACCEPT_FIELD_NUMBER: _builtins.int
+    @_builtins.property
+    def accept(self) -> _containers.RepeatedCompositeFieldContainer[_system_pb2.Acceptance]:
+        """All of them; none takes away what there was."""
+
+    def __init__(
+        self,
+        *,
+        accept: _abc.Iterable[_system_pb2.Acceptance] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["accept", b"accept"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___AcceptanceList: _TypeAlias = AcceptanceList  # noqa: Y015
+
+@_typing.final
+class SeverityMap(_message.Message):
+    """How loud rules speak."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    @_typing.final
+    class SeveritiesEntry(_message.Message):
+        DESCRIPTOR: _descriptor.Descriptor
+
+        KEY_FIELD_NUMBER: _builtins.int
+        VALUE_FIELD_NUMBER: _builtins.int
+        key: _builtins.str
+        value: _builtins.str
+        def __init__(
+            self,
+            *,
+            key: _builtins.str = ...,
+            value: _builtins.str = ...,
+        ) -> None: ...
+        _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+        def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+        _ClearFieldArgType: _TypeAlias = _typing.Literal["key", b"key", "value", b"value"]  # noqa: Y015
+        def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+        def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+    SEVERITIES_FIELD_NUMBER: _builtins.int
+    @_builtins.property
+    def severities(self) -> _containers.ScalarMap[_builtins.str, _builtins.str]:
+        """Code or name of a rule to `error`, `warning`, `note` or `off`; none takes away what there was."""
+
+    def __init__(
+        self,
+        *,
+        severities: _abc.Mapping[_builtins.str, _builtins.str] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["severities", b"severities"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___SeverityMap: _TypeAlias = SeverityMap  # noqa: Y015
+
+@_typing.final
+class ImportNoteList(_message.Message):
+    """All that the readers of files had to say."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    NOTES_FIELD_NUMBER: _builtins.int
+    @_builtins.property
+    def notes(self) -> _containers.RepeatedCompositeFieldContainer[_system_pb2.ImportNote]:
+        """All of it; none takes away what there was."""
+
+    def __init__(
+        self,
+        *,
+        notes: _abc.Iterable[_system_pb2.ImportNote] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["notes", b"notes"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___ImportNoteList: _TypeAlias = ImportNoteList  # noqa: Y015
+
+@_typing.final
+class ProtocolChange(_message.Message):
+    """What participants are of that state no protocol."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    PROTOCOL_FIELD_NUMBER: _builtins.int
+    protocol: _builtins.str
+    """Id of the rule pack; left open where there is none."""
+    def __init__(
+        self,
+        *,
+        protocol: _builtins.str | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "protocol", b"protocol"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "protocol", b"protocol"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    _WhichOneofReturnType__protocol: _TypeAlias = _typing.Literal["protocol"]  # noqa: Y015
+    _WhichOneofArgType__protocol: _TypeAlias = _typing.Literal["_protocol", b"_protocol"]  # noqa: Y015
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__protocol) -> _WhichOneofReturnType__protocol | None: ...
+
+Global___ProtocolChange: _TypeAlias = ProtocolChange  # noqa: Y015
 
 @_typing.final
 class OptionChange(_message.Message):

@@ -1013,13 +1013,15 @@ class Route(_message.Message):
     PLACE_FIELD_NUMBER: _builtins.int
     @_builtins.property
     def source(self) -> Global___Endpoint:
-        """What it subscribes to, an endpoint of a participant of the system; its id may be empty. Where its topic has a `*`,
-        there is such a way for every topic that matches.
+        """What it subscribes to, an endpoint with ROLE_SUBSCRIBER, of a participant of the system; its id may be empty. Where its
+        topic has a `*`, there is such a way for every topic that matches.
         """
 
     @_builtins.property
     def target(self) -> Global___Endpoint:
-        """What it publishes that as; a `*` in its topic stands for the same, and without a topic it has that of the source."""
+        """What it publishes that as, with ROLE_PUBLISHER; a `*` in its topic stands for the same, and without a topic it has that
+        of the source.
+        """
 
     @_builtins.property
     def place(self) -> _report_pb2.Place:
