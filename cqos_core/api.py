@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, TypeAlias
 from cqos_core.checker import Context, check_system
 from cqos_core.codes import find_code
 from cqos_core.explanation import explain_pair
-from cqos_core.importers.source import Source
-from cqos_core.loading import depends_on_others, load_paths, merge, protocols_of, read_path, read_source
+from cqos_core.importers.source import Source, no_files
+from cqos_core.loading import Given, load_paths, merge, open_file, read_path, read_together
 from cqos_core.plugins import Plugins, load_plugins
 from cqos_core.policy import INFINITE, Names
 from cqos_core.problems import CqosError, InputError, Problem
@@ -66,8 +66,8 @@ def read(*inputs: Input, importer: str | None = None, protocol: str | None = Non
         InputError: with every problem of every input.
     """
     found: dict[int, list[System]] = {}
-    later: dict[int, Source] = {}
-    problems: list[Problem] = []
+    given: dict[int, Given] = {}
+    problems: dict[int, Sequence[Problem]] = {}
     for position, each in enumerate(inputs):
         if isinstance(each, System):
             found[position] = [replace(deepcopy(each), protocol=each.protocol or protocol)]
@@ -75,26 +75,23 @@ def read(*inputs: Input, importer: str | None = None, protocol: str | None = Non
         try:
             if not isinstance(each, bytes) and Path(each).is_dir():
                 loaded = load_paths([fspath(each)], importer, protocol=protocol)
-                problems += loaded.problems
+                problems[position] = loaded.problems
                 found[position] = [system for _, system in loaded.systems]
-                continue
-            source = _source(inputs, position)
-            if importer is None and depends_on_others(source):
-                later[position] = source
             else:
-                on_disk = not isinstance(each, bytes)
-                found[position] = [read_source(source, importer, from_disk=on_disk, protocol=protocol)]
+                opener = no_files if isinstance(each, bytes) else open_file
+                given[position] = Given(_source(inputs, position), opener)
         except InputError as error:
-            problems += error.problems
-    beside = protocols_of(system for systems in found.values() for system in systems) if later else ()
-    for position, source in later.items():
-        try:
-            on_disk = not isinstance(inputs[position], bytes)
-            found[position] = [read_source(source, from_disk=on_disk, protocol=protocol, beside=beside)]
-        except InputError as error:
-            problems += error.problems
-    if problems or not any(found.values()):
-        raise InputError(problems or [Problem("CQ003", "there is nothing to read")])
+            problems[position] = error.problems
+    others = [system for systems in found.values() for system in systems]
+    results = read_together([*given.values()], importer, protocol=protocol, others=others)
+    for position, result in zip(given, results, strict=True):
+        if isinstance(result, System):
+            found[position] = [result]
+        else:
+            problems[position] = result.problems
+    told = [problem for position in sorted(problems) for problem in problems[position]]
+    if told or not any(found.values()):
+        raise InputError(told or [Problem("CQ003", "there is nothing to read")])
     return merge([system for position in sorted(found) for system in found[position]])
 
 

@@ -29,7 +29,8 @@ from cqos.v1 import (
     system_pb2,
 )
 from cqos_core.api import as_text, exact_places
-from cqos_core.loading import read_path
+from cqos_core.importers.source import Source, no_files
+from cqos_core.loading import Given, included_files, open_file, read_path
 from cqos_core.messages import (
     FieldProblem,
     from_message,
@@ -142,21 +143,34 @@ class PairRefusedError(CqosError):
 def _document_request(
     files: Iterable[File], importer: str | None, protocol: str | None, options: OptionValues
 ) -> check_pb2.CheckDocumentRequest:
-    return check_pb2.CheckDocumentRequest(documents=_documents(files), reading=_reading(importer, protocol, options))
+    documents, included = _documents(files, importer, protocol)
+    reading = _reading(importer, protocol, options)
+    return check_pb2.CheckDocumentRequest(documents=documents, included=included, reading=reading)
 
 
-def _documents(files: Iterable[File]) -> list[check_pb2.Document]:
-    """Bring files along: the service cannot read them."""
-    documents: list[check_pb2.Document] = []
+def _documents(
+    files: Iterable[File], importer: str | None, protocol: str | None
+) -> tuple[list[check_pb2.Document], list[check_pb2.Document]]:
+    """Bring files along, and what they include: the service cannot read them.
+
+    Raises:
+        InputError: one of them is missing.
+    """
+    given: list[Given] = []
     for each in files:
         if isinstance(each, bytes):
-            number = sum(document.name.startswith("<bytes") for document in documents) + 1
-            name = "<bytes>" if number == 1 else f"<bytes {number}>"
-            documents.append(check_pb2.Document(name=name, content=each))
+            number = sum(known.opener is no_files for known in given) + 1
+            given.append(Given(Source("<bytes>" if number == 1 else f"<bytes {number}>", each)))
         else:
-            source = read_path(os.fspath(each))
-            documents.append(check_pb2.Document(name=source.name, content=source.data))
-    return documents
+            given.append(Given(read_path(os.fspath(each)), open_file))
+    # Bytes have no folder, so that nothing is looked for where there are no files.
+    named = any(each.opener is open_file for each in given)
+    included = included_files(given, importer, protocol=protocol) if named else ()
+    return [_document(each.source) for each in given], [_document(each) for each in included]
+
+
+def _document(source: Source) -> check_pb2.Document:
+    return check_pb2.Document(name=source.name, content=source.data)
 
 
 def _reading(importer: str | None, protocol: str | None, options: OptionValues) -> check_pb2.Reading:
@@ -182,10 +196,13 @@ def _pair_request(question: PairQuestion, revision: int = 0) -> check_pb2.CheckP
     )
 
 
-def _input(system: System | None, files: Iterable[File], reading: check_pb2.Reading) -> dict[str, Any]:
+def _input(inputs: Sequence[File | System], protocol: str | None, options: OptionValues) -> dict[str, Any]:
+    system, files = _parted(inputs)
     if system is not None:
         return {"system": system_message(system)}
-    return {"documents": check_pb2.Documents(documents=_documents(files), reading=reading)}
+    documents, included = _documents(files, None, protocol)
+    reading = _reading(None, protocol, options)
+    return {"documents": check_pb2.Documents(documents=documents, included=included, reading=reading)}
 
 
 def _parted(inputs: Sequence[File | System]) -> tuple[System | None, list[File]]:
@@ -330,7 +347,7 @@ class Client:
     ) -> Report:
         """Check files, which are read here and understood there, or one system; see `cqos_core.check`.
 
-        Files that a file includes are not sent: read those with `cqos_core.read`, and check the system.
+        What files include is sent along.
 
         Raises:
             InputError: a file cannot be read or understood.
@@ -399,7 +416,7 @@ class Client:
             InputError: a file cannot be read or understood.
             ServiceError: there is no such endpoint, or no answer.
         """
-        given = _input(*_parted(inputs), _reading(None, protocol, options or {}))
+        given = _input(inputs, protocol, options or {})
         request = check_pb2.ExplainRequest(publisher=publisher, subscriber=subscriber, **given)
         return pair_value(self._ask(self._checks.Explain, request).report)
 
@@ -417,7 +434,7 @@ class Client:
             InputError: a file cannot be read or understood.
             ServiceError: there is no such form, or no answer.
         """
-        given = _input(*_parted(inputs), _reading(None, protocol, options or {}))
+        given = _input(inputs, protocol, options or {})
         request = check_pb2.ConvertRequest(exporter=to, settings=settings, **given)
         response = self._ask(self._checks.Convert, request)
         return Written(response.text, response.expressed, tuple(response.notes))
@@ -746,7 +763,7 @@ class AsyncClient:
         options: OptionValues | None = None,
     ) -> PairReport:
         """Explain one pair of a system; see `Client.explain`."""
-        given = _input(*_parted(inputs), _reading(None, protocol, options or {}))
+        given = _input(inputs, protocol, options or {})
         request = check_pb2.ExplainRequest(publisher=publisher, subscriber=subscriber, **given)
         return pair_value((await self._ask(self._checks.Explain, request)).report)
 
@@ -759,7 +776,7 @@ class AsyncClient:
         options: OptionValues | None = None,
     ) -> Written:
         """Write a system in another form; see `Client.convert`."""
-        given = _input(*_parted(inputs), _reading(None, protocol, options or {}))
+        given = _input(inputs, protocol, options or {})
         response = await self._ask(
             self._checks.Convert, check_pb2.ConvertRequest(exporter=to, settings=settings, **given)
         )

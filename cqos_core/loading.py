@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import posixpath
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO, Final
 
-from cqos_core.importers.source import ReadContext, Source, no_files
+from cqos_core.importers.source import Opener, ReadContext, Source, no_files
 from cqos_core.plugins import FAULTS, ImporterInfo, Plugins, load_plugins
 from cqos_core.problems import CqosError, InputError, Problem, describe, keep_traceback
 from cqos_core.system import ImportNote, Place, System
@@ -23,11 +25,45 @@ STDIN: Final = "-"
 STDIN_NAME: Final = "<stdin>"
 """The name of standard input where the caller gives none; a source of another name may include files beside it."""
 _MAXIMUM_BYTES: Final = 512 * 1024 * 1024
+_DRIVE: Final = re.compile("[A-Za-z]:/")
 
 
 def open_file(name: str, relative_to: str) -> Source:
     """Open the file ``name`` that ``relative_to`` includes."""
     return read_path(str(Path(relative_to).parent / name))
+
+
+class SentFiles:
+    """Opens files among those that were sent along, by the names that they were sent under, and never from a disk."""
+
+    def __init__(self, sources: Iterable[Source]) -> None:
+        """Open no others than these; of several with one name, the first."""
+        self._sources: dict[str, Source] = {}
+        for source in sources:
+            self._sources.setdefault(_spelled(source.name), source)
+            self._sources.setdefault(posixpath.normpath(_spelled(source.name)), source)
+
+    def __call__(self, name: str, relative_to: str) -> Source:
+        """Return the file ``name`` as it is seen from the one that includes it.
+
+        Raises:
+            InputError: it was not sent along.
+        """
+        if relative_to.startswith("<"):  # it was sent without a name
+            return no_files(name, relative_to)
+        path = _spelled(name)
+        if not _DRIVE.match(path):
+            path = posixpath.join(posixpath.dirname(_spelled(relative_to)), path)
+        found = self._sources.get(path) or self._sources.get(posixpath.normpath(path))
+        if found is None:
+            message = f"cannot include `{name}`: no file of this name was sent along with {relative_to}"
+            raise InputError([Problem("CQ007", message, Place(relative_to))])
+        return found
+
+
+def _spelled(path: str) -> str:
+    """One spelling of a path, of whatever system the sender has."""
+    return path.replace("\\", "/")
 
 
 def read_path(path: str, limit: int | None = None) -> Source:
@@ -127,7 +163,7 @@ def read_source(
     importer: str | None = None,
     switches: Mapping[str, Mapping[str, str]] | None = None,
     *,
-    from_disk: bool = False,
+    opener: Opener = no_files,
     protocol: str | None = None,
     beside: Collection[str] = (),
 ) -> System:
@@ -137,7 +173,7 @@ def read_source(
         source: what to read.
         importer: name of the importer.
         switches: importer switches by importer and name.
-        from_disk: whether files that it includes may be opened.
+        opener: opens files that it includes.
         protocol: what it means if it states none; else the protocol that its format stands for.
         beside: the protocols of the files given together with it; see `recognise`.
 
@@ -150,13 +186,79 @@ def read_source(
         known = ", ".join(sorted(plugins.importers))
         message = "no installed importer recognises this format"
         raise InputError([Problem("CQ003", message, Place(source.name), f"installed: {known}; choose one with --from")])
-    opener = open_file if from_disk else no_files
 
     def included(source: Source, protocols: frozenset[str]) -> System | None:
         found = recognise(source, plugins, None, {*protocols, *_stated(protocol)})
         return None if found is None else _read(found, source, ReadContext(opener, options=switches or {}), protocol)
 
     return _read(info, source, ReadContext(opener, included, switches or {}), protocol)
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """A source, and what opens the files that it includes."""
+
+    source: Source
+    opener: Opener = no_files
+
+
+def read_together(
+    given: Sequence[Given],
+    importer: str | None = None,
+    switches: Mapping[str, Mapping[str, str]] | None = None,
+    *,
+    protocol: str | None = None,
+    others: Iterable[System] = (),
+) -> list[System | InputError]:
+    """Read sources that are given together, and ``others``: of each its system, or why there is none.
+
+    Sources whose reader is decided by what they are given with are read last.
+    """
+
+    def read_one(each: Given, beside: Collection[str] = ()) -> System | InputError:
+        try:
+            opener = each.opener
+            return read_source(each.source, importer, switches, opener=opener, protocol=protocol, beside=beside)
+        except InputError as error:
+            return error
+
+    later = {n for n, each in enumerate(given) if importer is None and depends_on_others(each.source)}
+    found = {n: read_one(each) for n, each in enumerate(given) if n not in later}
+    beside = protocols_of([*others, *(each for each in found.values() if isinstance(each, System))]) if later else ()
+    found |= {n: read_one(given[n], beside) for n in later}
+    return [found[n] for n in range(len(given))]
+
+
+def included_files(
+    given: Sequence[Given], importer: str | None = None, *, protocol: str | None = None
+) -> tuple[Source, ...]:
+    """Return every file that sources include, for whoever sends them to where their disk is not.
+
+    What else is wrong with them is found where they are understood.
+
+    Raises:
+        InputError: they cannot be read, because a file is missing that they include.
+    """
+    opened: dict[str, Source] = {}
+    missing: list[Problem] = []
+
+    def remembering(opener: Opener) -> Opener:
+        def open_included(name: str, relative_to: str) -> Source:
+            try:
+                source = opener(name, relative_to)
+            except InputError as error:
+                missing.extend(error.problems)
+                raise
+            opened[source.name] = source
+            return source
+
+        return open_included
+
+    asking = [Given(each.source, remembering(each.opener)) for each in given]
+    failed = [each for each in read_together(asking, importer, protocol=protocol) if isinstance(each, InputError)]
+    if missing and failed:
+        raise InputError([problem for error in failed for problem in error.problems])
+    return tuple(opened.values())
 
 
 def _stated(protocol: str | None) -> tuple[str, ...]:
@@ -347,7 +449,7 @@ def load_paths(
                             source,
                             importer,
                             switches,
-                            from_disk=source.name != STDIN_NAME,
+                            opener=no_files if source.name == STDIN_NAME else open_file,
                             protocol=protocol,
                             beside=beside or (),
                         ),

@@ -14,7 +14,7 @@ from cqos.v1 import catalogue_pb2, check_pb2
 from cqos_core.api import check_pair, context, exact_places, explain_pair, with_options
 from cqos_core.checker import check_system
 from cqos_core.importers.source import Source
-from cqos_core.loading import merge, read_source
+from cqos_core.loading import Given, SentFiles, merge, read_together
 from cqos_core.messages import FieldProblem, pair_message, report_message, system_problems, system_value
 from cqos_core.plugins import load_plugins
 from cqos_core.problems import CqosError, InputError, Problem
@@ -114,7 +114,7 @@ def no_pack(field: str, name: str) -> FieldProblem:
 
 def check_document(request: check_pb2.CheckDocumentRequest, most: int) -> check_pb2.CheckDocumentResponse:
     """Check files."""
-    where, system = read_documents(request.documents, request.reading, most)
+    where, system = read_documents(request, most)
     system = tried_out(system, where.default_protocol)
     report = exact_places(check_system(system, where), system.sources)
     return check_pb2.CheckDocumentResponse(revision=request.revision, report=report_message(report))
@@ -222,7 +222,7 @@ def convert(request: check_pb2.ConvertRequest, most: int) -> check_pb2.ConvertRe
 def read_input(request: check_pb2.ExplainRequest | check_pb2.ConvertRequest, most: int) -> tuple[Context, System]:
     """Return the system of a request that brings it in either form."""
     if request.WhichOneof("input") == "documents":
-        return read_documents(request.documents.documents, request.documents.reading, most, "documents.")
+        return read_documents(request.documents, most, "documents.")
     if request.WhichOneof("input") == "system":
         return context(), read_system(request.system, most)
     raise unfit([FieldProblem("input", "`system` or `documents` is needed")])
@@ -249,28 +249,31 @@ def bounded(found: int, most: int, field: str) -> None:
 
 
 def read_documents(
-    documents: Sequence[check_pb2.Document], reading: check_pb2.Reading, most: int, path: str = ""
+    request: check_pb2.CheckDocumentRequest | check_pb2.Documents, most: int, path: str = ""
 ) -> tuple[Context, System]:
     """Read files as one system.
 
     Raises:
         Refused: they cannot be read, or hold too many endpoints.
     """
+    reading = request.reading
+    _refuse_unknown(request, path)
     protocol = reading.protocol if reading.HasField("protocol") else None
-    _refuse_unknown(documents, reading, path)
+    importer = reading.importer if reading.HasField("importer") else None
     where = context((), protocol)
     switches = {name: dict(options.settings) for name, options in reading.switches.items()}
+    sources = [Source(document.name or "<bytes>", document.content) for document in request.documents]
+    opener = SentFiles([*sources, *(Source(each.name, each.content) for each in request.included)])
     systems: list[System] = []
     problems: list[Problem] = []
     fields: list[FieldProblem] = []
-    for index, document in enumerate(documents):
-        source = Source(document.name or "<bytes>", document.content)
-        try:
-            importer = reading.importer if reading.HasField("importer") else None
-            systems.append(read_source(source, importer, switches, protocol=protocol))
-        except InputError as error:
-            problems += error.problems
-            fields += [FieldProblem(f"{path}documents[{index}].content", str(each)) for each in error.problems]
+    results = read_together([Given(each, opener) for each in sources], importer, switches, protocol=protocol)
+    for index, result in enumerate(results):
+        if isinstance(result, InputError):
+            problems += result.problems
+            fields += [FieldProblem(f"{path}documents[{index}].content", str(each)) for each in result.problems]
+        else:
+            systems.append(result)
     if problems:
         told = f"{problems[0]}" + (f" (and {len(problems) - 1} more)" if len(problems) > 1 else "")
         raise Refused("INVALID_ARGUMENT", told, fields, problems)
@@ -283,11 +286,17 @@ def read_documents(
     return where, with_options(merge(systems), options, where)
 
 
-def _refuse_unknown(documents: Sequence[check_pb2.Document], reading: check_pb2.Reading, path: str) -> None:
+def _refuse_unknown(request: check_pb2.CheckDocumentRequest | check_pb2.Documents, path: str) -> None:
     plugins = load_plugins()
+    reading = request.reading
     wrong = []
-    if not documents:
+    if not request.documents:
         wrong.append(FieldProblem(f"{path}documents", "at least one is needed"))
+    wrong += [
+        FieldProblem(f"{path}included[{index}].name", "a name is needed, by which it is included")
+        for index, each in enumerate(request.included)
+        if not each.name
+    ]
     if reading.HasField("protocol") and plugins.pack(reading.protocol) is None:
         wrong.append(no_pack(f"{path}reading.protocol", reading.protocol))
     if reading.HasField("importer") and reading.importer not in plugins.importers:

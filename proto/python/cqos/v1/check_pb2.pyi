@@ -24,14 +24,16 @@ DESCRIPTOR: _descriptor.FileDescriptor
 
 @_typing.final
 class Document(_message.Message):
-    """A file. Files that it includes cannot be opened; whoever has such a file reads it, and sends the system."""
+    """A file. What it includes is looked for among the files that are sent with it, and never on a disk of the service."""
 
     DESCRIPTOR: _descriptor.Descriptor
 
     NAME_FIELD_NUMBER: _builtins.int
     CONTENT_FIELD_NUMBER: _builtins.int
     name: _builtins.str
-    """What messages call it, usually its path; `<bytes>` if not stated. Its ending helps to recognise the format."""
+    """What messages call it, usually its path; `<bytes>` if not stated. Its ending helps to recognise the format, and what
+    it includes is found by its path as seen from this one. Without a name it can include nothing.
+    """
     content: _builtins.bytes
     """The whole file, as it is."""
     def __init__(
@@ -144,6 +146,7 @@ class CheckDocumentRequest(_message.Message):
     REVISION_FIELD_NUMBER: _builtins.int
     DOCUMENTS_FIELD_NUMBER: _builtins.int
     READING_FIELD_NUMBER: _builtins.int
+    INCLUDED_FIELD_NUMBER: _builtins.int
     revision: _builtins.int
     """The caller's number for this call; it comes back with the answer, so that an old answer can be told from a new one."""
     @_builtins.property
@@ -154,16 +157,21 @@ class CheckDocumentRequest(_message.Message):
     def reading(self) -> Global___Reading:
         """How they are read."""
 
+    @_builtins.property
+    def included(self) -> _containers.RepeatedCompositeFieldContainer[Global___Document]:
+        """Files that are read only where one of the documents includes them, or one of these does. Each needs a name."""
+
     def __init__(
         self,
         *,
         revision: _builtins.int = ...,
         documents: _abc.Iterable[Global___Document] | None = ...,
         reading: Global___Reading | None = ...,
+        included: _abc.Iterable[Global___Document] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["reading", b"reading"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["documents", b"documents", "reading", b"reading", "revision", b"revision"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["documents", b"documents", "included", b"included", "reading", b"reading", "revision", b"revision"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -573,6 +581,7 @@ class Documents(_message.Message):
 
     DOCUMENTS_FIELD_NUMBER: _builtins.int
     READING_FIELD_NUMBER: _builtins.int
+    INCLUDED_FIELD_NUMBER: _builtins.int
     @_builtins.property
     def documents(self) -> _containers.RepeatedCompositeFieldContainer[Global___Document]:
         """At least one."""
@@ -581,15 +590,20 @@ class Documents(_message.Message):
     def reading(self) -> Global___Reading:
         """How they are read."""
 
+    @_builtins.property
+    def included(self) -> _containers.RepeatedCompositeFieldContainer[Global___Document]:
+        """Files that are read only where one of the documents includes them, or one of these does. Each needs a name."""
+
     def __init__(
         self,
         *,
         documents: _abc.Iterable[Global___Document] | None = ...,
         reading: Global___Reading | None = ...,
+        included: _abc.Iterable[Global___Document] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["reading", b"reading"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["documents", b"documents", "reading", b"reading"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["documents", b"documents", "included", b"included", "reading", b"reading"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
