@@ -117,6 +117,14 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
     "--max-sessions", type=click.IntRange(0), default=_LIMITS.sessions, show_default=True, help="At the same time."
 )
 @click.option(
+    "--max-share",
+    type=click.FloatRange(0, 1),
+    default=_LIMITS.share,
+    show_default=True,
+    help="Part of the calls and sessions that one caller may have; callers are told apart by token, certificate or "
+    "address.",
+)
+@click.option(
     "--max-idle-seconds",
     type=click.FloatRange(0.1),
     default=_LIMITS.idle_seconds,
@@ -193,6 +201,7 @@ _RENAMED_LIMITS: Final = {
     "max_seconds": "seconds",
     "max_calls": "calls",
     "max_sessions": "sessions",
+    "max_share": "share",
     "max_idle_seconds": "idle_seconds",
     "max_worker_memory": "worker_memory",
 }

@@ -10,19 +10,22 @@ import hmac
 import logging
 import traceback
 from collections import OrderedDict
+from contextlib import contextmanager
 from datetime import date
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.service.answers import METHODS, answer, answer_of_stream, answer_to, decode
+from cqos_core.service.callers import Callers, origin
 from cqos_core.service.observing import Observer, tell
 from cqos_core.service.pool import FailedError, Pool, Sessions
 from cqos_core.service.refusal import Refused, session_lost, too_much
 from cqos_core.service.settings import token_sum
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Mapping
+    from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 
-    from cqos_core.service.pool import HostedSession
+    from cqos_core.service.callers import Caller
     from cqos_core.service.settings import Settings
 
 _REMEMBERED_SIZE: Final = 64 * 1024
@@ -46,6 +49,7 @@ class Calls:
         self.pool = Pool(self.limits, self._worker_ended)
         self.sessions = Sessions(self.limits, self._worker_ended)
         self.draining = asyncio.Event()
+        self._callers = Callers(self.limits)
         self._answers = Remembered(_KEPT_ENTRIES, _KEPT_BYTES)
         observer.meter.sessions(lambda: self.sessions.open)
 
@@ -57,23 +61,33 @@ class Calls:
         """Load every rule pack, so that no call has to wait for one."""
         answer("/cqos.v1.CatalogueService/ListPacks", b"", 0)
 
-    def admit(self, metadata: Mapping[str, str]) -> None:
-        """Let a caller in.
+    def admit(self, metadata: Mapping[str, str]) -> str:
+        """Let a caller in; return the sum of its token, empty where none is asked for.
 
         Raises:
             Refused: it has no token that is known.
         """
         if not self.settings.tokens:
-            return
+            return ""
         given = metadata.get("authorization", "")
         if given[: len(_BEARER)].lower() == _BEARER:
             found = token_sum(given[len(_BEARER) :].strip())
             # Every token is compared, so that the time it takes tells nothing.
             if any([hmac.compare_digest(found, token) for token in self.settings.tokens]):  # noqa: C419
-                return
+                return found
         raise Refused("UNAUTHENTICATED", "a bearer token is needed, and this is none that is known")
 
-    async def unary(self, method: str, data: bytes, remaining: float | None) -> bytes:
+    @contextmanager
+    def calling(self, metadata: Mapping[str, str], peer: str, certificate: str = "") -> Iterator[Caller]:
+        """Let a caller in for one call, within its share of what there is.
+
+        Raises:
+            Refused: it has no token that is known, or too many calls under way.
+        """
+        with self._callers.calling(self.admit(metadata) or certificate or origin(peer)) as caller:
+            yield caller
+
+    async def unary(self, caller: Caller, method: str, data: bytes, remaining: float | None) -> bytes:
         """Answer a call of one message: from memory, at once, or by a worker.
 
         A modeler sends its model again whenever a shape moves, so what was asked before is answered from memory.
@@ -87,7 +101,7 @@ class Calls:
             raise too_much("request", f"it has {len(data)} bytes, this service takes {self.limits.message_bytes}")
         found = METHODS[method]
         if len(data) > _REMEMBERED_SIZE:
-            return await self.pool.call(method, data, seconds)
+            return await self.pool.call(caller.name, method, data, seconds)
         revision, asked = _split(data)
         # What is accepted depends on the day.
         key = (method, date.today(), asked)  # noqa: DTZ011 - as the check has it
@@ -99,13 +113,13 @@ class Calls:
                 asked = request.SerializeToString()
                 key = (method, key[1], asked)
             if found.always_apart or len(asked) > self.limits.inline_bytes:
-                known = await self.pool.call(method, asked, seconds)
+                known = await self.pool.call(caller.name, method, asked, seconds)
             else:
-                known = answer_to(method, request, self.limits.endpoints)
+                known = await _in_turn(caller, partial(answer_to, method, request, self.limits.endpoints))
             self._answers.put(key, known)
         return known if revision == 0 else _REVISION + _varint(revision) + known
 
-    async def pairs(self, requests: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
+    async def pairs(self, caller: Caller, requests: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
         """Answer a stream of pairs, one by one.
 
         Raises:
@@ -115,26 +129,26 @@ class Calls:
         while (data := await heard.next()) is not None:
             if len(data) > self.limits.inline_bytes:
                 raise too_much("pair", f"it has {len(data)} bytes, in a stream {self.limits.inline_bytes} are taken")
-            yield answer_of_stream(data)
-            # Others want to be answered too.
-            await asyncio.sleep(0)
+            yield await _in_turn(caller, partial(answer_of_stream, data))
 
-    async def edit(self, requests: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
+    async def edit(self, caller: Caller, requests: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
         """Answer the edits of a session.
 
         Raises:
             Refused: there are too many sessions, or this one is lost.
             FailedError: a worker failed.
         """
-        session: HostedSession | None = None
         heard = _Heard(requests, self.draining, self.limits.idle_seconds)
-        try:
-            while (data := await heard.next()) is not None:
-                if session is None:
-                    session = await self.sessions.begin()
-                yield await session.edit(data)
-        finally:
-            if session is not None:
+        data = await heard.next()
+        if data is None:
+            return
+        with self._callers.editing(caller):
+            session = await self.sessions.begin(caller.name)
+            try:
+                while data is not None:
+                    yield await session.edit(data)
+                    data = await heard.next()
+            finally:
                 # Whoever went away shall not keep its place.
                 await asyncio.shield(asyncio.ensure_future(session.close()))
 
@@ -142,6 +156,16 @@ class Calls:
         """End all workers."""
         await self.pool.close()
         await self.sessions.close()
+
+
+async def _in_turn(caller: Caller, work: Callable[[], bytes]) -> bytes:
+    """Do what is done at once; others come between two answers for one caller, however many calls it has under way."""
+    if caller.calls == 1:  # one after the other anyway
+        return work()
+    async with caller.turn:
+        done = work()
+        await asyncio.sleep(0)
+    return done
 
 
 class _Heard:

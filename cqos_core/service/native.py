@@ -22,6 +22,7 @@ from cqos_core.service.settings import joined, split_address
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
 
+    from cqos_core.service.callers import Caller
     from cqos_core.service.calls import Calls
     from cqos_core.service.settings import Settings
 
@@ -102,8 +103,8 @@ class NativeDoor:
             metadata = _metadata(context)
             watch = calls.observer.begin(method, metadata, context.peer(), len(data))
             try:
-                calls.admit(metadata)
-                answered = await calls.unary(method, data, context.time_remaining())
+                with calls.calling(metadata, context.peer(), _certificate(context)) as caller:
+                    answered = await calls.unary(caller, method, data, context.time_remaining())
             except Refused as refused:
                 watch.end(refused.code)
                 await _abort(context, refused, watch.request_id)
@@ -121,7 +122,7 @@ class NativeDoor:
 
         return handle
 
-    def _streamed(self, method: str, answer: Callable[[AsyncIterator[bytes]], AsyncIterator[bytes]]) -> Any:
+    def _streamed(self, method: str, answer: Callable[[Caller, AsyncIterator[bytes]], AsyncIterator[bytes]]) -> Any:
         calls = self._calls
 
         async def handle(requests: AsyncIterator[bytes], context: Any) -> AsyncIterator[bytes]:
@@ -129,10 +130,10 @@ class NativeDoor:
             watch = calls.observer.begin(method, metadata, context.peer(), 0)
             size = 0
             try:
-                calls.admit(metadata)
-                async for answered in answer(requests):
-                    size += len(answered)
-                    yield answered
+                with calls.calling(metadata, context.peer(), _certificate(context)) as caller:
+                    async for answered in answer(caller, requests):
+                        size += len(answered)
+                        yield answered
             except Refused as refused:
                 watch.end(refused.code, size)
                 await _abort(context, refused, watch.request_id)
@@ -181,6 +182,11 @@ class _Reflection(reflection.aio.ReflectionServicer):
 def _metadata(context: Any) -> dict[str, str]:
     """What a caller says beside its message, as far as it is text."""
     return {name: value for name, value in context.invocation_metadata() or () if isinstance(value, str)}
+
+
+def _certificate(context: Any) -> str:
+    """Whom the certificate of a caller names; empty where none is asked for."""
+    return b" ".join(sorted(context.peer_identities() or ())).decode("utf-8", "replace")
 
 
 _CODES: Final = {code.name: code for code in grpc.StatusCode}

@@ -12,6 +12,7 @@ from google.rpc import status_pb2
 
 from cqos_core.service import frames
 from cqos_core.service.refusal import Refused, StatusRefused, session_lost
+from cqos_core.service.turns import Turns
 from cqos_core.service.worker import METHOD_NAMES
 
 if TYPE_CHECKING:
@@ -39,22 +40,18 @@ class Process:
         self._limits = limits
         self._process: asyncio.subprocess.Process | None = None
         self._turn = asyncio.Lock()
+        self._closed = False
 
     async def call(self, frame: frames.Frame, seconds: float) -> bytes:
         """Let it answer, within the time that is left.
 
-        The answer is awaited even if the caller goes away: whoever comes next must not get it.
+        The answer has to be awaited even if the caller goes away: whoever comes next must not get it.
 
         Raises:
             Refused: the call is refused.
             FailedError: it failed.
             LostError: there is no answer.
         """
-        answering = asyncio.ensure_future(self._call(frame, seconds))
-        answering.add_done_callback(_seen)
-        return await asyncio.shield(answering)
-
-    async def _call(self, frame: frames.Frame, seconds: float) -> bytes:
         async with self._turn:
             process = await self._started()
             try:
@@ -73,6 +70,8 @@ class Process:
 
     async def _started(self) -> asyncio.subprocess.Process:
         process = self._process
+        if self._closed:
+            raise LostError("the service ends")
         if process is None or process.returncode is not None:
             process = self._process = await asyncio.create_subprocess_exec(
                 sys.executable,
@@ -101,6 +100,11 @@ class Process:
         """Its process id, while it runs."""
         return None if self._process is None or self._process.returncode is not None else self._process.pid
 
+    async def close(self) -> None:
+        """End it for good."""
+        self._closed = True
+        await self.end()
+
     async def end(self) -> None:
         """End it at once."""
         process, self._process = self._process, None
@@ -111,12 +115,6 @@ class Process:
         if process.stdin is not None:
             process.stdin.close()
         await process.wait()
-
-
-def _seen(answering: asyncio.Future[bytes]) -> None:
-    """Look at how it ended: whoever asked has gone perhaps, and nobody else does."""
-    if not answering.cancelled():
-        answering.exception()
 
 
 async def _exchange(process: asyncio.subprocess.Process, frame: frames.Frame) -> frames.Frame:
@@ -142,52 +140,32 @@ class Pool:
         self._limits = limits
         self._lost = lost
         self._all = [Process(limits) for _ in range(limits.workers)]
-        self._free: asyncio.LifoQueue[Process] = asyncio.LifoQueue()
-        for process in reversed(self._all):
-            self._free.put_nowait(process)
-        self._waiting = 0
-        self._busy: set[asyncio.Task[None]] = set()
+        # One that had to be ended is started again before the next call needs it.
+        self._turns = Turns(self._all, Process.start, limits.waiting)
 
     async def warm(self) -> None:
         """Start one process, so that the first call need not wait for it."""
         await self._all[0].start()
 
-    async def call(self, method: str, data: bytes, seconds: float) -> bytes:
+    async def call(self, caller: str, method: str, data: bytes, seconds: float) -> bytes:
         """Let a worker answer a call; waiting for one counts.
 
         Raises:
             Refused: it is refused, too many wait already, or it took too long.
             FailedError: it failed.
         """
-        if self._free.empty() and self._waiting >= self._limits.waiting:
-            raise Refused("RESOURCE_EXHAUSTED", f"{self._waiting} calls wait already; try again later")
         loop = asyncio.get_running_loop()
         until = loop.time() + seconds
-        self._waiting += 1
+        frame = frames.Frame(frames.ANSWER, _NUMBERS[method], data)
         try:
-            process = await asyncio.wait_for(self._free.get(), seconds)
+            return await self._turns.use(
+                caller, lambda process: process.call(frame, max(until - loop.time(), 0.001)), seconds
+            )
         except TimeoutError:
             raise Refused("DEADLINE_EXCEEDED", f"no worker was free within {seconds:g} seconds") from None
-        finally:
-            self._waiting -= 1
-        work = asyncio.ensure_future(
-            process.call(frames.Frame(frames.ANSWER, _NUMBERS[method], data), max(until - loop.time(), 0.001))
-        )
-        # The worker is free when it has answered, not when its caller goes away.
-        back = asyncio.ensure_future(self._return(process, work))
-        self._busy.add(back)
-        back.add_done_callback(self._busy.discard)
-        try:
-            return await asyncio.shield(work)
         except LostError as error:
             self._lost()
             raise Refused("DEADLINE_EXCEEDED", f"there is no answer: {error}") from None
-
-    async def _return(self, process: Process, work: asyncio.Future[bytes]) -> None:
-        await asyncio.wait([work])
-        _seen(work)
-        await process.start()  # another one, where it had to be ended
-        self._free.put_nowait(process)
 
     @property
     def numbers(self) -> list[int]:
@@ -196,7 +174,16 @@ class Pool:
 
     async def close(self) -> None:
         """End all."""
-        await asyncio.gather(*(each.end() for each in self._all))
+        await asyncio.gather(*(each.close() for each in self._all))
+
+
+class _Home:
+    """A process that sessions live in, and who they are."""
+
+    def __init__(self, limits: Limits) -> None:
+        self.process = Process(limits)
+        self.turns = Turns([self.process], Process.start)
+        self.sessions: set[int] = set()
 
 
 class Sessions:
@@ -206,20 +193,20 @@ class Sessions:
         """Keep as many as the limits allow."""
         self._limits = limits
         self._lost = lost
-        self._homes: dict[Process, set[int]] = {Process(limits): set() for _ in range(limits.session_workers)}
+        self._homes = [_Home(limits) for _ in range(limits.session_workers)]
         self._next = itertools.count(1)
 
     @property
     def open(self) -> int:
         """How many are open."""
-        return sum(map(len, self._homes.values()))
+        return sum(len(each.sessions) for each in self._homes)
 
     @property
     def numbers(self) -> list[int]:
         """Process ids of those that run."""
-        return [each.number for each in self._homes if each.number is not None]
+        return [each.process.number for each in self._homes if each.process.number is not None]
 
-    async def begin(self) -> HostedSession:
+    async def begin(self, caller: str) -> HostedSession:
         """Open a session in the process that has fewest.
 
         Raises:
@@ -227,44 +214,39 @@ class Sessions:
         """
         if self.open >= self._limits.sessions:
             raise Refused("RESOURCE_EXHAUSTED", f"{self._limits.sessions} sessions are open already; try again later")
-        home = min(self._homes, key=lambda each: len(self._homes[each]))
-        number = next(self._next)
-        self._homes[home].add(number)
-        session = HostedSession(self, home, number, self._limits.seconds)
-        try:
-            await session.call(frames.OPEN_SESSION, b"")
-        except BaseException:
-            self._homes[home].discard(number)
-            raise
+        home = min(self._homes, key=lambda each: len(each.sessions))
+        session = HostedSession(home, next(self._next), caller, self._limits.seconds, self._lost)
+        await session.open()
         return session
-
-    async def lose(self, home: Process) -> None:
-        """Forget all sessions of a process that is gone."""
-        self._lost()
-        self._homes[home].clear()
-
-    def forget(self, home: Process, number: int) -> None:
-        """Forget one session."""
-        self._homes[home].discard(number)
-
-    def has(self, home: Process, number: int) -> bool:
-        """Whether a session is still there."""
-        return number in self._homes[home]
 
     async def close(self) -> None:
         """End all."""
-        await asyncio.gather(*(each.end() for each in self._homes))
+        await asyncio.gather(*(each.process.close() for each in self._homes))
 
 
 class HostedSession:
     """A session in a worker process."""
 
-    def __init__(self, sessions: Sessions, home: Process, number: int, seconds: float) -> None:
-        """Belong to ``sessions``."""
-        self._sessions = sessions
+    def __init__(self, home: _Home, number: int, caller: str, seconds: float, lost: Callable[[], None]) -> None:
+        """Live in ``home``; an edit may take so many ``seconds``."""
         self._home = home
         self._number = number
+        self._caller = caller
         self._seconds = seconds
+        self._lost = lost
+
+    async def open(self) -> None:
+        """Begin.
+
+        Raises:
+            Refused: it is lost already.
+        """
+        self._home.sessions.add(self._number)
+        try:
+            await self._call(frames.OPEN_SESSION, b"")
+        except BaseException:
+            self._home.sessions.discard(self._number)
+            raise
 
     async def edit(self, data: bytes) -> bytes:
         """Answer one edit.
@@ -273,21 +255,29 @@ class HostedSession:
             Refused: it ends the session.
             FailedError: it failed.
         """
-        return await self.call(frames.EDIT_SESSION, data)
+        return await self._call(frames.EDIT_SESSION, data)
 
-    async def call(self, kind: int, data: bytes) -> bytes:
-        """Let the process answer."""
-        if not self._sessions.has(self._home, self._number):
-            raise session_lost("its process ended")
+    async def _call(self, kind: int, data: bytes) -> bytes:
+        frame = frames.Frame(kind, self._number, data)
         try:
-            return await self._home.call(frames.Frame(kind, self._number, data), self._seconds)
+            return await self._home.turns.use(self._caller, lambda process: self._answered(process, frame))
         except LostError as error:
-            await self._sessions.lose(self._home)
             raise session_lost(str(error)) from None
+
+    async def _answered(self, process: Process, frame: frames.Frame) -> bytes:
+        if self._number not in self._home.sessions and frame.kind != frames.CLOSE_SESSION:
+            raise LostError("its process ended")
+        try:
+            return await process.call(frame, self._seconds)
+        except LostError:
+            # All that live there are lost with it.
+            self._lost()
+            self._home.sessions.clear()
+            raise
 
     async def close(self) -> None:
         """Forget it."""
-        if self._sessions.has(self._home, self._number):
-            self._sessions.forget(self._home, self._number)
+        if self._number in self._home.sessions:
+            self._home.sessions.discard(self._number)
             with suppress(LostError, FailedError, Refused):
-                await self._home.call(frames.Frame(frames.CLOSE_SESSION, self._number, b""), self._seconds)
+                await self._call(frames.CLOSE_SESSION, b"")

@@ -30,6 +30,7 @@ class Limits:
         worker_memory: bytes that a worker may use (Linux); 0: any.
         calls: at the same time.
         sessions: open at the same time.
+        share: part of the calls and of the sessions that one caller may have.
         session_workers: processes that they live in.
         idle_seconds: after which a session that hears nothing is closed.
     """
@@ -43,6 +44,7 @@ class Limits:
     worker_memory: int = 2048 * MIB
     calls: int = 1_000
     sessions: int = 64
+    share: float = 0.5
     session_workers: int = 1
     idle_seconds: float = 900.0
 

@@ -223,8 +223,8 @@ def _unary(calls: Calls, method: str, output: Any) -> Any:
         context.response_headers[REQUEST_ID] = watch.request_id
         remaining = None if context.timeout_ms is None else context.timeout_ms / 1000
         try:
-            calls.admit(metadata)
-            answered = await calls.unary(method, data, remaining)
+            with calls.calling(metadata, context.client_address or "") as caller:
+                answered = await calls.unary(caller, method, data, remaining)
         except Refused as refused:
             watch.end(refused.code)
             raise _error(refused) from None

@@ -1,0 +1,162 @@
+"""Whose turn it is, where many callers want what there are few of: whoever has used least of it.
+
+Callers are served by the time that they used, not by the number of their calls, so that one who sends many large ones keeps
+nobody waiting who sends a small one now and then.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+from collections import deque
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, Generic, TypeVar
+
+from cqos_core.service.refusal import Refused
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable, Coroutine, Iterable
+    from typing import Any
+
+T = TypeVar("T")
+R = TypeVar("R")
+_REMEMBERED_SECONDS: Final = 60.0
+
+
+@dataclass(slots=True, eq=False)
+class _Share(Generic[T]):
+    """What one caller has of all.
+
+    Attributes:
+        waiting: its calls that have no turn yet, each with the number of its arrival.
+        using: how many of the things it has at the moment.
+        spent: seconds for which it used any, reckoned from where others were when it came.
+        seen: when it last began or ended something.
+    """
+
+    spent: float
+    seen: float
+    waiting: deque[tuple[int, asyncio.Future[T]]] = field(default_factory=deque)
+    using: int = 0
+
+    @property
+    def idle(self) -> bool:
+        return not self.waiting and not self.using
+
+
+class Turns(Generic[T]):
+    """Things that are used by one call at a time."""
+
+    def __init__(
+        self, things: Iterable[T], restore: Callable[[T], Awaitable[None]], most_waiting: int | None = None
+    ) -> None:
+        """Hand out ``things``, which ``restore`` makes ready after each use, to as many as may wait; None: any number."""
+        self._free = list(things)[::-1]
+        self._restore = restore
+        # Where there are several, others than the one who comes all the time find one free.
+        self._most_using = max(len(self._free) - 1, 1)
+        self._most_waiting = most_waiting
+        self._waiting = 0
+        self._shares: dict[str, _Share[T]] = {}
+        self._served = 0.0
+        self._arrivals = itertools.count()
+        self._returning: set[asyncio.Task[None]] = set()
+
+    async def use(self, caller: str, work: Callable[[T], Coroutine[Any, Any, R]], seconds: float | None = None) -> R:
+        """Wait for a turn, and do ``work``, which is done to its end even if the caller goes away.
+
+        Raises:
+            TimeoutError: there was no turn within ``seconds``.
+            Refused: too many wait, and most of them are this caller's.
+        """
+        share = self._share(caller)
+        thing = await self._turn(share, seconds)
+        doing = asyncio.ensure_future(work(thing))
+        back = asyncio.ensure_future(self._return(share, thing, doing))
+        self._returning.add(back)
+        back.add_done_callback(self._returning.discard)
+        return await asyncio.shield(doing)
+
+    def _share(self, caller: str) -> _Share[T]:
+        """What a caller has; what those had who have not been here for long is forgotten."""
+        now = asyncio.get_running_loop().time()
+        for name in [n for n, each in self._shares.items() if each.idle and each.seen < now - _REMEMBERED_SECONDS]:
+            del self._shares[name]
+        share = self._shares.setdefault(caller, _Share(self._served, now))
+        if share.idle:  # nobody saves up turns while away
+            share.spent = max(share.spent, self._served)
+        share.seen = now
+        return share
+
+    async def _turn(self, share: _Share[T], seconds: float | None) -> T:
+        if not self._free:
+            self._make_room(share)
+        turn: asyncio.Future[T] = asyncio.get_running_loop().create_future()
+        mine = (next(self._arrivals), turn)
+        share.waiting.append(mine)
+        self._waiting += 1
+        self._hand_out()
+        try:
+            await asyncio.wait({turn}, timeout=seconds)
+        except asyncio.CancelledError:
+            if turn.done() and turn.exception() is None:  # it came in the same moment
+                self._give_back(share, turn.result())
+            raise
+        finally:
+            if mine in share.waiting:
+                share.waiting.remove(mine)
+                self._waiting -= 1
+        if not turn.done():
+            raise TimeoutError
+        return turn.result()
+
+    def _make_room(self, share: _Share[T]) -> None:
+        """Let nobody fill all places: whoever has most of them loses one to whoever has fewer.
+
+        Raises:
+            Refused: that is the one who comes now.
+        """
+        if self._most_waiting is None or self._waiting < self._most_waiting:
+            return
+        most = max(self._shares.values(), key=lambda each: len(each.waiting))
+        if len(most.waiting) <= len(share.waiting) + 1:
+            mine = len(share.waiting)
+            raise Refused(
+                "RESOURCE_EXHAUSTED", f"{self._waiting} calls wait already, {mine} of them yours; try again later"
+            )
+        _, last = most.waiting.pop()
+        self._waiting -= 1
+        told = f"{len(most.waiting)} more calls of yours wait, and others need a place, too; send fewer at a time"
+        last.set_exception(Refused("RESOURCE_EXHAUSTED", told))
+
+    def _hand_out(self) -> None:
+        while self._free:
+            ready = [each for each in self._shares.values() if each.waiting and self._may_use(each)]
+            if not ready:
+                return
+            share = min(ready, key=lambda each: (each.using, each.spent, each.waiting[0][0]))
+            _, turn = share.waiting.popleft()
+            self._waiting -= 1
+            share.using += 1
+            self._served = max(self._served, share.spent)
+            share.seen = asyncio.get_running_loop().time()
+            turn.set_result(self._free.pop())
+
+    def _may_use(self, share: _Share[T]) -> bool:
+        """Whether a caller may have one more: all of them only who is alone."""
+        return share.using < self._most_using or len(self._shares) == 1
+
+    async def _return(self, share: _Share[T], thing: T, doing: asyncio.Task[Any]) -> None:
+        began = asyncio.get_running_loop().time()
+        await asyncio.wait({doing})
+        if not doing.cancelled():
+            doing.exception()  # whoever asked has gone perhaps, and nobody else looks at it
+        await self._restore(thing)
+        share.spent += asyncio.get_running_loop().time() - began
+        self._give_back(share, thing)
+
+    def _give_back(self, share: _Share[T], thing: T) -> None:
+        share.using -= 1
+        share.seen = asyncio.get_running_loop().time()
+        self._free.append(thing)
+        self._hand_out()

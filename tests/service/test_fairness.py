@@ -1,0 +1,319 @@
+"""One caller who asks for a great deal keeps nobody else waiting, and is told where it is too much."""
+
+import asyncio
+import subprocess
+import sys
+import threading
+import time
+from typing import Any
+
+import grpc
+import pytest
+
+from cqos.v1 import check_pb2, check_pb2_grpc
+from cqos_core.client import ServiceError
+from cqos_core.service.callers import origin
+from cqos_core.service.refusal import Refused
+from cqos_core.service.turns import Turns
+from tests.service.crowd import heavy
+from tests.service.running import serving
+from tests.service.test_sessions import two
+
+# --- whose turn it is ---
+
+
+class Simulated(asyncio.SelectorEventLoop):
+    """A loop whose clock is at once where the next sleeper wakes, so that nothing depends on the machine."""
+
+    now = 0.0
+
+    def time(self):
+        return self.now
+
+    def _run_once(self):
+        if not self._ready and self._scheduled:
+            self.now = max(self.now, self._scheduled[0]._when)
+        super()._run_once()
+
+
+def simulated(work):
+    with asyncio.Runner(loop_factory=Simulated) as runner:
+        return runner.run(work)
+
+
+async def ready(_thing):
+    """Nothing has to be done between two uses."""
+
+
+def used(seconds, told, name):
+    """Work that takes so long, and tells when it is done."""
+
+    async def work(_thing):
+        await asyncio.sleep(seconds)
+        told.append(name)
+
+    return work
+
+
+def test_a_caller_is_served_by_the_time_it_used_and_not_by_its_calls():
+    async def run():
+        told: list[str] = []
+        turns = Turns([1], ready)
+        many = [asyncio.create_task(turns.use("large", used(0.05, told, "large"))) for _ in range(6)]
+        few = [asyncio.create_task(turns.use("small", used(0.001, told, "small"))) for _ in range(10)]
+        await asyncio.gather(*many, *few)
+        return told
+
+    told = simulated(run())
+    assert told[0] == "large"  # it came first
+    assert told[1:11] == ["small"] * 10
+    assert told[11:] == ["large"] * 5
+
+
+def test_equals_take_turns():
+    async def run():
+        told: list[str] = []
+        turns = Turns([1], ready)
+        await asyncio.gather(*(turns.use(name, used(0.02, told, name)) for name in "aaaabbbbcccc"))
+        return told
+
+    told = simulated(run())
+    for place in range(0, 12, 3):
+        assert sorted(told[place : place + 3]) == ["a", "b", "c"]
+
+
+def test_only_who_is_alone_uses_all_at_the_same_time():
+    async def run(*callers, after=0.0):
+        begun = dict.fromkeys(callers, 0)
+        most = dict.fromkeys(callers, 0)
+        turns = Turns([1, 2, 3], ready)
+
+        def work(name):
+            async def do(_thing):
+                begun[name] += 1
+                most[name] = max(most[name], begun[name])
+                await asyncio.sleep(0.005)
+                begun[name] -= 1
+
+            return do
+
+        await turns.use("somebody", ready)
+        await asyncio.sleep(after)
+        await asyncio.gather(*(turns.use(name, work(name)) for _ in range(10) for name in callers))
+        return most
+
+    assert simulated(run("a", after=61)) == {"a": 3}
+    assert simulated(run("a", after=59)) == {"a": 2}  # whoever was here may come again
+    assert simulated(run("a", "b")) == {"a": 2, "b": 2}
+
+
+def test_a_queue_that_is_full_has_a_place_for_those_who_have_fewer():
+    async def run():
+        told: list[str] = []
+        turns = Turns([1], ready, most_waiting=4)
+        many = [asyncio.create_task(turns.use("a", used(0.01, told, "a"))) for _ in range(5)]
+        await asyncio.sleep(0)
+        with pytest.raises(Refused, match="4 calls wait already, 4 of them yours"):
+            await turns.use("a", used(0.01, told, "a"))
+        few = [asyncio.create_task(turns.use(name, used(0.01, told, name))) for name in "bbc"]
+        ended = await asyncio.gather(*many, *few, return_exceptions=True)
+        return told, [str(each) for each in ended]
+
+    told, ended = simulated(run())
+    refused = "calls of yours wait, and others need a place, too; send fewer at a time"
+    # Of the four that waited, the last three had to go, one for each of the others.
+    assert [refused in each for each in ended] == [False, False, True, True, True, False, False, False]
+    assert sorted(told) == ["a", "a", "b", "b", "c"]
+
+
+def test_who_goes_away_leaves_its_place_and_what_it_had_to_others():
+    async def run():
+        told: list[str] = []
+        turns = Turns([1], ready, most_waiting=1)
+        at_work = asyncio.create_task(turns.use("a", used(0.02, told, "a")))
+        await asyncio.sleep(0.001)
+        waiting = asyncio.create_task(turns.use("a", used(0.02, told, "never")))
+        await asyncio.sleep(0.001)
+        for each in (waiting, at_work):
+            each.cancel()
+        await asyncio.sleep(0)
+        with pytest.raises(TimeoutError):
+            await turns.use("b", used(0, told, "too late"), 0.001)
+        await turns.use("b", used(0, told, "b"), 1)
+        return told
+
+    assert simulated(run()) == ["a", "b"]
+
+
+def test_work_that_fails_is_told_and_what_it_used_restored():
+    restored = []
+
+    async def restore(thing):
+        restored.append(thing)
+
+    async def fail(_thing):
+        raise ValueError("no")
+
+    async def run():
+        turns = Turns([7], restore)
+        with pytest.raises(ValueError, match="no"):
+            await turns.use("a", fail)
+        await turns.use("a", ready)
+
+    simulated(run())
+    assert restored[0] == 7
+
+
+@pytest.mark.parametrize(
+    ("peer", "name"),
+    [
+        ("ipv4:192.0.2.1:5000", "192.0.2.1"),
+        ("192.0.2.1:5000", "192.0.2.1"),
+        ("ipv6:%5B2001:db8::1%5D:5000", "2001:db8::/64"),
+        ("ipv6:%5Bfe80::1%25eth0%5D:5000", "fe80::/64"),
+        ("ipv6:%5B::ffff:192.0.2.1%5D:5000", "192.0.2.1"),
+        # On one machine all have one address, and are told apart by connection.
+        ("ipv4:127.0.0.1:5000", "127.0.0.1:5000"),
+        ("ipv6:%5B::1%5D:5000", "[::1]:5000"),
+        ("ipv6:%5B::ffff:127.0.0.1%5D:5000", "[::ffff:127.0.0.1]:5000"),
+        ("unix:", "unix:"),
+        ("", ""),
+    ],
+)
+def test_callers_without_credentials_are_told_apart_by_where_they_are(peer, name):
+    assert origin(peer) == name
+
+
+# --- with processes that really call ---
+
+
+@pytest.fixture(scope="module")
+def crowded():
+    with serving("--log-level", "warning") as service:
+        yield service
+
+
+class Crowd:
+    """A caller in a process of its own."""
+
+    def __init__(self, service, kind, number):
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "tests.service.crowd", service.grpc, kind, str(number)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        self._lines: list[str] = []
+        self._reader = threading.Thread(target=self._read)
+        self._reader.start()
+        self._wait_for(1)
+
+    def _read(self):
+        for line in self._process.stdout:
+            self._lines.append(line)
+
+    def _wait_for(self, number):
+        until = time.monotonic() + 60
+        while len(self._lines) < number:
+            assert time.monotonic() < until, "it says nothing"
+            assert self._process.poll() is None or len(self._lines) >= number, "it ended"
+            time.sleep(0.01)
+
+    def begin(self):
+        """Let it call, and wait for the first answer."""
+        self._process.stdin.write("\n")
+        self._process.stdin.flush()
+        self._wait_for(2)
+
+    def done(self):
+        """Wait for its end."""
+        self._process.wait(120)
+        return self.answers()
+
+    def answers(self):
+        """What it was told, each with the time."""
+        return [(float(time_), told) for time_, _, told in (line.strip().partition(" ") for line in self._lines[1:])]
+
+    def end(self):
+        self._process.kill()
+        self._process.wait()
+        self._reader.join()
+        self._process.stdin.close()
+        self._process.stdout.close()
+
+
+@pytest.mark.parametrize(
+    ("greedy", "modest", "at_most"),
+    [
+        # Before, the queue was one for all, and the large ones had come first.
+        (("flood", 200), ("trickle", 20), 40),
+        # Each stream had its turn, whoever had opened it: more than 60 of their pairs for each of the other's.
+        (("streams", 50), ("pairs", 20), 600),
+        # And each session: more than 20 of their edits for each of the other's.
+        (("edits", 20), ("drawing", 10), 40),
+    ],
+    ids=["documents and models", "pairs", "sessions"],
+)
+def test_one_who_asks_for_little_is_served_between_those_who_ask_for_much(crowded, greedy, modest, at_most):
+    many, few = Crowd(crowded, *greedy), Crowd(crowded, *modest)
+    try:
+        many.begin()
+        began = time.monotonic()
+        few.begin()
+        served = few.done()
+        assert [told for _, told in served] == ["OK"] * modest[1]
+        ended = served[-1][0]
+        meanwhile = [told for when, told in many.answers() if began <= when <= ended]
+        assert len(meanwhile) <= at_most
+        # Nobody is starved for it either.
+        many._wait_for(len(many.answers()) + 2)
+        assert {told for _, told in many.answers()} == {"OK"}
+    finally:
+        many.end()
+        few.end()
+
+
+TOKENS = ("a-token-of-somebody", "a-token-of-another")
+
+
+def test_one_caller_has_its_share_of_calls_and_no_more(tmp_path, start):
+    """Tokens tell them apart, here over one connection."""
+    (tmp_path / "tokens").write_text("\n".join(TOKENS), encoding="utf-8")
+    arguments = ("--token-file", str(tmp_path / "tokens"), "--max-calls", "16", "--max-share", "0.25")
+    with start(*arguments) as service, grpc.insecure_channel(service.grpc) as channel:
+        checks: Any = check_pb2_grpc.CheckServiceStub(channel)
+        one, other = ([("authorization", f"Bearer {token}")] for token in TOKENS)
+        under_way = [checks.CheckSystem.future(heavy(number), metadata=one) for number in range(10)]
+        refused = [each for each in under_way if each.code() == grpc.StatusCode.RESOURCE_EXHAUSTED]
+        assert len(refused) == 6
+        told = "one caller may have 4 of the 16 calls at the same time, and so many of yours are under way"
+        assert {each.details() for each in refused} == {f"{told}; send fewer at a time"}
+        assert not service.log.count(TOKENS[0])
+        again = [checks.CheckSystem.future(heavy(100 + number), metadata=one) for number in range(2)]
+        checks.CheckPair(check_pb2.CheckPairRequest(protocol="ros2"), metadata=other, timeout=20)
+        assert {each.code() for each in again} == {grpc.StatusCode.OK}
+
+
+def test_one_caller_has_its_share_of_sessions_and_no_more(start):
+    with start("--max-sessions", "4") as service, service.client() as client:
+        with client.session(two()) as one, client.session(two()) as other, client.session(two()) as third:
+            one.report()
+            other.report()
+            with pytest.raises(ServiceError, match="one caller may have 2 of the 4 sessions") as raised:
+                third.report()
+            assert raised.value.code == "RESOURCE_EXHAUSTED"
+            elsewhere = Crowd(service, "drawing", 3)
+            try:
+                elsewhere.begin()
+                assert [told for _, told in elsewhere.done()] == ["OK"] * 3
+            finally:
+                elsewhere.end()
+        # It has its places back when the service hears that it has gone.
+        until = time.monotonic() + 20
+        while True:
+            with client.session(two()) as again:
+                try:
+                    assert again.report().endpoints == 2
+                    break
+                except ServiceError:
+                    assert time.monotonic() < until
