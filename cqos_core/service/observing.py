@@ -21,6 +21,8 @@ log = logging.getLogger("cqos_core.service")
 REQUEST_ID: Final = "x-request-id"
 ALWAYS: Final = 60
 """The level of what is told whatever the level is: that the service begins and ends."""
+# What else may have something to say, which whoever reads the lines would stumble over in another form.
+_OTHERS: Final = ("asyncio", "grpc", "opentelemetry", "uvicorn")
 _GIVEN_ID: Final = re.compile(r"[A-Za-z0-9._:/+=-]{1,128}")
 _OUR_FAULT: Final = frozenset({"INTERNAL", "UNKNOWN", "DATA_LOSS"})
 
@@ -67,9 +69,10 @@ def start_logging(level: str, form: str) -> None:
     """Write what the service tells to standard error."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(JsonLines() if form == "json" else PlainLines())
-    log.handlers[:] = [handler]
     log.setLevel(level.upper())
-    log.propagate = False
+    for logger in (log, *map(logging.getLogger, _OTHERS)):
+        logger.handlers[:] = [handler]
+        logger.propagate = False
 
 
 def tell(level: int, event: str, **told: object) -> None:
