@@ -61,8 +61,8 @@ async def serve_here(settings: Settings, started: Callable[[dict[str, str]], Non
             addresses["web"] = web.address
         if settings.metrics is not None and settings.processes == 1:
             addresses["metrics"], stop_metrics = _serve_metrics(settings.metrics)
-        calls.warm()
-        await calls.pool.warm()
+        # Each loads every rule pack, one here and one in the first worker.
+        await asyncio.gather(calls.pool.warm(), asyncio.to_thread(calls.warm))
         await native.start()
         if web is not None:
             await web.start()

@@ -156,7 +156,8 @@ def _opened(settings: Settings) -> socket.socket:
     host, port = split_address("--web", settings.web or "")
     try:
         family, _, _, _, target = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-        opened = socket.socket(family, socket.SOCK_STREAM)
+        # Only of sockets that say TCP does asyncio take the delay that otherwise comes before every answer but the first.
+        opened = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         if settings.processes > 1:
             opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)

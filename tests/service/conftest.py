@@ -1,15 +1,39 @@
 """The service that tests share."""
 
+import hashlib
+
 import pytest
 
 from tests.service.running import serving
+
+PAGE = "https://modeler.example"
+"""The origin of pages that may call the browsers' door."""
 
 
 @pytest.fixture(scope="session")
 def service():
     """The service that tests share; whoever harms it starts another one."""
-    with serving("--web", "127.0.0.1:0", "--metrics", "127.0.0.1:0", "--max-message-bytes", "2000000") as running:
+    doors = ("--web", "127.0.0.1:0", "--origin", PAGE, "--metrics", "127.0.0.1:0")
+    with serving(*doors, "--max-message-bytes", "2000000") as running:
         yield running
+
+
+@pytest.fixture(scope="session")
+def narrow():
+    """One that takes very little, which tests of its limits share."""
+    with serving("--max-endpoints", "3", "--max-sessions", "4") as running:
+        yield running
+
+
+@pytest.fixture(scope="session")
+def kept(request):
+    """Folders that are the same for every run, by what makes them; what takes long to get is got once."""
+
+    def folder(*parts):
+        name = hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
+        return request.config.cache.mkdir(f"cqos-{name}")
+
+    return folder
 
 
 @pytest.fixture(scope="session")

@@ -1,6 +1,8 @@
 """A service that really runs: `cqos serve` in a process of its own, on free ports, ended by its process id."""
 
 import contextlib
+import functools
+import http.client
 import json
 import os
 import signal
@@ -70,6 +72,11 @@ class Service:
     def web(self):
         return f"http://{self.addresses['web']}"
 
+    @functools.cached_property
+    def page(self):
+        """A connection to the browsers' door that is kept, as browsers do."""
+        return http.client.HTTPConnection(self.addresses["web"], timeout=30)
+
     @property
     def log(self):
         return json.dumps(self.lines)
@@ -86,6 +93,8 @@ class Service:
 
     def stop(self, seconds=30):
         """End it as an operator does; its exit code."""
+        if "page" in vars(self):
+            self.page.close()
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
         try:

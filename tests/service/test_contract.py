@@ -1,7 +1,6 @@
 """Library, command and service never disagree: every case file and every example, through all doors."""
 
 import json
-import urllib.request
 from pathlib import Path
 from typing import Any
 
@@ -33,13 +32,11 @@ DOCUMENTS = sorted(
 
 def ask_web(service, method, request, response):
     """Call the browser's door as a page does: binary Connect over HTTP."""
-    call = urllib.request.Request(  # noqa: S310 - of our own service
-        f"{service.web}/cqos.v1.CheckService/{method}",
-        request.SerializeToString(),
-        {"content-type": "application/proto", "connect-protocol-version": "1"},
-    )
-    with urllib.request.urlopen(call, timeout=30) as answer:  # noqa: S310
-        return response.FromString(answer.read())
+    headers = {"content-type": "application/proto", "connect-protocol-version": "1"}
+    service.page.request("POST", f"/cqos.v1.CheckService/{method}", request.SerializeToString(), headers)
+    answer = service.page.getresponse()
+    assert answer.status == 200
+    return response.FromString(answer.read())
 
 
 def of_case(case):

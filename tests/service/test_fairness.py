@@ -16,7 +16,6 @@ from cqos_core.service.callers import origin
 from cqos_core.service.refusal import Refused
 from cqos_core.service.turns import Turns
 from tests.service.crowd import heavy
-from tests.service.running import serving
 from tests.service.test_sessions import two
 
 # --- whose turn it is ---
@@ -187,12 +186,6 @@ def test_callers_without_credentials_are_told_apart_by_where_they_are(peer, name
 # --- with processes that really call ---
 
 
-@pytest.fixture(scope="module")
-def crowded():
-    with serving("--log-level", "warning") as service:
-        yield service
-
-
 class Crowd:
     """A caller in a process of its own."""
 
@@ -206,7 +199,6 @@ class Crowd:
         self._lines: list[str] = []
         self._reader = threading.Thread(target=self._read)
         self._reader.start()
-        self._wait_for(1)
 
     def _read(self):
         for line in self._process.stdout:
@@ -220,7 +212,8 @@ class Crowd:
             time.sleep(0.01)
 
     def begin(self):
-        """Let it call, and wait for the first answer."""
+        """Let it call when it is ready, and wait for the first answer."""
+        self._wait_for(1)
         self._process.stdin.write("\n")
         self._process.stdin.flush()
         self._wait_for(2)
@@ -254,9 +247,10 @@ class Crowd:
     ],
     ids=["documents and models", "pairs", "sessions"],
 )
-def test_one_who_asks_for_little_is_served_between_those_who_ask_for_much(crowded, greedy, modest, at_most):
-    many, few = Crowd(crowded, *greedy), Crowd(crowded, *modest)
+def test_one_who_asks_for_little_is_served_between_those_who_ask_for_much(service, greedy, modest, at_most):
+    many, few = Crowd(service, *greedy), Crowd(service, *modest)
     try:
+        few._wait_for(1)
         many.begin()
         began = time.monotonic()
         few.begin()
@@ -294,15 +288,15 @@ def test_one_caller_has_its_share_of_calls_and_no_more(tmp_path, start):
         assert {each.code() for each in again} == {grpc.StatusCode.OK}
 
 
-def test_one_caller_has_its_share_of_sessions_and_no_more(start):
-    with start("--max-sessions", "4") as service, service.client() as client:
+def test_one_caller_has_its_share_of_sessions_and_no_more(narrow):
+    with narrow.client() as client:
         with client.session(two()) as one, client.session(two()) as other, client.session(two()) as third:
             one.report()
             other.report()
             with pytest.raises(ServiceError, match="one caller may have 2 of the 4 sessions") as raised:
                 third.report()
             assert raised.value.code == "RESOURCE_EXHAUSTED"
-            elsewhere = Crowd(service, "drawing", 3)
+            elsewhere = Crowd(narrow, "drawing", 3)
             try:
                 elsewhere.begin()
                 assert [told for _, told in elsewhere.done()] == ["OK"] * 3

@@ -46,16 +46,30 @@ def lowest():
 
 
 @pytest.fixture(scope="module")
-def oldest(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("lowest")
+def oldest(kept):
     wanted = [f"{name}=={least}" for name, least in lowest()]
     assert len(wanted) == len(RUNTIME)
-    command = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target", str(folder), *wanted]
+    folder = kept(sys.version, *wanted)
+    if (folder / "done").exists():
+        return {"PYTHONPATH": str(folder)}
+    command = [
+        sys.executable,
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--upgrade",
+        "--no-deps",
+        "--target",
+        str(folder),
+        *wanted,
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         if os.environ.get("CI") == "true":
             pytest.fail(done.stderr)
         pytest.skip("the lowest versions cannot be installed here")
+    (folder / "done").touch()
     return {"PYTHONPATH": str(folder)}
 
 

@@ -28,12 +28,18 @@ def run(*command, folder):
     return done.stdout
 
 
-def test_the_modeler_in_javascript_runs_against_the_service(service, tmp_path):
+def test_the_modeler_in_javascript_runs_against_the_service(service, kept):
     needed(shutil.which("npm") and shutil.which("node"), "npm")
-    folder = tmp_path / "examples" / "modeler_client"
-    shutil.copytree(ROOT / "examples" / "modeler_client", folder, ignore=shutil.ignore_patterns("node_modules", "gen"))
-    shutil.copytree(ROOT / "proto", tmp_path / "proto")
-    run("npm", "ci", "--ignore-scripts", folder=folder)
+    example = ROOT / "examples" / "modeler_client"
+    here = kept(str(example), (example / "package-lock.json").read_text(encoding="utf-8"))
+    folder = here / "examples" / "modeler_client"
+    ours = shutil.ignore_patterns("node_modules", "gen")
+    shutil.rmtree(folder / "gen", ignore_errors=True)
+    shutil.copytree(example, folder, ignore=ours, dirs_exist_ok=True)
+    shutil.copytree(ROOT / "proto", here / "proto", dirs_exist_ok=True)
+    if not (here / "done").exists():
+        run("npm", "ci", "--ignore-scripts", folder=folder)
+        (here / "done").touch()
     run(*([BUF, "generate"] if BUF.exists() else ["npm", "run", "generate"]), folder=folder)
     said = run("node", "modeler.js", service.grpc, folder=folder)
     assert "reliability: select [best_effort, reliable," in said

@@ -289,18 +289,18 @@ def test_the_document_call_never_fails_by_our_fault(checks, seed, cuts):
 # --- callers that are slow, gone or many ---
 
 
-def test_too_many_endpoints_are_refused(start):
-    with start("--max-endpoints", "10") as small, small.client() as client:
+def test_too_many_endpoints_are_refused(narrow):
+    with narrow.client() as client:
         yaml = b"cqos: 1\nprotocol: ros2\ninstances: {n: [%s]}\nparticipants: {'p${n}': {publishes: {t: default}}}\n"
         with pytest.raises(ServiceError) as raised:
-            client.check(yaml % b",".join(b"n%d" % number for number in range(11)))
+            client.check(yaml % b",".join(b"n%d" % number for number in range(4)))
         assert raised.value.code == "RESOURCE_EXHAUSTED"
         assert raised.value.fields[0].field == "documents"
-        with grpc.insecure_channel(small.grpc) as channel:
-            stub = check_pb2_grpc.CheckServiceStub(channel)
-            error = refused(stub.CheckSystem, check_pb2.CheckSystemRequest(system=system(11)))
-            assert error.code() == grpc.StatusCode.RESOURCE_EXHAUSTED
-            assert violations(error) == {"system.endpoints": "there are 11 endpoints, this service takes 10"}
+    with grpc.insecure_channel(narrow.grpc) as channel:
+        stub = check_pb2_grpc.CheckServiceStub(channel)
+        error = refused(stub.CheckSystem, check_pb2.CheckSystemRequest(system=system(4)))
+        assert error.code() == grpc.StatusCode.RESOURCE_EXHAUSTED
+        assert violations(error) == {"system.endpoints": "there are 4 endpoints, this service takes 3"}
 
 
 def test_a_call_that_takes_too_long_is_ended_and_its_worker_replaced(start):

@@ -257,8 +257,8 @@ def test_idle_sessions_are_closed_and_their_number_is_bounded(start):
             assert session.report().endpoints == 2
 
 
-def test_a_session_that_grows_too_large_refuses(start):
-    with start("--max-endpoints", "3") as own, own.client() as client, client.session(two()) as session:
+def test_a_session_that_grows_too_large_refuses(narrow):
+    with narrow.client() as client, client.session(two()) as session:
         before = session.report()
         for number in range(2):
             session.put(endpoint(f"more{number}"))
@@ -305,7 +305,7 @@ class EditingFromAfar(Editing):
     opened = FromAfar
 
 
-EditingFromAfar.TestCase.settings = settings(max_examples=30, stateful_step_count=20, deadline=None)
+EditingFromAfar.TestCase.settings = settings(max_examples=20, stateful_step_count=20, deadline=None)
 TestEditingFromAfar = EditingFromAfar.TestCase
 
 
