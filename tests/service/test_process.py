@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 import time
+import tomllib
 import urllib.error
 import urllib.request
 from concurrent.futures import ThreadPoolExecutor
@@ -425,6 +426,18 @@ def test_deployments_use_options_that_there_are():
         assert set(re.findall(r"CQOS_SERVE_[A-Z_]+", text)) <= variables, file
         if file.suffix in {".yaml", ".service"}:
             assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", text)) - {"--from-literal"} <= flags, file
+
+
+def test_an_image_is_built_from_all_that_is_needed_and_from_nothing_else():
+    """Neither tokens that lie about nor an environment of another machine come into it."""
+    lines = (ROOT / ".dockerignore").read_text(encoding="utf-8").splitlines()
+    first, *rest = [line for line in lines if line and not line.startswith("#")]
+    assert first == "*"
+    let_through = {line.removeprefix("!") for line in rest if line.startswith("!")}
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    packed = project["tool"]["hatch"]["build"]["targets"]["sdist"]["only-include"]
+    assert let_through == {*packed, "pyproject.toml", "constraints.txt", "plugins"}
+    assert all((ROOT / name).exists() for name in let_through)
 
 
 def test_the_kubernetes_manifest_agrees_with_itself():
