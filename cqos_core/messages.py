@@ -17,6 +17,7 @@ from google.protobuf.message_factory import GetMessageClass
 
 from cqos.v1 import report_pb2, system_pb2
 from cqos_core import problems, report, system
+from cqos_core.pattern import PatternError, pattern
 from cqos_core.report import Severity, Verdict
 from cqos_core.system import Setting
 
@@ -464,6 +465,13 @@ def _route_problems(message: system_pb2.Route, path: str) -> Iterator[FieldProbl
             )
         if not side.participant:
             yield FieldProblem(f"{path}.{end}.participant", "an id is needed")
+    for field in ("only", "but"):
+        for index, text in enumerate(getattr(message, field)):
+            try:
+                pattern(text)
+            except PatternError as error:
+                told = f"it cannot be read as a regular expression: {error}"
+                yield FieldProblem(f"{path}.{field}[{index}]", told)
 
 
 _DOES: Final = {report_pb2.ROLE_SUBSCRIBER: "subscribes to", report_pb2.ROLE_PUBLISHER: "publishes"}

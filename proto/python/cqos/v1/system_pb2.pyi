@@ -1011,6 +1011,8 @@ class Route(_message.Message):
     SOURCE_FIELD_NUMBER: _builtins.int
     TARGET_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
+    ONLY_FIELD_NUMBER: _builtins.int
+    BUT_FIELD_NUMBER: _builtins.int
     @_builtins.property
     def source(self) -> Global___Endpoint:
         """What it subscribes to, an endpoint with ROLE_SUBSCRIBER, of a participant of the system; its id may be empty. Where its
@@ -1027,16 +1029,28 @@ class Route(_message.Message):
     def place(self) -> _report_pb2.Place:
         """Where it was stated."""
 
+    @_builtins.property
+    def only(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Regular expressions, of which one has to match the whole name that a `*` of the source stands in for; every name is
+        carried if there are none.
+        """
+
+    @_builtins.property
+    def but(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Regular expressions of those of these names that are not carried."""
+
     def __init__(
         self,
         *,
         source: Global___Endpoint | None = ...,
         target: Global___Endpoint | None = ...,
         place: _report_pb2.Place | None = ...,
+        only: _abc.Iterable[_builtins.str] | None = ...,
+        but: _abc.Iterable[_builtins.str] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place", "source", b"source", "target", b"target"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["place", b"place", "source", b"source", "target", b"target"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["but", b"but", "only", b"only", "place", b"place", "source", b"source", "target", b"target"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
