@@ -100,7 +100,7 @@ def test_a_file_that_nobody_reads_is_told_with_what_could(cqos):
     done = cqos("check", "foreign.yaml")
     assert done.err.startswith("error[CQ003] foreign.yaml: no installed importer recognises this format\n  help: ")
     assert "help: installed: " in done.err
-    assert ", yaml; choose one with --from" in done.err
+    assert ", yaml, zenoh_bridge; choose one with --from" in done.err
 
 
 def test_a_system_without_endpoints_is_never_green(cqos):
