@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import ipaddress
 from contextlib import contextmanager
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 from urllib.parse import unquote
 
@@ -85,6 +86,7 @@ def _part(whole: int, share: float) -> int:
     return max(int(whole * share), 1)
 
 
+@lru_cache(maxsize=4_096)
 def origin(peer: str) -> str:
     """Return what calls from one place have in common, of a peer as gRPC or HTTP tells it: ``ipv4:192.0.2.1:5000``.
 

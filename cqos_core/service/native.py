@@ -100,10 +100,10 @@ class NativeDoor:
         calls = self._calls
 
         async def handle(data: bytes, context: Any) -> bytes:
-            metadata = _metadata(context)
-            watch = calls.observer.begin(method, metadata, context.peer(), len(data))
+            metadata, peer = _metadata(context), context.peer()
+            watch = calls.observer.begin(method, metadata, peer, len(data))
             try:
-                with calls.calling(metadata, context.peer(), _certificate(context)) as caller:
+                with calls.calling(metadata, peer, self._certificate(context)) as caller:
                     answered = await calls.unary(caller, method, data, context.time_remaining())
             except Refused as refused:
                 watch.end(refused.code)
@@ -126,11 +126,11 @@ class NativeDoor:
         calls = self._calls
 
         async def handle(requests: AsyncIterator[bytes], context: Any) -> AsyncIterator[bytes]:
-            metadata = _metadata(context)
-            watch = calls.observer.begin(method, metadata, context.peer(), 0)
+            metadata, peer = _metadata(context), context.peer()
+            watch = calls.observer.begin(method, metadata, peer, 0)
             size = 0
             try:
-                with calls.calling(metadata, context.peer(), _certificate(context)) as caller:
+                with calls.calling(metadata, peer, self._certificate(context)) as caller:
                     async for answered in answer(caller, requests):
                         size += len(answered)
                         yield answered
@@ -149,6 +149,12 @@ class NativeDoor:
             watch.end("OK", size)
 
         return handle
+
+    def _certificate(self, context: Any) -> str:
+        """Whom the certificate of a caller names; empty where none is asked for."""
+        if self._settings.client_authority is None:
+            return ""
+        return b" ".join(sorted(context.peer_identities() or ())).decode("utf-8", "replace")
 
     async def start(self) -> None:
         """Answer from now on."""
@@ -182,11 +188,6 @@ class _Reflection(reflection.aio.ReflectionServicer):
 def _metadata(context: Any) -> dict[str, str]:
     """What a caller says beside its message, as far as it is text."""
     return {name: value for name, value in context.invocation_metadata() or () if isinstance(value, str)}
-
-
-def _certificate(context: Any) -> str:
-    """Whom the certificate of a caller names; empty where none is asked for."""
-    return b" ".join(sorted(context.peer_identities() or ())).decode("utf-8", "replace")
 
 
 _CODES: Final = {code.name: code for code in grpc.StatusCode}
