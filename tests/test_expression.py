@@ -329,7 +329,7 @@ def test_no_text_is_too_much(text):
     started = time.process_time()
     with pytest.raises(SentenceError) as refused:
         parse(text)
-    assert time.process_time() - started < 1
+    assert time.process_time() - started < 10  # not for ever, on however busy a machine
     assert len(str(refused.value)) < 2 * MAXIMUM_TEXT + 500
 
 

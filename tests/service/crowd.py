@@ -40,7 +40,10 @@ class Caller:
         self.channel = grpc.insecure_channel(address)
         self.checks: Any = check_pb2_grpc.CheckServiceStub(self.channel)
         self.sessions: Any = session_pb2_grpc.SessionServiceStub(self.channel)
-        self.given = {"timeout": 120, "metadata": [("authorization", f"Bearer {token}")] if token else []}
+        self.given: dict[str, Any] = {
+            "timeout": 120,
+            "metadata": [("authorization", f"Bearer {token}")] if token else [],
+        }
         self.checks.CheckPair(check_pb2.CheckPairRequest(protocol="ros2"), **self.given)
 
     def flood(self, number):

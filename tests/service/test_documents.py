@@ -115,8 +115,9 @@ def test_a_file_that_a_reader_can_do_without_is_missed_by_both(client, files):
 
 
 def test_explain_and_convert_take_what_is_included_too(client, files):
-    ends = {"publisher": "driver/publisher/scan", "subscriber": "mapper/subscriber/scan"}
-    assert client.explain("robot.yaml", **ends) == cqos.explain("robot.yaml", **ends)
+    publisher, subscriber = "driver/publisher/scan", "mapper/subscriber/scan"
+    explained = client.explain("robot.yaml", publisher=publisher, subscriber=subscriber)
+    assert explained == cqos.explain("robot.yaml", publisher=publisher, subscriber=subscriber)
     assert client.convert("robot.yaml", to="yaml").expressed == 3
 
 

@@ -5,7 +5,7 @@ import subprocess
 import sys
 import threading
 import time
-from typing import Any
+from typing import Any, cast
 
 import grpc
 import pytest
@@ -25,6 +25,8 @@ class Simulated(asyncio.SelectorEventLoop):
     """A loop whose clock is at once where the next sleeper wakes, so that nothing depends on the machine."""
 
     now = 0.0
+    _ready: Any
+    _scheduled: Any
 
     def time(self):
         return self.now
@@ -32,7 +34,7 @@ class Simulated(asyncio.SelectorEventLoop):
     def _run_once(self):
         if not self._ready and self._scheduled:
             self.now = max(self.now, self._scheduled[0]._when)
-        super()._run_once()
+        cast("Any", super())._run_once()
 
 
 def simulated(work):

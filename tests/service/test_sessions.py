@@ -4,6 +4,7 @@ import os
 import signal
 import time
 from copy import deepcopy
+from typing import Any, cast
 
 import pytest
 from hypothesis import given, settings
@@ -56,6 +57,7 @@ def two():
     return system
 
 
+NEAR = Bound("depth", cast("Any", "near"), ("1",))
 ENDS = Endpoint("", "subscriber", "t", "a"), Endpoint("", "publisher", "u", "a")
 EDITS = [
     lambda s: s.put(endpoint("w", reliability="reliable")),
@@ -184,7 +186,7 @@ def test_an_edit_that_cannot_be_done_changes_nothing(client):
         (lambda s: s.remove_bridge("b"), "remove_bridge"),
         (lambda s: s.remove_broker("b"), "remove_broker"),
         (lambda s: s.put_profile(Profile("", {})), "put_profile.name"),
-        (lambda s: s.set_rules(checks=[TeamRule("c", (), (Bound("depth", "near", ("1",)),), "")]), "set_checks.checks"),
+        (lambda s: s.set_rules(checks=[TeamRule("c", (), (NEAR,), "")]), "set_checks.checks"),
         (lambda s: s.set_rules(accept=[Acceptance("ROS101", "")]), "set_accept.accept[0].because"),
         (lambda s: s.set_rules(severities={"ROS101": "loud"}), "set_severities.severities[ROS101]"),
     ],
@@ -275,7 +277,7 @@ class FromAfar:
 
     def __init__(self, system):
         self.here = cqos.Session(system)
-        self.there = RemoteSession(self, system)
+        self.there = RemoteSession(cast("Any", self), system)
 
     def _edit(self, requests):
         session = EditSession(1_000)
@@ -302,7 +304,7 @@ class FromAfar:
 class EditingFromAfar(Editing):
     """What is told of the edits makes the report of a fresh check, too."""
 
-    opened = FromAfar
+    opened = cast("Any", FromAfar)
 
 
 EditingFromAfar.TestCase.settings = settings(max_examples=20, stateful_step_count=20, deadline=None)
