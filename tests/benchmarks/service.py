@@ -1,6 +1,6 @@
 """Measures `CheckSystem` beside a bare echo of messages of the same size, in the same run.
 
-python tests/benchmarks/service.py [--seconds 5] [--clients 1 8 64]
+python tests/benchmarks/service.py [--seconds 5] [--clients 1 8 64] [--workers 1]
 
 The echo is a plain `grpc.aio` server in a process of its own that decodes a `CheckSystemRequest` and returns a ready
 `CheckSystemResponse` of the size of the real answer. Both are asked by the same client: processes with the synchronous
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
 METHOD = "/cqos.v1.CheckService/CheckSystem"
-DIFFERENT = 2_000
 
 
 class Measured(NamedTuple):
@@ -107,33 +106,31 @@ def echoing(response: bytes) -> Iterator[str]:
 # --- the clients ---
 
 
-def ask(
-    address: str, messages: Sequence[bytes], first: int, clients: int, seconds: float, together: Any, results: Any
-) -> None:
-    """Let some clients ask, each with a connection of its own, one call after another.
+def ask(address: str, shares: Sequence[Sequence[bytes]], seconds: float, together: Any, results: Any) -> None:
+    """Let some clients ask, each with a connection and messages of its own, one call after another.
 
     All begin when all are connected, those of the other processes too, or some would be measured with less company.
     """
     took: list[float] = []
-    connected, begin = threading.Barrier(clients + 1), threading.Barrier(clients + 1)
+    connected, begin = threading.Barrier(len(shares) + 1), threading.Barrier(len(shares) + 1)
 
-    def one(start: int) -> None:
+    def one(messages: Sequence[bytes]) -> None:
         options = (("grpc.use_local_subchannel_pool", 1), ("grpc.max_receive_message_length", -1))
         with grpc.insecure_channel(address, options) as channel:
             call: Any = channel.unary_unary(METHOD)
-            call(messages[start])
+            call(messages[-1])
             connected.wait()
             begin.wait()
             until = time.perf_counter() + seconds
-            for number in itertools.count(start):
+            for message in itertools.cycle(messages):
                 began = time.perf_counter()
-                call(messages[number % len(messages)])
+                call(message)
                 ended = time.perf_counter()
                 took.append(ended - began)
                 if ended > until:
                     return
 
-    threads = [threading.Thread(target=one, args=((first + number * 97) % len(messages),)) for number in range(clients)]
+    threads = [threading.Thread(target=one, args=(share,)) for share in shares]
     for thread in threads:
         thread.start()
     connected.wait()
@@ -150,13 +147,11 @@ def measure(address: str, messages: Sequence[bytes], clients: int, seconds: floa
     results = context.Queue()
     processes = min(clients, 4)
     together = context.Barrier(processes)
+    shares = [messages[number::clients] for number in range(clients)]
     started = [
         context.Process(
             target=ask,
-            args=(
-                *(address, messages, number * len(messages) // processes),
-                *(clients // processes, seconds, together, results),
-            ),
+            args=(address, shares[number::processes], seconds, together, results),
         )
         for number in range(processes)
     ]
@@ -172,15 +167,15 @@ def measure(address: str, messages: Sequence[bytes], clients: int, seconds: floa
 # --- what is told ---
 
 
-def where_time_goes(messages: Sequence[bytes]) -> str:
-    """Microseconds of one answer, by step, without any network."""
+def where_time_goes(endpoints: int) -> str:
+    """Microseconds of one answer to a new model with values that were met before, by step, without any network."""
     from cqos_core.api import context
     from cqos_core.checker import check_system
     from cqos_core.messages import report_message
 
-    steps = {"decode": 0.0, "to values": 0.0, "check": 0.0, "to message": 0.0, "encode": 0.0}
-    some = messages[:100]
-    for message in some:
+    steps: dict[str, list[float]] = {"decode": [], "to values": [], "check": [], "to message": [], "encode": []}
+    for number in range(300):
+        message = model(endpoints, number)
         times = [time.perf_counter()]
         request = decode(check_pb2.CheckSystemRequest, message)
         times.append(time.perf_counter())
@@ -193,25 +188,23 @@ def where_time_goes(messages: Sequence[bytes]) -> str:
         made.SerializeToString()
         times.append(time.perf_counter())
         for step, (before, after) in zip(steps, itertools.pairwise(times), strict=True):
-            steps[step] += (after - before) / len(some)
-    return ", ".join(f"{step} {seconds * 1e6:.0f} µs" for step, seconds in steps.items())
+            steps[step].append(after - before)
+    return ", ".join(f"{step} {statistics.median(took[100:]) * 1e6:.0f} µs" for step, took in steps.items())
 
 
-def run(seconds: float, clients: Sequence[int], endpoints: Sequence[int]) -> list[str]:
-    """Measure everything; return the rows of a table."""
+def run(seconds: float, clients: Sequence[int], endpoints: Sequence[int], workers: int = 1) -> list[str]:
+    """Measure everything, the service with so many processes, the echo with one; return the rows of a table."""
     rows = ["| endpoints | clients | what | calls/s | of the echo | p50 ms | p95 ms | p99 ms |"]
     rows.append("| --------- | ------- | ---- | ------- | ----------- | ------ | ------ | ------ |")
     for number in endpoints:
-        different = max(int(DIFFERENT * 4 / number), 64)
-        messages = [model(number, each) for each in range(different)]
+        messages = [model(number, each) for each in range(256)]
         response = answer(METHOD, messages[0], 100_000)
-        with serving("--log-level", "warning") as service, echoing(response) as echoed:
+        with serving("--log-level", "warning", "--workers", str(workers)) as service, echoing(response) as echoed:
             for count in clients:
                 bare = measure(echoed, messages, count, seconds)
                 asked = {
                     "echo": bare,
-                    # More models than are remembered come before one comes again.
-                    "models not seen before": measure(service.grpc, new(number, count), count, seconds),
+                    "models not seen before": measure(service.grpc, new(number, seconds), count, seconds),
                     "the same model again": measure(service.grpc, messages[:1] * 64, count, seconds),
                 }
                 for what, found in asked.items():
@@ -219,14 +212,14 @@ def run(seconds: float, clients: Sequence[int], endpoints: Sequence[int]) -> lis
                     figures = f"{found.p50:.1f} | {found.p95:.1f} | {found.p99:.1f}"
                     rows.append(f"| {number} | {count} | {what} | {found.rate:.0f} | {share} | {figures} |")
         sizes = f"{len(messages[0])} bytes asked, {len(response)} answered"
-        rows.append(f"\n{number} endpoints: {sizes}; one answer without the network: {where_time_goes(messages)}\n")
+        rows.append(f"\n{number} endpoints: {sizes}; one answer without the network: {where_time_goes(number)}\n")
     return rows
 
 
-def new(endpoints: int, clients: int) -> list[bytes]:
-    """Models that nobody has asked about yet."""
+def new(endpoints: int, seconds: float) -> list[bytes]:
+    """Models that nobody has asked about yet: more than can be answered in the time, so that none comes twice."""
     first = next(_rounds) * 100_000
-    return [model(endpoints, first + each) for each in range(max(8_000 // endpoints * 4, 64 * clients))]
+    return [model(endpoints, first + each) for each in range(int(seconds * 40_000 / (endpoints + 4)) + 256)]
 
 
 _rounds = itertools.count(1)
@@ -238,8 +231,9 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--seconds", type=float, default=5.0)
     parser.add_argument("--clients", type=int, nargs="+", default=[1, 8, 64])
     parser.add_argument("--endpoints", type=int, nargs="+", default=[4, 200])
+    parser.add_argument("--workers", type=int, default=1, help="processes of the service")
     given = parser.parse_args(arguments)
-    sys.stdout.write("\n".join(run(given.seconds, given.clients, given.endpoints)) + "\n")
+    sys.stdout.write("\n".join(run(given.seconds, given.clients, given.endpoints, given.workers)) + "\n")
 
 
 if __name__ == "__main__":
