@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from cqos_core.policy import Plain, Policy, Value
     from cqos_core.report import Finding
     from cqos_core.resolve import Resolver
-    from cqos_core.resolved import Resolved
+    from cqos_core.resolved import QosProfile, Resolved
     from cqos_core.routes import Link
     from cqos_core.system import Bridge, Role, System
 
@@ -125,6 +125,8 @@ class _Copying:
 
     def __init__(self, hops: Iterable[Hop], meeting: Meetings) -> None:
         self.meeting = meeting
+        self.met: dict[tuple[str, Role], list[Resolved]] = {}
+        self.put_together: dict[tuple[QosProfile, int, tuple[QosProfile, ...]], Value] = {}
         self.beyond = {hop.target.id: hop.source for hop in hops} | {hop.source.id: hop.target for hop in hops}
 
     def value(self, end: Resolved, index: int) -> Value | None:
@@ -161,9 +163,7 @@ class _Copying:
             if near is None or asking.id in passed:
                 continue
             passed.add(asking.id)
-            for pair in self.meeting.pairs(near):
-                other = pair[role == SUBSCRIBER]
-                whose = other.carried.endpoint if other.carried is not None else other
+            for whose in self.near(near, role):
                 own = _counterpart(asking.pack, at, whose.pack)
                 if own is None:
                     continue
@@ -175,16 +175,28 @@ class _Copying:
                     found[whose.id] = whose
         return list(found.values())
 
-    @staticmethod
-    def combined(end: Resolved, index: int, taken: FromPeers, others: Iterable[Resolved]) -> Value:
-        """Put together what some endpoints have, in the terms of the one that copies."""
-        policy = end.pack.policies[index]
-        values = []
-        for each in others:
-            own = _counterpart(end.pack, index, each.pack)
-            if own is not None:
-                values.append(_in_terms_of(policy, each.pack.policies[own], each.profile.values[own]))
-        return combine(policy, taken, values)
+    def near(self, end: Resolved, role: Role) -> list[Resolved]:
+        """Return who of a role an end meets, each as it is in its own protocol."""
+        found = self.met.get((end.id, role))
+        if found is None:
+            others = (pair[role == SUBSCRIBER] for pair in self.meeting.pairs(end))
+            found = [each.carried.endpoint if each.carried is not None else each for each in others]
+            self.met[end.id, role] = found
+        return found
+
+    def combined(self, end: Resolved, index: int, taken: FromPeers, others: Sequence[Resolved]) -> Value:
+        """Put together what some endpoints have, in the terms of the one that copies; once for equal ones."""
+        question = (end.profile, index, tuple(each.profile for each in others))
+        found = self.put_together.get(question)
+        if found is None:
+            policy = end.pack.policies[index]
+            values = []
+            for each in others:
+                own = _counterpart(end.pack, index, each.pack)
+                if own is not None:
+                    values.append(_in_terms_of(policy, each.pack.policies[own], each.profile.values[own]))
+            found = self.put_together[question] = combine(policy, taken, values)
+        return found
 
 
 def _counterpart(pack: RulePack, index: int, other: RulePack) -> int | None:

@@ -6,7 +6,8 @@ A number is given where the strongest need that all rules grant is that number, 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.guarantee import FAULTS, SURVIVES, WORDS
 from cqos_core.judge import ask
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from cqos_core.policy import Value
     from cqos_core.resolved import QosProfile
     from cqos_core.rule import Rule
+
+_CACHE: Final = 50_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,14 +57,15 @@ class Given:
         return "none" if self.nothing else self.word.need.domain.format(self.value)
 
 
-def give(publisher: QosProfile, subscriber: QosProfile) -> list[Given]:
+@lru_cache(maxsize=_CACHE)
+def give(publisher: QosProfile, subscriber: QosProfile) -> tuple[Given, ...]:
     """Return all guarantees of which the pack says anything, in the order of the words."""
     rules = publisher.pack.guaranteed
-    return [
+    return tuple(
         _give(word, rules[name], publisher, subscriber)
         for name, word in WORDS.items()
         if name in rules and name in publisher.pack.needs
-    ]
+    )
 
 
 def _give(word: Word, rules: Sequence[BoundRule], publisher: QosProfile, subscriber: QosProfile) -> Given:
@@ -99,11 +103,13 @@ def _asked(
 ) -> list[tuple[Rule, bool | None]]:
     """Ask the rules as if this were needed; False or None where a rule speaks."""
     pack = publisher.pack
-    changes: dict[int, Value] = dict(pack.needs.values())
-    changes[pack.needs[word.name][0]] = need
-    changes[pack.vocabulary.indices[NEED, SURVIVES.name]] = faults
-    asking = subscriber.with_values(changes)
-    spoken = ((bound.rule, ask(bound, publisher.values, asking.values)) for bound in rules)
+    asking: list[Value] = [*subscriber.values]
+    for index, nothing in pack.needs.values():
+        asking[index] = nothing
+    asking[pack.needs[word.name][0]] = need
+    asking[pack.vocabulary.indices[NEED, SURVIVES.name]] = faults
+    values = tuple(asking)
+    spoken = ((bound.rule, ask(bound, publisher.values, values)) for bound in rules)
     return [(rule, True if said is None else None if rule.doubt else said.outcome.result) for rule, said in spoken]
 
 

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from itertools import chain
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.pairing import apart
 from cqos_core.pattern import pattern
-from cqos_core.resolve import resolve
+from cqos_core.resolve import Resolver
 from cqos_core.system import MESSAGE, PUBLISHER, SUBSCRIBER, ImportNote
 
 if TYPE_CHECKING:
@@ -57,13 +58,15 @@ def expanded(
             else:
                 topic = route.source.topic or ""
                 growing.add(bridge, route, topic, route.target.topic or topic)
-    around = None
-    for _ in range(len(patterns) + 1 if patterns else 0):
-        around = _Around(growing, patterns, find_pack, default)
+    if not patterns:
+        return growing.whole, growing.links
+    around = _Around(growing, patterns, find_pack, default)
+    for _ in range(len(patterns) + 1):
+        around.look()
         carried = [(bridge, route, *names) for bridge, route in patterns for names in around.carried(bridge, route)]
         if not any([growing.add(*each) for each in carried]):  # noqa: C419 - each of them is added
             break
-    left_out = [] if around is None else [said for each in patterns for said in around.left_out(*each)]
+    left_out = [said for each in patterns for said in around.left_out(*each)]
     return replace(growing.whole, notes=[*system.notes, *left_out]), growing.links
 
 
@@ -115,9 +118,11 @@ class _Around:
         find_pack: Callable[[str], RulePack | None],
         default: str | None,
     ) -> None:
-        """Resolve everything; interfaces that are more than a topic also as one, for the sake of their names."""
-        self.own = growing.own
-        within = {
+        """Put an endpoint of either role where the sides of bridges are; `look` has to be called before all else."""
+        self.growing = growing
+        self.find_pack = find_pack
+        self.default = default
+        self.asking = {
             (bridge.id, side.participant, role): replace(
                 side, id=f"{_WITHIN}/{number}/{role}", role=role, topic=_WITHIN, kind=MESSAGE, profiles=(), settings={}
             )
@@ -126,22 +131,43 @@ class _Around:
             )
             for role in (PUBLISHER, SUBSCRIBER)
         }
-        stated = {endpoint.id: endpoint for endpoint in growing.whole.endpoints}
-        named = [
-            replace(each, id=f"{_WITHIN}/{each.id}", kind=MESSAGE, type=None)
-            for each in growing.whole.endpoints
-            if each.kind != MESSAGE
-        ]
-        whole = replace(growing.whole, endpoints=[*growing.whole.endpoints, *named, *within.values()])
-        resolved = resolve(whole, find_pack, default).endpoints
-        by_id = {each.stated_id: each for each in resolved}
-        self.within = {key: by_id[each.id] for key, each in within.items() if each.id in by_id}
-        self.endpoints: list[tuple[str, Resolved]] = []
+        self.resolver: Resolver | None = None
+        self.within: dict[tuple[str, str, Role], Resolved] = {}
+        self.stated: dict[str, Endpoint] = {}
+        self.there: dict[tuple[RulePack, Role, str], list[Resolved]] = {}
+        self.seen = 0
+
+    def look(self) -> None:
+        """Resolve who has come since the last look; interfaces that are more than a topic also as one, for their names."""
+        if self.resolver is None or self.resolver.completed:  # what follows from a whole system may follow anew
+            self.seen = 0
+            self.stated.clear()
+            self.there.clear()
+            new = self._new()
+            system = replace(self.growing.whole, endpoints=[*new, *self.asking.values()])
+            self.resolver = Resolver(system, self.find_pack, self.default)
+            resolved = self.resolver.run().endpoints
+            by_id = {each.stated_id: each for each in resolved}
+            self.within = {key: by_id[each.id] for key, each in self.asking.items() if each.id in by_id}
+        else:
+            known = len(self.resolver.result.endpoints)
+            for endpoint in self._new():
+                self.resolver.stated(endpoint)
+            resolved = self.resolver.result.endpoints[known:]
         for each in resolved:
-            of = stated.get(each.stated_id.removeprefix(f"{_WITHIN}/"))
+            of = self.stated.get(each.stated_id.removeprefix(f"{_WITHIN}/"))
             # Of a service or an action only the one that stands for the whole.
             if of is not None and (of.kind == MESSAGE or each.stated_id != of.id):
-                self.endpoints.append((of.kind, each))
+                self.there.setdefault((each.pack, each.endpoint.role, of.kind), []).append(each)
+
+    def _new(self) -> list[Endpoint]:
+        new = self.growing.whole.endpoints[self.seen :]
+        self.seen += len(new)
+        self.stated.update((endpoint.id, endpoint) for endpoint in new)
+        named = [
+            replace(each, id=f"{_WITHIN}/{each.id}", kind=MESSAGE, type=None) for each in new if each.kind != MESSAGE
+        ]
+        return [*new, *named]
 
     def carried(self, bridge: Bridge, route: Route) -> Iterator[tuple[str, str]]:
         """Yield the topics that a route with a pattern carries, each with the name it has on the other side.
@@ -165,7 +191,7 @@ class _Around:
     def left_out(self, bridge: Bridge, route: Route) -> Iterator[ImportNote]:
         """Say which topics, services or actions the expressions of a route keep from being carried."""
         there, _ = _ends(route)
-        shown = {each.key: each.shown for _, each in self.endpoints}
+        shown = {each.key: each.shown for there in self.there.values() for each in there}
         pattern = route.source.topic or ""
         names = [
             shown[there[2].replace("*", rest, 1)]
@@ -190,25 +216,32 @@ class _Around:
         before, _, after = pattern.partition("*")
         return {
             name[len(before) : len(name) - len(after)]
-            for of, each in self.endpoints
-            if each.role == role
-            and of == kind
-            and each.pack is asking.pack
-            and len(name := each.key or "") >= len(before) + len(after)
+            for each in self.there.get((asking.pack, role, kind), ())
+            if len(name := each.key or "") >= len(before) + len(after)
             and name.startswith(before)
             and name.endswith(after)
-            and self.own.get(each.stated_id.removeprefix(f"{_WITHIN}/")) != bridge.id
+            and self._bridge_of(each) != bridge.id
             and _meet(each, asking)
         }
 
     def somebody_else(self, bridge: Bridge, participant: str) -> bool:
         """Whether anybody but the bridge is on the wire that one of its participants is on."""
         asking = self.within.get((bridge.id, participant, SUBSCRIBER))
-        others = [each for (of, _, role), each in self.within.items() if of != bridge.id and role == PUBLISHER]
-        others += [
-            each for _, each in self.endpoints if each.role == PUBLISHER and self.own.get(each.stated_id) != bridge.id
-        ]
-        return asking is not None and any(each.pack is asking.pack and _meet(each, asking) for each in others)
+        if asking is None:
+            return False
+        others = (each for (of, _, role), each in self.within.items() if of != bridge.id and role == PUBLISHER)
+        published = (
+            each
+            for (pack, role, _), there in self.there.items()
+            if pack is asking.pack and role == PUBLISHER
+            for each in there
+            if self._bridge_of(each) != bridge.id
+        )
+        return any(each.pack is asking.pack and _meet(each, asking) for each in chain(others, published))
+
+    def _bridge_of(self, endpoint: Resolved) -> str | None:
+        """The bridge whose endpoint it is."""
+        return self.growing.own.get(endpoint.stated_id.removeprefix(f"{_WITHIN}/"))
 
 
 def _ends(route: Route) -> tuple[tuple[Endpoint, Role, str], tuple[Endpoint, Role, str]]:
