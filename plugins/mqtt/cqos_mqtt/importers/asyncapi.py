@@ -173,10 +173,11 @@ class _Reader(Document):
                 where = stated(operation, "action") or key
                 self.problem("CQ009", f"`action` must be {listed(_ANSWERS)}, found {shown(action)}", where)
                 continue
-            channel = self.followed(stated(operation, "channel"))
-            if not isinstance(channel, MappingNode):
-                if stated(operation, "channel") is None:
-                    self.problem("CQ009", f"operation {shown(key.text)} has no `channel`", key)
+            if stated(operation, "channel") is None:
+                self.problem("CQ009", f"operation {shown(key.text)} has no `channel`", key)
+                continue
+            channel = self.channel(operation)
+            if channel is None:
                 continue
             # In 3.x what a trait says gives way to what the operation says.
             layers = [*self.traits(operation), operation]
@@ -192,10 +193,10 @@ class _Reader(Document):
         where, node = operation.entries["reply"]
         reply = self.a_map(node, "reply")
         location = self.a_text(self.a_map(stated(reply, "address"), "address"), "location")
-        channel = self.followed(stated(reply, "channel"))
+        channel = self.channel(reply)
         if location:
             self.note("MQTT921", f"{what} goes where {shown(location)} says, so it is passed over", where)
-        elif isinstance(channel, MappingNode):
+        elif channel is not None:
             # An operation of its own for the replies says more of them.
             known = {(each.participant, each.role, each.topic) for each in self.system.endpoints}
             for topic in self.addressed(channel, f"the channel of {what}", where):
@@ -207,6 +208,14 @@ class _Reader(Document):
                 self.operation(role, topic, where, [], new)
         elif stated(reply, "channel") is None:
             self.note("MQTT921", f"{what} has neither an address nor a channel, so it is passed over", where)
+
+    def channel(self, entries: MappingNode) -> MappingNode | None:
+        """Return the channel that an operation or a reply leads to; None where it leads to none, which is told."""
+        node = self.followed(stated(entries, "channel"))
+        if node is None or isinstance(node, MappingNode):
+            return node
+        self.refuse(node, "channel", "a reference to a channel")
+        return None
 
     def addressed(self, channel: MappingNode, what: str, where: ScalarNode) -> list[_Topic]:
         """Return the topics of a channel of 3.x; none where it states no address, which is told."""
@@ -254,6 +263,9 @@ class _Reader(Document):
         """Return the servers on which a channel is, all where it names none."""
         named = self.a_list(stated(channel, "servers"), "servers")
         nodes = [self.followed(each) for each in named]
+        for node in nodes:
+            if node is not None and not isinstance(node, MappingNode):
+                self.refuse(node, "servers", "a list of references to servers")
         return [server for server in servers if not named or any(server.node is node for node in nodes)]
 
     def traits(self, operation: MappingNode) -> list[MappingNode]:

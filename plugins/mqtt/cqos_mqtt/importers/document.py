@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 REF: Final = "$ref"
 _MOST_FILES: Final = 1000
+_MOST_DIGITS: Final = 9
 _NOT_A_FILE: Final = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:|//")
 
 
@@ -105,7 +106,7 @@ class Document(Reading):
         if isinstance(found, MappingNode):
             return found
         if found is not None and not is_null(found):
-            self._refuse(found, name, "a map")
+            self.refuse(found, name, "a map")
         return MappingNode(None, None) if found is None else MappingNode(found.line, found.column)
 
     def a_list(self, node: Node | None, name: str) -> list[Node]:
@@ -114,7 +115,7 @@ class Document(Reading):
         if isinstance(found, SequenceNode):
             return found.items
         if found is not None and not is_null(found):
-            self._refuse(found, name, "a list")
+            self.refuse(found, name, "a list")
         return []
 
     def a_text(self, entries: MappingNode, name: str) -> str:
@@ -122,11 +123,16 @@ class Document(Reading):
         node = stated(entries, name)
         if node is None or isinstance(node, ScalarNode):
             return "" if node is None else node.text
-        self._refuse(node, name, "a text")
+        self.refuse(node, name, "a text")
         return ""
 
-    def _refuse(self, node: Node, name: str, expected: str) -> None:
-        self.problem("CQ009", f"{shown(name)} must be {expected}, found {described(node)}", node)
+    def refuse(self, node: Node, name: str, expected: str) -> None:
+        """Tell that something else is expected, once for each place: several may refer to it."""
+        message = f"{shown(name)} must be {expected}, found {described(node)}"
+        key = (message, self.place(node))
+        if key not in self._told:
+            self._told.add(key)
+            self.problem("CQ009", message, node)
 
     def setting(self, node: Node, text: str | None = None) -> Setting:
         """Return a value with its place; ``text`` stands for what is written."""
@@ -139,7 +145,7 @@ class Document(Reading):
         trail: list[str] = []
         while isinstance(node, MappingNode) and (reference := stated(node, REF)) is not None:
             if not isinstance(reference, ScalarNode):
-                self._refuse(reference, REF, "a text")
+                self.refuse(reference, REF, "a text")
                 return None
             name, _, pointer = reference.text.partition("#")
             file = self.file(name, reference)
@@ -284,7 +290,9 @@ def pointed(root: Node, pointer: str) -> Node | None:
     for part in pointer[1:].split("/"):
         key = _unescaped(part)
         if isinstance(node, SequenceNode):
-            node = node.items[int(key)] if key.isdecimal() and int(key) < len(node.items) else None
+            # No list is so long that its numbers have more digits.
+            number = int(key) if key.isdecimal() and len(key) <= _MOST_DIGITS else len(node.items)
+            node = node.items[number] if number < len(node.items) else None
         else:
             node = node.entries.get(key, (None, None))[1] if isinstance(node, MappingNode) else None
         if node is None:

@@ -150,6 +150,26 @@ def test_bad_input_gives_a_located_error(what, instead, code, line):
     assert located(V3.replace(what, instead), code) == [line]
 
 
+@pytest.mark.parametrize(
+    ("what", "instead", "line", "message"),
+    [
+        ('channel: {$ref: "#/channels/orders"}', "channel: orders", 17, "`channel` must be a reference to a channel"),
+        ('channel: {$ref: "#/channels/orders"}', "channel: {$ref: '#/info/title'}", 3, "`channel` must be a reference"),
+        ('servers: [{$ref: "#/servers/field"}]', "servers: [field]", 7, "`servers` must be a list of references"),
+    ],
+)
+def test_a_name_where_3_0_wants_a_reference_is_refused(what, instead, line, message):
+    assert what in V3
+    with pytest.raises(InputError, match=message) as raised:
+        read(V3.replace(what, instead).encode(), importer="asyncapi")
+    assert [problem.place.line for problem in raised.value.problems if problem.place] == [line]
+
+
+def test_a_reference_beyond_a_list_leads_to_nothing():
+    text = V3.replace("#/channels/orders", f"#/channels/weather/servers/{'9' * 5000}")
+    assert located(text, "MQTT901") == [17]
+
+
 def test_references_in_a_circle_are_told_where_they_begin():
     text = V3.replace(
         '{address: "farm/orders"}', '{$ref: "#/channels/a"}\n  a: {$ref: "#/channels/b"}\n  b: {$ref: "#/channels/a"}'
