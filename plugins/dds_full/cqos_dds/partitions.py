@@ -11,6 +11,7 @@ from fnmatch import fnmatchcase, translate
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final, TypeAlias
 
+from cqos_core.pattern import PatternError, pattern
 from cqos_dds.implementations import FAST_DDS, IMPLEMENTATION
 
 if TYPE_CHECKING:
@@ -116,13 +117,24 @@ def posix(name: str, expression: str) -> bool:
 
 @lru_cache(maxsize=10_000)
 def _posix_pattern(expression: str) -> re.Pattern[str]:
-    return re.compile("".join(map(_part, _PART.finditer(expression))), re.DOTALL)
+    pieces = [""]
+    for found in _PART.finditer(expression):
+        if found[0] == "*":
+            pieces.append("")
+        else:
+            pieces[-1] += _part(found)
+    first, *others = pieces
+    if not others:
+        return re.compile(first, re.DOTALL)
+    # What stands between two stars is as good where it is found first, so nothing has to be tried again.
+    *between, last = others
+    return re.compile(f"{first}{''.join(f'(?>.*?{piece})' for piece in between if piece)}.*{last}", re.DOTALL)
 
 
 def _part(found: re.Match[str]) -> str:
-    """Return the regular expression for a wildcard, a set of characters or a plain character."""
+    """Return the regular expression for a mark, a set of characters or a plain character."""
     if found["bracket"] is None:
-        return {"*": ".*", "?": "."}.get(found[0]) or re.escape(found[0])
+        return "." if found[0] == "?" else re.escape(found[0])
     members = list(map(_member, _MEMBER.finditer(found[3])))
     if None in members:
         return "(?!)"  # a class that is none makes the expression one that matches nothing
@@ -162,12 +174,28 @@ def _is_unescaped_expression(name: str) -> bool:
 
 def _with_escapes(name: str, expression: str) -> bool:
     """Match with escaped wildcards taken as they stand, in the name as well."""
-    pattern = _ESCAPED.sub(lambda match: f"[{match[1]}]" if match[1] in "*?[" else match[1], expression)
-    return fnmatchcase(_ESCAPED.sub(r"\1", name), pattern)
+    plain = _ESCAPED.sub(lambda match: f"[{match[1]}]" if match[1] in "*?[" else match[1], expression)
+    return fnmatchcase(_ESCAPED.sub(r"\1", name), plain)
+
+
+_TOKEN: Final = re.compile(r"\\.|\[\^?\]?(?:\\.|[^\]\\])*+\]|\(\?>|\.\*\??\+", re.DOTALL)
+_OPENED: Final = re.compile(r"\\?\[")
+_PLUS: Final = re.compile(r"(?:\\\+)++")
 
 
 def _as_regular_expression(name: str, expression: str) -> bool:
+    translated = _PLUS.sub("+", translate(expression)).removesuffix(r"\Z").removesuffix(r"\z")
     try:
-        return re.fullmatch(translate(expression).replace(r"\+", "+"), name) is not None
-    except re.error:
+        return pattern(_TOKEN.sub(_in_re2, translated))(name)
+    except PatternError:
         return False
+
+
+def _in_re2(found: re.Match[str]) -> str:
+    """Return a token as RE2 has it: without atomic groups, brackets in sets escaped, nothing repeated that is already."""
+    token = found[0]
+    if token == "(?>":  # noqa: S105 - a bracket
+        return "(?:"
+    if token.startswith("["):
+        return "[" + _OPENED.sub(r"\\[", token[1:])
+    return token.removesuffix("+") if token.startswith(".*") else token

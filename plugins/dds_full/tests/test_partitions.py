@@ -3,6 +3,8 @@
 import ctypes
 import fnmatch
 import platform
+import re
+import time
 
 import pytest
 from hypothesis import given
@@ -51,6 +53,25 @@ def test_an_implementation_is_looked_up_by_its_rank(name: str):
 
 def test_an_expression_that_is_none_matches_nothing():
     assert not OTHERS["dust"](("+a",), ("aa",))
+
+
+@pytest.mark.parametrize("implementation", ["standard", *OTHERS])
+@pytest.mark.parametrize("piece", ["*a", "a+", "?*", "*[ab]", "[!b]*"])
+def test_an_expression_of_many_wildcards_is_compared_in_no_time(implementation, piece):
+    judge = OTHERS.get(implementation, as_the_standard_says)
+    began = time.perf_counter()
+    assert not judge(("a" * 200 + "b",), (piece * 60 + "c",)) or implementation == "rustdds"
+    assert time.perf_counter() - began < 1
+
+
+@given(st.text("ab+[]>?(", max_size=4), st.text("ab*+[]>?(", max_size=6))
+def test_a_plus_repeats_what_is_before_it_for_dust(name, expression):
+    wanted = re.sub(r"(?:\\\+)+", "+", fnmatch.translate(expression))
+    try:
+        expected = name == expression or re.fullmatch(wanted, name) is not None
+        assert OTHERS["dust"]((name,), (expression,)) >= expected
+    except re.error:
+        pass
 
 
 CLASSES = ("alnum", "alpha", "blank", "cntrl", "digit", "graph", "lower", "print", "punct", "space", "upper", "xdigit")
