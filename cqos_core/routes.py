@@ -89,12 +89,16 @@ class _Growing:
         if question in self.done:
             return False
         self.done.add(question)
-        ends = [self._end(bridge, side, name) for side, name in ((route.source, topic), (route.target, other))]
+        _, (behind, *_) = _ends(route)
+        ends = [
+            self._end(bridge, side, name, unasked=side is behind)
+            for side, name in ((route.source, topic), (route.target, other))
+        ]
         if route.source.kind == MESSAGE:  # a call goes both ways, so that nothing is needed before it or behind it
             self.links.append(Link(bridge, *ends))
         return True
 
-    def _end(self, bridge: Bridge, side: Endpoint, topic: str) -> str:
+    def _end(self, bridge: Bridge, side: Endpoint, topic: str, *, unasked: bool) -> str:
         does = side.role if side.kind == MESSAGE else side.kind
         patterned = "*" in (side.topic or "")
         wanted = f"{side.id}/{topic}" if side.id and patterned else side.id or f"{bridge.id}/{does}/{topic}"
@@ -104,7 +108,9 @@ class _Growing:
         self.taken.add(identifier)
         self.own[identifier] = bridge.id
         template = f"{bridge.id}/{does}/{side.topic}" if patterned else None
-        self.whole.endpoints.append(replace(side, id=identifier, topic=topic, template=template))
+        # A pattern brings whatever there is, so there is nothing to say where nobody behind the bridge wants it.
+        external = side.external or (patterned and unasked)
+        self.whole.endpoints.append(replace(side, id=identifier, topic=topic, template=template, external=external))
         return identifier
 
 

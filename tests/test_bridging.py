@@ -352,6 +352,17 @@ def test_only_what_a_side_can_meet_is_carried():
     assert carried(system) == {"home/b"}
 
 
+def test_what_a_pattern_brings_needs_nobody_who_wants_it():
+    same_name = bridge("b", ("in", "home/*"), ("out", "home/*"))
+    system = bridged(writer("home/a", "w1"), writer("home/b", "w2"), reader("home/b", "out/r"), bridges=[same_name])
+    system.participants["out"].settings = settings(town=7)
+    report = check(system)
+    assert [finding.severity for finding in report.findings if "home/a" in finding.message] == []
+    assert ("home/b", ("b/publisher/home/b",), ("out/r",)) in {
+        (g.topic, g.publishers, g.subscribers) for g in report.groups
+    }
+
+
 def incoming(external=True):
     """A bridge that brings what somebody publishes who is in no file."""
     patterned = bridge("b", ("out", "far/*"), ("in", "home/*"))
