@@ -24,7 +24,7 @@ from cqos_core.system import Topic as StatedTopic
 from cqos_core.trial import tried_out
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.codes import CodeInfo
     from cqos_core.differences import Diff
@@ -180,16 +180,10 @@ def exact_places(report: Report, sources: Mapping[str, bytes]) -> Report:
     """Return ``report`` with exact columns in its places, found by rescanning the sources of what is printed."""
     from cqos_core.excerpt import exact
 
-    places = {
-        place
-        for finding in report.findings
-        for side in finding.sides
-        for place in (side.place, *(each.place for each in side.facts))
-        if place is not None
-    }
-    if not places:
+    places = {place for finding in report.findings for place in _places(finding)}
+    known = {place: found for place, found in exact(places, sources).items() if found != place}
+    if not known:
         return report
-    known = exact(places, sources)
 
     def at(place: Place | None) -> Place | None:
         return None if place is None else known.get(place, place)
@@ -205,7 +199,15 @@ def exact_places(report: Report, sources: Mapping[str, bytes]) -> Report:
         )
         return replace(finding, sides=sides)
 
-    return replace(report, findings=tuple(pinned(finding) for finding in report.findings))
+    findings = (pinned(each) if any(place in known for place in _places(each)) else each for each in report.findings)
+    return replace(report, findings=tuple(findings))
+
+
+def _places(finding: Finding) -> Iterator[Place]:
+    for side in finding.sides:
+        for place in (side.place, *(each.place for each in side.facts)):
+            if place is not None:
+                yield place
 
 
 def as_text(value: SettingValue) -> str:

@@ -6,8 +6,9 @@ A session's report equals that of a fresh check, always.
 from __future__ import annotations
 
 from copy import deepcopy
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import fields
+from operator import attrgetter
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.api import Context, SettingValue, as_text, context, exact_places
 from cqos_core.bridging import bridge_findings, linked
@@ -15,7 +16,7 @@ from cqos_core.checker import assemble, check_system
 from cqos_core.problems import CqosError
 from cqos_core.resolve import Resolver
 from cqos_core.routes import expanded
-from cqos_core.system import Setting, System
+from cqos_core.system import Participant, Setting, System
 from cqos_core.team import bind_checks, words_asked
 from cqos_core.topic import TopicResult, check_topic
 from cqos_core.trial import tried_out
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
         Endpoint,
         ImportNote,
         Overlay,
-        Participant,
         Profile,
         TeamRule,
         Topic,
@@ -294,9 +294,12 @@ class Session:
         resolver.report_rest()
 
 
+_BESIDE_SETTINGS: Final = attrgetter(*(each.name for each in fields(Participant) if each.name != "settings"))
+"""What a participant says beside its settings, which are in the profiles of its endpoints."""
+
+
 def _content(resolved: Resolved) -> tuple[object, ...]:
     """All that the check of a topic reads of an endpoint."""
-    participant = replace(resolved.participant.participant, settings={})
     return (
         resolved.id,
         resolved.endpoint,
@@ -304,5 +307,5 @@ def _content(resolved: Resolved) -> tuple[object, ...]:
         resolved.profile,
         resolved.layers,
         resolved.external,
-        participant,
+        _BESIDE_SETTINGS(resolved.participant.participant),
     )
