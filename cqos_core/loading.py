@@ -29,8 +29,15 @@ _DRIVE: Final = re.compile("[A-Za-z]:/")
 
 
 def open_file(name: str, relative_to: str) -> Source:
-    """Open the file ``name`` that ``relative_to`` includes."""
-    return read_path(str(Path(relative_to).parent / name))
+    """Open the file ``name`` that ``relative_to`` includes.
+
+    Raises:
+        InputError: as `read_path`, and where it is a pipe or a device, which might never end: people name those themselves.
+    """
+    path = Path(relative_to).parent / name
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise InputError([Problem("CQ001", "cannot be read: it is no regular file", Place(str(path)))])
+    return read_path(str(path))
 
 
 class SentFiles:

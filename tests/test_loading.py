@@ -107,3 +107,14 @@ def test_reading_is_told_step_by_step(folder):
     steps = []
     load_paths(["."], step=lambda done, of: steps.append((done, of)))
     assert steps == [(1, 3), (2, 3), (3, 3)]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes here")
+def test_what_is_included_is_no_pipe_that_nobody_writes_to(tmp_path):
+    os.mkfifo(tmp_path / "common.yaml")
+    system = tmp_path / "system.yaml"
+    system.write_text("cqos: 1\ninclude: [common.yaml]\nparticipants: {a: {}}\n")
+    (problem,) = load_paths([str(system)]).problems
+    assert problem.code == "CQ001"
+    assert problem.message == "cannot be read: it is no regular file"
+    assert (problem.place.source, problem.place.line) == (str(system), 2)
