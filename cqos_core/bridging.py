@@ -66,6 +66,8 @@ def linked(links: Sequence[Link], resolver: Resolver) -> tuple[Topics, list[Hop]
         for link in links
         if link.source in by_id and link.target in by_id
     ]
+    for hop in hops:
+        hop.source.bridge = hop.target.bridge = hop.bridge.id
     by_topic = topics(resolver)
     if hops:
         meeting = Meetings(by_topic)

@@ -169,6 +169,7 @@ class Resolved:
         profile: the values.
         layers: nearest first; where values came from. Endpoints with equal settings share them.
         carried: the endpoint of another protocol that this one is on the wire.
+        bridge: the id of the bridge that it is an end of.
         visiting: it is a copy, beside publishers that it meets although its own key is another one.
     """
 
@@ -184,6 +185,7 @@ class Resolved:
     external: bool
     carried: Carried | None = None
     visiting: bool = False
+    bridge: str | None = None
 
     @property
     def is_copy(self) -> bool:

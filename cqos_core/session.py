@@ -307,5 +307,6 @@ def _content(resolved: Resolved) -> tuple[object, ...]:
         resolved.profile,
         resolved.layers,
         resolved.external,
+        resolved.bridge,
         _BESIDE_SETTINGS(resolved.participant.participant),
     )

@@ -116,17 +116,34 @@ def _splits(topic: Topic, judged: Judged) -> list[Made]:
             publisher = topic.publishers[index]
             left = _alone([publisher], lambda _, index=index: judged.met[index])  # type: ignore[misc]
             told = hit if each.bound.rule.always or left.told else hit & alone.told
+            # That the ends of one bridge are apart is what it is for, even if nobody else is on one side.
+            own = told & _of_one_bridge(publisher, topic.subscribers)
+            if own:
+                _kept_apart(topic, quiet, each, publisher, own, quiet=True)
+                told &= ~own
             if told:
                 _kept_apart(topic, loud, each, publisher, told)
             # Of those whose partners are elsewhere anyway there is nothing to say.
             if not left.all:
-                rest = hit & ~told & ~alone.all
+                rest = hit & ~told & ~own & ~alone.all
                 if rest:
                     _kept_apart(topic, quiet, each, publisher, rest, quiet=True)
     return [
         *(_split_finding(topic, draft, quiet=False) for draft in loud.values()),
         *(_split_finding(topic, draft, quiet=True) for draft in quiet.values()),
     ]
+
+
+def _of_one_bridge(publisher: Members, subscribers: Sequence[Members]) -> int:
+    """The groups whose endpoints are all ends of the bridge that all of ``publisher`` are ends of, as bits."""
+    bridges = {endpoint.bridge for endpoint in publisher.endpoints}
+    if len(bridges) > 1 or None in bridges:
+        return 0
+    return sum(
+        1 << index
+        for index, members in enumerate(subscribers)
+        if {each.bridge for each in members.endpoints} == bridges
+    )
 
 
 class _Alone(NamedTuple):
