@@ -295,7 +295,7 @@ class Session:
 
 
 _BESIDE_SETTINGS: Final = attrgetter(*(each.name for each in fields(Participant) if each.name != "settings"))
-"""What a participant says beside its settings, which are in the profiles of its endpoints."""
+"""What a participant says beside its settings, which are in its layers."""
 
 
 def _content(resolved: Resolved) -> tuple[object, ...]:
@@ -308,5 +308,6 @@ def _content(resolved: Resolved) -> tuple[object, ...]:
         resolved.layers,
         resolved.external,
         resolved.bridge,
+        resolved.participant.layers,
         _BESIDE_SETTINGS(resolved.participant.participant),
     )

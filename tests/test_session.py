@@ -254,6 +254,17 @@ def test_an_option_that_changes_no_value_judges_nothing():
     assert session.judged == 0
 
 
+def test_an_option_that_says_what_held_anyway_is_told_where_it_comes_from():
+    system = of_two_topics()
+    system.participants["planner"].settings["domain"] = Setting("1")
+    session = cqos.Session(system)
+    session.report()
+    session.set_option("ros2", "domain", "0")
+    assert session.report() == cqos.check(session.system)
+    (split,) = {fact.origin for each in session.report().findings for fact in each.sides[-1].facts if fact.value == "0"}
+    assert split == "option"
+
+
 def test_a_bridge_hands_needs_on_as_long_as_it_is_there():
     system = of_two_topics()
     system.endpoints[0].settings["reliability"] = Setting("best_effort")
