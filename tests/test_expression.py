@@ -1,5 +1,6 @@
 """The sentences as text: what is written is what is read, and nothing else is."""
 
+import gc
 import sys
 import time
 from typing import Any
@@ -326,10 +327,14 @@ TOO_MUCH = {
 
 @pytest.mark.parametrize("text", TOO_MUCH.values(), ids=TOO_MUCH)
 def test_no_text_is_too_much(text):
-    started = time.process_time()
-    with pytest.raises(SentenceError) as refused:
-        parse(text)
-    assert time.process_time() - started < 10  # not for ever, on however busy a machine
+    gc.disable()  # the garbage of all other tests is no work of the parser
+    try:
+        started = time.process_time()
+        with pytest.raises(SentenceError) as refused:
+            parse(text)
+        assert time.process_time() - started < 1
+    finally:
+        gc.enable()
     assert len(str(refused.value)) < 2 * MAXIMUM_TEXT + 500
 
 
