@@ -15,7 +15,6 @@ from cqos_core.codes import CODES
 from cqos_core.pack import Dialect, NameContext, nothing_follows
 from cqos_core.policy import (
     ENDPOINT,
-    LONGEST_REMEMBERED,
     NEED,
     Anything,
     Depends,
@@ -73,16 +72,25 @@ if TYPE_CHECKING:
 
 # What was read in earlier systems: a modeler sends much the same again and again.
 _MAXIMUM_READ: Final = 20_000
-_LONGEST_NAME: Final = 256
+_MOST_LETTERS: Final = 4_096
 _NAMED: dict[tuple[Any, ...], Naming] = {}
 _SURROUNDINGS: dict[tuple[Any, ...], Surroundings] = {}
 
 
 def _remember(memory: dict[tuple[Any, ...], Any], key: tuple[Any, ...], value: Any) -> None:
-    """Add to a memory, which forgets all when it is full."""
+    """Add to a memory, unless the key has more text than people write; a full one forgets all."""
+    if _letters(key) > _MOST_LETTERS:
+        return
     if len(memory) >= _MAXIMUM_READ:
         memory.clear()
     memory[key] = value
+
+
+def _letters(key: object) -> int:
+    """How much text a key has."""
+    if isinstance(key, str):
+        return len(key)
+    return sum(map(_letters, key)) if isinstance(key, tuple) else 0
 
 
 class _User(NamedTuple):
@@ -558,8 +566,7 @@ class Resolver:
                 endpoint.role,
             )
             naming = pack.meeting.resolve(endpoint.topic, context)
-            if len(endpoint.topic) <= _LONGEST_NAME:
-                _remember(_NAMED, key, naming)
+            _remember(_NAMED, key, naming)
         for problem in naming.problems:
             self.name_problems.setdefault((problem, naming.shown, pack.id), []).append(endpoint)
         return naming
@@ -571,7 +578,8 @@ class Resolver:
         if found is not None:
             return found
         layers: list[Layer] = []
-        conventional, external = _conventions(pack, naming.key)
+        conventions = _conventions if _letters(naming.key) <= _MOST_LETTERS else _conventions.__wrapped__
+        conventional, external = conventions(pack, naming.key)
         for name in dict.fromkeys((written, naming.shown, naming.key)) if self.system.topics else ():
             stated = self.system.topics.get(name) if name is not None else None
             if stated is not None and stated.protocol in {None, pack.id}:
@@ -652,7 +660,7 @@ class Resolver:
             shared = own[0], own[1] + topic_layers
             if self.remarks == before:
                 self.shared[signature] = shared
-                if alone and all(len(text) <= LONGEST_REMEMBERED for pairs in stated[6:8] for _, text in pairs):
+                if alone:
                     _remember(READ, stated, own)
         return shared
 

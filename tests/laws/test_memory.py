@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from cqos_core import judge, pairing, resolve, resolved, shape
 from cqos_core.checker import check_system
 from cqos_core.reading import _plain_remembered
-from cqos_core.system import Place
+from cqos_core.system import Endpoint, Participant, Place, Setting, System
 from tests.laws.systems import BOTH, WHERE, systems
 
 ANY = st.sampled_from(BOTH).flatmap(systems)
@@ -65,3 +65,18 @@ def test_what_is_remembered_has_no_places(system):
     forget()
     check_system(system, WHERE)
     assert check_system(further_down, WHERE) == alone
+
+
+def test_what_is_longer_than_people_write_is_not_remembered():
+    long = "x" * 5_000
+    forget()
+    system = System(
+        "long",
+        "ros2",
+        participants={"a": Participant("a", settings={"namespace": Setting(long)})},
+        endpoints=[Endpoint("e", "publisher", f"/{long}", "a", {"depth": Setting(f"{'0' * 5_000}5")})],
+    )
+    check_system(system, WHERE)
+    memories = (resolved.READ, resolve._NAMED, resolve._SURROUNDINGS)
+    assert not any(memories)
+    assert resolve._conventions.cache_info().currsize == 0
