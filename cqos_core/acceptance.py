@@ -47,17 +47,19 @@ def with_severities(made: Sequence[Made], severities: Mapping[str, str], find_ru
 
 def with_acceptances(
     made: Sequence[Made], acceptances: Sequence[Acceptance], find_rule: RuleFinder, today: date
-) -> tuple[list[Finding], list[Finding]]:
+) -> tuple[list[Made], list[Finding]]:
     """Mark accepted findings; report entries that are unused, expired, or name no rule."""
     used: set[int] = set()
     valid = [
         index for index, each in enumerate(acceptances) if each.until is None or date.fromisoformat(each.until) >= today
     ]
-    findings = []
+    marked = []
     for one in made:
         excuses = [i for i in valid if _excuses(i, acceptances[i], one, find_rule)]
         used.update(excuses)
-        findings.append(replace(one.finding, accepted=acceptances[excuses[0]].because) if excuses else one.finding)
+        if excuses:
+            one = replace(one, finding=replace(one.finding, accepted=acceptances[excuses[0]].because))  # noqa: PLW2901
+        marked.append(one)
     said = []
     for index, each in enumerate(acceptances):
         if find_rule(each.rule) is None:
@@ -74,7 +76,7 @@ def with_acceptances(
         elif index not in used:
             message = f"the acceptance of {each.rule} ({each.because}) matches no finding"
             said.append(core_finding("CQ601", message, place=each.place))
-    return findings, said
+    return marked, said
 
 
 def _excuses(index: int, acceptance: Acceptance, one: Made, find_rule: RuleFinder) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from datetime import date
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.acceptance import RuleFinder, with_acceptances, with_severities
@@ -217,13 +218,9 @@ def assemble(
 ) -> Report:
     """Put the results of all topics together with what only the whole system can tell."""
     packs = {endpoint.pack.id: endpoint.pack for endpoint in resolved.endpoints}
-    by_key: dict[tuple[Any, ...], list[Made]] = {}
-    for _, result in sorted(results.items()):
-        for one in result.made:
-            by_key.setdefault(one.merge_key, []).append(one)
-    made = [Made(merged([one.finding for one in same]), key, same[0].tags) for key, same in by_key.items()]
+    made = _merged(results)
     groups = sorted(
-        (each for result in results.values() for each in result.groups),
+        [each for result in results.values() for each in result.groups],
         key=lambda each: (each.topic, each.publishers, each.subscribers),
     )
     plain = [
@@ -244,22 +241,30 @@ def assemble(
         plain.append(core_finding("CQ404", message, severity=Severity.NOTE if expected else None))
     made += [Made(finding, ("own", index), frozenset()) for index, finding in enumerate(plain)]
     made = with_severities(made, system.severities, context.find_rule)
-    findings, said = with_acceptances(made, system.accept, context.find_rule, context.today or date.today())  # noqa: DTZ011 - a calendar day, where the user is
-    findings += [
-        one.finding
-        for one in with_severities([Made(f, (), frozenset()) for f in said], system.severities, context.find_rule)
-    ]
-    findings = _with_templates(findings, system, resolved)
+    if system.accept:
+        today = context.today or date.today()  # noqa: DTZ011 - a calendar day, where the user is
+        made, said = with_acceptances(made, system.accept, context.find_rule, today)
+        made += with_severities([Made(f, (), frozenset()) for f in said], system.severities, context.find_rule)
+    findings = _with_templates([one.finding for one in made], system, resolved)
     return Report(
-        verdict=max((each.verdict for each in groups), key=lambda verdict: verdict.rank, default=Verdict.UNKNOWN),
+        verdict=max({each.verdict for each in groups}, key=lambda verdict: verdict.rank, default=Verdict.UNKNOWN),
         groups=tuple(groups),
         findings=tuple(sorted(findings, key=_order)),
-        not_checked=tuple(dict.fromkeys(s for _, pack in sorted(packs.items()) for s in pack.not_checked)),
+        not_checked=tuple(dict.fromkeys(chain.from_iterable(packs[name].not_checked for name in sorted(packs)))),
         system=system.name,
         sources=tuple(system.sources),
         endpoints=len(resolved.endpoints),
         topics=_topics(results),
     )
+
+
+def _merged(results: Mapping[tuple[str, str], TopicResult]) -> list[Made]:
+    """What is to be said of topics, with what is to be said once put together."""
+    by_key: dict[tuple[Any, ...], list[Made]] = {}
+    for key in sorted([key for key, result in results.items() if result.made]):
+        for one in results[key].made:
+            by_key.setdefault(one.merge_key, []).append(one)
+    return [Made(merged([one.finding for one in same]), key, same[0].tags) for key, same in by_key.items()]
 
 
 def _with_templates(findings: list[Finding], system: System, resolved: ResolvedSystem) -> list[Finding]:

@@ -6,10 +6,9 @@ is added to both travels. What a message has beyond that is derived, and passed 
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import MISSING, fields
 from datetime import date
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias, TypeVar
 
 from google.protobuf.descriptor import FieldDescriptor
@@ -18,6 +17,7 @@ from google.protobuf.message_factory import GetMessageClass
 from cqos.v1 import report_pb2, system_pb2
 from cqos_core import problems, report, system
 from cqos_core.pattern import PatternError, pattern
+from cqos_core.policy import LONGEST_REMEMBERED
 from cqos_core.report import Severity, Verdict
 from cqos_core.system import Setting
 
@@ -144,7 +144,7 @@ def _writer(kind: type[Any], text: _Convert) -> _Convert:
         for attribute, name, has_presence, convert in steps:
             found = getattr(value, attribute)
             if found or (has_presence and found is not None):  # else the message says the same without it
-                given[name] = convert(found)
+                given[name] = found if convert is _as_it_is else convert(found)
         if derived is not None:
             given.update(derived(value, text))
         return kind(**given)
@@ -220,21 +220,17 @@ def _named(pair: tuple[str, str], text: _Convert) -> report_pb2.NameValue:
 
 
 def _counts(value: report.Report, _text: _Convert) -> dict[str, Any]:
-    pairs: Counter[Verdict] = Counter()
+    counts = dict.fromkeys(_COUNTED, 0)
     for group in value.groups:
-        pairs[group.verdict] += group.pairs
-    loud = Counter(finding.severity for finding in value.findings if finding.accepted is None)
-    counts = report_pb2.Counts(
-        pairs=pairs.total(),
-        compatible=pairs[Verdict.COMPATIBLE],
-        unknown=pairs[Verdict.UNKNOWN],
-        incompatible=pairs[Verdict.INCOMPATIBLE],
-        errors=loud[Severity.ERROR],
-        warnings=loud[Severity.WARNING],
-        notes=loud[Severity.NOTE],
-        accepted=len(value.findings) - loud.total(),
-    )
-    return {"counts": counts}
+        counts["pairs"] += group.pairs
+        counts[group.verdict] += group.pairs
+    for finding in value.findings:
+        counts["accepted" if finding.accepted is not None else _LOUD[finding.severity]] += 1
+    return {"counts": report_pb2.Counts(**counts)}
+
+
+_COUNTED: Final = tuple(report_pb2.Counts.DESCRIPTOR.fields_by_name)
+_LOUD: Final = {severity: f"{severity}s" for severity in Severity}
 
 
 def _best_place(value: report.Finding, text: _Convert) -> dict[str, Any]:
@@ -294,34 +290,36 @@ def from_message(message: Message) -> Any:
 def _reader(kind: type[Any]) -> _Convert:
     descriptor: Descriptor = kind.DESCRIPTOR
     made = _KINDS[descriptor.name]
-    steps: dict[str, _Convert] = {}
-    settings: dict[str, str] = {}
+    steps: dict[FieldDescriptor, tuple[str, _Convert]] = {}
+    settings: dict[FieldDescriptor, tuple[str, str]] = {}
     needed: dict[str, Any] = {}
+    always = []
     for each in fields(made):
         field = descriptor.fields_by_name.get(each.name)
         if field is None:
             continue
         if field.message_type is not None and _is_settings(field):
-            settings[each.name] = f"{each.name}{_STATED}"
+            settings[field] = each.name, f"{each.name}{_STATED}"
+            if each.default_factory is MISSING:
+                always.append(each.name)
             continue
-        steps[each.name] = _field_reader(field, str(each.type))
-        if "None" in str(each.type):  # whatever its default is: what is absent is None
-            needed[each.name] = None
-        elif _is_plain(field) or (each.default is MISSING and each.default_factory is MISSING):
+        steps[field] = each.name, _field_reader(field, str(each.type))
+        required = each.default is MISSING and each.default_factory is MISSING
+        if required or _is_plain(field) or "None" in str(each.type):
             needed[each.name] = _nothing(field, str(each.type))
 
-    always = [each.name for each in fields(made) if each.name in settings and each.default_factory is MISSING]
-
     def read(message: Any) -> Any:
-        given = dict(needed)
+        given = needed.copy()
         for field, value in message.ListFields():
-            name = field.name
-            if name in steps:
-                found = steps[name](value)
+            step = steps.get(field)
+            if step is not None:
+                name, convert = step
+                found = convert(value)
                 if found is not None:
                     given[name] = found
-            elif name in settings:
-                given[name] = settings_value(value, getattr(message, settings[name]))
+            elif field in settings:
+                name, stated = settings[field]
+                given[name] = settings_value(value, getattr(message, stated))
         for name in always:
             given.setdefault(name, {})
         return made(**given)
@@ -336,6 +334,8 @@ def _is_plain(field: FieldDescriptor) -> bool:
 
 def _nothing(field: FieldDescriptor, annotation: str) -> Any:
     """What a field has that every value needs and the message leaves out."""
+    if "None" in annotation:  # whatever its default is
+        return None
     if field.is_repeated:
         return _container(annotation)(())
     if field.enum_type is not None or field.message_type is not None:
@@ -349,8 +349,8 @@ def _container(annotation: str) -> Callable[[Any], Any]:
 
 def _field_reader(field: FieldDescriptor, annotation: str) -> _Convert:
     if field.enum_type is not None:
-        words, typed = _words(field.enum_type), _TYPED.get(annotation.partition(" ")[0], str)
-        return lambda number: None if (word := words.get(number)) is None else typed(word)
+        typed = _TYPED.get(annotation.partition(" ")[0], str)
+        return {number: word and typed(word) for number, word in _words(field.enum_type).items()}.get
     message = field.message_type
     container = _container(annotation)
     if message is None:
@@ -387,10 +387,18 @@ def _map_reader(value: FieldDescriptor) -> _Convert:
 def settings_value(texts: Mapping[str, str], stated: Any) -> system.Settings:
     """Return settings, in the order in which they were stated."""
     if not stated:
-        return {name: Setting(texts[name]) for name in sorted(texts)}
+        return {name: _setting(texts[name]) for name in sorted(texts)}
     places = {each.name: from_message(each.place) if each.HasField("place") else None for each in stated}
     names = [*(name for name in places if name in texts), *(name for name in sorted(texts) if name not in places)]
     return {name: Setting(texts[name], places.get(name)) for name in names}
+
+
+def _setting(text: str) -> Setting:
+    return _remembered_setting(text) if len(text) <= LONGEST_REMEMBERED else Setting(text)
+
+
+# Few texts make up most systems.
+_remembered_setting = lru_cache(maxsize=16_384)(Setting)
 
 
 # --- what may be wrong with a system that somebody sends ---
@@ -404,39 +412,41 @@ _BOUNDS: Final = ("exactly", "at_least", "at_most", "one_of", "not")
 def system_problems(message: system_pb2.System, path: str = "system") -> Iterator[FieldProblem]:
     """Yield what no importer would have let pass, each with the path of its field."""
     known = {each.id for each in message.participants}
-    for index, endpoint in enumerate(message.endpoints):
-        yield from endpoint_problems(endpoint, known, f"{path}.endpoints[{index}]")
-    for kind in ("participants", "profiles", "topics", "brokers", "bridges"):
-        entries = getattr(message, kind)
-        for index, entry in enumerate(entries):
-            yield from named_problems(entry, f"{path}.{kind}[{index}]")
-        yield from _repeated(entries, f"{path}.{kind}")
+    for field, found in message.ListFields():
+        name = field.name
+        if name == "endpoints":
+            for index, endpoint in enumerate(found):
+                yield from endpoint_problems(endpoint, known, f"{path}.endpoints[{index}]")
+        elif name in _NAMED:
+            for index, entry in enumerate(found):
+                yield from named_problems(entry, f"{path}.{name}[{index}]")
+            yield from _repeated(found, _NAMED[name], f"{path}.{name}")
     yield from part_problems(message, path)
 
 
 def named_problems(message: Any, path: str) -> Iterator[FieldProblem]:
     """Yield what is wrong with a participant, profile, topic, broker or bridge."""
-    key = _key(message)
-    if message.DESCRIPTOR.name in _NEED_NAMES and not getattr(message, key):
+    key = _NEEDED.get(type(message))
+    if key is not None and not getattr(message, key):
         yield FieldProblem(f"{path}.{key}", f"{'an id' if key == 'id' else 'a name'} is needed")
     if isinstance(message, system_pb2.Bridge):
         for index, route in enumerate(message.routes):
             yield from _route_problems(route, f"{path}.routes[{index}]")
 
 
+# What a system has by name, and the field that tells one from others of its kind.
+_NAMED: Final = {"participants": "id", "profiles": "name", "topics": "name", "brokers": "id", "bridges": "id"}
 # A topic may be without a name, which is reported.
-_NEED_NAMES: Final = ("Participant", "Profile", "Bridge")
+_NEEDED: Final[Mapping[type[Any], str]] = {
+    system_pb2.Participant: "id",
+    system_pb2.Profile: "name",
+    system_pb2.Bridge: "id",
+}
 
 
-def _key(message: Message) -> str:
-    """The field that tells it from others of its kind."""
-    return "id" if "id" in message.DESCRIPTOR.fields_by_name else "name"
-
-
-def _repeated(entries: Any, path: str) -> Iterator[FieldProblem]:
+def _repeated(entries: Any, key: str, path: str) -> Iterator[FieldProblem]:
     seen: set[str] = set()
     for index, entry in enumerate(entries):
-        key = _key(entry)
         name = getattr(entry, key)
         if name in seen:
             yield FieldProblem(f"{path}[{index}].{key}", f"`{name}` is there already")
@@ -483,10 +493,10 @@ def _unknown_number(number: int) -> str:
 
 def part_problems(message: Any, path: str) -> Iterator[FieldProblem]:
     """Yield what is wrong with what has no name in a system, or in a message that holds such a part alone."""
-    for name in message.DESCRIPTOR.fields_by_name:
-        find = _OF_PARTS.get(name)
+    for field, found in message.ListFields():
+        find = _OF_PARTS.get(field.name)
         if find is not None:
-            yield from find(getattr(message, name), f"{path}.{name}")
+            yield from find(found, f"{path}.{field.name}")
 
 
 def _overlay_problems(overlays: Sequence[system_pb2.Overlay], path: str) -> Iterator[FieldProblem]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from functools import lru_cache
+from operator import attrgetter
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.policy import ENDPOINT
@@ -78,15 +79,15 @@ def accepted_by(endpoint_id: str, acceptances: Sequence[Acceptance]) -> frozense
 
 def group(endpoints: Sequence[Resolved], acceptances: Sequence[Acceptance] = ()) -> Topic:
     """Group the endpoints of one topic; the result depends on nothing but their content."""
-    ordered = sorted(endpoints, key=lambda endpoint: endpoint.id)
+    ordered = sorted(endpoints, key=attrgetter("id"))
     named = [acceptance for acceptance in acceptances if acceptance.endpoint is not None]
     own = [endpoint for endpoint in ordered if not endpoint.visiting]
-    topic = Topic(own[0].key or "", min(endpoint.shown for endpoint in own), own[0].pack)
+    topic = Topic(own[0].key or "", min([endpoint.shown for endpoint in own]), own[0].pack)
     found: dict[tuple[object, ...], Members] = {}
     for endpoint in ordered:
         stated = endpoint.endpoint
         tags = accepted_by(endpoint.id, acceptances) if named else frozenset()
-        starts = (*stated.starts_after, *endpoint.participant.participant.starts_after)
+        starts = stated.starts_after + endpoint.participant.participant.starts_after
         carried = endpoint.is_copy
         key = (stated.role, endpoint.profile, stated.observed, tags, starts, carried)
         members = found.get(key)

@@ -75,6 +75,7 @@ _MAXIMUM_READ: Final = 20_000
 _MOST_LETTERS: Final = 4_096
 _NAMED: dict[tuple[Any, ...], Naming] = {}
 _SURROUNDINGS: dict[tuple[Any, ...], Surroundings] = {}
+_NOTHING_STATED: Final = Layer("explicit", {})
 
 
 def _remember(memory: dict[tuple[Any, ...], Any], key: tuple[Any, ...], value: Any) -> None:
@@ -159,9 +160,9 @@ class Resolver:
 
     def _complete(self) -> None:
         """Ask the packs in use what follows from all that is stated."""
-        packs = packs_in_use(self.system, self.find_pack, self.default)
-        for pack in packs:
-            if pack.complete is nothing_follows:
+        for protocol in _protocols_in_use(self.system, self.default):
+            pack = self._pack_of(protocol)
+            if pack is None or pack.complete is nothing_follows:
                 continue
             self.completed = True
             stated = [each for each in self.system.endpoints if self._protocol_of(each) == pack.id]
@@ -191,9 +192,10 @@ class Resolver:
         if pack is None:
             self.packless.setdefault(protocol or "", []).append(endpoint)
             return
+        owner = self._participant(participant, pack)
         for expanded in pack.meeting.expand(endpoint):
             identifier = self._unique(expanded.id)
-            self.result.endpoints.append(self.resolved(expanded, participant, pack, identifier, endpoint.id))
+            self.result.endpoints.append(self._resolved(expanded, owner, identifier, endpoint.id))
 
     def report_rest(self) -> None:
         """Report what was read but is judged by nobody."""
@@ -313,11 +315,16 @@ class Resolver:
 
     def _make_participant(self, participant: Participant, pack: RulePack) -> ResolvedParticipant:
         owner = f"participant `{participant.label or participant.id}`"
-        levels, spoken = ("participant", "option"), pack.dialects.get("yaml")
-        settings = {**participant.settings, **self.participant_facts.get(participant.id, {})}
-        own = self._recognise(pack, levels, settings, spoken, owner, "participant", [participant.id])
-        layers: tuple[Layer, ...] = (Layer("explicit", own), self._options(pack))
-        broker = self._broker_of(own, participant, pack)
+        settings = participant.settings
+        if facts := self.participant_facts.get(participant.id):
+            settings = {**settings, **facts}
+        stated = _NOTHING_STATED
+        if settings:
+            levels, spoken = ("participant", "option"), pack.dialects.get("yaml")
+            own = self._recognise(pack, levels, settings, spoken, owner, "participant", [participant.id])
+            stated = Layer("explicit", own)
+        layers: tuple[Layer, ...] = (stated, self._options(pack))
+        broker = self._broker_of(stated.settings, participant, pack) if self.system.brokers else None
         key = (pack, broker and broker.id, *map(_texts, layers))
         memory = _SURROUNDINGS if broker is None else self.surroundings
         shared = memory.get(key)
@@ -326,7 +333,8 @@ class Resolver:
             shared = self._surroundings(participant, pack, layers, owner, broker)
             if self.remarks == before:
                 _remember(memory, key, shared)
-        layers = (*layers, *self._broker_layers(broker, pack))
+        if broker is not None:
+            layers += self._broker_layers(broker, pack)
         return ResolvedParticipant(participant, pack, shared, layers)
 
     def _options(self, pack: RulePack) -> Layer:
@@ -603,7 +611,12 @@ class Resolver:
         self, endpoint: Endpoint, owner: Participant, pack: RulePack, identifier: str, stated_id: str
     ) -> Resolved:
         """Resolve one endpoint with one pack, under the given id; see `Resolved` for the two ids."""
-        participant = self._participant(owner, pack)
+        return self._resolved(endpoint, self._participant(owner, pack), identifier, stated_id)
+
+    def _resolved(
+        self, endpoint: Endpoint, participant: ResolvedParticipant, identifier: str, stated_id: str
+    ) -> Resolved:
+        pack, owner = participant.pack, participant.participant
         naming = self._name(endpoint, participant)
         written = endpoint.topic or ""
         topic_layers, topic_external = self._topic(written, naming, pack) if naming is not None else ((), False)
@@ -1063,11 +1076,14 @@ def packs_in_use(
     system: System, find_pack: Callable[[str], RulePack | None], default_protocol: str | None
 ) -> list[RulePack]:
     """The packs that judge what the system states, by id."""
-    of = {participant.id: participant.protocol for participant in system.participants.values()}
-    stated = {*of.values(), *(endpoint.protocol or of[endpoint.participant] for endpoint in system.endpoints)}
-    protocols = {protocol or system.protocol or default_protocol for protocol in stated}
-    found = (find_pack(protocol) for protocol in sorted(filter(None, protocols)))
+    found = map(find_pack, _protocols_in_use(system, default_protocol))
     return [choose_variant(pack, system.options.get(pack.id, {})) for pack in found if pack is not None]
+
+
+def _protocols_in_use(system: System, default: str | None) -> list[str]:
+    stated = {each.protocol for each in system.participants.values()}
+    stated |= {each.protocol for each in system.endpoints if each.protocol}
+    return sorted(filter(None, {protocol or system.protocol or default for protocol in stated}))
 
 
 def resolve(

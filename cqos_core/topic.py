@@ -47,15 +47,14 @@ def check_topic(
     settle(topic)
     judged = judge_shape(Shape(topic.pack, _alike(topic.publishers), _alike(topic.subscribers)))
     groups = [_group(topic, row) for row in judged.rows]
-    made = [make(_draft(topic, outline)) for outline in judged.outlines]
+    made = [make(_draft(topic, outline)) for outline in judged.outlines] if judged.outlines else []
     if judged.kept_apart:
         made += _splits(topic, judged)
     if checks:
         made += team_findings(topic, checks.get(id(topic.pack), ()))
     made += _within_participants(topic, groups)
-    alone = not (topic.publishers and topic.subscribers)
-    lonely = tuple(endpoint for endpoint in topic.endpoints if alone and not endpoint.is_copy)
-    return TopicResult(tuple(groups), tuple(made), lonely)
+    alone = () if topic.publishers and topic.subscribers else topic.endpoints
+    return TopicResult(tuple(groups), tuple(made), tuple([each for each in alone if not each.is_copy]))
 
 
 def _alike(groups: Sequence[Members]) -> tuple[Alike, ...]:
@@ -91,11 +90,11 @@ def _group(topic: Topic, row: Row) -> Group:
     owners: dict[str, int] = {}
     for endpoint in offering:
         owners[endpoint.endpoint.participant] = owners.get(endpoint.endpoint.participant, 0) + 1
-    internal = sum(owners.get(endpoint.endpoint.participant, 0) for endpoint in requesting)
+    internal = sum([owners.get(endpoint.endpoint.participant, 0) for endpoint in requesting])
     return Group(
         topic=topic.shown,
-        publishers=tuple(sorted(endpoint.id for endpoint in offering)),
-        subscribers=tuple(sorted(endpoint.id for endpoint in requesting)),
+        publishers=tuple(sorted([endpoint.id for endpoint in offering])),
+        subscribers=tuple(sorted([endpoint.id for endpoint in requesting])),
         verdict=row.verdict,
         protocol=topic.pack.id,
         internal=internal,
