@@ -46,6 +46,11 @@ class Layer:
     assumed: bool = False
     overlay: Literal["no", "holds", "may_hold"] = "no"
 
+    @property
+    def texts(self) -> tuple[tuple[int, str], ...]:
+        """What they are stated as, without where."""
+        return tuple([(index, stated.text) for index, stated in self.settings.items()])
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class QosProfile:

@@ -99,7 +99,7 @@ def judged(system: System, context: ExportContext) -> Judgement:
         parts = tuple(resolver.result.endpoints[before:])
         alone = parts[0].id if len(parts) == 1 else endpoint.id
         found.append(Judged(endpoint, unique(alone, ids), parts))
-    idle = tuple(each for index, each in enumerate(system.overlays) if index not in resolver.overlays_used)
+    idle = tuple(each for index, each in enumerate(system.overlays) if index not in resolver.overlays.used)
     return Judgement(tuple(found), idle)
 
 

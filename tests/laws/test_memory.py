@@ -5,7 +5,7 @@ from dataclasses import fields, is_dataclass, replace
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core import judge, pairing, resolve, resolved, shape
+from cqos_core import judge, pairing, participants, resolve, resolved, shape
 from cqos_core.checker import check_system
 from cqos_core.reading import _plain_remembered
 from cqos_core.system import Endpoint, Participant, Place, Setting, System
@@ -15,7 +15,7 @@ ANY = st.sampled_from(BOTH).flatmap(systems)
 
 
 def forget():
-    for memory in (resolved.READ, resolved._PROFILES, resolve._NAMED, resolve._SURROUNDINGS):
+    for memory in (resolved.READ, resolved._PROFILES, resolve._NAMED, participants._SURROUNDINGS):
         memory.clear()
     for remembered in (
         *(shape._remembered, judge.judge_pair, judge.judge_endpoint, pairing.apart),
@@ -25,7 +25,7 @@ def forget():
 
 
 def test_everything_that_remembers_is_forgotten_here():
-    modules = (judge, pairing, resolve, resolved, shape)
+    modules = (judge, pairing, participants, resolve, resolved, shape)
     memories = {name for module in modules for name, value in vars(module).items() if hasattr(value, "cache_clear")}
     assert memories - {"dataclass", "lru_cache"} == {
         "_remembered",
@@ -77,6 +77,6 @@ def test_what_is_longer_than_people_write_is_not_remembered():
         endpoints=[Endpoint("e", "publisher", f"/{long}", "a", {"depth": Setting(f"{'0' * 5_000}5")})],
     )
     check_system(system, WHERE)
-    memories = (resolved.READ, resolve._NAMED, resolve._SURROUNDINGS)
+    memories = (resolved.READ, resolve._NAMED, participants._SURROUNDINGS)
     assert not any(memories)
     assert resolve._conventions.cache_info().currsize == 0

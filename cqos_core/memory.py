@@ -1,0 +1,24 @@
+"""What was made of texts before, in any system: a modeler sends much the same again and again."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+MAXIMUM_REMEMBERED: Final = 20_000
+MOST_LETTERS: Final = 4_096
+
+
+def remember(memory: dict[tuple[Any, ...], Any], key: tuple[Any, ...], value: Any) -> None:
+    """Add to a memory, unless the key has more text than people write; a full one forgets all."""
+    if letters(key) > MOST_LETTERS:
+        return
+    if len(memory) >= MAXIMUM_REMEMBERED:
+        memory.clear()
+    memory[key] = value
+
+
+def letters(key: object) -> int:
+    """How much text a key has."""
+    if isinstance(key, str):
+        return len(key)
+    return sum(map(letters, key)) if isinstance(key, tuple) else 0
