@@ -1,11 +1,12 @@
 """Measures `CheckSystem` beside a bare echo of messages of the same size, in the same run.
 
-python tests/benchmarks/service.py [--seconds 5] [--clients 1 8 64] [--workers 1]
+python tests/benchmarks/service.py [--seconds 5] [--rounds 3] [--clients 1 8 64] [--workers 1]
 
 The echo is a plain `grpc.aio` server in a process of its own that decodes a `CheckSystemRequest` and returns a ready
 `CheckSystemResponse` of the size of the real answer. Both are asked by the same client: processes with the synchronous
 client of grpcio, which send bytes and do not decode what comes back. It is the slower half: what is told is what these
-clients get, not what the server could do.
+clients get, not what the server could do. Both are asked in turns, round by round: machines are not equally fast all the
+time, and shares are to be of the same time.
 """
 
 from __future__ import annotations
@@ -34,12 +35,18 @@ METHOD = "/cqos.v1.CheckService/CheckSystem"
 
 
 class Measured(NamedTuple):
-    """What one load gave."""
+    """What one load gave: calls per second, and percentiles of the time of a call in milliseconds."""
 
     rate: float
     p50: float
     p95: float
     p99: float
+
+
+def measured(took: Sequence[float], seconds: float) -> Measured:
+    """Put the seconds that calls took together, which were made within ``seconds``."""
+    at = statistics.quantiles(took, n=100, method="inclusive")
+    return Measured(len(took) / seconds, at[49] * 1000, at[94] * 1000, at[98] * 1000)
 
 
 def model(endpoints: int, number: int) -> bytes:
@@ -141,8 +148,8 @@ def ask(address: str, shares: Sequence[Sequence[bytes]], seconds: float, togethe
     results.put(took)
 
 
-def measure(address: str, messages: Sequence[bytes], clients: int, seconds: float) -> Measured:
-    """Calls per second and percentiles in milliseconds; the clients are in up to four processes."""
+def measure(address: str, messages: Sequence[bytes], clients: int, seconds: float) -> list[float]:
+    """Return the seconds that each call took; the clients are in up to four processes."""
     context = multiprocessing.get_context("spawn")
     results = context.Queue()
     processes = min(clients, 4)
@@ -157,11 +164,10 @@ def measure(address: str, messages: Sequence[bytes], clients: int, seconds: floa
     ]
     for each in started:
         each.start()
-    took = sorted(itertools.chain.from_iterable(results.get() for _ in started))
+    took = list(itertools.chain.from_iterable(results.get() for _ in started))
     for each in started:
         each.join()
-    at = statistics.quantiles(took, n=100, method="inclusive")
-    return Measured(len(took) / seconds, at[49] * 1000, at[94] * 1000, at[98] * 1000)
+    return took
 
 
 # --- what is told ---
@@ -192,7 +198,9 @@ def where_time_goes(endpoints: int) -> str:
     return ", ".join(f"{step} {statistics.median(took[100:]) * 1e6:.0f} µs" for step, took in steps.items())
 
 
-def run(seconds: float, clients: Sequence[int], endpoints: Sequence[int], workers: int = 1) -> list[str]:
+def run(
+    seconds: float, clients: Sequence[int], endpoints: Sequence[int], workers: int = 1, rounds: int = 1
+) -> list[str]:
     """Measure everything, the service with so many processes, the echo with one; return the rows of a table."""
     rows = ["| endpoints | clients | what | calls/s | of the echo | p50 ms | p95 ms | p99 ms |"]
     rows.append("| --------- | ------- | ---- | ------- | ----------- | ------ | ------ | ------ |")
@@ -201,14 +209,15 @@ def run(seconds: float, clients: Sequence[int], endpoints: Sequence[int], worker
         response = answer(METHOD, messages[0], 100_000)
         with serving("--log-level", "warning", "--workers", str(workers)) as service, echoing(response) as echoed:
             for count in clients:
-                bare = measure(echoed, messages, count, seconds)
-                asked = {
-                    "echo": bare,
-                    "models not seen before": measure(service.grpc, new(number, seconds), count, seconds),
-                    "the same model again": measure(service.grpc, messages[:1] * 64, count, seconds),
-                }
-                for what, found in asked.items():
-                    share = "" if found is bare else f"{found.rate / bare.rate:.0%}"
+                took: dict[str, list[float]] = {"echo": [], "models not seen before": [], "the same model again": []}
+                for _ in range(rounds):
+                    took["echo"] += measure(echoed, messages, count, seconds)
+                    took["models not seen before"] += measure(service.grpc, new(number, seconds), count, seconds)
+                    took["the same model again"] += measure(service.grpc, messages[:1] * 64, count, seconds)
+                bare = measured(took["echo"], seconds * rounds)
+                for what, each in took.items():
+                    found = measured(each, seconds * rounds)
+                    share = "" if what == "echo" else f"{found.rate / bare.rate:.0%}"
                     figures = f"{found.p50:.1f} | {found.p95:.1f} | {found.p99:.1f}"
                     rows.append(f"| {number} | {count} | {what} | {found.rate:.0f} | {share} | {figures} |")
         sizes = f"{len(messages[0])} bytes asked, {len(response)} answered"
@@ -228,12 +237,13 @@ _rounds = itertools.count(1)
 def main(arguments: Sequence[str]) -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description="CheckSystem beside a bare echo")
-    parser.add_argument("--seconds", type=float, default=5.0)
+    parser.add_argument("--seconds", type=float, default=5.0, help="of every load in every round")
+    parser.add_argument("--rounds", type=int, default=1)
     parser.add_argument("--clients", type=int, nargs="+", default=[1, 8, 64])
     parser.add_argument("--endpoints", type=int, nargs="+", default=[4, 200])
     parser.add_argument("--workers", type=int, default=1, help="processes of the service")
     given = parser.parse_args(arguments)
-    sys.stdout.write("\n".join(run(given.seconds, given.clients, given.endpoints, given.workers)) + "\n")
+    sys.stdout.write("\n".join(run(given.seconds, given.clients, given.endpoints, given.workers, given.rounds)) + "\n")
 
 
 if __name__ == "__main__":
