@@ -599,12 +599,15 @@ class _Reader:
         raise self.foreign(node)
 
     def name(self, node: ast.expr) -> str:
-        if isinstance(node, ast.Attribute):
-            return f"{self.name(node.value)}.{node.attr}"
-        if isinstance(node, ast.Name):
-            return node.id
-        message = "expected a policy name"
-        raise self.fail(message, node)
+        parts: list[str] = []
+        inner = node
+        while isinstance(inner, ast.Attribute) and len(parts) < _MAXIMUM_DEPTH:
+            parts.append(inner.attr)
+            inner = inner.value
+        if not isinstance(inner, ast.Name):
+            message = "expected a policy name"
+            raise self.fail(message, node)
+        return ".".join([inner.id, *reversed(parts)])
 
     def call(self, name: str, args: list[ast.expr], node: ast.expr) -> Node:
         if name in SCOPES:
