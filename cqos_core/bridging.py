@@ -128,19 +128,20 @@ class _Copying:
     def __init__(self, hops: Iterable[Hop], meeting: Meetings) -> None:
         self.meeting = meeting
         self.met: dict[tuple[str, Role], list[Resolved]] = {}
-        self.put_together: dict[tuple[QosProfile, int, tuple[QosProfile, ...]], Value] = {}
+        self.put_together: dict[tuple[QosProfile, int, tuple[QosProfile, ...], bool], Value] = {}
         self.beyond = {hop.target.id: hop.source for hop in hops} | {hop.source.id: hop.target for hop in hops}
 
     def value(self, end: Resolved, index: int) -> Value | None:
-        """Return a value that is copied over the bridge; None for one that peers alone decide."""
+        """Return a value that is copied over the bridge; None for one that peers alone decide, or somebody in no file."""
         taken: Value = end.profile.values[index]
         if not isinstance(taken, FromPeers) or taken.side in {"peers", _MET[end.role]}:
             return None
         publishers, subscribers = (self.reached(end, index, role) for role in (PUBLISHER, SUBSCRIBER))
-        if taken.side == "publishers" or not subscribers:
-            return self.combined(end, index, taken, publishers)
-        if taken.side == "subscribers" or not publishers:
-            return self.combined(end, index, taken, subscribers)
+        if taken.side != "first":
+            others = publishers if taken.side == "publishers" else subscribers
+            return self.combined(end, index, taken, others) if others else None
+        if not (publishers and subscribers):
+            return self.combined(end, index, taken, publishers or subscribers)
         offered, requested = (self.combined(end, index, taken, each) for each in (publishers, subscribers))
         if offered == requested:
             return offered
@@ -188,7 +189,9 @@ class _Copying:
 
     def combined(self, end: Resolved, index: int, taken: FromPeers, others: Sequence[Resolved]) -> Value:
         """Put together what some endpoints have, in the terms of the one that copies; once for equal ones."""
-        question = (end.profile, index, tuple(each.profile for each in others))
+        # Which of them a bridge finds is not known unless all are there before it.
+        all_there = taken.peers == "any" or any(_all_after([each], others) for each in (end, self.beyond[end.id]))
+        question = (end.profile, index, tuple(each.profile for each in others), all_there)
         found = self.put_together.get(question)
         if found is None:
             policy = end.pack.policies[index]
@@ -197,7 +200,11 @@ class _Copying:
                 own = _counterpart(end.pack, index, each.pack)
                 if own is not None:
                     values.append(_in_terms_of(policy, each.pack.policies[own], each.profile.values[own]))
-            found = self.put_together[question] = combine(policy, taken, values)
+            if all_there or len(set(values)) <= 1:
+                found = combine(policy, taken, values)
+            else:
+                found = Anything(f"the bridge takes it from the {taken.side} that it finds, which differ")
+            self.put_together[question] = found
         return found
 
 

@@ -497,7 +497,7 @@ NAMES: Final = (
         code="ROS410",
         name="own-bridge",
         because="a bridge does not take back what it publishes itself",
-        clause="zenoh-plugin-ros2dds, qos_helpers.rs",
+        clause="zenoh-plugin-ros2dds, qos_helpers.rs; domain_bridge, ignore_local_publications",
     ),
     forbids(
         (INTERFACE == "topic") & (TYPE != topic(TOPIC_TYPE)),

@@ -158,22 +158,33 @@ class Configuration(Reading):
         implied: bool = False,
     ) -> None:
         """Add an endpoint; one that is only ``implied`` by the file need not have anybody on the other side."""
+        made = self.made(participant, role, topic, where, settings, type_name=type_name, kind=kind)
+        made.profiles, made.label, made.external = tuple(presets), label, implied
+        self.system.endpoints.append(made)
+
+    def made(
+        self,
+        participant: str,
+        role: Role,
+        topic: str,
+        where: Node,
+        settings: Settings,
+        *,
+        type_name: str = "",
+        kind: str = "message",
+    ) -> Endpoint:
+        """Return an endpoint with an id that no other has."""
         identifier = f"{participant}/{role if kind == 'message' else kind}/{topic}"
         number = self._numbers[identifier] = self._numbers.get(identifier, 0) + 1
-        self.system.endpoints.append(
-            Endpoint(
-                identifier if number == 1 else f"{identifier}#{number}",
-                role,
-                topic,
-                participant,
-                settings,
-                tuple(presets),
-                type=type_name or None,
-                kind=kind,
-                external=implied,
-                label=label,
-                place=self.place(where),
-            )
+        return Endpoint(
+            identifier if number == 1 else f"{identifier}#{number}",
+            role,
+            topic,
+            participant,
+            settings,
+            type=type_name or None,
+            kind=kind,
+            place=self.place(where),
         )
 
 

@@ -2,7 +2,8 @@
 
 The bridge waits for publishers in the domain that it bridges from, requests reliability and durability as all of them offer
 them, and offers the same in the other domain. What `qos` states is taken instead, on both sides; deadline and lifespan are
-infinite unless they are stated or ``auto`` (domain_bridge: domain_bridge, wait_for_graph_events, qos_options).
+infinite unless they are stated or ``auto``. Only its command line says that it does not wait: it then has the defaults of
+ROS 2 (domain_bridge: domain_bridge, wait_for_graph_events, qos_options, parse_domain_bridge_yaml_config).
 """
 
 from __future__ import annotations
@@ -13,8 +14,9 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.importers.forms import described
 from cqos_core.importers.reading import collector_paused, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Setting
+from cqos_core.system import PUBLISHER, SUBSCRIBER, Bridge, Route, Setting
 from cqos_ros2.importers.configuration import Configuration, as_integer, stated
+from cqos_ros2.importers.switches import read_switches
 from cqos_ros2.policies import FROM_PUBLISHERS
 
 if TYPE_CHECKING:
@@ -22,22 +24,22 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.system import Settings, System
+    from cqos_core.system import Endpoint, Role, Settings, System
 
 NAME: Final = "domain_bridge"
+SWITCHES: Final = {"wait_for_publisher": ("true", "false")}
+_OF_TOPICS: Final = ("type", "from_domain", "to_domain", "remap", "qos", "bidirectional", "reversed")
+_OF_COMMAND_LINE: Final = ("wait_for_publisher", "wait_for_subscription", "auto_remove")
 _WORDS: Final = {
     "history": ("keep_last", "keep_all"),
     "reliability": ("reliable", "best_effort"),
     "durability": ("volatile", "transient_local"),
-    "liveliness": ("automatic", "manual_by_topic"),
+    "liveliness": ("automatic", "manual_by_topic", "system_default"),
 }
 _AUTO: Final = "auto"
 # What `auto` stands for; liveliness is never taken from publishers.
-_DURATIONS: Final = {
-    "deadline": FROM_PUBLISHERS,
-    "lifespan": FROM_PUBLISHERS,
-    "liveliness_lease_duration": "unspecified",
-}
+_LEASE: Final = "liveliness_lease_duration"
+_DURATIONS: Final = {"deadline": FROM_PUBLISHERS, "lifespan": FROM_PUBLISHERS, _LEASE: "unspecified"}
 _COPIED: Final = ("reliability", "durability")
 _COMPRESSED: Final = "domain_bridge/msg/CompressedMsg"
 _MODES: Final = ("normal", "compress", "decompress")
@@ -45,7 +47,7 @@ _SERVICES: Final = ("services", "actions")
 
 
 @dataclass(frozen=True, slots=True)
-class _Bridge:
+class _Way:
     """One topic as it is bridged one way; ``key`` names it in the file."""
 
     key: ScalarNode
@@ -56,13 +58,14 @@ class _Bridge:
     settings: Settings
 
 
-def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - nothing is included
-    """Read a configuration as the endpoints of the nodes ``<name>_<domain>``.
+def read(source: Source, context: ReadContext) -> System:
+    """Read a configuration as a bridge between the nodes ``<name>_<domain>``.
 
     Raises:
-        InputError: it is no YAML, or no configuration of domain_bridge.
+        InputError: it is no YAML, or no configuration of domain_bridge; or there is no such switch.
     """
-    reader = _Reader(source)
+    waits = read_switches("domain_bridge", context, SWITCHES).get("wait_for_publisher") != "false"
+    reader = _Reader(source, waits=waits)
     with collector_paused():
         reader.configuration(reader.a_map(reader.document(keep_repeated=True), "configuration"))
     return reader.finish()
@@ -71,8 +74,10 @@ def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - noth
 class _Reader(Configuration):
     """Reads the topics of one configuration."""
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: Source, *, waits: bool) -> None:
         super().__init__(source)
+        self.waits = waits
+        self.routes: list[Route] = []
         self.bridged: dict[tuple[str, str, int, int], ScalarNode] = {}
         self.name = NAME
         self.mode = _MODES[0]
@@ -89,6 +94,8 @@ class _Reader(Configuration):
         topics = stated(entries, "topics")
         for key, node in self.topics(topics) if topics is not None else ():
             self.topic(key, self.a_map(node, key.text), entries)
+        if self.routes:
+            self.system.bridges[self.name] = Bridge(self.name, tuple(self.routes), place=self.place(entries))
         for name in _SERVICES:
             others = stated(entries, name)
             if others is not None:
@@ -142,11 +149,24 @@ class _Reader(Configuration):
             message = f"topic {shown(key.text)} is not bridged: it would stay in domain {start}"
             self.note("ROS950", message, key, "state two different domains")
             return
+        self.unread(entries)
         settings = self.qos(key, entries)
         remap = self.a_text(entries, "remap")
-        self.add(_Bridge(key, type_name, start, end, remap, settings))
+        self.add(_Way(key, type_name, start, end, remap, settings))
         if self.a_flag(entries, "bidirectional", otherwise=False):
-            self.add(_Bridge(key, type_name, end, start, remap, settings))
+            self.add(_Way(key, type_name, end, start, remap, settings))
+
+    def unread(self, entries: MappingNode) -> None:
+        """Tell which keys of a topic the bridge does not look at."""
+        for name, (own_key, _) in entries.entries.items():
+            if name in _OF_COMMAND_LINE:
+                advice = f"give it `--{name.replace('_', '-')}` on the command line"
+                if name in SWITCHES:
+                    advice += f", and C-QoS `--switch {NAME}.{name}=false` where it is not to wait"
+                self.note("ROS951", f"domain_bridge reads no {shown(name)} from a file", own_key, advice)
+            elif name not in _OF_TOPICS:
+                message = f"domain_bridge ignores the key {shown(name)} of a topic: it does not know it"
+                self.note("ROS951", message, own_key, f"it knows {listed(_OF_TOPICS, 'and')}")
 
     def domain(self, name: str, key: ScalarNode, entries: MappingNode, above: MappingNode) -> int | None:
         """Return a domain of a topic, its own or that of all."""
@@ -156,26 +176,34 @@ class _Reader(Configuration):
             self.refused(f"topic {shown(key.text)} has no `{name}`", key, f"state `{name}` here or for all topics")
         return domain
 
-    def add(self, bridge: _Bridge) -> None:
-        """Add the two endpoints of a topic that is bridged one way."""
-        topic = bridge.key.text
-        where = bridge.key
-        known = self.bridged.setdefault((topic, bridge.type, bridge.start, bridge.end), where)
+    def add(self, way: _Way) -> None:
+        """Add the route of a topic that is bridged one way."""
+        topic = way.key.text
+        where = way.key
+        known = self.bridged.setdefault((topic, way.type, way.start, way.end), where)
         if known is not where:
             message = (
-                f"topic {shown(topic)} is bridged from domain {bridge.start} to domain {bridge.end} already on line "
+                f"topic {shown(topic)} is bridged from domain {way.start} to domain {way.end} already on line "
                 f"{known.line}, so domain_bridge ignores this"
             )
             self.note("ROS951", message, where, "keep one of them")
             return
-        sides = (
-            (SUBSCRIBER, bridge.start, topic, _COMPRESSED if self.mode == "decompress" else bridge.type),
-            (PUBLISHER, bridge.end, bridge.remap or topic, _COMPRESSED if self.mode == "compress" else bridge.type),
+        source = _COMPRESSED if self.mode == "decompress" else way.type
+        target = _COMPRESSED if self.mode == "compress" else way.type
+        self.routes.append(
+            Route(
+                self.end(SUBSCRIBER, way.start, topic, source, way),
+                self.end(PUBLISHER, way.end, way.remap or topic, target, way),
+                self.place(where),
+            )
         )
-        for role, domain, name, type_name in sides:
-            own = {"domain": Setting(str(domain), self.place(where))}
-            participant = self.participant(f"{self.name}_{domain}", where, own)
-            self.endpoint(participant, role, name, where, dict(bridge.settings), type_name=type_name)
+
+    def end(self, role: Role, domain: int, topic: str, type_name: str, way: _Way) -> Endpoint:
+        """Return the endpoint of a way in one domain."""
+        # Its subscriptions ignore what their own node publishes.
+        own = {"domain": Setting(str(domain), self.place(way.key)), "bridge": Setting(self.name)}
+        participant = self.participant(f"{self.name}_{domain}", way.key, own)
+        return self.made(participant, role, topic, way.key, dict(way.settings), type_name=type_name)
 
     # QoS
 
@@ -184,7 +212,7 @@ class _Reader(Configuration):
         node = stated(entries, "qos")
         stated_qos = self.a_map(node, "qos") if node is not None else MappingNode(key.line, key.column)
         settings: Settings = {}
-        if self.a_flag(entries, "wait_for_publisher", otherwise=True):
+        if self.waits:
             settings = {policy: self.setting(key, FROM_PUBLISHERS) for policy in _COPIED}
         for policy in _WORDS:
             self.word(stated_qos, policy, settings)
@@ -196,6 +224,7 @@ class _Reader(Configuration):
             self.refused(f"{described(depth)} is no depth", depth, "expected a whole number")
         for policy in _DURATIONS:
             self.duration(stated_qos, policy, settings)
+        self.lease(stated_qos, settings)
         known = (*_WORDS, "depth", *_DURATIONS)
         for name, (own_key, _) in stated_qos.entries.items():
             if name not in known:
@@ -225,3 +254,11 @@ class _Reader(Configuration):
         else:
             advice = "expected whole nanoseconds, -1 for infinite, or auto"
             self.refused(f"{described(node)} is no {policy}", node, advice)
+
+    def lease(self, entries: MappingNode, settings: Settings) -> None:
+        """Take a lease for what the bridge takes it for (domain_bridge 0.5.0, parse_qos_options)."""
+        if (node := stated(entries, _LEASE)) is None or _LEASE not in settings or as_integer(node) is None:
+            return
+        settings["lifespan"] = settings.pop(_LEASE)
+        message = f"domain_bridge takes {shown(_LEASE)} for the lifespan, and its lease stays infinite"
+        self.note("ROS951", message, node, "state `lifespan` if that is meant, and no lease")

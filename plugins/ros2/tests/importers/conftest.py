@@ -39,7 +39,7 @@ def _bridge(bridge):
     for route in bridge.routes:
         lines.append(f"  route {_at(route.place)}")
         for word, end in (("from", route.source), ("to", route.target)):
-            kind = "" if end.kind == "message" else f" {end.kind}"
+            kind = ("" if end.kind == "message" else f" {end.kind}") + (f" {end.type}" if end.type else "")
             values = "".join(f" {name}={setting.text}" for name, setting in end.settings.items())
             lines.append(f"    {word} {end.participant} {end.topic}{kind}{values}")
         lines += [f"    only {each}" for each in route.only] + [f"    but {each}" for each in route.but]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from cqos_core import check
+from cqos_core import check, explain
 from cqos_core.importers.source import Source
 from cqos_core.loading import merge, read_source
 
@@ -74,8 +74,26 @@ class TestDomains:
         report = checked(DOMAINS, self.talker.replace("QOS", "reliable") + other)
         assert report.verdict == "unknown"
 
+    @pytest.mark.parametrize(("offered", "found"), [("reliable", []), ("best_effort", [("ROS101", "/chatter")])])
+    def test_it_offers_on_the_other_side_what_its_publishers_do(self, offered, found):
+        report = checked(DOMAINS, self.talker.replace("QOS", offered) + self.listener.replace("QOS", "reliable"))
+        assert errors(report) == found
+
     @pytest.mark.parametrize(("requested", "verdict"), [("best_effort", "compatible"), ("reliable", "unknown")])
-    def test_what_it_offers_on_the_other_side_is_not_known(self, requested, verdict):
+    def test_of_publishers_that_differ_it_may_find_either_first(self, requested, verdict):
+        other = self.talker.replace("talker", "other").replace("QOS", "best_effort")
+        both = self.talker.replace("QOS", "reliable") + other
+        groups = checked(DOMAINS, both + self.listener.replace("QOS", requested)).groups
+        assert {group.publishers: group.verdict for group in groups}["domain_bridge_2/publisher//chatter",] == verdict
+
+    def test_where_it_starts_after_all_of_them_it_offers_what_all_do(self):
+        other = self.talker.replace("talker", "other").replace("QOS", "best_effort")
+        late = "  domain_bridge_1: {domain: 1, starts_after: [talker, other]}\n"
+        participants = self.talker.replace("QOS", "reliable") + other + late + self.listener.replace("QOS", "reliable")
+        assert errors(checked(DOMAINS, participants)) == [("ROS101", "/chatter")]
+
+    @pytest.mark.parametrize(("requested", "verdict"), [("best_effort", "compatible"), ("reliable", "unknown")])
+    def test_without_its_publishers_what_it_offers_is_not_known(self, requested, verdict):
         report = checked(DOMAINS, self.listener.replace("QOS", requested))
         assert report.verdict == verdict
         if verdict == "unknown":
@@ -94,3 +112,53 @@ class TestDomains:
         participants = "  a: {domain: 1, publishes: {/chatter: {deadline: 1s}}}\n  b: {domain: 1, publishes: {/chatter: {deadline: 2s}}}\n"
         assert checked(bridge, participants.splitlines()[0] + "\n").verdict == "compatible"
         assert checked(bridge, participants).verdict == "compatible"
+        wanted = "  c: {domain: 2, subscribes: {/chatter: {deadline: 1500ms}}}\n"
+        assert errors(checked(bridge, participants.splitlines()[0] + "\n" + wanted)) == []
+        assert errors(checked(bridge, participants.splitlines()[1] + "\n" + wanted)) == [("ROS103", "/chatter")]
+
+    def test_what_is_needed_behind_it_is_needed_before_it(self):
+        needing = self.listener.replace("{reliability: QOS}", "{reliability: best_effort, needs: {latest: true}}")
+        report = checked(DOMAINS, self.talker.replace("QOS", "best_effort") + needing)
+        (finding,) = [finding for finding in report.findings if finding.code == "ROS501"]
+        assert finding.sides[0].members == ("domain_bridge_1/subscriber//chatter", "listener/subscriber//chatter")
+
+    def test_the_way_over_it_is_explained_hop_by_hop(self):
+        sources = [
+            f"cqos: 1\nprotocol: ros2\nparticipants:\n{self.talker}{self.listener}".replace("QOS", "reliable"),
+            DOMAINS,
+        ]
+        talker, listener = "talker/publisher//chatter", "listener/subscriber//chatter"
+        report = explain(*[each.encode() for each in sources], publisher=talker, subscriber=listener)
+        assert [(hop.publisher, hop.subscriber, hop.bridge) for hop in report.hops] == [
+            (talker, "domain_bridge_1/subscriber//chatter", "domain_bridge"),
+            ("domain_bridge_2/publisher//chatter", listener, None),
+        ]
+
+    def test_both_ways_it_takes_back_nothing_of_its_own(self):
+        bridge = DOMAINS.replace("String}", "String, bidirectional: true}")
+        talkers = self.talker.replace("QOS", "best_effort") + self.talker.replace(
+            "talker: {domain: 1", "other: {domain: 2"
+        ).replace("QOS", "reliable")
+        report = checked(bridge, talkers)
+        assert (report.verdict, [str(each) for each in report.findings if each.severity != "note"]) == (
+            "compatible",
+            [],
+        )
+
+    def test_two_bridges_one_back_are_a_loop(self):
+        back = "name: back\nfrom_domain: 2\nto_domain: 1\ntopics:\n  /chatter: {type: std_msgs/msg/String}\n"
+        sources = [read_source(Source(name, text.encode())) for name, text in (("a.yaml", DOMAINS), ("b.yaml", back))]
+        assert "CQ503" in {finding.code for finding in check(merge(sources)).findings}
+
+    def test_its_command_line_may_say_that_it_does_not_wait(self):
+        switches = {"domain_bridge": {"wait_for_publisher": "false"}}
+        system = read_source(Source("b.yaml", DOMAINS.encode()), switches=switches)
+        (route,) = system.bridges["domain_bridge"].routes
+        assert route.source.settings == route.target.settings == {}
+
+    def test_a_lease_is_taken_for_a_lifespan(self):
+        bridge = DOMAINS.replace("String}", "String, qos: {liveliness_lease_duration: 2000000000}}")
+        wanted = "  c: {domain: 2, subscribes: {/chatter: {liveliness_lease_duration: 3s}}}\n"
+        report = checked(bridge, self.talker.replace("QOS", "reliable") + wanted)
+        assert errors(report) == [("ROS105", "/chatter")]
+        assert "ROS951" in {finding.code for finding in report.findings}
