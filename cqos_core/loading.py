@@ -219,7 +219,8 @@ def read_together(
 ) -> list[System | InputError]:
     """Read sources that are given together, and ``others``: of each its system, or why there is none.
 
-    Sources whose reader is decided by what they are given with are read last.
+    Sources whose reader is decided by what they are given with are read last. Of one that another of them includes, the
+    system is empty: it is read as part of that.
     """
 
     def read_one(each: Given, beside: Collection[str] = ()) -> System | InputError:
@@ -233,7 +234,18 @@ def read_together(
     found = {n: read_one(each) for n, each in enumerate(given) if n not in later}
     beside = protocols_of([*others, *(each for each in found.values() if isinstance(each, System))]) if later else ()
     found |= {n: read_one(given[n], beside) for n in later}
-    return [found[n] for n in range(len(given))]
+    parts = _parts({given[n].source.name: each for n, each in found.items() if isinstance(each, System)})
+    return [System() if os.path.realpath(each.source.name) in parts else found[n] for n, each in enumerate(given)]
+
+
+def _parts(read: Mapping[str, System]) -> dict[str, str]:
+    """Return the files that others include, each by its real path with one of those; ``read`` has systems by their paths."""
+    return {
+        included: path
+        for path, system in read.items()
+        for name in system.sources
+        if (included := os.path.realpath(name)) != os.path.realpath(path)
+    }
 
 
 def included_files(
@@ -395,11 +407,13 @@ class Loaded:
     Attributes:
         outcomes: one per file that was read, or should have been.
         skipped: foreign files passed over in directories.
+        parts: files that are no systems of their own, each with one that includes it.
         unsearched: problems of directories that cannot be searched.
     """
 
     outcomes: list[Outcome] = field(default_factory=list)
     skipped: int = 0
+    parts: dict[str, str] = field(default_factory=dict)
     unsearched: tuple[Problem, ...] = ()
 
     @property
@@ -409,8 +423,9 @@ class Loaded:
 
     @property
     def problems(self) -> list[Problem]:
-        """Everything that could not be read, and why."""
-        return [*self.unsearched, *(problem for each in self.outcomes for problem in each.problems)]
+        """Everything that could not be read, and why; once, also where it is in a file that several include."""
+        told = (problem for each in self.outcomes for problem in each.problems)
+        return [*self.unsearched, *dict.fromkeys(told)]
 
 
 def load_paths(
@@ -467,7 +482,13 @@ def load_paths(
             step(done, len(found.files))
         waiting = later
         beside = protocols_of(each.system for each in outcomes.values() if each.system is not None) if later else None
-    loaded.outcomes = _without_included([outcomes[position] for position in sorted(outcomes)])
+    parts = _parts({each.file.path: each.system for each in outcomes.values() if each.system is not None})
+    for _, each in sorted(outcomes.items()):
+        whole = parts.get(os.path.realpath(each.file.path))
+        if whole is None:
+            loaded.outcomes.append(each)
+        else:
+            loaded.parts[each.file.path] = whole
     return loaded
 
 
@@ -484,16 +505,7 @@ def _open(file: File, plugins: Plugins, importer: str | None) -> Source | None:
     return read_path(file.path)
 
 
-def _without_included(outcomes: list[Outcome]) -> list[Outcome]:
-    """Leave out files found in a directory that another one includes: they are no systems of their own."""
-    included = {
-        os.path.realpath(name)
-        for each in outcomes
-        if each.system is not None
-        for name in each.system.sources
-        if name != each.file.path
-    }
-    return [each for each in outcomes if each.file.named or os.path.realpath(each.file.path) not in included]
+_EMPTY: Final = System()
 
 
 def merge(systems: Sequence[System]) -> System:
@@ -503,6 +515,7 @@ def merge(systems: Sequence[System]) -> System:
     state alike are one, and stated differently they stay those of the first source, with a warning. Endpoint ids that two
     sources use are told apart when the system is resolved.
     """
+    systems = [system for system in systems if system != _EMPTY] or systems[:1]
     if len(systems) == 1:
         return systems[0]
     whole = System(name=" + ".join(dict.fromkeys(system.name for system in systems if system.name)))

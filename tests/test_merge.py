@@ -6,7 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from cqos_core.api import check
-from cqos_core.loading import merge
+from cqos_core.importers.source import Source
+from cqos_core.loading import Given, SentFiles, merge, read_together
 from cqos_core.system import Acceptance, Broker, Overlay, Participant, System, TeamRule
 from tests.worlds import POST, box, codes, only, participant, place, profile, reader, settings, world, writer
 
@@ -118,3 +119,15 @@ def test_external_is_only_what_every_source_calls_so():
     outside = Participant("p", external=True)
     assert merge([one(outside), other(replace(outside))]).participants["p"].external
     assert not merge([one(replace(outside)), other(Participant("p"))]).participants["p"].external
+
+
+def test_a_source_that_another_one_includes_is_read_as_part_of_that():
+    main = Source(
+        "main.yaml", b"cqos: 1\nsystem: office\ninclude: part.yaml\nparticipants: {w: {publishes: {box: {}}}}\n"
+    )
+    part = Source("part.yaml", b"cqos: 1\nparticipants: {r: {subscribes: {box: {}}}}\n")
+    files = SentFiles([main, part])
+    for given in ([main, part], [part, main]):
+        read = [each for each in read_together([Given(each, files) for each in given]) if isinstance(each, System)]
+        assert merge(read) in read
+        assert {endpoint.participant for endpoint in merge(read).endpoints} == {"w", "r"}

@@ -27,7 +27,7 @@ from cqos_core.report import Severity
 from cqos_core.trial import tried_out
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from cqos_core.baseline import Baseline
     from cqos_core.cli.reading import Reader
@@ -211,32 +211,33 @@ class _Check:
     empty: list[str] = field(default_factory=list)
     passed_over: int = 0
     skipped: int = 0
+    parts: dict[str, str] = field(default_factory=dict)
 
     def run(self, paths: Sequence[str]) -> None:
         """Read and check everything."""
         with Progress(quiet=self.wishes.quiet) as progress:
             progress.start("reading")
             loaded = self.reader.load(paths, progress.step)
-            self.problems, self.skipped = loaded.problems, loaded.skipped
+            self.problems, self.skipped, self.parts = loaded.problems, loaded.skipped, loaded.parts
             units = _units(loaded, self.wishes.grouping)
             progress.start("checking")
             for number, unit in enumerate(units):
                 # Of a single system, its topics are counted.
                 progress.step(number, len(units))
-                self._check(unit, progress.step if len(units) == 1 else _silent)
+                self._check(unit, progress.step if len(units) == 1 else _silent, alone=len(units) == 1)
         reports = said_once([report for _, report in self.reports], self.reader.config.sources)
         self.reports = [(path, report) for (path, _), report in zip(self.reports, reports, strict=True)]
         if not self.problems and not self.empty and not any(report.endpoints for report in reports):
             self.empty.append(f"{', '.join(paths[:_NAMED])}: nothing there could be checked, no endpoint was found")
 
-    def _check(self, unit: _Unit, step: Callable[[int, int], None]) -> None:
+    def _check(self, unit: _Unit, step: Callable[[int, int], None], *, alone: bool) -> None:
         system = tried_out(self.reader.whole(unit.systems), self.reader.protocol)
         report = self._judged(system, step)
         if not report.endpoints:
-            if unit.named:
+            if unit.named and (alone or not _only_profiles(system)):
                 self.empty.append(_nothing(unit.path, len(system.endpoints)))
             elif all(finding.code == "CQ404" for finding in report.findings):
-                # Many a diagram in a directory has no signals, and nothing to say about them.
+                # Many a diagram in a directory has no signals, and nothing to say about them; profiles are for others.
                 self.passed_over += 1
                 return
         self.sources |= {**self.reader.config.sources, **system.sources}
@@ -315,6 +316,8 @@ class _Check:
             return
         if self.skipped:
             self._note(f"{plural(self.skipped, 'file')} of other formats skipped")
+        if self.parts:
+            self._note(_parts(self.parts))
         if self.passed_over:
             self._note(f"{plural(self.passed_over, 'file')} without any endpoint passed over")
         gone = 0 if self.known is None else self.known.gone(path for path, _ in self.reports)
@@ -329,6 +332,17 @@ class _Check:
 
 def _silent(_done: int, _all: int) -> None:
     """Count nothing."""
+
+
+def _only_profiles(system: System) -> bool:
+    """Whether a system is there to be used by others."""
+    return bool(system.profiles) and not (system.endpoints or system.bridges)
+
+
+def _parts(parts: Mapping[str, str]) -> str:
+    if len(parts) > 1:
+        return f"{len(parts)} files are checked as parts of others, which include them"
+    return "".join(f"{path} is checked as part of {whole}, which includes it" for path, whole in parts.items())
 
 
 def _nothing(path: str, endpoints: int) -> str:

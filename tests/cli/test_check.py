@@ -190,13 +190,54 @@ def test_an_empty_directory_is_not_green(cqos, files):
     assert "nothing there could be checked" in done.err
 
 
-def test_a_file_that_another_one_includes_is_no_system_of_its_own(cqos, files):
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["designs"],
+        ["--together", "designs"],
+        ["designs/main.yaml", "designs/parts.yaml"],
+        ["--each", "designs/parts.yaml", "designs/main.yaml"],
+    ],
+    ids=" ".join,
+)
+def test_a_file_that_another_one_includes_is_checked_as_part_of_that(cqos, files, arguments):
     folder = files / "designs"
     folder.mkdir()
-    (folder / "main.yaml").write_text(FITS + "include: parts.yaml\n")
-    (folder / "parts.yaml").write_text("cqos: 1\nparticipants:\n  rviz: {subscribes: {scan: default}}\n")
-    report = json.loads(cqos("check", "designs", "--format", "json").out)
-    assert report["counts"]["endpoints"] == 3
+    (folder / "main.yaml").write_text(FITS + "instances: {n: [1, 2]}\ninclude: parts.yaml\n")
+    # By itself it would be refused: it says nowhere what `n` is.
+    (folder / "parts.yaml").write_text("cqos: 1\nparticipants:\n  'rviz_${n}': {subscribes: {scan: default}}\n")
+    done = cqos("check", *arguments, "--format", "json")
+    assert (done.code, json.loads(done.out)["counts"]["endpoints"]) == (0, 4)
+    assert "designs/parts.yaml is checked as part of designs/main.yaml, which includes it" in done.err
+
+
+def test_of_many_parts_their_number_is_told(cqos, files):
+    (files / "library.yaml").write_text("cqos: 1\nprofiles: {sensors: {reliability: best_effort}}\n")
+    (files / "main.yaml").write_text("cqos: 1\ninclude: [fits.yaml, library.yaml]\n")
+    done = cqos("check", "main.yaml", "fits.yaml", "library.yaml")
+    assert done.code == 0
+    assert "note: 2 files are checked as parts of others, which include them" in done.err
+
+
+def test_what_is_wrong_with_a_part_is_told_once(cqos, files):
+    (files / "main.yaml").write_text(FITS + "include: parts.yaml\n")
+    (files / "parts.yaml").write_text("cqos: 1\nparticipant: {}\n")
+    done = cqos("check", "main.yaml", "parts.yaml")
+    assert (done.code, done.err.count("parts.yaml:2:1")) == (2, 1)
+
+
+def test_files_that_include_each_other_are_wrong_and_no_parts(cqos, files):
+    for one, other in (("a.yaml", "b.yaml"), ("b.yaml", "a.yaml")):
+        (files / one).write_text(FITS + f"include: {other}\n")
+    done = cqos("check", "a.yaml", "b.yaml")
+    assert (done.code, "CQ008" in done.err, "as part of" in done.err) == (2, True, False)
+
+
+def test_profiles_alone_are_for_the_files_beside_them(cqos, files):
+    (files / "library.yaml").write_text("cqos: 1\nprofiles: {sensors: {reliability: best_effort}}\n")
+    assert cqos("check", "--each", "fits.yaml", "library.yaml").code == 0
+    assert cqos("check", "fits.yaml", "library.yaml").code == 0
+    assert cqos("check", "library.yaml").code == 2
 
 
 def test_broken_files_of_a_directory_do_not_stop_the_others(cqos, files):

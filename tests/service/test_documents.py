@@ -154,8 +154,8 @@ def test_documents_include_each_other(checks):
     both = [document("a.yaml", "cqos: 1\ninclude: b.yaml\n"), document("b.yaml", FILES["plain.yaml"])]
     included = check_pb2.CheckDocumentRequest(documents=both[:1], included=both[1:])
     assert checks.CheckDocument(included).report.endpoints == 2
-    # One of them named twice is there twice, as it is on the command line.
-    assert checks.CheckDocument(check_pb2.CheckDocumentRequest(documents=both)).report.endpoints == 4
+    # One of them named twice is there once, as it is on the command line.
+    assert checks.CheckDocument(check_pb2.CheckDocumentRequest(documents=both)).report.endpoints == 2
     unused = check_pb2.CheckDocumentRequest(documents=both[1:], included=[document("c.yaml", "[")])
     assert checks.CheckDocument(unused).report.endpoints == 2
 
