@@ -17,7 +17,7 @@ from cqos_core.system import ImportNote, Place, System
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.system import Broker, Endpoint, Participant, Settings
+    from cqos_core.system import Bridge, Broker, Endpoint, Participant, Route, Settings
 
 HEAD: Final = 65_536
 STDIN: Final = "-"
@@ -526,7 +526,9 @@ def merge(systems: Sequence[System]) -> System:
             _join_endpoint(whole, endpoint, system)
         for broker in system.brokers.values():
             _join_broker(whole, broker, system.protocol)
-        for kind in ("profiles", "topics", "bridges"):
+        for bridge in system.bridges.values():
+            _join_bridge(whole, bridge)
+        for kind in ("profiles", "topics"):
             _join(whole, kind, getattr(system, kind))
         for pack, settings in system.options.items():
             _join_settings(whole, f"option `{pack}.{{}}`", whole.options.setdefault(pack, {}), settings)
@@ -569,6 +571,24 @@ def _join_broker(whole: System, broker: Broker, protocol: str | None) -> None:
         _stated_differently(whole, f"protocol of broker `{known.id}`", first, second, broker.place)
     _join_settings(whole, f"`{{}}` of broker `{known.id}`", known.settings, broker.settings)
     known.profiles = tuple(dict.fromkeys((*known.profiles, *broker.profiles)))
+
+
+def _join_bridge(whole: System, bridge: Bridge) -> None:
+    known = whole.bridges.setdefault(bridge.id, bridge)
+    if known is bridge:
+        return
+    carried = {_way(route) for route in known.routes}
+    known.routes += tuple(route for route in bridge.routes if _way(route) not in carried)
+    known.carries = tuple(dict.fromkeys((*known.carries, *bridge.carries)))
+
+
+def _way(route: Route) -> object:
+    """What a route carries, without where that is stated."""
+    ends = (
+        (end.participant, end.kind, end.topic, *sorted((name, each.text) for name, each in end.settings.items()))
+        for end in (route.source, route.target)
+    )
+    return route.only, route.but, *ends
 
 
 def _join_settings(whole: System, what: str, known: Settings, stated: Settings) -> None:

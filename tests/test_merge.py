@@ -8,7 +8,7 @@ from typing import Any
 from cqos_core.api import check
 from cqos_core.importers.source import Source
 from cqos_core.loading import Given, SentFiles, merge, read_together
-from cqos_core.system import Acceptance, Broker, Overlay, Participant, System, TeamRule
+from cqos_core.system import Acceptance, Bridge, Broker, Overlay, Participant, Route, System, TeamRule
 from tests.worlds import POST, box, codes, only, participant, place, profile, reader, settings, world, writer
 
 
@@ -119,6 +119,18 @@ def test_external_is_only_what_every_source_calls_so():
     outside = Participant("p", external=True)
     assert merge([one(outside), other(replace(outside))]).participants["p"].external
     assert not merge([one(replace(outside)), other(Participant("p"))]).participants["p"].external
+
+
+def test_a_bridge_carries_what_every_source_says():
+    def bridge(*topics: str, carries: tuple[str, ...] = ()) -> Bridge:
+        ends = [(replace(reader(topic), id=""), replace(writer(topic), id="")) for topic in topics]
+        return Bridge("b", tuple(Route(*pair, place(number)) for number, pair in enumerate(ends)), carries)
+
+    there = replace(one(), bridges={"b": bridge("box", "bag")})
+    more = replace(other(), bridges={"b": bridge("bag", "jar", carries=("liveliness",))})
+    (whole,) = merge([there, more]).bridges.values()
+    assert [route.source.topic for route in whole.routes] == ["box", "bag", "jar"]
+    assert whole.carries == ("liveliness",)
 
 
 def test_a_source_that_another_one_includes_is_read_as_part_of_that():
