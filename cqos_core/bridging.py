@@ -67,7 +67,7 @@ def linked(links: Sequence[Link], resolver: Resolver) -> tuple[Topics, list[Hop]
         if link.source in by_id and link.target in by_id
     ]
     for hop in hops:
-        hop.source.bridge = hop.target.bridge = hop.bridge.id
+        hop.source.bridge = hop.target.bridge = (hop.bridge.id, hop.source.id)
     by_topic = topics(resolver)
     if hops:
         meeting = Meetings(by_topic)

@@ -174,7 +174,7 @@ class Resolved:
         profile: the values.
         layers: nearest first; where values came from. Endpoints with equal settings share them.
         carried: the endpoint of another protocol that this one is on the wire.
-        bridge: the id of the bridge that it is an end of.
+        bridge: where it is an end of a bridge, the ids of that and of the endpoint at which it arrives: one for both ends.
         visiting: it is a copy, beside publishers that it meets although its own key is another one.
     """
 
@@ -190,7 +190,7 @@ class Resolved:
     external: bool
     carried: Carried | None = None
     visiting: bool = False
-    bridge: str | None = None
+    bridge: tuple[str, str] | None = None
 
     @property
     def is_copy(self) -> bool:

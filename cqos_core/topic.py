@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cqos_core.codes import CODES
+from cqos_core.detours import connected
 from cqos_core.evaluate import Outcome
 from cqos_core.findings import Draft, Made, headline, make, sides_of, subject
 from cqos_core.judge import Spoken, judge_pair
@@ -108,10 +109,12 @@ def _splits(topic: Topic, judged: Judged) -> list[Made]:
     for met in judged.met:
         met_by_any |= met
     alone = _alone(topic.subscribers, lambda index: met_by_any >> index & 1)
+    over_bridges = connected(topic, judged.met)
     loud: Drafts = {}
     quiet: Drafts = {}
     for each in judged.kept_apart:
-        for index, hit in each.hits.items():
+        for index, missed in each.hits.items():
+            hit = missed if each.bound.rule.always else missed & ~over_bridges[index]
             publisher = topic.publishers[index]
             left = _alone([publisher], lambda _, index=index: judged.met[index])  # type: ignore[misc]
             told = hit if each.bound.rule.always or left.told else hit & alone.told
@@ -135,14 +138,14 @@ def _splits(topic: Topic, judged: Judged) -> list[Made]:
 
 def _of_one_bridge(publisher: Members, subscribers: Sequence[Members]) -> int:
     """The groups whose endpoints are all ends of the bridge that all of ``publisher`` are ends of, as bits."""
-    bridges = {endpoint.bridge for endpoint in publisher.endpoints}
+    bridges = _bridges(publisher)
     if len(bridges) > 1 or None in bridges:
         return 0
-    return sum(
-        1 << index
-        for index, members in enumerate(subscribers)
-        if {each.bridge for each in members.endpoints} == bridges
-    )
+    return sum(1 << index for index, members in enumerate(subscribers) if _bridges(members) == bridges)
+
+
+def _bridges(members: Members) -> set[str | None]:
+    return {each.bridge and each.bridge[0] for each in members.endpoints}
 
 
 class _Alone(NamedTuple):

@@ -33,6 +33,50 @@ def test_who_waits_in_a_third_domain_is_told():
     assert not any("carrier/subscriber//scan" in ends for severity, ends in told if severity == "warning")
 
 
-def test_where_the_bridge_connects_both_sides_nothing_is_told_aloud():
-    told = split("viewer: {domain: 2, subscribes: {/scan: {depth: 5}}}")
-    assert [severity for severity, _ in told] == ["note"]
+def test_where_the_bridge_connects_both_sides_nothing_is_told():
+    assert split("viewer: {domain: 2, subscribes: {/scan: {depth: 5}}}") == []
+
+
+def test_who_gets_nothing_over_a_bridge_of_one_way_is_told():
+    more = "viewer: {domain: 2, subscribes: {/scan: {depth: 5}}, publishes: {/scan: {depth: 5}}}"
+    local = "nearby: {domain: 1, subscribes: {/scan: {depth: 5}}}"
+    ((severity, members),) = split(f"{more}\n  {local}")
+    assert (severity, "viewer/publisher//scan" in members, "nearby/subscriber//scan" in members) == ("note", True, True)
+
+
+CHAIN = """
+cqos: 1
+protocol: ros2
+options: {{ros2: {{rmw: cyclonedds, distro: jazzy}}}}
+participants:
+  lidar: {{domain: 1, publishes: {{/scan: {{depth: 5}}}}}}
+  a1: {{domain: 1}}
+  a2: {{domain: 2}}
+  b2: {{domain: {middle}}}
+  b3: {{domain: 3}}
+  viewer: {{domain: 3, subscribes: {{/scan: {{depth: 5}}}}}}
+  local: {{domain: 2, subscribes: {{/scan: {{depth: 5}}}}}}
+bridges:
+  a: {{routes: [{{from: {{participant: a1, topic: /scan}}, to: {{participant: a2}}}}]}}
+  b: {{routes: [{{from: {{participant: b2, topic: /scan}}, to: {{participant: b3}}}}]}}
+"""
+
+
+def test_over_several_bridges_all_are_connected():
+    report = cqos.check(CHAIN.format(middle=2).encode())
+    assert [each.code for each in report.findings if each.code == "ROS401"] == []
+
+
+def test_bridges_that_do_not_meet_connect_nobody():
+    report = cqos.check(CHAIN.format(middle=4).encode())
+    assert "b/subscriber//scan" in {end for each in report.findings if each.code == "ROS401" for end in each.endpoints}
+
+
+def test_routes_of_one_bridge_between_other_domains_connect_nobody():
+    parted = (
+        CHAIN.format(middle=4)
+        .replace("  b: {routes: [", "")
+        .replace("]}\n{from: {participant: b2", ", {from: {participant: b2")
+    )
+    told = [each for each in cqos.check(parted.encode()).findings if each.code == "ROS401"]
+    assert any({"lidar/publisher//scan", "viewer/subscriber//scan"} <= set(each.endpoints) for each in told)
