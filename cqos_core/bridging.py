@@ -6,16 +6,17 @@ needs, the hop that loses it is the one that is reported.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.arrivals import DUPLICATE_FREE, Arrivals, repetition
 from cqos_core.given import give
 from cqos_core.guarantee import RELAYED, SURVIVES, WORDS
-from cqos_core.pairing import apart
+from cqos_core.hops import Hop, Meetings
 from cqos_core.policy import ENDPOINT, NEED, Anything, Depends, FromPeers, is_plain
 from cqos_core.problems import InvalidValueError
 from cqos_core.remarks import core_finding, suggestion
-from cqos_core.report import Side
+from cqos_core.report import Severity, Side
 from cqos_core.resolved import Layer, Stated
 from cqos_core.settle import PUBLISHERS_FIRST, START_ORDER, SUBSCRIBERS_FIRST, combine, lone
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Setting
@@ -24,7 +25,9 @@ from cqos_core.wire import topics
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+    from cqos_core.arrivals import Way
     from cqos_core.given import Given
+    from cqos_core.hops import Topics
     from cqos_core.pack import RulePack
     from cqos_core.policy import Plain, Policy, Value
     from cqos_core.report import Finding
@@ -32,24 +35,6 @@ if TYPE_CHECKING:
     from cqos_core.resolved import QosProfile, Resolved
     from cqos_core.routes import Link
     from cqos_core.system import Bridge, Role, System
-
-Topics = dict[tuple[str, str], list["Resolved"]]
-_LIVELINESS: Final = "liveliness"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Hop:
-    """A link between resolved endpoints."""
-
-    bridge: Bridge
-    source: Resolved
-    target: Resolved
-
-    @property
-    def carries_liveliness(self) -> bool:
-        """Whether it stops publishing when its source is gone."""
-        return _LIVELINESS in self.bridge.carries
-
 
 # Hops
 
@@ -78,31 +63,6 @@ def linked(links: Sequence[Link], resolver: Resolver) -> tuple[Topics, list[Hop]
             if not changed:
                 break
     return by_topic, hops
-
-
-class Meetings:
-    """Who meets whom, whatever wire or key they meet on; an endpoint may be on several, as copies of itself."""
-
-    def __init__(self, by_topic: Topics) -> None:
-        """Find every copy of every endpoint."""
-        self._copies: dict[str, list[tuple[Resolved, list[Resolved]]]] = {}
-        for beside in by_topic.values():
-            for endpoint in beside:
-                self._copies.setdefault(endpoint.id, []).append((endpoint, beside))
-
-    def copies(self, endpoint: Resolved) -> list[Resolved]:
-        """Return an endpoint with its copies."""
-        return [copy for copy, _ in self._copies.get(endpoint.id, ())]
-
-    def pairs(self, endpoint: Resolved) -> Iterator[tuple[Resolved, Resolved]]:
-        """Yield publisher and subscriber of every pair that an endpoint is in."""
-        for copy, beside in self._copies.get(endpoint.id, ()):
-            for other in beside:
-                if other.role == copy.role or (copy.is_copy and other.is_copy):
-                    continue
-                publisher, subscriber = (copy, other) if copy.role == PUBLISHER else (other, copy)
-                if not apart(publisher.profile, subscriber.profile):
-                    yield publisher, subscriber
 
 
 # Values
@@ -341,6 +301,7 @@ def bridge_findings(system: System, hops: Sequence[Hop], by_topic: Topics) -> li
         *_loops(hops, meeting),
         *_weaker(hops, meeting),
         *_into_one(hops, meeting),
+        *_repeated(hops, by_topic),
     ]
 
 
@@ -459,29 +420,35 @@ def _into_one(hops: Sequence[Hop], meeting: Meetings) -> Iterator[Finding]:
             yield core_finding("CQ505", message, place=place, role=PUBLISHER, members=members, topic=topic)
 
 
+def _repeated(hops: Sequence[Hop], by_topic: Topics) -> Iterator[Finding]:
+    """Tell who needs that nothing arrives twice, and gets it over several ways."""
+    everybody = {each.id: each for beside in by_topic.values() for each in beside if not each.is_copy}
+    needing = {name for name, each in everybody.items() if DUPLICATE_FREE in each.profile.needs and not each.bridge}
+    if not (hops and needing):
+        return
+    arrivals = Arrivals(hops, by_topic)
+    found: dict[tuple[str, bool], list[tuple[str, list[Way]]]] = {}
+    for publisher in sorted(everybody):
+        if everybody[publisher].role == PUBLISHER and not everybody[publisher].bridge:
+            for name, (sure, ways) in arrivals.repeats(everybody[publisher]).items():
+                if name in needing:
+                    found.setdefault((name, sure), []).append((publisher, ways))
+    for (name, sure), ((publisher, ways), *more) in sorted(found.items()):
+        subscriber = everybody[name]
+        message = repetition(publisher, "it", ways, sure=sure)
+        if more:
+            message += f"; so does what {len(more)} more publish{'' if len(more) > 1 else 'es'}"
+        need = next((each.place for word, each in subscriber.endpoint.needs.items() if word == DUPLICATE_FREE), None)
+        yield core_finding(
+            "CQ507",
+            f"subscriber `{name}` needs {DUPLICATE_FREE}, but {message}",
+            place=need or subscriber.endpoint.place,
+            role=SUBSCRIBER,
+            members=[name],
+            topic=subscriber.shown,
+            severity=Severity.ERROR if sure else Severity.WARNING,
+        )
+
+
 def _is_given(given: Iterable[Given], name: str) -> bool:
     return any(each.word.name == name and each.value is not None and not each.nothing for each in given)
-
-
-Pair = tuple["Resolved", "Resolved"]
-
-
-def ways(publisher: Resolved, subscriber: Resolved, hops: Sequence[Hop], by_topic: Topics) -> list[list[Pair | Hop]]:
-    """Return the ways from a publisher to a subscriber over bridges: pairs and hops in turn, shortest first."""
-    meeting = Meetings(by_topic)
-    by_source = {hop.source.id: hop for hop in hops}
-    found: list[list[Pair | Hop]] = []
-    begun: list[list[Pair | Hop]] = [[]]
-    while begun:
-        longer = []
-        for way in begun:
-            last = way[-1] if way else None
-            end = last.target if isinstance(last, Hop) else publisher
-            for pair in meeting.pairs(end):
-                if pair[1].id == subscriber.id and way:
-                    found.append([*way, pair])
-                hop = by_source.get(pair[1].id)
-                if hop is not None and hop not in way:
-                    longer.append([*way, pair, hop])
-        begun = longer
-    return found

@@ -559,6 +559,14 @@ _MODEL = (
         "Who waits for it behind the bridge gets nothing.",
     ),
     CodeInfo(
+        "CQ507",
+        "bridges-in-parallel",
+        "error",
+        "One sample reaches a subscription that needs `duplicate_free` over two ways, of which a bridge is at least one.",
+        "Each way brings a copy, and the subscription takes both.",
+        help="take one of the ways away, or let the application drop what it has seen",
+    ),
+    CodeInfo(
         "CQ601",
         "unused-acceptance",
         "warning",

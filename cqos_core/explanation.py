@@ -5,15 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from cqos_core.bridging import Hop, linked, ways
+from cqos_core.arrivals import DUPLICATE_FREE, Arrivals, repetition
+from cqos_core.bridging import linked
 from cqos_core.checker import check_system
 from cqos_core.findings import Draft, fact, make
 from cqos_core.given import give, over
+from cqos_core.hops import Hop
 from cqos_core.judge import already_told, judge_endpoint, judge_pair
 from cqos_core.pairing import Members, Topic, apart, group
 from cqos_core.problems import CqosError
-from cqos_core.remarks import suggestion
-from cqos_core.report import Guarantee, HopReport, PairReport, PolicyComparison, Verdict
+from cqos_core.remarks import core_finding, suggestion
+from cqos_core.report import Guarantee, HopReport, PairReport, PolicyComparison, Severity, Verdict
 from cqos_core.resolve import Resolver, resolve
 from cqos_core.routes import expanded
 from cqos_core.settle import settle
@@ -23,7 +25,7 @@ from cqos_core.topic import check_topic
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from cqos_core.bridging import Pair
+    from cqos_core.arrivals import Pair
     from cqos_core.checker import Context
     from cqos_core.given import Given
     from cqos_core.report import Finding, Report
@@ -41,8 +43,10 @@ def explain_pair(system: System, publisher: str, subscriber: str, where: Context
     requesting = _find(resolved.endpoints, subscriber, SUBSCRIBER)
     everybody = _meeting_place(by_topic, offering, requesting)
     strangers = offering.pack is requesting.pack and apart(offering.profile, requesting.profile)
-    if (everybody is None or strangers) and (found := ways(offering, requesting, hops, by_topic)):
-        return _path_report(found[0], by_topic, check_system(system, where))
+    arrivals = Arrivals(hops, by_topic)
+    if (everybody is None or strangers) and (found := arrivals.ways(offering).get(requesting.id)):
+        report = _path_report(found[0], by_topic, check_system(system, where))
+        return _with_repetition(report, offering, requesting, arrivals)
     if everybody is None:
         raise CqosError(
             f"publisher `{offering.id}` is on {offering.pack.id} topic `{offering.shown}` and subscriber `{requesting.id}` on "
@@ -57,10 +61,42 @@ def explain_pair(system: System, publisher: str, subscriber: str, where: Context
         [_only(topic.publishers, offering.id)],
         [_only(topic.subscribers, requesting.id)],
     )
-    return _pair_report(
+    report = _pair_report(
         pair,
         [f for f in resolved.findings if not f.endpoints or set(f.endpoints) & {offering.id, requesting.id}],
     )
+    return _with_repetition(report, offering, requesting, arrivals) if hops else report
+
+
+def _with_repetition(report: PairReport, offering: Resolved, requesting: Resolved, arrivals: Arrivals) -> PairReport:
+    """Tell of a pair, or a way, that its samples arrive over another way too."""
+    found = arrivals.repeats(offering).get(requesting.id)
+    if found is None:
+        return report
+    sure, ways = found
+    needed = DUPLICATE_FREE in requesting.profile.needs
+    finding = core_finding(
+        "CQ507",
+        repetition(offering.id, f"`{requesting.id}`", ways, sure=sure),
+        place=requesting.endpoint.place,
+        role=SUBSCRIBER,
+        members=[requesting.id],
+        topic=requesting.shown,
+        severity=Severity.NOTE if not needed else Severity.ERROR if sure else Severity.WARNING,
+    )
+    guarantees = [
+        replace(
+            each,
+            value="no" if sure or each.value == "no" else "unknown",
+            survives=(),
+            lost=(*each.lost, (finding.code, finding.message)),
+        )
+        if each.word == DUPLICATE_FREE
+        else each
+        for each in report.guarantees
+    ]
+    others = (each for each in report.findings if each.code != finding.code)
+    return replace(report, findings=(*others, finding), guarantees=tuple(guarantees))
 
 
 def endpoints_of(system: System, where: Context) -> list[Resolved]:

@@ -501,3 +501,78 @@ def test_many_bridges_between_the_same_two_sides_are_copied_over_in_no_time():
     ]
     system = bridged(writer("a", "w", care="signed"), reader("b", "r", care="signed"), bridges=bridges, abroad=())
     assert checked(system, where=COPIED).verdict == "compatible"
+
+
+# The same over several ways
+
+ONCE = {"duplicate_free": "true"}
+
+
+def beside(*bridges, at="b", needs=ONCE, **requested):
+    """A writer at `a`, a reader elsewhere, and bridges between the two."""
+    subscriber = needing(at, "r", more={"settings": settings(**requested)}, **needs)
+    return bridged(writer("a", "w"), subscriber, bridges=bridges, abroad=())
+
+
+def via(name, source="a", target="b", **values):
+    return bridge(name, (f"{name}_in", source), (f"{name}_out", target), **values)
+
+
+def repeated(system):
+    return [(str(f.severity), f.message, f.endpoints) for f in check(system).findings if f.code == "CQ507"]
+
+
+def test_who_needs_each_sample_once_and_gets_it_over_two_bridges_is_told():
+    said = "subscriber `r` needs duplicate_free, but what `w` publishes arrives at it twice: over `one`, and over `two`"
+    assert repeated(beside(via("one"), via("two"))) == [("error", said, ("r",))]
+    assert repeated(beside(via("one"), via("two"), needs={})) == []
+    assert repeated(beside(via("one"))) == []
+
+
+@pytest.mark.parametrize(
+    ("bridges", "at", "ways"),
+    [
+        (
+            [via("out", "a", "c"), via("back", "c", "b"), via("near")],
+            "b",
+            "over `near`, and over `out` and then `back`",
+        ),
+        (
+            [via("one", "a", "c"), via("two", "a", "c"), via("on", "c")],
+            "b",
+            "over `one` and then `on`, and over `two` and then `on`",
+        ),
+        ([via("out", "a", "c"), via("back", "c", "a")], "a", "straight, and over `out` and then `back`"),
+    ],
+    ids=["of different length", "that part before another bridge", "one of which is straight"],
+)
+def test_ways_may_part_anywhere(bridges, at, ways):
+    ((_, message, _),) = repeated(beside(*bridges, at=at))
+    assert message.endswith(f"twice: {ways}")
+
+
+def test_a_bridge_takes_nothing_back_so_that_both_directions_of_one_are_no_second_way():
+    both = via("both")
+    both.routes += bridge("", ("both_out", "b"), ("both_in", "a")).routes
+    assert repeated(beside(both, at="a")) == []
+
+
+def test_over_a_bridge_that_does_not_fit_nothing_arrives():
+    assert repeated(beside(via("one"), via("two", receive={"care": "insured"}))) == []
+
+
+def test_where_it_is_not_known_whether_a_bridge_fits_it_may_arrive_twice():
+    ((severity, message, _),) = repeated(beside(via("one"), via("two", receive={"care": "unknown"})))
+    assert (severity, "may arrive at it twice" in message) == ("warning", True)
+
+
+def test_of_many_whose_samples_arrive_twice_one_is_named():
+    system = beside(via("one"), via("two"))
+    system.endpoints += [replace(system.endpoints[0], id=f"w{number}") for number in range(3)]
+    ((_, message, _),) = repeated(system)
+    assert message.endswith("over `one`, and over `two`; so does what 3 more publish")
+
+
+def test_ways_between_many_bridges_are_found_in_no_time():
+    steps = [via(f"{letter}{number}", letter, chr(ord(letter) + 1)) for letter in "abcdefgh" for number in range(9)]
+    assert len(repeated(beside(*steps, at="i"))) == 1

@@ -80,3 +80,34 @@ def test_routes_of_one_bridge_between_other_domains_connect_nobody():
     )
     told = [each for each in cqos.check(parted.encode()).findings if each.code == "ROS401"]
     assert any({"lidar/publisher//scan", "viewer/subscriber//scan"} <= set(each.endpoints) for each in told)
+
+
+PARALLEL = CHAIN.replace("b3: {{domain: 3}}", "b3: {{domain: 2}}").format(middle=1)
+
+
+def once(pair):
+    (given,) = [each for each in pair.guarantees if each.word == "duplicate_free"]
+    return given.value, [code for code, _ in given.lost]
+
+
+def test_over_bridges_side_by_side_samples_arrive_twice():
+    def explained(text):
+        return cqos.explain(text.encode(), publisher="lidar/publisher//scan", subscriber="local/subscriber//scan")
+
+    assert once(explained(CHAIN.format(middle=2))) == ("yes", [])
+    pair = explained(PARALLEL)
+    assert once(pair) == ("no", ["CQ507"])
+    assert [(str(each.severity), each.code) for each in pair.findings] == [("note", "CQ507")]
+    needing = PARALLEL.replace(
+        "local: {domain: 2, subscribes: {/scan: {depth: 5",
+        "local: {domain: 2, subscribes: {/scan: {depth: 5, needs: {duplicate_free: true}",
+    )
+    assert "CQ507" in {each.code for each in cqos.check(needing.encode()).findings}
+    assert [str(each.severity) for each in explained(needing).findings] == ["error"]
+
+
+def test_what_also_comes_straight_arrives_twice():
+    loop = CHAIN.replace("b3: {{domain: 3}}", "b3: {{domain: 1}}").format(middle=2) + "  \n"
+    near = loop.replace("bridges:", "  near: {domain: 1, subscribes: {/scan: {depth: 5}}}\nbridges:")
+    pair = cqos.explain(near.encode(), publisher="lidar/publisher//scan", subscriber="near/subscriber//scan")
+    assert once(pair) == ("no", ["CQ507"])
