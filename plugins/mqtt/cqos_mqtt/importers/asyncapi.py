@@ -14,9 +14,10 @@ from math import prod
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import collector_paused, listed, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
 from cqos_core.problems import InputError, Problem
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Place, Setting
+from cqos_mqtt.filters import intersect
 from cqos_mqtt.importers.document import Document, entries_of, levels, stated
 
 if TYPE_CHECKING:
@@ -53,7 +54,8 @@ _SUBSCRIPTION: Final = {
 _PARAMETER: Final = re.compile(r"\{([^{}]*)\}")
 _MOST_TOPICS: Final = 100
 _SAYS: Final = {"subscribe": PUBLISHER, "publish": SUBSCRIBER, "send": PUBLISHER, "receive": SUBSCRIBER}
-_ANSWERS: Final = {"send": SUBSCRIBER, "receive": PUBLISHER}
+_ANSWERS: Final = {"subscribe": SUBSCRIBER, "publish": PUBLISHER, "send": SUBSCRIBER, "receive": PUBLISHER}
+_ACTIONS: Final = ("send", "receive")
 UNKNOWN: Final = "unknown"
 
 
@@ -85,6 +87,17 @@ class _Topic:
 
     name: str
     one_of: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Answered:
+    """An operation that may be answered: in which role the application has to do with the answer, and where."""
+
+    key: ScalarNode
+    operation: MappingNode
+    channel: MappingNode
+    role: Role
+    servers: list[_Server]
 
 
 class _Reader(Document):
@@ -148,6 +161,7 @@ class _Reader(Document):
 
     def of_version_2(self, channels: MappingNode, servers: list[_Server]) -> None:
         """Read channels with the operations in them, as 2.x writes them."""
+        answered = []
         for key, node in entries_of(channels):
             channel = self.a_map(node, key.text)
             names = {
@@ -162,6 +176,9 @@ class _Reader(Document):
                     layers = [operation, *self.traits(operation)]
                     for topic in self.topics(channel, key.text):
                         self.operation(_SAYS[verb], topic, own_key, layers, reached)
+                    answered.append(_Answered(own_key, operation, channel, _ANSWERS[verb], reached))
+        for each in answered:
+            self.responses(each)
 
     def of_version_3(self, operations: MappingNode, servers: list[_Server]) -> None:
         """Read operations with the channels they lead to, as 3.x writes them."""
@@ -169,9 +186,9 @@ class _Reader(Document):
         for key, node in entries_of(operations):
             operation = self.a_map(node, key.text)
             action = self.a_text(operation, "action")
-            if action not in _ANSWERS:
+            if action not in _ACTIONS:
                 where = stated(operation, "action") or key
-                self.problem("CQ009", f"`action` must be {listed(_ANSWERS)}, found {shown(action)}", where)
+                self.problem("CQ009", f"`action` must be {listed(_ACTIONS)}, found {shown(action)}", where)
                 continue
             if stated(operation, "channel") is None:
                 self.problem("CQ009", f"operation {shown(key.text)} has no `channel`", key)
@@ -181,33 +198,88 @@ class _Reader(Document):
                 continue
             # In 3.x what a trait says gives way to what the operation says.
             layers = [*self.traits(operation), operation]
+            reached = self.reached(channel, servers)
             for topic in self.addressed(channel, f"the channel of operation {shown(key.text)}", key):
-                self.operation(_SAYS[action], topic, key, layers, self.reached(channel, servers))
-            if stated(operation, "reply") is not None:
-                answered.append((key, operation, _ANSWERS[action]))
-        for key, operation, role in answered:
-            self.reply(operation, role, f"the reply to operation {shown(key.text)}", servers)
+                self.operation(_SAYS[action], topic, key, layers, reached)
+            answered.append(_Answered(key, operation, channel, _ANSWERS[action], reached))
+        for each in answered:
+            if stated(each.operation, "reply") is not None:
+                self.reply(each, f"the reply to operation {shown(each.key.text)}", servers)
+            else:
+                self.responses(each)
 
-    def reply(self, operation: MappingNode, role: Role, what: str, servers: list[_Server]) -> None:
+    def reply(self, answered: _Answered, what: str, servers: list[_Server]) -> None:
         """Read where the reply to an operation goes; how, the operation says of itself only."""
-        where, node = operation.entries["reply"]
+        where, node = answered.operation.entries["reply"]
         reply = self.a_map(node, "reply")
         location = self.a_text(self.a_map(stated(reply, "address"), "address"), "location")
         channel = self.channel(reply)
         if location:
-            self.note("MQTT921", f"{what} goes where {shown(location)} says, so it is passed over", where)
+            if not self.responses(answered):
+                self.note("MQTT921", f"{what} goes where {shown(location)} says, so it is passed over", where)
         elif channel is not None:
-            # An operation of its own for the replies says more of them.
-            known = {(each.participant, each.role, each.topic) for each in self.system.endpoints}
             for topic in self.addressed(channel, f"the channel of {what}", where):
-                new = [
-                    server
-                    for server in self.reached(channel, servers)
-                    if (server.client, role, topic.name) not in known
-                ]
-                self.operation(role, topic, where, [], new)
-        elif stated(reply, "channel") is None:
+                self.answer(answered.role, topic, where, self.reached(channel, servers))
+        elif stated(reply, "channel") is None and not self.responses(answered):
             self.note("MQTT921", f"{what} has neither an address nor a channel, so it is passed over", where)
+
+    def answer(
+        self, role: Role, topic: _Topic, where: ScalarNode, servers: list[_Server], *, guessed: bool = False
+    ) -> None:
+        """Add what is done with answers, unless operations of their own, which say more of them, do it."""
+        known = {
+            each.participant
+            for each in self.system.endpoints
+            if each.role == role and each.topic is not None and intersect(each.topic, topic.name)
+        }
+        self.operation(role, topic, where, [], [each for each in servers if each.client not in known], guessed=guessed)
+
+    def responses(self, answered: _Answered) -> bool:
+        """Read where the messages of an operation say that answers go; return whether any says it."""
+        found = False
+        for message in self.messages(answered):
+            for layer in (message, *self.parts(stated(message, "traits"))):
+                bindings = self.at_hand(stated(layer, "bindings"))
+                binding = self.at_hand(stated(bindings, "mqtt")) if isinstance(bindings, MappingNode) else None
+                wanted = self.at_hand(stated(binding, "responseTopic")) if isinstance(binding, MappingNode) else None
+                node, guessed = self.response(wanted)
+                if node is None or not node.text:
+                    continue
+                found = True
+                for topic in self.topics(answered.channel, node.text):
+                    self.answer(answered.role, topic, node, answered.servers, guessed=guessed)
+        return found
+
+    def messages(self, answered: _Answered) -> list[MappingNode]:
+        """Return the messages of an operation; in 3.x, those of its channel where it lists none."""
+        own = self.at_hand(stated(answered.operation, "message"))
+        if isinstance(own, MappingNode):
+            return self.parts(stated(own, "oneOf")) or [own]
+        listed_here = self.parts(stated(answered.operation, "messages"))
+        return listed_here or self.parts(stated(answered.channel, "messages"))
+
+    def parts(self, node: Node | None) -> list[MappingNode]:
+        """Return the maps in a list, or in a map, that are at hand."""
+        found = self.at_hand(node)
+        items: list[Node] = []
+        if isinstance(found, SequenceNode):
+            items = found.items
+        elif isinstance(found, MappingNode):
+            items = [value for _, value in found.entries.values()]
+        return [part for each in items if isinstance(part := self.at_hand(each), MappingNode)]
+
+    def response(self, node: Node | None) -> tuple[ScalarNode | None, bool]:
+        """Return the topic that a text or a schema stands for, and whether it is only an example."""
+        if not isinstance(node, MappingNode):
+            return (node if isinstance(node, ScalarNode) else None), False
+        fixed = stated(node, "const")
+        if isinstance(fixed, ScalarNode):
+            return fixed, False
+        for name, guessed in (("enum", False), ("examples", True)):
+            values = self.at_hand(stated(node, name))
+            if isinstance(values, SequenceNode) and len(values.items) == 1 and isinstance(values.items[0], ScalarNode):
+                return values.items[0], guessed
+        return None, False
 
     def channel(self, entries: MappingNode) -> MappingNode | None:
         """Return the channel that an operation or a reply leads to; None where it leads to none, which is told."""
@@ -273,7 +345,14 @@ class _Reader(Document):
         return [self.a_map(each, "traits") for each in self.a_list(stated(operation, "traits"), "traits")]
 
     def operation(
-        self, role: Role, topic: _Topic, where: ScalarNode, layers: list[MappingNode], servers: list[_Server]
+        self,
+        role: Role,
+        topic: _Topic,
+        where: ScalarNode,
+        layers: list[MappingNode],
+        servers: list[_Server],
+        *,
+        guessed: bool = False,
     ) -> None:
         """Add what an operation is at each server; of its layers a later one wins."""
         settings: Settings = {}
@@ -283,7 +362,7 @@ class _Reader(Document):
             self.take(binding, _PUBLICATION if role == PUBLISHER else _SUBSCRIPTION, settings)
         for server in servers:
             one_of = None if topic.one_of is None else f"{server.client}/{role}/{topic.one_of}"
-            self.endpoint(server.client, role, topic.name, where, dict(settings), one_of=one_of)
+            self.endpoint(server.client, role, topic.name, where, dict(settings), one_of=one_of, guessed=guessed)
 
     # Values
 

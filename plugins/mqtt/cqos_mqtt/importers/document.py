@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 REF: Final = "$ref"
 _MOST_FILES: Final = 1000
 _MOST_DIGITS: Final = 9
+_MOST_STEPS: Final = 20
 _NOT_A_FILE: Final = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:|//")
 
 
@@ -162,6 +163,16 @@ class Document(Reading):
                 self.note("MQTT901", f"reference {shown(reference.text)} leads to nothing", reference)
         return node
 
+    def at_hand(self, node: Node | None) -> Node | None:
+        """Return what ``node`` leads to in its own file, None where that is nothing; for what matters little if it is missing."""
+        for _ in range(_MOST_STEPS):
+            reference = stated(node, REF) if isinstance(node, MappingNode) else None
+            if not isinstance(reference, ScalarNode):
+                return node
+            name, _, pointer = reference.text.partition("#")
+            node = None if name else pointed(self._files[_same(self.place(reference).source)].root, pointer)
+        return None
+
     def file(self, name: str, reference: ScalarNode) -> _File | None:
         """Return the file of a reference, relative to the one it stands in; None where there is none, which is told."""
         home = self.place(reference).source
@@ -232,10 +243,12 @@ class Document(Reading):
         needs: Settings | None = None,
         label: str | None = None,
         one_of: str | None = None,
+        guessed: bool = False,
     ) -> None:
         """Add an endpoint; one that publishes to a name with a wildcard publishes to several topics.
 
-        Of the endpoints that stand for one, as ``one_of`` names it, any may be the one that there is.
+        Of the endpoints that stand for one, as ``one_of`` names it, any may be the one that there is. The topic may be
+        ``guessed``.
         """
         identifier = f"{client}/{role}/{topic}"
         number = self._numbers[identifier] = self._numbers.get(identifier, 0) + 1
@@ -253,6 +266,7 @@ class Document(Reading):
                 label=label or None,
                 template=one_of,
                 alternative=one_of is not None,
+                topic_is_guess=guessed,
                 place=place,
             )
         )

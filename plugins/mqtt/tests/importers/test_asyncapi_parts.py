@@ -146,6 +146,93 @@ def test_an_operation_of_its_own_says_more_of_replies():
     assert replies.settings["qos"].text == "2"
 
 
+def answering(message: str, reply: str = "") -> str:
+    """The requester, whose message says where its answers go."""
+    start, _, _ = REQUESTER.partition("    reply:")
+    return start.replace("{payload: {type: object}}", f"{{payload: {{type: object}}, {message}}}", 1) + reply
+
+
+RESPONSE = "bindings: {mqtt: {responseTopic: plant/status/answer}}"
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        RESPONSE,
+        "bindings: {mqtt: {responseTopic: {type: string, const: plant/status/answer}}}",
+        "bindings: {mqtt: {responseTopic: {type: string, enum: [plant/status/answer]}}}",
+        f"traits: [{{{RESPONSE}}}]",
+    ],
+)
+def test_a_message_may_say_where_its_answer_goes(message: str):
+    assert ids(answering(message)) == [
+        "dashboard/publisher/plant/status/get",
+        "dashboard/subscriber/plant/status/answer",
+    ]
+    responder = answering(message).replace("action: send", "action: receive")
+    assert ids(responder) == ["dashboard/subscriber/plant/status/get", "dashboard/publisher/plant/status/answer"]
+
+
+def test_a_response_topic_with_parameters_is_a_filter():
+    text = answering("bindings: {mqtt: {responseTopic: 'clients/{id}/status'}}")
+    assert ids(text)[1:] == ["dashboard/subscriber/clients/+/status"]
+
+
+def test_an_example_of_a_response_topic_is_a_guess():
+    request, response = system(
+        answering("bindings: {mqtt: {responseTopic: {type: string, examples: [a/b]}}}")
+    ).endpoints
+    assert (response.topic, response.topic_is_guess, request.topic_is_guess) == ("a/b", True, False)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        "bindings: {mqtt: {responseTopic: {type: string}}}",
+        "bindings: {mqtt: {responseTopic: {type: string, enum: [a, b]}}}",
+        "bindings: {mqtt: {responseTopic: {type: string, examples: [a, b]}}}",
+        "bindings: {mqtt: {responseTopic: {type: string, enum: 5, examples: {}}}}",
+        "bindings: {mqtt: {responseTopic: {$ref: '#/components/gone'}}}",
+        "bindings: {mqtt: {responseTopic: {$ref: 'https://example.org/topic'}}}",
+        "bindings: {mqtt: {responseTopic: [a]}}",
+        "bindings: {mqtt: 5}",
+        "traits: 5",
+        "bindings: {$ref: '#/channels/statusRequested/messages/request/bindings'}",
+    ],
+)
+def test_where_the_answer_goes_may_be_open(message: str):
+    read_system = system(answering(message))
+    assert [endpoint.id for endpoint in read_system.endpoints] == ["dashboard/publisher/plant/status/get"]
+    assert read_system.notes == []
+
+
+def test_what_is_said_of_a_reply_comes_before_its_messages():
+    reply = '    reply: {channel: {$ref: "#/channels/statusReported"}}\n'
+    assert ids(answering(RESPONSE, reply))[1:] == ["dashboard/subscriber/plant/status/reply"]
+
+
+def test_messages_say_what_the_address_of_a_reply_leaves_open():
+    answered = system(answering(RESPONSE, "    reply: {address: {location: '$message.header#/replyTo'}}\n"))
+    assert [endpoint.id for endpoint in answered.endpoints][1:] == ["dashboard/subscriber/plant/status/answer"]
+    assert answered.notes == []
+
+
+def test_an_operation_of_its_own_says_more_of_answers():
+    own = """  answers: {address: 'plant/status/#'}
+operations:
+  listen: {action: receive, channel: {$ref: "#/channels/answers"}, bindings: {mqtt: {qos: 2}}}
+"""
+    text = answering(RESPONSE).replace("operations:\n", own)
+    assert ids(text) == ["dashboard/subscriber/plant/status/#", "dashboard/publisher/plant/status/get"]
+
+
+def test_messages_of_version_2_say_it_too():
+    message = 'message: {oneOf: [{payload: {}}, {$ref: "#/components/messages/ask"}]}'
+    text = LIGHTS_V2.replace('message: {$ref: "https://schemas.example.org/light.json"}', message)
+    text += f"  messages: {{ask: {{{RESPONSE}}}}}\n"
+    assert ids(text)[-1] == "lights/publisher/plant/status/answer"
+
+
 def test_a_reply_that_leads_nowhere_is_told_at_its_place():
     text = REQUESTER.replace(
         '      channel: {$ref: "#/channels/statusReported"}', '      channel: {$ref: "#/channels/no"}'
