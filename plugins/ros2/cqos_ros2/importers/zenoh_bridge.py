@@ -45,8 +45,9 @@ _KINDS: Final = (
     *("publishers", "subscribers", "service_servers", "service_clients"),
     *("action_servers", "action_clients"),
 )
-_NAMESPACE: Final = re.compile(r"/|(?:/[A-Za-z0-9_]++)++")
-_NODENAME: Final = re.compile(r"[A-Za-z0-9_]++")
+# It looks for a part that is right, so that others may stand beside it, if only Zenoh takes them as keys (lib.rs, run).
+_NAMESPACE: Final = re.compile(r"/|(?:/[^/*$#?]++)++")
+_NODENAME: Final = re.compile(r"(?=.*[A-Za-z0-9_])[^/*$#?]++(?:/[^/*$#?]++)*+")
 _LARGEST_DOMAIN: Final = 232
 _CACHE: Final = "10"
 

@@ -266,3 +266,11 @@ def test_parameters_of_nodes_are_no_parameters_of_the_bridge():
     report = check(system)
     assert ("error", "ROS101", "/scan") not in loud(report)
     assert not [each for each in report.findings if "zenoh_bridge_ros2dds" in each.message and each.severity == "error"]
+
+
+@pytest.mark.parametrize(
+    "about", ["nodename: 'station/zenoh-bridge'", "namespace: '/robot-1'", "nodename: 'my bridge'"]
+)
+def test_names_that_ros_would_refuse_do_not_keep_the_bridge_from_starting(about):
+    source = Source("b.json5", f"{{plugins: {{ros2dds: {{{about}}}}}}}".encode())
+    assert read_source(source).notes == []
