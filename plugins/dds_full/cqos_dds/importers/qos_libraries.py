@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 
 SEPARATOR: Final = "::"
 _BUILT_IN: Final = re.compile(r"BuiltinQos\w*::.*")
+# Those of participants, transports and tools, which by their names set no policy of writers and readers.
+_BESIDE: Final = re.compile(
+    r"BuiltinQos\w*::(?:Generic\.(?:Participant|Monitoring)|Feature|Transport|Optimization\.(?:Discovery|Transport))\..*"
+)
 _KNOWN: Final = frozenset(normalise(name) for each, preset in PRESETS.items() for name in (each, *preset.aliases))
 _ANY: Final = "*"
 _MOST_FILTERS: Final = 1000
@@ -124,9 +128,11 @@ class QosLibraries:
         return found
 
     def is_known(self, name: str, where: Element) -> bool:
-        """Whether a base can be looked up; what is built into an implementation is known in part only."""
+        """Whether a base is to be looked up; what is built into an implementation is known in part only."""
         if not _BUILT_IN.fullmatch(name) or normalise(name) in _KNOWN:
             return True
+        if _BESIDE.fullmatch(name):
+            return False
         message = f"the base `{name}` is built into RTI Connext, and what it sets is not known here"
         self.reading.note("DDS904", message, where)
         return False

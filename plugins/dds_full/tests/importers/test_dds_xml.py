@@ -204,6 +204,12 @@ class TestInheritance:
         assert (note.code, note.severity) == ("DDS904", "warning")
         assert "`BuiltinQosLib::Pattern.Event` is built into RTI Connext" in note.message
 
+    def test_what_is_built_in_for_participants_transports_and_tools_says_nothing_of_writers_and_readers(self):
+        bases = ("BuiltinQosSnippetLib::Feature.Monitoring2.Enable", "BuiltinQosLib::Generic.Participant.LargeData")
+        listing = "".join(f"<element>{base}</element>" for base in bases)
+        system = reads(dds(library("L", profile("A", f"<base_name>{listing}</base_name>", writer(depth(2))))))
+        assert (used(system, "L::A", "publishes"), system.notes) == ({"history.depth": "2"}, [])
+
     def test_a_profile_outside_of_libraries(self):
         system = reads(dds(profile("Test", writer(depth(2))), attributes='xmlns="http://www.omg.org/dds"'))
         assert used(system, "Test") == {"history.depth": "2"}
