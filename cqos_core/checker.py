@@ -96,12 +96,23 @@ def _near_misses(
             matched = _matched(pack, folded, {fold(key[1]) for key in missing})
             for key in missing:
                 near = (fold(key[1]), *matched.get(fold(key[1]), ()))
-                candidates = [c for each in near for c in folded.get(each, ()) if c not in silenced]
+                candidates = [
+                    c
+                    for each in near
+                    for c in folded.get(each, ())
+                    if c not in silenced and not _of_one_bridge(lonely[key], lonely[c])
+                ]
                 if not candidates or key in silenced or (len(candidates) > 1 and not matched):
                     continue
                 silenced |= {key, *candidates}
                 findings.append(_near_miss(lonely[key], [each for c in candidates for each in lonely[c]], words))
     return findings, silenced
+
+
+def _of_one_bridge(missing: Sequence[Resolved], offering: Sequence[Resolved]) -> bool:
+    """Whether all of them are ends of one bridge, which renames what it carries."""
+    bridges = {each.bridge and each.bridge[0] for each in (*missing, *offering)}
+    return len(bridges) == 1 and None not in bridges
 
 
 def _matched(pack: RulePack, offering: Iterable[str], missing: set[str]) -> Mapping[str, Sequence[str]]:

@@ -230,3 +230,12 @@ def test_what_mosquitto_refuses_is_an_error_with_its_line(line, why):
 def test_a_connection_without_address_is_an_error():
     with pytest.raises(cqos.InputError, match="a connection needs an `address`"):
         cqos.read(b"connection b\ntopic a\n", importer="mosquitto")
+
+
+def test_what_a_bridge_renames_is_no_near_miss():
+    ping_pong = FLAT.replace(b"/a", b"/ping/a") + (
+        b"    bridge.mqtt2ros.mqtt_topics: [b]\n    bridge.mqtt2ros.b.ros_topic: /pong/a\n    bridge.mqtt2ros.b.primitive: true\n"
+    )
+    assert "CQ403" not in {finding.code for finding in cqos.check(ping_pong).findings}
+    beside = b"cqos: 1\nparticipants: {n: {protocol: ros2, publishes: {/pang/a: {}}}}\n"
+    assert "CQ403" in {finding.code for finding in cqos.check(FLAT.replace(b"/a", b"/ping/a"), beside).findings}

@@ -125,6 +125,13 @@ class Configuration(Reading):
             self.refuse(node, name, "a whole number")
         return number
 
+    def is_filled_in(self, name: str, where: Node) -> bool:
+        """Whether a name has a placeholder, ``<robot>`` or ``$(var robot)``, for which a launch file puts in something; tell it."""
+        if "<" not in name and "$(" not in name:
+            return False
+        self.note("ROS943", f"the name {shown(name)} is filled in at launch", where, "give the file that is left then")
+        return True
+
     # What is found
 
     def note(self, code: str, message: str, where: Node | Place, advice: str | None = None) -> None:

@@ -77,11 +77,13 @@ class _Reader(Configuration):
         if not type_name and not any(stated(entries, name) for name in _GZ_TYPES):
             self.out("it says no type of message", entries, "state `ros_type_name` and `gz_type_name`")
             return
+        name = self.a_text(entries, topic)
+        where = stated(entries, topic) or entries
+        if self.is_filled_in(name, where):
+            return
         for role in roles:
             settings = self.queue(entries, role, with_preset=bool(presets))
             participant = self.participant(NODE, entries)
-            name = self.a_text(entries, topic)
-            where = stated(entries, topic) or entries
             self.endpoint(participant, role, name, where, settings, presets=presets, type_name=type_name)
 
     def out(self, message: str, where: Node, advice: str) -> None:
@@ -126,7 +128,9 @@ class _Reader(Configuration):
     def service(self, entries: MappingNode) -> None:
         """Add a service that Gazebo answers, which the bridge serves in ROS."""
         name = self.a_text(entries, "service_name")
-        participant = self.participant(NODE, entries)
         where = stated(entries, "service_name") or entries
+        if self.is_filled_in(name, where):
+            return
+        participant = self.participant(NODE, entries)
         type_name = self.a_text(entries, "ros_type_name")
         self.endpoint(participant, SUBSCRIBER, name, where, {}, type_name=type_name, kind="service_server")

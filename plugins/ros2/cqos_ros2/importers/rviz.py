@@ -138,10 +138,9 @@ class _Reader(Configuration):
             name = self.topic(value)
             if name is None or (key.text == "Description Topic" and self.a_text(node, "Description Source") == "File"):
                 continue
-            if "<" in name.text:
-                message = f"the topic {shown(name.text)} is filled in when RViz is launched"
-                self.note("ROS943", message, name, "give the file that is left then")
-            elif isinstance(value, ScalarNode) and not plugin.startswith(_OURS):
+            if self.is_filled_in(name.text, name):
+                continue
+            if isinstance(value, ScalarNode) and not plugin.startswith(_OURS):
                 message = f"what {shown(plugin)} requests on {shown(name.text)} is not in this file"
                 self.note("ROS944", message, name)
             else:

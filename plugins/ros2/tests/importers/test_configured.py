@@ -222,3 +222,11 @@ def test_a_duration_of_fast_dds_has_no_other_fields():
     assert [note.message for note in system.notes if note.code == "ROS960"] == [
         "elements that ROS 2 has no policy for: `period/fraction`"
     ]
+
+
+@pytest.mark.parametrize("name", ["<robot>/battery", "$(var prefix)/battery"])
+def test_names_that_a_launch_file_fills_in_are_not_checked(name):
+    entry = f"- {{ros_topic_name: '{name}', ros_type_name: a/B, gz_type_name: a.B}}\n"
+    service = f"- {{service_name: '{name}', ros_type_name: a/B}}\n"
+    system = read("gz_bridge", entry + service)
+    assert (system.endpoints, [note.code for note in system.notes]) == ([], ["ROS943", "ROS943"])
