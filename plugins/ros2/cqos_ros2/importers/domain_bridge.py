@@ -202,6 +202,8 @@ class _Reader(Configuration):
         """Return the endpoint of a way in one domain."""
         # Its subscriptions ignore what their own node publishes.
         own = {"domain": Setting(str(domain), self.place(way.key)), "bridge": Setting(self.name)}
+        if topic == "~" or topic.startswith("~/"):  # stands for the name of the bridge, not for that of its node
+            topic = f"/{self.name}{topic[1:]}"
         participant = self.participant(f"{self.name}_{domain}", way.key, own)
         return self.made(participant, role, topic, way.key, dict(way.settings), type_name=type_name)
 

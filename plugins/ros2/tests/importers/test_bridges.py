@@ -150,6 +150,11 @@ class TestDomains:
         sources = [read_source(Source(name, text.encode())) for name, text in (("a.yaml", DOMAINS), ("b.yaml", back))]
         assert "CQ503" in {finding.code for finding in check(merge(sources)).findings}
 
+    def test_the_tilde_stands_for_its_name(self):
+        system = read_source(Source("b.yaml", DOMAINS.replace("String}", "String, remap: ~/talk}").encode()))
+        (route,) = system.bridges["domain_bridge"].routes
+        assert (route.source.topic, route.target.topic) == ("/chatter", "/domain_bridge/talk")
+
     def test_its_command_line_may_say_that_it_does_not_wait(self):
         switches = {"domain_bridge": {"wait_for_publisher": "false"}}
         system = read_source(Source("b.yaml", DOMAINS.encode()), switches=switches)
