@@ -17,7 +17,8 @@ A case file has the code of one rule and named cases::
 
 A case states a pair (``offered``, ``requested``), one endpoint (``publisher`` or ``subscriber``), or a small ``system`` in
 the YAML form. ``expect`` is the severity with which the rule speaks, ``ok`` where it is silent, ``unknown`` where it leaves
-the pair open. ``verdict``, ``findings`` (codes of all warnings and errors) and ``remedies`` are compared where they are given.
+the pair open. ``verdict``, ``findings`` (codes of all warnings and errors) and ``remedies`` are compared where they are given. Whatever a
+case expects, no headline may be left with ``{braces}`` of its rule that nothing fills.
 
 A pack's own test module is then::
 
@@ -29,6 +30,7 @@ A pack's own test module is then::
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -134,11 +136,22 @@ def _settings(stated: Mapping[str, Any]) -> dict[str, str]:
 
 def run_case(case: Case, packs: Iterable[RulePack] = ()) -> None:
     """Check a case and raise `AssertionError` with everything that differs from what it expects."""
+    packs = list(packs)
     result = judge_case(case, packs)
-    wrong = list(_differences(case, result))
+    wrong = [*_differences(case, result), *_left_open(result, packs)]
     if wrong:
         said = "\n".join(f"    {f.severity} {f.code} {f.message}" for f in result.findings) or "    nothing"
         raise AssertionError(f"{case} ({case.source})\n  " + "\n  ".join(wrong) + f"\n  findings:\n{said}")
+
+
+def _left_open(result: Result, packs: Iterable[RulePack]) -> Iterator[str]:
+    """Tell what a rule's own headline has braces for and no value, so that people would read the braces."""
+    where = context(packs)
+    for finding in result.findings:
+        says = getattr(where.find_rule(finding.code), "says", "")
+        for mark in dict.fromkeys(re.findall(r"\{[^{}]+\}", says)):
+            if mark in finding.message:
+                yield f"{finding.code} says {mark}, for which there is no value here: {finding.message}"
 
 
 def _differences(case: Case, result: Result) -> Iterator[str]:

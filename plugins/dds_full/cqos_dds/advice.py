@@ -392,7 +392,10 @@ ENDPOINTS: Final = (
         fixes=("time_based_filter", "liveliness.lease_duration"),
     ),
     forbids(
-        (requested(TIME_BASED_FILTER) > 0) & (requested(DEADLINE) < requested(TIME_BASED_FILTER) + topic(PERIOD)),
+        # A deadline below the filter itself is DDS301's to tell.
+        (requested(TIME_BASED_FILTER) > 0)
+        & (requested(DEADLINE) >= requested(TIME_BASED_FILTER))
+        & (requested(DEADLINE) < requested(TIME_BASED_FILTER) + topic(PERIOD)),
         code="DDS352",
         name="deadline-under-separation-and-period",
         says="{endpoint} with filter {time_based_filter}, deadline {deadline} and period {period}: dropped samples look like missed deadlines",

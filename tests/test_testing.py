@@ -1,0 +1,28 @@
+"""The case runner that pack authors use."""
+
+import pytest
+
+from cqos_core.expression import offered
+from cqos_core.pack import RulePack
+from cqos_core.policy import Count, Policy
+from cqos_core.rule import forbids
+from cqos_core.testing import Case, run_case
+
+SIZE = Policy("size", Count(), None, "The size of a message.")
+LIMIT = Policy("limit", Count(), "8", "The largest one.", level="option")
+RULE = forbids(
+    offered(SIZE) > LIMIT,
+    code="PO101",
+    name="too-big",
+    because="it does not fit",
+    clause="none",
+    says="{endpoint} sends {size}, and {limit} is the limit",
+)
+PACK = RulePack(id="posts", title="Posts", summary="Messages.", policies=(SIZE, LIMIT), rules=(RULE,))
+
+
+def test_a_headline_with_braces_that_nothing_fills_fails_its_case():
+    sent = {"publisher": {"size": 9}, "expect": "warning"}
+    with pytest.raises(AssertionError, match=r"PO101 says \{limit\}, for which there is no value here"):
+        run_case(Case("PO101", "posts", "over the default limit", {"name": "over", **sent}), iter([PACK]))
+    run_case(Case("PO101", "posts", "over a stated limit", {"name": "over", **sent, "options": {"limit": 7}}), [PACK])
