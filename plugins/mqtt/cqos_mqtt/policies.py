@@ -459,8 +459,8 @@ BROKER_PACKET_SIZE: Final = Policy(
 BROKER_ALIASES: Final = Policy(
     "topic_alias_maximum",
     Count(0, 65_535),
-    "0",
-    "The highest topic alias that it understands.",
+    None,
+    "The highest topic alias that it understands; a broker that announces none understands none.",
     "MQTT 5.0, 3.2.2.3.8",
     level="broker",
 )

@@ -275,7 +275,7 @@ CAPABILITIES: Final = (
         (offered(TOPIC_ALIAS) == 0) | (offered(TOPIC_ALIAS) > broker(BROKER_ALIASES)),
         code="MQTT211",
         name="alias-above-maximum",
-        says="{endpoint} uses topic alias {topic_alias}, and the broker understands 1 to {topic_alias_maximum}",
+        says="{endpoint} uses topic alias {topic_alias}, which is none that the broker understands",
         because=REFUSED + "it does not understand the topic alias",
         clause="MQTT 5.0, MQTT-3.3.2-8, MQTT-3.3.2-9 and MQTT-3.3.2-11",
         severity="error",
