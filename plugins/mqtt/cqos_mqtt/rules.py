@@ -31,6 +31,7 @@ from cqos_core.expression import (
 from cqos_core.guarantee import WORDS
 from cqos_core.rule import Rule, forbids, meets, requires
 from cqos_mqtt.policies import (
+    ALIASES,
     BROKER,
     BROKER_ALIASES,
     BROKER_PACKET_SIZE,
@@ -264,7 +265,7 @@ CAPABILITIES: Final = (
         fixes=("max_payload",),
     ),
     requires(
-        (subscriber(PACKET_SIZE) == "unlimited") | (offered(PAYLOAD) <= subscriber(PACKET_SIZE)),
+        in_3_1_1(subscriber) | (subscriber(PACKET_SIZE) == "unlimited") | (offered(PAYLOAD) <= subscriber(PACKET_SIZE)),
         code="MQTT210",
         name="message-too-big-for-subscriber",
         because="the broker drops what is larger than the subscriber takes, goes on as if it had been sent, and nobody is told",
@@ -333,6 +334,9 @@ RETAINED: Final = (
 
 # MQTT4xx: sessions -------------------------------------------------------------------------------------------
 
+# What a client that states no receive maximum has, and one of 3.1.1 always.
+WIDEST_WINDOW: Final = 65_535
+
 SESSIONS: Final = (
     *implied(
         stated(offered(QOS)) & (offered(QOS) >= "1") & ~offered(IS_WILL) & ~keeps_session(publisher),
@@ -368,11 +372,18 @@ SESSIONS: Final = (
         severity="error",
     ),
     forbids(
-        in_3_1_1(participant) & ((participant(SESSION_EXPIRY) > "0s") | (participant(WILL_DELAY) > "0s")),
+        in_3_1_1(participant)
+        & (
+            (participant(SESSION_EXPIRY) > "0s")
+            | (participant(WILL_DELAY) > "0s")
+            | (participant(RECEIVE_MAXIMUM) < WIDEST_WINDOW)
+            | (participant(PACKET_SIZE) < "unlimited")
+            | (participant(ALIASES) > 0)
+        ),
         code="MQTT411",
         name="connection-field-not-in-3-1-1",
-        because="MQTT 3.1.1 has neither a session expiry nor a delay of the Will, so they cannot be sent",
-        clause="MQTT 5.0, 3.1.2.11.2 and 3.1.3.2.2",
+        because="MQTT 3.1.1 has no session expiry, no delay of the Will, and no limits that a client tells, so they cannot be sent",
+        clause="MQTT 5.0, 3.1.2.11 and 3.1.3.2.2",
         severity="error",
     ),
     forbids(
