@@ -51,7 +51,10 @@ LIVENESS: Final = requested(WORDS["liveness"].need)
 
 GETS_RETAINED: Final = offered(RETAIN) & (requested(RETAIN_HANDLING) != "do_not_send") & ~requested(SHARED)
 COMES_BACK: Final = keeps_session(subscriber) & ~subscriber(CLEAN)
-WAITS: Final = least(subscriber(SESSION_EXPIRY), broker(BROKER_SESSION_EXPIRY))
+# In 3.1.1 a session that is kept has no end of its own, but a broker may put one to it (3.1.2.4).
+WAITS_LONG_ENOUGH: Final = (OFFLINE <= broker(BROKER_SESSION_EXPIRY)) & (
+    in_3_1_1(subscriber) | (OFFLINE <= subscriber(SESSION_EXPIRY))
+)
 PINGS_EVERY: Final = least(publisher(KEEP_ALIVE), broker(SERVER_KEEP_ALIVE))
 NEVER_EXPIRES: Final = offered(EXPIRY) == "infinite"
 # The Will comes after one and a half keep alives and its delay, which the end of the session cuts short. All of it twice.
@@ -245,11 +248,11 @@ GUARANTEES: Final = (
     ),
     gives(
         "offline",
-        in_3_1_1(subscriber) | (WAITS == "0s") | (OFFLINE <= WAITS),
+        ~keeps_session(subscriber) | WAITS_LONG_ENOUGH,
         code="MQTT402",
         name="session-too-short",
         because="the session is given up before the subscriber comes back",
-        clause="MQTT 5.0, MQTT-3.1.2-23 and MQTT-4.1.0-2",
+        clause="MQTT 3.1.1, 3.1.2.4; MQTT 5.0, MQTT-3.1.2-23 and MQTT-4.1.0-2",
     ),
     gives(
         "offline",
