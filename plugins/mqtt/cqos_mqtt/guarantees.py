@@ -22,9 +22,11 @@ from cqos_core.expression import (
 )
 from cqos_core.guarantee import RELAYED, WORDS, gives
 from cqos_mqtt.policies import (
+    BROKER_RECEIVE_MAXIMUM,
     BROKER_SESSION_EXPIRY,
     CLEAN,
     EXPIRY,
+    INFLIGHT,
     KEEP_ALIVE,
     OVERLAPPING,
     PERIOD,
@@ -35,6 +37,7 @@ from cqos_mqtt.policies import (
     RECEIVE_MAXIMUM,
     RETAIN,
     RETAIN_HANDLING,
+    SENDS_AT_ONCE,
     SERVER_KEEP_ALIVE,
     SESSION_EXPIRY,
     SHARED,
@@ -176,13 +179,26 @@ GUARANTEES: Final = (
     ),
     gives(
         "ordered",
-        (EFFECTIVE != "1") | (subscriber(RECEIVE_MAXIMUM) == 1),
+        (EFFECTIVE != "1") | (broker(INFLIGHT) == 1) | (~in_3_1_1(subscriber) & (subscriber(RECEIVE_MAXIMUM) == 1)),
         code="MQTT702",
         name="order-in-qos-1-window",
         because="with QoS 1 and several messages on their way, one that is sent again may come after newer ones",
         clause="MQTT 3.1.1, 4.6; MQTT 5.0, 4.6",
         fixes=("qos",),
-        help="`receive_maximum: 1` lets one message be on its way at a time",
+        help="`receive_maximum: 1` of a subscriber of 5.0, or `max_inflight_messages: 1` of the broker, lets one message be on "
+        "its way at a time",
+    ),
+    gives(
+        "ordered",
+        (offered(QOS) != "1")
+        | (publisher(SENDS_AT_ONCE) == 1)
+        | (~in_3_1_1(publisher) & (broker(BROKER_RECEIVE_MAXIMUM) == 1)),
+        code="MQTT705",
+        name="order-on-the-way-to-the-broker",
+        because="what is published with QoS 1, several at a time, may come to the broker again after newer ones, and is passed on",
+        clause="MQTT 3.1.1, 4.6; MQTT 5.0, 4.6",
+        fixes=("qos",),
+        help="state `max_inflight_messages: 1` of the publisher's client where it waits for each acknowledgement",
     ),
     gives(
         "late_join",

@@ -273,6 +273,15 @@ RECEIVE_MAXIMUM: Final = Policy(
     "MQTT 5.0, 3.1.2.11.3",
     level="participant",
 )
+SENDS_AT_ONCE: Final = Policy(
+    "max_inflight_messages",
+    unlimited(1, 65_535),
+    None,
+    "How many messages of QoS 1 and 2 the client has on their way to the broker at once, where its library bounds them.",
+    "MQTT 3.1.1, 4.6; MQTT 5.0, 4.9",
+    level="participant",
+    aliases=("send_maximum",),
+)
 PACKET_SIZE: Final = Policy(
     "maximum_packet_size",
     unlimited(unit="bytes"),
@@ -588,6 +597,7 @@ POLICIES: Final = (
     SESSION_EXPIRY,
     KEEP_ALIVE,
     RECEIVE_MAXIMUM,
+    SENDS_AT_ONCE,
     PACKET_SIZE,
     ALIASES,
     WILL_TOPIC,
