@@ -443,7 +443,7 @@ SERVER_KEEP_ALIVE: Final = Policy(
     "server_keep_alive",
     Seconds(65_535),
     "infinite",
-    "The longest keep alive that it allows; it takes the place of a longer one.",
+    "The longest keep alive that it allows; it takes the place of a longer one of a client of 5.0.",
     "MQTT 5.0, 3.2.2.3.14",
     level="broker",
     aliases=("max_keepalive",),
