@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator
+    from collections.abc import Collection, Iterable, Iterator, Sequence
 
 LONGEST: Final = 65_535
 """Bytes of UTF-8 that a name or a filter may have."""
@@ -107,7 +107,10 @@ def matches(written: str, name: str) -> bool:
 
 def intersect(one: str, other: str) -> bool:
     """Whether some topic matches both filters."""
-    left, right = bare(one).split("/"), bare(other).split("/")
+    one, other = bare(one), bare(other)
+    left, right = one.split("/"), other.split("/")
+    if {one, other} == _EMPTY_ONLY:
+        return False
     if _apart_by_dollar(left[0], right[0]) or _apart_by_dollar(right[0], left[0]):
         return False
     for a, b in zip(left, right, strict=False):
@@ -120,6 +123,10 @@ def intersect(one: str, other: str) -> bool:
     # What is left over of the longer one may be nothing only if it is `#`.
     longer, shorter = (left, right) if len(left) > len(right) else (right, left)
     return longer[len(shorter)] == REST
+
+
+_EMPTY_ONLY: Final = frozenset(("/#", "+"))
+"""Two filters that both match the empty name, which no topic has, and have no other in common."""
 
 
 def _apart_by_dollar(first: str, other: str) -> bool:
@@ -202,7 +209,13 @@ class Trie:
 
     def intersecting(self, pattern: str) -> Iterator[str]:
         """Yield the filters that have a topic in common with another filter."""
-        levels = bare(pattern).split("/")
+        own = bare(pattern)
+        found = self._intersecting(own.split("/"))
+        if own not in _EMPTY_ONLY:
+            return found
+        return (each for each in found if bare(each) == own or bare(each) not in _EMPTY_ONLY)
+
+    def _intersecting(self, levels: Sequence[str]) -> Iterator[str]:
         reached = [self.root]
         for position, level in enumerate(levels):
             start = position == 0

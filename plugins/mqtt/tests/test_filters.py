@@ -4,7 +4,7 @@ import time
 from itertools import product
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from cqos_mqtt.filters import (
@@ -128,6 +128,7 @@ def test_the_trie_finds_what_matches(held, name):
     assert sorted(Trie(held).matching(name)) == sorted(each for each in held if matches(each, name))
 
 
+@example({"/#", "+", "$share/g/+"}, "/#")
 @given(st.sets(filters, max_size=12), filters)
 def test_the_trie_finds_what_two_filters_have_in_common(held, pattern):
     assert sorted(Trie(held).intersecting(pattern)) == sorted(each for each in held if intersect(each, pattern))
@@ -141,6 +142,7 @@ ALL_NAMES = [
 ]
 
 
+@example("/#", "+")
 @given(filters, filters)
 def test_two_filters_meet_where_a_name_matches_both(one, other):
     both = any(matches(one, name) and matches(other, name) for name in ALL_NAMES)
