@@ -107,6 +107,15 @@ RETAIN_HANDLING: Final = Policy(
     aliases=("rh",),
     roles=SUBSCRIPTION,
 )
+SUBSCRIPTION_ID: Final = Policy(
+    "subscription_identifier",
+    Count(1, 268_435_455, unlimited=("none",)),
+    "none",
+    "The number by which the client tells which of its subscriptions a message comes from; 3.1.1 cannot send it.",
+    "MQTT 5.0, 3.8.2.1.2",
+    aliases=("subscription_id",),
+    roles=SUBSCRIPTION,
+)
 NEEDS_RETAIN_FLAG: Final = Policy(
     "needs_retain_flag",
     Flag(),
@@ -578,6 +587,7 @@ POLICIES: Final = (
     NO_LOCAL,
     RETAIN_AS_PUBLISHED,
     RETAIN_HANDLING,
+    SUBSCRIPTION_ID,
     NEEDS_RETAIN_FLAG,
     SHARED,
     WILDCARDS,

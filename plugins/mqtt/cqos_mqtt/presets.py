@@ -59,6 +59,7 @@ BROKERS: Final = {
         server_keep_alive="1200",
         receive_maximum="100",
         topic_alias_maximum="8",
+        subscription_identifier_available="false",
         maximum_packet_size="131072",
         persistence="true",
     ),

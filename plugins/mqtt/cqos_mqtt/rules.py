@@ -44,6 +44,7 @@ from cqos_mqtt.policies import (
     EXPIRY,
     GENERATED_ID,
     GRANTED_QOS,
+    IDENTIFIER_AVAILABLE,
     IMPLIED_NEEDS,
     INFLIGHT,
     IS_WILL,
@@ -71,6 +72,7 @@ from cqos_mqtt.policies import (
     SESSION_EXPIRY,
     SHARED,
     SHARED_AVAILABLE,
+    SUBSCRIPTION_ID,
     TOPIC_ALIAS,
     TOPIC_NAME,
     UNREADABLE,
@@ -253,6 +255,16 @@ CAPABILITIES: Final = (
         because="the broker refuses the subscription",
         clause="MQTT 5.0, 3.2.2.3.13; reason code 0x9E",
         help="subscribe without `$share`, or use a broker that has shared subscriptions",
+    ),
+    requires(
+        (requested(SUBSCRIPTION_ID) == "none") | broker(IDENTIFIER_AVAILABLE),
+        code="MQTT213",
+        name="subscription-identifier-unavailable",
+        says="{endpoint} has subscription identifier {subscription_identifier}, and the broker takes none",
+        because=REFUSED + "it does not support subscription identifiers",
+        clause="MQTT 5.0, 3.2.2.3.12; reason code 0xA1",
+        fixes=("subscription_identifier",),
+        help="subscribe without one, and tell messages apart by their topics",
     ),
     forbids(
         offered(PAYLOAD) > broker(BROKER_PACKET_SIZE),
@@ -507,11 +519,17 @@ FILTERS: Final = (
     ),
     forbids(
         in_3_1_1(subscriber)
-        & (requested(NO_LOCAL) | requested(RETAIN_AS_PUBLISHED) | (requested(RETAIN_HANDLING) != "send")),
+        & (
+            requested(NO_LOCAL)
+            | requested(RETAIN_AS_PUBLISHED)
+            | (requested(RETAIN_HANDLING) != "send")
+            | (requested(SUBSCRIPTION_ID) != "none")
+        ),
         code="MQTT613",
         name="subscription-option-not-in-3-1-1",
+        says="{endpoint} of MQTT 3.1.1 states options of subscriptions that only 5.0 has",
         because="MQTT 3.1.1 has no options of subscriptions beside the QoS, so they cannot be sent",
-        clause="MQTT 5.0, 3.8.3.1",
+        clause="MQTT 5.0, 3.8.2.1.2 and 3.8.3.1",
         severity="error",
     ),
     forbids(
