@@ -6,7 +6,7 @@ from typing import Final
 
 from cqos_core.expression import all_equal, ceil, count, offered, requested, stated, topic, total
 from cqos_core.rule import forbids
-from cqos_dds.implementations import publisher_is
+from cqos_dds.implementations import FAST_DDS, is_on, publisher_is
 from cqos_dds.policies import (
     ACCESS_SCOPE,
     AUTODISPOSE,
@@ -47,6 +47,8 @@ from cqos_dds.rules import (
 
 # Pairs and signals ---------------------------------------------------------------------------------------------
 
+# Writers of Fast DDS are transient_local where nobody says so, which promises nothing to who comes late.
+ON_PURPOSE: Final = stated(offered(DURABILITY)) | ~publisher_is(*FAST_DDS)
 REPLAY_UNREAD: Final = (offered(DURABILITY) >= "transient_local") & (requested(DURABILITY) == "volatile")
 BOTH_DURABLE: Final = (offered(DURABILITY) >= "transient_local") & (requested(DURABILITY) >= "transient_local")
 # Cyclone DDS keeps what late readers get by DURABILITY_SERVICE already for transient_local writers; seen by running it.
@@ -61,7 +63,7 @@ STORED_LATEST: Final = (offered(DURABILITY) >= "transient_local") & ~STORED_ALL
 
 PAIRS: Final = (
     forbids(
-        REPLAY_UNREAD & ~topic(LATCHED),
+        REPLAY_UNREAD & ON_PURPOSE & ~topic(LATCHED),
         code="DDS201",
         name="history-not-requested",
         says="{publisher} with durability {offered durability}, {subscriber} with {requested durability}: what is kept for late readers is not requested",
@@ -189,7 +191,7 @@ LIMITED: Final = (MAX_SAMPLES < "unlimited") | (MAX_INSTANCES < "unlimited") | (
 
 ENDPOINTS: Final = (
     forbids(
-        DURABLE & (RELIABILITY == "best_effort"),
+        DURABLE & (RELIABILITY == "best_effort") & (stated(DURABILITY) | ~is_on(*FAST_DDS)),
         code="DDS330",
         name="durable-best-effort",
         says="{endpoint} with durability {durability} and reliability {reliability}: stored samples are never replayed",
@@ -365,7 +367,10 @@ ENDPOINTS: Final = (
         fixes=("history",),
     ),
     forbids(
-        (offered(DURABILITY) >= "transient_local") & stated(offered(LIFESPAN)) & (offered(LIFESPAN) < "infinite"),
+        (offered(DURABILITY) >= "transient_local")
+        & ON_PURPOSE
+        & stated(offered(LIFESPAN))
+        & (offered(LIFESPAN) < "infinite"),
         code="DDS349",
         name="durable-finite-lifespan",
         because="a reader that comes later than the lifespan gets none of the stored samples",
