@@ -285,7 +285,7 @@ ENDPOINTS: Final = (
         MANUAL & (DEADLINE < "infinite") & (LEASE < DEADLINE),
         code="ROS309",
         name="lease-under-deadline",
-        because="a publisher that keeps its deadline is declared dead before the next sample is due",
+        because="a publisher that keeps its deadline counts as dead before the next message is due, unless its program asserts it in between",
         clause=f"{CONCEPT}, liveliness",
         fixes=("liveliness_lease_duration", "liveliness"),
     ),
