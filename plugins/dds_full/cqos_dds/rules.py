@@ -210,7 +210,8 @@ CREATION: Final = (
         creation=True,
     ),
     forbids(
-        (MAX_PER_INSTANCE < "unlimited") & (MAX_SAMPLES < MAX_PER_INSTANCE),
+        # Fast DDS looks at the limits of keyed types only, and then at more of them: DDS321.
+        (MAX_PER_INSTANCE < "unlimited") & (MAX_SAMPLES < MAX_PER_INSTANCE) & ~is_on(*FAST_DDS),
         code="DDS303",
         name="max-samples-under-max-per-instance",
         because=INCONSISTENT + "one instance may hold more samples than there may be in all",
