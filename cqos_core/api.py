@@ -70,6 +70,9 @@ def read(*inputs: Input, importer: str | None = None, protocol: str | None = Non
     problems: dict[int, Sequence[Problem]] = {}
     for position, each in enumerate(inputs):
         if isinstance(each, System):
+            if wrong := faults(each):
+                problems[position] = wrong
+                continue
             found[position] = [replace(deepcopy(each), protocol=each.protocol or protocol)]
             continue
         try:
@@ -93,6 +96,35 @@ def read(*inputs: Input, importer: str | None = None, protocol: str | None = Non
     if told or not any(found.values()):
         raise InputError(told or [Problem("CQ003", "there is nothing to read")])
     return merge([system for position in sorted(found) for system in found[position]])
+
+
+def faults(system: System) -> list[Problem]:
+    """Say what is wrong with a system that a program put together, such as importers never make it."""
+    found = [problem for endpoint in system.endpoints for problem in faults_of(endpoint, system.participants)]
+    for name, each in system.participants.items():
+        if each.id != name:
+            found.append(Problem("CQ011", f"participant `{each.id}` is kept under another id, `{name}`", each.place))
+        found += _no_settings(f"participant `{name}`", each.settings, each.place)
+    return found
+
+
+def faults_of(endpoint: Endpoint, participants: Mapping[str, Participant]) -> Iterator[Problem]:
+    """Say what is wrong with an endpoint: its participant is missing, it has no role, or what it states is no setting."""
+    name, where = f"endpoint `{endpoint.id}`", endpoint.place
+    if endpoint.participant not in participants:
+        message = f"{name} belongs to participant `{endpoint.participant}`, which is not there"
+        yield Problem("CQ011", message, where, suggestion(endpoint.participant, participants))
+    if endpoint.role not in {PUBLISHER, SUBSCRIBER}:
+        yield Problem("CQ011", f"{name} has the role `{endpoint.role}`", where, f"allowed: {PUBLISHER}, {SUBSCRIBER}")
+    for settings in (endpoint.settings, endpoint.overlay, endpoint.needs):
+        yield from _no_settings(name, settings, where)
+
+
+def _no_settings(name: str, settings: Mapping[str, object], where: Place | None) -> Iterator[Problem]:
+    for setting, value in settings.items():
+        if not isinstance(value, Setting):
+            message = f"`{setting}` of {name} is {value!r}, which is no `Setting`"
+            yield Problem("CQ009", message, where, "settings hold their text: `Setting('reliable')`")
 
 
 def _source(inputs: Sequence[Input], position: int) -> Source:
@@ -329,6 +361,8 @@ __all__ = [
     "exact_places",
     "explain",
     "explain_pair",
+    "faults",
+    "faults_of",
     "read",
     "with_options",
 ]

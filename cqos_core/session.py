@@ -10,10 +10,10 @@ from dataclasses import fields
 from operator import attrgetter
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.api import Context, SettingValue, as_text, context, exact_places
+from cqos_core.api import Context, SettingValue, as_text, context, exact_places, faults, faults_of
 from cqos_core.bridging import bridge_findings, linked
 from cqos_core.checker import assemble, check_system
-from cqos_core.problems import CqosError
+from cqos_core.problems import InputError
 from cqos_core.resolve import Resolver
 from cqos_core.routes import expanded
 from cqos_core.system import Participant, Setting, System
@@ -52,7 +52,13 @@ class Session:
     def __init__(
         self, system: System | None = None, *, protocol: str | None = None, packs: Iterable[RulePack] = ()
     ) -> None:
-        """Open ``system``, of which the session keeps a copy, or an empty one."""
+        """Open ``system``, of which the session keeps a copy, or an empty one.
+
+        Raises:
+            InputError: it is none that can be checked; every fault is listed.
+        """
+        if system is not None and (wrong := faults(system)):
+            raise InputError(wrong)
         self._system = deepcopy(system) if system is not None else System()
         self._context: Context = context(packs, protocol)
         self._resolver: Resolver | None = None
@@ -73,12 +79,10 @@ class Session:
         """Add an endpoint, or replace the one with its id.
 
         Raises:
-            CqosError: its participant is not part of the system.
+            InputError: its participant is not part of the system, or it is no endpoint that can be checked.
         """
-        if endpoint.participant not in self._system.participants:
-            raise CqosError(
-                f"endpoint `{endpoint.id}` belongs to participant `{endpoint.participant}`, which is not there"
-            )
+        if wrong := [*faults_of(endpoint, self._system.participants)]:
+            raise InputError(wrong)
         endpoint = deepcopy(endpoint)
         for index, known in enumerate(self._system.endpoints):
             if known.id == endpoint.id:

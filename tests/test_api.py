@@ -92,6 +92,25 @@ def test_what_cannot_be_read_is_told_all_at_once(file: Path):
         cqos.check()
 
 
+def test_what_is_wrong_with_a_system_of_the_caller_is_told_all_at_once():
+    system = cqos.System(protocol="post", participants={"a": cqos.Participant("a"), "c": cqos.Participant("b")})
+    system.endpoints = [
+        cqos.Endpoint("w", "publisher", "box", "d"),
+        cqos.Endpoint("x", "pub", "box", "a"),  # type: ignore[arg-type]
+        cqos.Endpoint("r", "subscriber", "box", "a", {"care": "signed"}),  # type: ignore[dict-item]
+    ]
+    told = [
+        "endpoint `w` belongs to participant `d`, which is not there (known: a, c)",
+        "endpoint `x` has the role `pub` (allowed: publisher, subscriber)",
+        "`care` of endpoint `r` is 'signed', which is no `Setting` (settings hold their text: `Setting('reliable')`)",
+        "participant `b` is kept under another id, `c`",
+    ]
+    for use in (cqos.read, cqos.Session, lambda given: cqos.check(given, packs=PACKS)):
+        with pytest.raises(cqos.InputError) as raised:
+            use(system)
+        assert [str(problem) for problem in raised.value.problems] == told
+
+
 def test_the_systems_of_the_caller_stay_as_they_are(file: Path):
     systems = [
         world(writer("box"), participant("p", town=1)),
