@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import replace
 from datetime import timedelta
@@ -24,7 +25,7 @@ from cqos_core.system import Topic as StatedTopic
 from cqos_core.trial import tried_out
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from cqos_core.codes import CodeInfo
     from cqos_core.differences import Diff
@@ -154,10 +155,13 @@ def check(
 
     Raises:
         InputError: an input cannot be read; every problem is listed.
+        CqosError: an option is of a rule pack that there is not.
     """
+    packs = list(packs)
     where = context(packs, protocol)
+    assumed = _by_pack(options or {}, where, packs)
     system = tried_out(read(*inputs, importer=importer, protocol=protocol), protocol)
-    system = with_options(system, options or {}, where)
+    system = with_options(system, assumed, where)
     return exact_places(check_system(system, where), system.sources)
 
 
@@ -187,9 +191,28 @@ def diff(
     """
     from cqos_core.differences import compare
 
+    packs = list(packs)
     where = context(packs, protocol)
-    one, other = (with_options(read(each, protocol=protocol), options or {}, where) for each in (a, b))
+    assumed = _by_pack(options or {}, where, packs)
+    one, other = (with_options(read(each, protocol=protocol), assumed, where) for each in (a, b))
     return compare(one, other, where, topics, ignored)
+
+
+def _by_pack(
+    options: Mapping[str, Mapping[str, SettingValue]], where: Context, packs: Sequence[RulePack]
+) -> Mapping[str, Mapping[str, SettingValue]]:
+    """Return options as they are given, where they are given by pack and each pack is there."""
+    for pack_id, settings in options.items():
+        if not isinstance(settings, Mapping):
+            raise TypeError(f"options are by rule pack, as in {{'ros2': {{{pack_id!r}: {settings!r}}}}}")
+        _pack_is_there(pack_id, where, packs)
+    return options
+
+
+def _pack_is_there(pack_id: str, where: Context, packs: Sequence[RulePack]) -> None:
+    if where.find_pack(pack_id) is None:
+        known = {*load_plugins().packs, *(pack.id for pack in packs)}
+        raise CqosError(f"there is no rule pack `{pack_id}`; {suggestion(pack_id, known)}")
 
 
 def with_options(
@@ -324,9 +347,7 @@ def check_pair(
     system = pair_system(protocol, offered or {}, requested or {}, options or {}, topic or {}, needs or {})
     packs = list(packs)
     where = context(packs)
-    if where.find_pack(protocol) is None:
-        known = {*load_plugins().packs, *(pack.id for pack in packs)}
-        raise CqosError(f"there is no rule pack `{protocol}`; {suggestion(protocol, known)}")
+    _pack_is_there(protocol, where, packs)
     return explain_pair(system, PUBLISHER, SUBSCRIBER, where)
 
 
@@ -344,8 +365,10 @@ def explain(
         InputError: an input cannot be read.
         CqosError: there is no such endpoint, or the two are on different topics.
     """
+    packs = list(packs)
     where = context(packs, protocol)
-    system = with_options(tried_out(read(*inputs, protocol=protocol), protocol), options or {}, where)
+    assumed = _by_pack(options or {}, where, packs)
+    system = with_options(tried_out(read(*inputs, protocol=protocol), protocol), assumed, where)
     return explain_pair(system, publisher, subscriber, where)
 
 

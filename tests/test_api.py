@@ -130,6 +130,14 @@ def test_options_of_the_caller_win_in_whatever_spelling():
     assert codes(cqos.check(own, packs=PACKS, options={"post": {"carrier": "train"}})) == ["POST101"]
 
 
+def test_options_that_would_do_nothing_are_refused(file: Path):
+    for use in (cqos.check, lambda given, **more: cqos.diff(given, given, **more)):
+        with pytest.raises(cqos.CqosError, match="there is no rule pack `pots`; did you mean `post`"):
+            use(file, packs=iter(PACKS), options={"pots": {"carrier": "bike"}})
+        with pytest.raises(TypeError, match=r"options are by rule pack, as in .*'carrier': 'bike'"):
+            use(file, packs=PACKS, options={"carrier": "bike"})  # type: ignore[dict-item]
+
+
 def test_a_protocol_of_the_caller_is_for_what_states_none(file: Path):
     file.write_text(FILE.replace("protocol: post\n", ""))
     assert codes(cqos.check(file, packs=PACKS)) == ["CQ201", "CQ404"]
