@@ -12,8 +12,15 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
+    from typing import Protocol
 
     from cqos_core.system import Place, Role
+
+    class _Printer(Protocol):
+        """What IPython hands over."""
+
+        def text(self, obj: str) -> object:
+            """Write something."""
 
 
 class Verdict(StrEnum):
@@ -152,9 +159,14 @@ class Finding:
     clause: str = ""
     help: str | None = None
     pairs: int = 0
-    worlds: Mapping[str, Verdict] = field(default_factory=dict)
+    worlds: Mapping[str, Verdict] = field(default_factory=dict, hash=False)
     more_topics: tuple[str, ...] = ()
     accepted: str | None = None
+
+    def __str__(self) -> str:
+        """``file:line:column: error[ROS101] message``, one line."""
+        where = f"{self.place}: " if self.place is not None else ""
+        return f"{where}{self.severity}[{self.code}] {self.message}"
 
     @property
     def place(self) -> Place | None:
@@ -224,6 +236,16 @@ class Report:
     topics: int = 0
     parts: tuple[Report, ...] = field(default=(), compare=False, repr=False)
 
+    def __str__(self) -> str:
+        """Give the verdict, how many pairs were judged, and each finding on a line of its own."""
+        head = f"{self.system}: {self.verdict}" if self.system else str(self.verdict)
+        judged = "1 pair" if self.pair_count == 1 else f"{self.pair_count} pairs"
+        return "\n".join([f"{head}, {judged} judged", *map(str, self.findings)])
+
+    def _repr_pretty_(self, printer: _Printer, cycle: bool) -> None:  # noqa: ARG002, FBT001 - as IPython calls it
+        """Show it so where a notebook ends a cell with it."""
+        printer.text(str(self))
+
     @property
     def pairs(self) -> Iterator[Pair]:
         """Every pair, lazily, expanded from the groups."""
@@ -260,6 +282,14 @@ class PairReport:
     policies: tuple[PolicyComparison, ...] = ()
     guarantees: tuple[Guarantee, ...] = ()
     hops: tuple[HopReport, ...] = ()
+
+    def __str__(self) -> str:
+        """Give the verdict, and each finding on a line of its own."""
+        return "\n".join([str(self.verdict), *map(str, self.findings)])
+
+    def _repr_pretty_(self, printer: _Printer, cycle: bool) -> None:  # noqa: ARG002, FBT001 - as IPython calls it
+        """Show it so where a notebook ends a cell with it."""
+        printer.text(str(self))
 
 
 @dataclass(frozen=True, slots=True)

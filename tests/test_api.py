@@ -83,6 +83,30 @@ def test_a_folder_is_one_system(file: Path):
     assert cqos.check(file.parent, packs=PACKS).pair_count == 4
 
 
+def test_reports_are_printed_for_people_and_shown_so_in_notebooks(file: Path):
+    report = cqos.check("system.yaml", packs=PACKS)
+    verdict, first, _ = str(report).splitlines()
+    assert verdict == "office: incompatible, 1 pair judged"
+    assert first == f"{report.findings[0].place}: error[POST101] {report.findings[0].message}"
+    pair = cqos.explain("system.yaml", publisher="w", subscriber="r", packs=PACKS)
+    assert str(pair).splitlines()[:2] == ["incompatible", first]
+
+    class Cell(list[str]):
+        text = list.append
+
+    cell = Cell()
+    for each in (report, pair):
+        each._repr_pretty_(cell, False)
+    assert cell == [str(report), str(pair)]
+
+
+def test_findings_can_be_put_into_sets(file: Path):
+    report = cqos.check("system.yaml", packs=PACKS)
+    again = cqos.check("system.yaml", packs=PACKS)
+    assert {*report.findings} == {*again.findings}
+    assert len({report, again}) == 1
+
+
 def test_what_cannot_be_read_is_told_all_at_once(file: Path):
     with pytest.raises(cqos.InputError) as raised:
         cqos.check("gone.yaml", b"\x00", "system.yaml", b"cqos: 1\ncolour: red", packs=PACKS)
