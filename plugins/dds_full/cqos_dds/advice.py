@@ -208,7 +208,8 @@ ENDPOINTS: Final = (
         help="set the option `durability_service_runs` where one runs",
     ),
     forbids(
-        (OWNERSHIP == "exclusive") & (LEASE == "infinite") & (DEADLINE == "infinite"),
+        # A reader notices by the lease that the writer offers, so its own may be infinite; seen by running Cyclone DDS.
+        (offered(OWNERSHIP) == "exclusive") & (offered(LEASE) == "infinite") & (offered(DEADLINE) == "infinite"),
         code="DDS332",
         name="exclusive-without-failover",
         because="with neither a lease nor a deadline nobody notices that the owner is gone, so no other writer takes over",
