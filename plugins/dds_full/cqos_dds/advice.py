@@ -246,7 +246,8 @@ ENDPOINTS: Final = (
         fixes=("presentation.access_scope",),
     ),
     forbids(
-        MANUAL & (LEASE == "infinite"),
+        # As in DDS332 it is the writer's lease that counts.
+        (offered(LIVELINESS) >= "manual_by_participant") & (offered(LEASE) == "infinite"),
         code="DDS336",
         name="manual-no-lease",
         because="without a lease duration liveliness can never be lost, so asserting it has no effect",
@@ -256,7 +257,9 @@ ENDPOINTS: Final = (
         help="state the lease duration within which the program asserts its liveliness",
     ),
     forbids(
-        (LIVELINESS == "manual_by_topic") & (DEADLINE < "infinite") & (LEASE < DEADLINE),
+        (offered(LIVELINESS) == "manual_by_topic")
+        & (offered(DEADLINE) < "infinite")
+        & (offered(LEASE) < offered(DEADLINE)),
         code="DDS337",
         name="lease-under-deadline",
         because="a writer that keeps its deadline counts as dead before the next sample is due, unless its program asserts it in between",
