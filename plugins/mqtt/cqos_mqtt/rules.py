@@ -442,6 +442,15 @@ WILL: Final = (
         because="a client that disconnects in good order takes its Will back, so nobody learns that it is gone",
         clause="MQTT 3.1.1, MQTT-3.14.4-3; MQTT 5.0, MQTT-3.14.4-3",
     ),
+    forbids(
+        (count(offered(IS_WILL) & ~offered(RETAIN)) > 0) & (count(~offered(IS_WILL) & offered(RETAIN)) > 0),
+        code="MQTT511",
+        name="will-leaves-retained-state",
+        says="the Will on `{topic}` is not retained, and what is published there is",
+        because="once the client is lost, who subscribes later is sent the retained message of when it was still there",
+        clause="MQTT 3.1.1, 3.3.1.3 and MQTT-3.1.2-16; MQTT 5.0, 3.3.1.3 and MQTT-3.1.2-14",
+        help="retain the Will as well, so that it takes the place of that message",
+    ),
 )
 
 # MQTT6xx: filters and options of subscriptions, who meets whom -----------------------------------------------
