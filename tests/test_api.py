@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import pickle
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from copy import deepcopy
 from dataclasses import replace
 from datetime import timedelta
@@ -105,6 +107,30 @@ def test_findings_can_be_put_into_sets(file: Path):
     again = cqos.check("system.yaml", packs=PACKS)
     assert {*report.findings} == {*again.findings}
     assert len({report, again}) == 1
+
+
+def test_threads_that_check_at_once_get_what_one_gets():
+    systems = [
+        world(writer("box", care=care, delay=f"{number}s"), reader("box", care="signed", delay="3s"))
+        for care in ("plain", "signed")
+        for number in range(6)
+    ]
+    alone = [cqos.check(system, packs=PACKS) for system in systems]
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(8) as threads:
+            together = list(threads.map(lambda system: cqos.check(system, packs=PACKS), systems * 5))
+    finally:
+        sys.setswitchinterval(interval)
+    assert together == alone * 5
+
+
+def test_what_is_returned_travels_to_other_processes(file: Path):
+    report, system = cqos.check("system.yaml", packs=PACKS), cqos.read("system.yaml")
+    pair = cqos.check_pair("post", {"care": "plain"}, {"care": "signed"}, packs=PACKS)
+    for each in (report, system, pair):
+        assert pickle.loads(pickle.dumps(each)) == each  # noqa: S301 - our own bytes
 
 
 def test_what_cannot_be_read_is_told_all_at_once(file: Path):
