@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import importlib
 import pickle
+import re
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from copy import deepcopy
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from datetime import timedelta
 from typing import TYPE_CHECKING, Any
 
@@ -347,6 +349,17 @@ def test_every_public_name_is_there():
     assert set(cqos.__all__) <= set(dir(cqos))
     with pytest.raises(AttributeError, match="no attribute `colour`"):
         cqos.colour  # noqa: B018
+
+
+def test_what_public_values_are_made_of_is_public_too():
+    homes = [vars(importlib.import_module(f"cqos_core.{home}")) for home in ("report", "system")]
+    known = {name: each for home in homes for name, each in home.items() if is_dataclass(each)}
+    for name in set(known) & set(cqos.__all__):
+        words = {word for part in fields(known[name]) for word in re.findall(r"\w+", str(part.type))}
+        assert words & set(known) <= set(cqos.__all__), name
+    edits = [each for name, each in vars(cqos.Session).items() if name.startswith(("put", "set_"))]
+    words = {word for each in edits for hint in each.__annotations__.values() for word in re.findall(r"\w+", hint)}
+    assert words & set(known) <= set(cqos.__all__)
 
 
 def test_importing_the_package_imports_nothing_of_it():
