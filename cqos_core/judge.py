@@ -52,6 +52,8 @@ def ask(bound: BoundRule, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> S
     """Ask one rule; None where it has nothing to say."""
     try:
         outcome = bound.bound.judge(a, b, signal)
+    except MemoryError:  # which says nothing of the rule, and must not be remembered as if it did
+        raise
     except Exception as error:  # noqa: BLE001 - a pack's own function may raise anything; the rest must be judged
         return Spoken(bound, Outcome(None), f"{type(error).__name__}: {error}")
     speaks = outcome.result is True if bound.rule.kind == "forbids" else outcome.result is not True

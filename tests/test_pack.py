@@ -396,6 +396,25 @@ def test_a_function_that_fails_is_a_finding_and_the_other_rules_are_judged():
     assert report.verdict == "incompatible"
 
 
+def test_memory_that_is_short_is_no_fault_of_a_function_and_not_remembered_as_one():
+    short = True
+
+    def hungry(*_: object) -> bool:
+        if short:
+            raise MemoryError
+        return True
+
+    rule = requires(parse("hungry(offered(stamp))"), code="POST901", name="a", because="b")
+    pack = replace(POST, functions=(Function("hungry", hungry),), rules=(rule,))
+    from cqos_core.api import context
+
+    asked = world(writer("box", stamp="x"), reader("box", stamp="x"))
+    with pytest.raises(MemoryError):
+        check_parts(asked, where=context([pack]))
+    short = False
+    assert codes(check_parts(asked, where=context([pack]))) == []
+
+
 # Options that a pack declares
 
 

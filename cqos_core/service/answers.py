@@ -76,7 +76,9 @@ def decode(kind: Any, data: bytes) -> Any:
     """
     try:
         return kind.FromString(data)
-    except DecodeError:
+    except DecodeError as error:
+        if "alloc failed" in str(error):  # there is nothing wrong with the message
+            raise MemoryError from None
         name = kind.DESCRIPTOR.full_name
         message = f"the request is no {name}: it cannot be decoded, or a text in it is not UTF-8"
         raise Refused("INVALID_ARGUMENT", message) from None

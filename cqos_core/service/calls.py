@@ -53,9 +53,9 @@ class Calls:
         self._answers = Remembered(_KEPT_ENTRIES, _KEPT_BYTES)
         observer.meter.sessions(lambda: self.sessions.open)
 
-    def _worker_ended(self) -> None:
+    def _worker_ended(self, why: str) -> None:
         self.observer.meter.worker_ended()
-        tell(logging.WARNING, "worker ended")
+        tell(logging.WARNING, "worker ended", why=why)
 
     def warm(self) -> None:
         """Load every rule pack, so that no call has to wait for one."""

@@ -12,8 +12,9 @@ _HEAD: Final = struct.Struct(">BQQ")
 
 ANSWER, OPEN_SESSION, EDIT_SESSION, CLOSE_SESSION = range(4)
 """What a call asks for."""
-OK, REFUSED, FAILED = range(3)
-"""What came of it: an answer, a google.rpc.Status, or a traceback that is the service's own business."""
+OK, REFUSED, FAILED, SPENT = range(4)
+"""What came of it: an answer, a google.rpc.Status, a traceback that is the service's own business, or a google.rpc.Status
+after which nothing more comes: there is no memory left."""
 
 
 class Frame(NamedTuple):

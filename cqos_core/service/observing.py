@@ -130,7 +130,9 @@ class PrometheusMeter:
         self._under_way = Gauge(
             "cqos_calls_under_way", "Calls that have no answer yet", registry=REGISTRY, multiprocess_mode="livesum"
         )
-        self._ended = Counter("cqos_workers_ended", "Workers that took too long or died", registry=REGISTRY)
+        self._ended = Counter(
+            "cqos_workers_ended", "Workers that took too long or too much memory, or died", registry=REGISTRY
+        )
         self._sessions = Gauge(
             "cqos_sessions_open", "Open edit sessions", registry=REGISTRY, multiprocess_mode="livesum"
         )

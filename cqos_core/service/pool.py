@@ -21,11 +21,30 @@ if TYPE_CHECKING:
     from cqos_core.service.settings import Limits
 
 _STARTING_SECONDS: Final = 60.0
+_ENDING_SECONDS: Final = 5.0
 _NUMBERS: Final = {name: number for number, name in enumerate(METHOD_NAMES)}
 
 
 class LostError(Exception):
-    """The process is gone, or was ended because it took too long."""
+    """The process is gone, or was ended because it took too long.
+
+    Attributes:
+        refused: what the caller of a call without memory hears.
+    """
+
+    def __init__(self, why: str, code: str) -> None:
+        """Say why, and the code of the status that it makes."""
+        super().__init__(why)
+        self.refused = Refused(code, f"there is no answer: {why}")
+
+
+class SpentError(LostError):
+    """It took all memory that it may have, and is gone."""
+
+    def __init__(self, status: status_pb2.Status) -> None:
+        """Refuse the call with what the process said at last."""
+        super().__init__("it took all memory that it may have", "RESOURCE_EXHAUSTED")
+        self.refused = StatusRefused(status)
 
 
 class FailedError(Exception):
@@ -50,6 +69,7 @@ class Process:
         Raises:
             Refused: the call is refused.
             FailedError: it failed.
+            SpentError: it takes more memory than there is.
             LostError: there is no answer.
         """
         async with self._turn:
@@ -58,10 +78,12 @@ class Process:
                 answer = await asyncio.wait_for(_exchange(process, frame), seconds)
             except TimeoutError:
                 await self.end()
-                raise LostError(f"it took more than {seconds:g} seconds") from None
+                raise LostError(f"it took more than {seconds:g} seconds", "DEADLINE_EXCEEDED") from None
             except (OSError, EOFError):
-                await self.end()
-                raise LostError("its process ended") from None
+                raise await self._died(process) from None
+            if answer.kind == frames.SPENT:
+                await self._died(process)
+                raise SpentError(status_pb2.Status.FromString(answer.data))
         if answer.kind == frames.OK:
             return answer.data
         if answer.kind == frames.REFUSED:
@@ -71,7 +93,7 @@ class Process:
     async def _started(self) -> asyncio.subprocess.Process:
         process = self._process
         if self._closed:
-            raise LostError("the service ends")
+            raise _service_ends()
         if process is None or process.returncode is not None:
             process = self._process = await asyncio.create_subprocess_exec(
                 sys.executable,
@@ -86,7 +108,7 @@ class Process:
                 await asyncio.wait_for(_answered(process), _STARTING_SECONDS)
             except (TimeoutError, OSError, EOFError):
                 await self.end()
-                raise LostError("its process does not start") from None
+                raise LostError("its process does not start", "UNAVAILABLE") from None
         return process
 
     async def start(self) -> None:
@@ -105,6 +127,16 @@ class Process:
         self._closed = True
         await self.end()
 
+    async def _died(self, process: asyncio.subprocess.Process) -> LostError:
+        """Say how a process ended that nobody ended; one that is killed meanwhile would not tell."""
+        if self._closed:
+            return _service_ends()
+        with suppress(TimeoutError):
+            await asyncio.wait_for(process.wait(), _ENDING_SECONDS)
+        how = f"its process ended (exit code {process.returncode}), probably for lack of memory"
+        await self.end()
+        return LostError(how, "RESOURCE_EXHAUSTED")
+
     async def end(self) -> None:
         """End it at once."""
         process, self._process = self._process, None
@@ -117,11 +149,16 @@ class Process:
         await process.wait()
 
 
+def _service_ends() -> LostError:
+    return LostError("the service ends", "UNAVAILABLE")
+
+
 async def _exchange(process: asyncio.subprocess.Process, frame: frames.Frame) -> frames.Frame:
     calls = process.stdin
     assert calls is not None  # noqa: S101 - it is a pipe
     calls.write(frame.encoded())
-    await calls.drain()
+    with suppress(OSError):  # one that ends for lack of memory says so, even if it did not take all of it
+        await calls.drain()
     return await _answered(process)
 
 
@@ -135,8 +172,8 @@ async def _answered(process: asyncio.subprocess.Process) -> frames.Frame:
 class Pool:
     """Workers for calls without memory."""
 
-    def __init__(self, limits: Limits, lost: Callable[[], None] = lambda: None) -> None:
-        """Keep as many as the limits allow; ``lost`` is told of each that had to be ended."""
+    def __init__(self, limits: Limits, lost: Callable[[str], None] = lambda _why: None) -> None:
+        """Keep as many as the limits allow; ``lost`` is told of each that had to be ended, and why."""
         self._limits = limits
         self._lost = lost
         self._all = [Process(limits) for _ in range(limits.workers)]
@@ -164,8 +201,8 @@ class Pool:
         except TimeoutError:
             raise Refused("DEADLINE_EXCEEDED", f"no worker was free within {seconds:g} seconds") from None
         except LostError as error:
-            self._lost()
-            raise Refused("DEADLINE_EXCEEDED", f"there is no answer: {error}") from None
+            self._lost(str(error))
+            raise error.refused from None
 
     @property
     def numbers(self) -> list[int]:
@@ -189,7 +226,7 @@ class _Home:
 class Sessions:
     """Sessions and the processes that they live in."""
 
-    def __init__(self, limits: Limits, lost: Callable[[], None] = lambda: None) -> None:
+    def __init__(self, limits: Limits, lost: Callable[[str], None] = lambda _why: None) -> None:
         """Keep as many as the limits allow."""
         self._limits = limits
         self._lost = lost
@@ -227,7 +264,7 @@ class Sessions:
 class HostedSession:
     """A session in a worker process."""
 
-    def __init__(self, home: _Home, number: int, caller: str, seconds: float, lost: Callable[[], None]) -> None:
+    def __init__(self, home: _Home, number: int, caller: str, seconds: float, lost: Callable[[str], None]) -> None:
         """Live in ``home``; an edit may take so many ``seconds``."""
         self._home = home
         self._number = number
@@ -261,17 +298,19 @@ class HostedSession:
         frame = frames.Frame(kind, self._number, data)
         try:
             return await self._home.turns.use(self._caller, lambda process: self._answered(process, frame))
+        except SpentError as error:
+            raise error.refused from None
         except LostError as error:
             raise session_lost(str(error)) from None
 
     async def _answered(self, process: Process, frame: frames.Frame) -> bytes:
         if self._number not in self._home.sessions and frame.kind != frames.CLOSE_SESSION:
-            raise LostError("its process ended")
+            raise LostError("its process ended", "ABORTED")
         try:
             return await process.call(frame, self._seconds)
-        except LostError:
+        except LostError as error:
             # All that live there are lost with it.
-            self._lost()
+            self._lost(str(error))
             self._home.sessions.clear()
             raise
 

@@ -1,6 +1,7 @@
 """A process that answers calls which may take long: ``python -m cqos_core.service.worker``. Frames come on standard input.
 
-It ends when its input does. What it answers is bounded by its caller, who ends it when a call takes too long.
+It ends when its input does, or when a call took all memory that it may have: what it remembers is given back then, and
+nobody is told anything that was made with too little. It is ended by its caller when a call takes too long.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import signal
 import sys
 import traceback
 from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.service import frames
@@ -21,22 +23,37 @@ if TYPE_CHECKING:
     from typing import BinaryIO
 
 _POLITE: Final = 5
+_NEARLY_ALL: Final = 0.9
 METHOD_NAMES: Final = tuple(METHODS)
 
 
 class Worker:
     """Answers one call after another."""
 
-    def __init__(self, most_endpoints: int) -> None:
-        """Answer calls over systems of at most so many endpoints."""
+    def __init__(self, most_endpoints: int, memory: int) -> None:
+        """Answer calls over systems of at most so many endpoints, with so many bytes of memory (0: any)."""
         self._most = most_endpoints
+        self._memory = memory
         self._sessions: dict[int, EditSession] = {}
+        allowed = f"the {memory} bytes that are allowed" if memory else "there is"
+        status = too_much("request", f"answering it takes more memory than {allowed}").status()
+        # Made while there is memory for it.
+        self._spent = frames.Frame(frames.SPENT, 0, status.SerializeToString()).encoded()
 
     def serve(self, calls: BinaryIO, answers: BinaryIO) -> None:
-        """Answer until there are no more calls."""
-        while (call := frames.read(calls)) is not None:
-            answers.write(self._answer(call).encoded())
+        """Answer until there are no more calls, or no memory for them."""
+        spent = False
+        while not spent and (answer := self._next(calls)) is not None:
+            answers.write(answer)
             answers.flush()
+            spent = answer is self._spent
+
+    def _next(self, calls: BinaryIO) -> bytes | None:
+        try:
+            call = frames.read(calls)
+            return None if call is None else self._answer(call).encoded()
+        except MemoryError:
+            return self._spent
 
     def _answer(self, call: frames.Frame) -> frames.Frame:
         try:
@@ -44,10 +61,11 @@ class Worker:
         except Refused as refused:
             return frames.Frame(frames.REFUSED, call.number, refused.status().SerializeToString())
         except MemoryError:
-            self._sessions.clear()
-            status = too_much("request", "answering it takes more memory than is allowed").status()
-            return frames.Frame(frames.REFUSED, call.number, status.SerializeToString())
+            raise
         except Exception:  # noqa: BLE001 - the service tells whoever runs it, and its caller nothing
+            # Extensions make errors of their own of it, protobuf a DecodeError.
+            if _nearly_all_used(self._memory):
+                raise MemoryError from None
             return frames.Frame(frames.FAILED, call.number, traceback.format_exc().encode("utf-8", "replace"))
 
     def _do(self, call: frames.Frame) -> bytes:
@@ -79,7 +97,17 @@ def main(arguments: list[str]) -> None:
             answer("/cqos.v1.CatalogueService/ListPacks", b"", 0)  # loads every rule pack
             answers.write(frames.Frame(frames.OK, 0, b"").encoded())
             answers.flush()
-            Worker(most_endpoints).serve(sys.stdin.buffer, answers)
+            Worker(most_endpoints, memory).serve(sys.stdin.buffer, answers)
+    # Not piece by piece, which takes long where there is much.
+    os._exit(0)
+
+
+def _nearly_all_used(memory: int) -> bool:
+    """Whether this process came near to what it may have, so that whatever failed did so for lack of memory."""
+    if not memory or sys.platform != "linux":
+        return False
+    (peak,) = (line for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines() if "VmPeak" in line)
+    return int(peak.split()[1]) * 1024 > memory * _NEARLY_ALL
 
 
 def _be_polite(memory: int) -> None:
