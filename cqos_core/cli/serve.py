@@ -107,6 +107,11 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
     "--max-message-bytes", type=click.IntRange(1024, 1 << 30), default=_LIMITS.message_bytes, show_default=True
 )
 @click.option(
+    "--max-total-bytes",
+    type=click.IntRange(1024),
+    help="Of all requests under way together.  [default: 16 times --max-message-bytes]",
+)
+@click.option(
     "--max-endpoints", type=click.IntRange(1), default=_LIMITS.endpoints, show_default=True, help="Of one system."
 )
 @click.option(
@@ -121,7 +126,7 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
     type=click.FloatRange(0, 1),
     default=_LIMITS.share,
     show_default=True,
-    help="Part of the calls and sessions that one caller may have; callers are told apart by token, certificate or "
+    help="Part of the calls, their bytes and the sessions that one caller may have; callers are told apart by token, certificate or "
     "address.",
 )
 @click.option(
@@ -197,6 +202,7 @@ _RENAMED: Final = {
 _RENAMED_LIMITS: Final = {
     "heavy_workers": "workers",
     "max_message_bytes": "message_bytes",
+    "max_total_bytes": "total_bytes",
     "max_endpoints": "endpoints",
     "max_seconds": "seconds",
     "max_calls": "calls",

@@ -12,8 +12,9 @@ from urllib.parse import unquote
 from cqos_core.service.refusal import Refused
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
+    from cqos_core.service.observing import Meter
     from cqos_core.service.settings import Limits
 
 _IPV6_NETWORK: Final = 64
@@ -32,17 +33,21 @@ class Caller:
         self.name = name
         self.turn = asyncio.Lock()
         self.calls = 0
+        self.bytes = 0
         self.sessions = 0
 
 
 class Callers:
     """All who have calls under way."""
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: Limits, meter: Meter) -> None:
         """Let each have the share that the limits allow."""
         self._limits = limits
+        self._meter = meter
         self._calls = _part(limits.calls, limits.share)
         self._sessions = _part(limits.sessions, limits.share)
+        self._bytes = max(_part(limits.bytes_together, limits.share), limits.message_bytes)
+        self._held = 0
         self._known: dict[str, Caller] = {}
 
     @contextmanager
@@ -64,6 +69,42 @@ class Callers:
             caller.calls -= 1
             if not caller.calls:
                 del self._known[name]
+
+    @contextmanager
+    def holding(self, caller: Caller) -> Iterator[Callable[[int], None]]:
+        """Count the bytes of a request while it is under way: what is yielded is told how many have come.
+
+        Raises:
+            Refused: those of its caller, or of all, are too many; of a request that needs no worker they never are.
+        """
+        mine = 0
+
+        def hold(size: int) -> None:
+            nonlocal mine
+            if mine + size > self._limits.inline_bytes:
+                self._refuse_more(caller, size)
+            mine += size
+            self._count(caller, size)
+
+        try:
+            yield hold
+        finally:
+            self._count(caller, -mine)
+
+    def _count(self, caller: Caller, more: int) -> None:
+        caller.bytes += more
+        self._held += more
+        self._meter.bytes(more)
+
+    def _refuse_more(self, caller: Caller, size: int) -> None:
+        whole = self._limits.bytes_together
+        if caller.bytes + size > self._bytes:
+            told = f"one caller may have {self._bytes} of the {whole} bytes of requests at the same time"
+            now = f"of yours {caller.bytes} are under way, and these are {size} more; send fewer at a time"
+            raise Refused("RESOURCE_EXHAUSTED", f"{told}; {now}")
+        if self._held + size > whole:
+            told = f"requests of {self._held} bytes are under way, and these are {size} more"
+            raise Refused("RESOURCE_EXHAUSTED", f"{told}, this service takes {whole} at the same time; try again later")
 
     @contextmanager
     def editing(self, caller: Caller) -> Iterator[None]:

@@ -49,9 +49,8 @@ class Calls:
         self.pool = Pool(self.limits, self._worker_ended)
         self.sessions = Sessions(self.limits, self._worker_ended)
         self.draining = asyncio.Event()
-        self._callers = Callers(self.limits)
+        self._callers = Callers(self.limits, observer.meter)
         self._answers = Remembered(_KEPT_ENTRIES, _KEPT_BYTES)
-        observer.meter.sessions(lambda: self.sessions.open)
 
     def _worker_ended(self, why: str) -> None:
         self.observer.meter.worker_ended()
@@ -87,6 +86,16 @@ class Calls:
         with self._callers.calling(self.admit(metadata) or certificate or origin(peer)) as caller:
             yield caller
 
+    @contextmanager
+    def holding(self, caller: Caller) -> Iterator[Callable[[int], None]]:
+        """Count the bytes of a request that comes in pieces; what is yielded is told how many have come.
+
+        Raises:
+            Refused: there are too many under way.
+        """
+        with self._callers.holding(caller) as hold:
+            yield hold
+
     async def unary(self, caller: Caller, method: str, data: bytes, remaining: float | None) -> bytes:
         """Answer a call of one message: from memory, at once, or by a worker.
 
@@ -97,8 +106,18 @@ class Calls:
             FailedError: a worker failed.
         """
         seconds = self.limits.seconds if remaining is None else min(remaining, self.limits.seconds)
+        with self._held(caller, data):
+            return await self._unary(caller, method, data, seconds)
+
+    @contextmanager
+    def _held(self, caller: Caller, data: bytes) -> Iterator[None]:
         if len(data) > self.limits.message_bytes:
             raise too_much("request", f"it has {len(data)} bytes, this service takes {self.limits.message_bytes}")
+        with self._callers.holding(caller) as hold:
+            hold(len(data))
+            yield
+
+    async def _unary(self, caller: Caller, method: str, data: bytes, seconds: float) -> bytes:
         found = METHODS[method]
         if len(data) > _REMEMBERED_SIZE:
             return await self.pool.call(caller.name, method, data, seconds)
@@ -144,11 +163,15 @@ class Calls:
             return
         with self._callers.editing(caller):
             session = await self.sessions.begin(caller.name)
+            self.observer.meter.sessions(1)
             try:
                 while data is not None:
-                    yield await session.edit(data)
+                    with self._held(caller, data):
+                        answered = await session.edit(data)
+                    yield answered
                     data = await heard.next()
             finally:
+                self.observer.meter.sessions(-1)
                 # Whoever went away shall not keep its place.
                 await asyncio.shield(asyncio.ensure_future(session.close()))
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 from cqos_core.problems import CqosError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from cqos_core.service.settings import Settings
 
@@ -92,8 +92,11 @@ class Meter(Protocol):
     def worker_ended(self) -> None:
         """Note that a worker had to be ended."""
 
-    def sessions(self, count: Callable[[], int]) -> None:
-        """Say whom to ask how many sessions are open."""
+    def sessions(self, more: int) -> None:
+        """Note that so many more sessions are open, or fewer."""
+
+    def bytes(self, more: int) -> None:
+        """Note that the requests under way have so many bytes more, or fewer."""
 
 
 class NoMeter:
@@ -108,8 +111,11 @@ class NoMeter:
     def worker_ended(self) -> None:
         """Note nothing."""
 
-    def sessions(self, count: Callable[[], int]) -> None:
-        """Ask nobody."""
+    def sessions(self, more: int) -> None:
+        """Note nothing."""
+
+    def bytes(self, more: int) -> None:
+        """Note nothing."""
 
 
 class PrometheusMeter:
@@ -136,6 +142,9 @@ class PrometheusMeter:
         self._sessions = Gauge(
             "cqos_sessions_open", "Open edit sessions", registry=REGISTRY, multiprocess_mode="livesum"
         )
+        self._bytes = Gauge(
+            "cqos_request_bytes", "Bytes of requests under way", registry=REGISTRY, multiprocess_mode="livesum"
+        )
 
     def begun(self, method: str) -> None:  # noqa: ARG002 - of all meters
         """Count it as under way."""
@@ -151,15 +160,24 @@ class PrometheusMeter:
         """Count it."""
         self._ended.inc()
 
-    def sessions(self, count: Callable[[], int]) -> None:
-        """Ask whenever somebody reads the metrics."""
-        self._sessions.set_function(count)
+    def sessions(self, more: int) -> None:
+        """Count them."""
+        self._sessions.inc(more)
+
+    def bytes(self, more: int) -> None:
+        """Count them."""
+        self._bytes.inc(more)
 
 
 class Watch:
-    """One call that is under way."""
+    """One call that is under way.
 
-    __slots__ = ("_began", "_meter", "_method", "_peer", "_size", "_span", "request_id")
+    Attributes:
+        request_id: by which the log calls it.
+        size: bytes of its request.
+    """
+
+    __slots__ = ("_began", "_meter", "_method", "_peer", "_span", "request_id", "size")
 
     def __init__(self, meter: Meter, span: Any, method: str, request_id: str, peer: str, size: int) -> None:
         """Begin."""
@@ -168,7 +186,7 @@ class Watch:
         self._span = span
         self._method = method
         self._peer = peer
-        self._size = size
+        self.size = size
         self.request_id = request_id
 
     def end(self, code: str, size: int = 0, **told: object) -> None:
@@ -187,7 +205,7 @@ class Watch:
                 code=code,
                 ms=round(seconds * 1000, 3),
                 peer=self._peer,
-                bytes_in=self._size,
+                bytes_in=self.size,
                 bytes_out=size,
                 **told,
             )

@@ -13,6 +13,7 @@ from typing import Any, Final
 from cqos_core.problems import CqosError
 
 MIB: Final = 1024 * 1024
+_MESSAGES: Final = 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +22,7 @@ class Limits:
 
     Attributes:
         message_bytes: of one request message.
+        total_bytes: of all requests that are under way at the same time; None: sixteen times that.
         endpoints: of one system.
         seconds: for one answer.
         inline_bytes: requests up to this size are answered in the process that serves; larger ones, and documents, by
@@ -30,12 +32,13 @@ class Limits:
         worker_memory: bytes that a worker may use (Linux); 0: any.
         calls: at the same time.
         sessions: open at the same time.
-        share: part of the calls and of the sessions that one caller may have.
+        share: part of the calls, of their bytes and of the sessions that one caller may have.
         session_workers: processes that they live in.
         idle_seconds: after which a session that hears nothing is closed.
     """
 
     message_bytes: int = 16 * MIB
+    total_bytes: int | None = None
     endpoints: int = 20_000
     seconds: float = 30.0
     inline_bytes: int = 2 * 1024
@@ -47,6 +50,11 @@ class Limits:
     share: float = 0.5
     session_workers: int = 1
     idle_seconds: float = 900.0
+
+    @property
+    def bytes_together(self) -> int:
+        """How many bytes requests under way may have together."""
+        return _MESSAGES * self.message_bytes if self.total_bytes is None else self.total_bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +118,11 @@ class Settings:
         for name, address in (("--listen", self.listen), ("--web", self.web), ("--metrics", self.metrics)):
             if address is not None:
                 split_address(name, address)
+        if self.limits.bytes_together < self.limits.message_bytes:
+            raise CqosError(
+                f"--max-total-bytes {self.limits.bytes_together} leaves no room for one message, "
+                f"which may have {self.limits.message_bytes} (--max-message-bytes)"
+            )
         if (self.certificate is None) != (self.key is None):
             raise CqosError("--tls-cert and --tls-key belong together: a certificate and its private key")
         if self.client_authority is not None and self.certificate is None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import socket
+from contextvars import ContextVar
 from ssl import CERT_NONE, CERT_REQUIRED
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -35,12 +36,14 @@ from cqos_core.service.refusal import Refused
 from cqos_core.service.settings import joined, split_address
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from starlette.requests import Request
     from starlette.types import ASGIApp
 
+    from cqos_core.service.callers import Caller
     from cqos_core.service.calls import Calls
+    from cqos_core.service.observing import Watch
     from cqos_core.service.settings import Settings
 
 _BACKLOG: Final = 1024
@@ -91,12 +94,128 @@ class _Json:
         return message.SerializeToString()  # type: ignore[no-any-return]
 
 
+class _Exchange:
+    """One HTTP request.
+
+    Attributes:
+        caller: who makes it, as soon as it is let in.
+        request_id: by which the log calls it.
+        size: bytes that came.
+        answered: bytes of the answer.
+    """
+
+    def __init__(self) -> None:
+        """Begin with nothing."""
+        self.caller: Caller | None = None
+        self.request_id = ""
+        self.size = 0
+        self.answered = 0
+        self._calling = contextlib.ExitStack()
+        self._reading = contextlib.ExitStack()
+        self._hold: Callable[[int], None] = lambda _size: None
+
+    def begin(self, calls: Calls, metadata: Mapping[str, str], peer: str) -> None:
+        """Let its caller in.
+
+        Raises:
+            Refused: it has no token that is known, or too many calls under way.
+        """
+        self.caller = self._calling.enter_context(calls.calling(metadata, peer))
+        self._hold = self._reading.enter_context(calls.holding(self.caller))
+
+    def came(self, size: int) -> None:
+        """Count what came of its body.
+
+        Raises:
+            Refused: there is too much under way.
+        """
+        self.size += size
+        self._hold(size)
+
+    def read(self) -> None:
+        """Forget its body, of which there is a message now."""
+        self._reading.close()
+
+    def end(self) -> None:
+        """Give back what it had."""
+        self._reading.close()
+        self._calling.close()
+
+
+_EXCHANGE: Final[ContextVar[_Exchange]] = ContextVar("exchange")
+
+
+class _Admission:
+    """Lets callers in before anything that they send is read, and watches what comes of it."""
+
+    def __init__(self, calls: Calls) -> None:
+        self._calls = calls
+
+    async def on_start(self, context: Any) -> Watch:
+        metadata = dict(context.request_headers.items())
+        peer = context.client_address or ""
+        method = f"/{context.method.service_name}/{context.method.name}"
+        watch = self._calls.observer.begin(method, metadata, peer, 0)
+        exchange = _EXCHANGE.get()
+        exchange.request_id = context.response_headers[REQUEST_ID] = watch.request_id
+        try:
+            exchange.begin(self._calls, metadata, peer)
+        except Refused as refused:
+            watch.end(refused.code)
+            raise _error(refused) from None
+        return watch
+
+    async def on_end(self, watch: Watch, _context: Any, error: Exception | None) -> None:
+        exchange = _EXCHANGE.get()
+        exchange.end()
+        watch.size = exchange.size
+        if error is None:
+            watch.end("OK", exchange.answered)
+        else:
+            watch.end(_status(error.code) if isinstance(error, ConnectError) else "UNKNOWN")
+
+
 class _Application(ConnectASGIApplication[Any]):
-    """The calls of all services."""
+    """The calls of all services; what comes of a request is counted as it comes, and has to come in time."""
+
+    def __init__(self, calls: Calls) -> None:
+        super().__init__(
+            service=calls,
+            endpoints=_endpoints,
+            interceptors=[_Admission(calls)],
+            read_max_bytes=calls.limits.message_bytes,
+            codecs=[_Binary(), _Json()],
+        )
+        self._seconds = calls.limits.seconds
 
     @property
     def path(self) -> str:
         return "/"
+
+    async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
+        exchange = _Exchange()
+        _EXCHANGE.set(exchange)
+        until = asyncio.get_running_loop().time() + self._seconds
+        more = True
+
+        async def counted() -> Any:
+            nonlocal more
+            if not more:  # it waits for the end of the connection
+                return await receive()
+            try:
+                async with asyncio.timeout_at(until):
+                    message = await receive()
+            except TimeoutError:
+                told = f"the request did not come within {self._seconds:g} seconds"
+                raise ConnectError(Code.DEADLINE_EXCEEDED, told) from None
+            more = message.get("more_body", False)
+            try:
+                exchange.came(len(message.get("body", b"")))
+            except Refused as refused:
+                raise _error(refused) from None
+            return message
+
+        await super().__call__(scope, counted, send)
 
 
 class WebDoor:
@@ -174,12 +293,6 @@ def application(calls: Calls, settings: Settings) -> ASGIApp:
         draining = calls.draining.is_set()
         return PlainTextResponse("draining\n" if draining else "serving\n", 503 if draining else 200)
 
-    connect = _Application(
-        service=calls,
-        endpoints=_endpoints,
-        read_max_bytes=settings.limits.message_bytes,
-        codecs=[_Binary(), _Json()],
-    )
     middleware = []
     if settings.origins:
         cors = Middleware(
@@ -191,7 +304,7 @@ def application(calls: Calls, settings: Settings) -> ASGIApp:
             max_age=_PREFLIGHT_SECONDS,
         )
         middleware.append(cors)
-    routes: list[Route | Mount] = [Route("/healthz", healthy), Mount("/", app=connect)]
+    routes: list[Route | Mount] = [Route("/healthz", healthy), Mount("/", app=_Application(calls))]
     return Starlette(routes=routes, middleware=middleware)
 
 
@@ -219,27 +332,25 @@ def _endpoints(calls: Calls) -> Mapping[str, Any]:
 
 def _unary(calls: Calls, method: str, output: Any) -> Any:
     async def handle(data: bytes, context: Any) -> _Answered:
-        metadata = dict(context.request_headers.items())
-        watch = calls.observer.begin(method, metadata, context.client_address or "", len(data))
-        context.response_headers[REQUEST_ID] = watch.request_id
+        exchange = _EXCHANGE.get()
+        assert exchange.caller is not None  # noqa: S101 - it was let in before its message was read
+        exchange.read()
         remaining = None if context.timeout_ms is None else context.timeout_ms / 1000
         try:
-            with calls.calling(metadata, context.client_address or "") as caller:
-                answered = await calls.unary(caller, method, data, remaining)
+            answered = await calls.unary(exchange.caller, method, data, remaining)
         except Refused as refused:
-            watch.end(refused.code)
             raise _error(refused) from None
-        except asyncio.CancelledError:
-            watch.end("CANCELLED")
-            raise
         except Exception as error:  # noqa: BLE001 - one call shall not end the others
-            ours = failure(error, watch.request_id)
-            watch.end(ours.code)
-            raise _error(ours) from None
-        watch.end("OK", len(answered))
+            raise _error(failure(error, exchange.request_id)) from None
+        exchange.answered = len(answered)
         return _Answered(output, answered)
 
     return handle
+
+
+def _status(code: Code) -> str:
+    """The name that gRPC has for it."""
+    return "CANCELLED" if code is Code.CANCELED else code.name
 
 
 def _error(refused: Refused) -> ConnectError:

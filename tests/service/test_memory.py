@@ -1,18 +1,27 @@
-"""What calls may take of memory: a worker that took all of it is replaced, with what it remembers."""
+"""What calls may take of memory: requests under way are bounded in bytes, and a worker that took all of its is replaced."""
 
+import contextlib
+import http.client
+import json
 import os
 import signal
+import socket
 import sys
 import time
 from dataclasses import replace
+from typing import Any
 
 import grpc
 import pytest
 
 from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.client import ServiceError, SessionLostError
+from cqos_core.service.callers import Callers
+from cqos_core.service.observing import NoMeter
+from cqos_core.service.refusal import Refused
+from cqos_core.service.settings import Limits
 from tests.service.running import serving
-from tests.service.test_robustness import refused, system, violations
+from tests.service.test_robustness import metric, refused, system, violations
 from tests.service.test_sessions import two
 
 MIB = 1024 * 1024
@@ -89,3 +98,140 @@ def test_a_worker_that_is_killed_during_a_call_was_most_likely_out_of_memory():
         assert own.wait_for(lambda line: line["event"] == "worker ended")["why"] == told
         assert "Unknown child process" not in own.log
         assert checks.CheckDocument(document(1), timeout=60).report.endpoints == 1
+
+
+# --- the bytes of all requests ---
+
+
+def test_bytes_of_requests_are_counted_as_they_come_and_given_back():
+    callers = Callers(Limits(message_bytes=100, total_bytes=400, inline_bytes=10, share=0.5), NoMeter())
+    with contextlib.ExitStack() as stack:
+        one, other, third = (stack.enter_context(callers.calling(name)) for name in ("one", "other", "third"))
+        for _ in range(2):
+            hold = stack.enter_context(callers.holding(one))
+            hold(60)
+            hold(40)
+        told = "one caller may have 200 of the 400 bytes of requests at the same time; of yours 200 are under way, and "
+        with callers.holding(one) as hold, pytest.raises(Refused, match=f"{told}these are 11 more; send fewer"):
+            hold(11)
+        with callers.holding(one) as hold:
+            hold(10)  # one that needs no worker does not wait
+        stack.enter_context(callers.holding(other))(100)
+        stack.enter_context(callers.holding(third))(99)
+        told = (
+            "requests of 399 bytes are under way, and these are 12 more, this service takes 400 at the same time; try"
+        )
+        with callers.holding(third) as hold, pytest.raises(Refused, match=told):
+            hold(12)
+        with callers.holding(third) as hold:
+            hold(5)
+            with pytest.raises(Refused):
+                hold(6)
+    with callers.calling("one") as one, callers.holding(one) as hold:
+        hold(200)
+    assert callers._held == 0
+
+
+def test_one_message_is_always_taken_however_small_the_share():
+    callers = Callers(Limits(message_bytes=100, total_bytes=100, share=0.01), NoMeter())
+    with callers.calling("one") as one, callers.holding(one) as hold:
+        hold(100)
+
+
+TOKENS = ("a-token-of-somebody", "a-token-of-another")
+
+
+@pytest.fixture(scope="module")
+def narrow_in_bytes(tmp_path_factory):
+    """A service that takes twelve megabytes at the same time, of each caller a half, and is slow to answer."""
+    file = tmp_path_factory.mktemp("tokens") / "tokens"
+    file.write_text("\n".join(TOKENS), encoding="utf-8")
+    with serving(
+        *("--token-file", str(file), "--max-message-bytes", "2000000", "--max-total-bytes", "12000000"),
+        *("--heavy-workers", "1", "--web", "127.0.0.1:0", "--metrics", "127.0.0.1:0"),
+    ) as running:
+        yield running
+
+
+def test_one_caller_has_its_share_of_bytes_and_no_more(narrow_in_bytes):
+    with grpc.insecure_channel(narrow_in_bytes.grpc) as channel:
+        checks: Any = check_pb2_grpc.CheckServiceStub(channel)
+        one, other = ([("authorization", f"Bearer {token}")] for token in TOKENS)
+        under_way = [checks.CheckDocument.future(document(200, 1_000_000 + n), metadata=one) for n in range(10)]
+        refused = [each for each in under_way if each.code() == grpc.StatusCode.RESOURCE_EXHAUSTED]
+        assert 1 <= len(refused) <= 5  # some are answered before the last ones come
+        told = "one caller may have 6000000 of the 12000000 bytes of requests at the same time"
+        assert all(each.details().startswith(told) for each in refused)
+        again = [checks.CheckDocument.future(document(200, 1_100_000 + n), metadata=one) for n in range(5)]
+        assert checks.CheckDocument(document(200, 1_000_000), metadata=other, timeout=60).report.endpoints == 200
+        assert {each.code() for each in again} == {grpc.StatusCode.OK}
+    assert metric(narrow_in_bytes, "cqos_request_bytes") == 0
+
+
+def test_an_edit_counts_as_well(narrow_in_bytes):
+    """Not for as long as its session is open, but until it is answered."""
+    with narrow_in_bytes.client(token=TOKENS[0]) as client, contextlib.ExitStack() as stack:
+        sessions = [stack.enter_context(client.session(replace(two(), name=f"{n:01900000}"))) for n in range(5)]
+        assert [session.report().endpoints for session in sessions] == [2] * 5
+    assert metric(narrow_in_bytes, "cqos_request_bytes") == 0
+    with grpc.insecure_channel(narrow_in_bytes.grpc) as channel:
+        edit: Any = channel.stream_stream("/cqos.v1.SessionService/Edit")
+        given = [("authorization", f"Bearer {TOKENS[0]}")]
+        error = refused(lambda: list(edit(iter([b" " * 2_500_000]), metadata=given)))
+        assert "this service takes 2000000" in error.details()
+
+
+PAIR = "/cqos.v1.CheckService/CheckDocument"
+
+
+def half_sent(service, token, length, sent):
+    """A call to the browsers' door that stays half sent."""
+    host, _, port = service.addresses["web"].rpartition(":")
+    connection = socket.create_connection((host, int(port)))
+    head = f"POST {PAIR} HTTP/1.1\r\nhost: x\r\ncontent-type: application/proto\r\nauthorization: Bearer {token}\r\n"
+    connection.sendall(f"{head}content-length: {length}\r\n\r\n".encode() + b"\n" * sent)
+    return connection
+
+
+def test_what_comes_to_the_browsers_door_counts_from_its_first_byte(narrow_in_bytes):
+    with contextlib.ExitStack() as stack:
+        for _ in range(4):
+            stack.enter_context(half_sent(narrow_in_bytes, TOKENS[1], 1_500_000, 1_400_000))
+        until = time.monotonic() + 20
+        while metric(narrow_in_bytes, "cqos_request_bytes") < 5_600_000:
+            assert time.monotonic() < until
+        last = stack.enter_context(half_sent(narrow_in_bytes, TOKENS[1], 1_500_000, 1_400_000))
+        answer = http.client.HTTPResponse(last)
+        answer.begin()
+        told = json.loads(answer.read())
+        assert (answer.status, told["code"]) == (429, "resource_exhausted")
+        assert told["message"].startswith("one caller may have 6000000 of the 12000000 bytes of requests")
+    until = time.monotonic() + 20
+    while metric(narrow_in_bytes, "cqos_request_bytes"):
+        assert time.monotonic() < until
+
+
+def test_nothing_is_read_of_those_who_are_not_let_in(narrow_in_bytes):
+    with half_sent(narrow_in_bytes, "wrong-token-wrong-token", 1_500_000, 0) as connection:
+        answer = http.client.HTTPResponse(connection)
+        answer.begin()
+        assert (answer.status, json.loads(answer.read())["code"]) == (401, "unauthenticated")
+
+
+def test_a_request_that_does_not_come_is_not_waited_for():
+    with serving("--web", "127.0.0.1:0", "--max-seconds", "0.5") as own:
+        with half_sent(own, "", 10, 5) as connection:
+            answer = http.client.HTTPResponse(connection)
+            answer.begin()
+            told = json.loads(answer.read())
+        assert (answer.status, told["code"]) == (504, "deadline_exceeded")
+        assert told["message"] == "the request did not come within 0.5 seconds"
+
+
+def test_a_limit_that_leaves_no_room_for_one_message_is_told(capsys):
+    from cqos_core.cli import main
+
+    arguments = ("--max-total-bytes", "2000", "--max-message-bytes", "3000")
+    assert main(["serve", "--no-config", *arguments]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "--max-total-bytes 2000 leaves no room for one message, which may have 3000 (--max-message-bytes)" in said

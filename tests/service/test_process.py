@@ -328,6 +328,10 @@ def test_several_processes_share_a_port_and_one_that_dies_is_replaced(start):
         with urllib.request.urlopen(f"http://{address}/metrics", timeout=10) as answer:
             counted = [line for line in answer.read().decode().splitlines() if line.startswith("cqos_calls_total")]
         assert sum(float(line.rpartition(" ")[2]) for line in counted) == 20
+        with service.client() as client, client.session() as session:
+            session.report()
+            with urllib.request.urlopen(f"http://{address}/metrics", timeout=10) as answer:
+                assert "cqos_sessions_open 1.0" in answer.read().decode().splitlines()
     assert not alive(int(str(second)))
 
 
