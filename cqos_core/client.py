@@ -28,7 +28,7 @@ from cqos.v1 import (
     session_pb2_grpc,
     system_pb2,
 )
-from cqos_core.api import as_text, exact_places
+from cqos_core.api import as_text, exact_places, read
 from cqos_core.importers.source import Source, no_files
 from cqos_core.loading import Given, included_files, open_file, read_path
 from cqos_core.messages import (
@@ -154,15 +154,22 @@ def _documents(
     """Bring files along, and what they include: the service cannot read them.
 
     Raises:
-        InputError: one of them is missing.
+        InputError: some are missing, or there are none; with what is wrong with the others as well.
     """
+    files = list(files)
     given: list[Given] = []
-    for each in files:
-        if isinstance(each, bytes):
-            number = sum(known.opener is no_files for known in given) + 1
-            given.append(Given(Source("<bytes>" if number == 1 else f"<bytes {number}>", each)))
-        else:
-            given.append(Given(read_path(os.fspath(each)), open_file))
+    try:
+        for each in files:
+            if isinstance(each, bytes):
+                number = sum(known.opener is no_files for known in given) + 1
+                given.append(Given(Source("<bytes>" if number == 1 else f"<bytes {number}>", each)))
+            else:
+                given.append(Given(read_path(os.fspath(each)), open_file))
+    except InputError:
+        read(*files, importer=importer, protocol=protocol)
+        raise
+    if not files:
+        read()
     # Bytes have no folder, so that nothing is looked for where there are no files.
     named = any(each.opener is open_file for each in given)
     included = included_files(given, importer, protocol=protocol) if named else ()
@@ -347,7 +354,7 @@ class Client:
     ) -> Report:
         """Check files, which are read here and understood there, or one system; see `cqos_core.check`.
 
-        What files include is sent along.
+        What files include is sent along; directories are not searched.
 
         Raises:
             InputError: a file cannot be read or understood.

@@ -98,6 +98,39 @@ def test_files_that_include_others_give_the_same_report_or_the_same_problems(pat
     assert outcome(client.check, *absolute) == outcome(cqos.check, *absolute)
 
 
+@pytest.mark.parametrize(
+    "given",
+    [
+        ["nowhere.yaml", "bad.yaml", "nor here.yaml"],
+        ["bad.yaml", b"?", "nowhere.yaml", b"cqos: 1\nx: 1\n"],
+        ["nowhere.yaml", "missing.yaml"],
+        ["robot.yaml", "nowhere.yaml"],
+        [],
+    ],
+    ids=str,
+)
+def test_all_problems_of_all_files_are_told_at_once_where_some_are_missing(given, client, service, files):
+    with pytest.raises(InputError) as raised:
+        cqos.check(*given)
+    here = raised.value.problems
+
+    async def ask(method, **options):
+        async with AsyncClient(service.grpc) as waiting:
+            await getattr(waiting, method)(*given, **options)
+
+    for method, options in (
+        ("check", {}),
+        ("explain", {"publisher": "a", "subscriber": "b"}),
+        ("convert", {"to": "yaml"}),
+    ):
+        with pytest.raises(InputError) as raised:
+            getattr(client, method)(*given, **options)
+        assert raised.value.problems == here
+        with pytest.raises(InputError) as raised:
+            asyncio.run(ask(method, **options))
+        assert raised.value.problems == here
+
+
 def test_what_was_included_counts_and_is_pointed_at(client, files):
     report = client.check("robot.yaml")
     assert report.sources == ("robot.yaml", "shared/common.yaml", "shared/../more.json", "qos.xml")
