@@ -108,7 +108,8 @@ def get_pack(request: catalogue_pb2.GetPackRequest, _most: int) -> catalogue_pb2
 def no_pack(field: str, name: str) -> FieldProblem:
     """Say that there is no such rule pack, and which there are."""
     known = ", ".join(sorted(load_plugins().packs))
-    return FieldProblem(field, f"there is no rule pack `{name[:60]}`; installed: {known}")
+    said = f"there is no rule pack `{name[:60]}`" if name else "the id of a rule pack is needed"
+    return FieldProblem(field, f"{said}; installed: {known}")
 
 
 # --- checks ---

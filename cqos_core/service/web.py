@@ -12,6 +12,7 @@ import socket
 from contextvars import ContextVar
 from ssl import CERT_NONE, CERT_REQUIRED
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from urllib.parse import parse_qs
 
 import uvicorn
 from connectrpc.code import Code
@@ -24,12 +25,12 @@ from protobuf.wkt import Any as Detail
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
 from starlette.middleware.cors import CORSMiddleware
-from starlette.responses import PlainTextResponse
+from starlette.responses import JSONResponse, PlainTextResponse
 from starlette.routing import Mount, Route
 
 from cqos.v1 import catalogue_pb2, check_pb2
 from cqos_core.problems import CqosError
-from cqos_core.service.answers import METHODS
+from cqos_core.service.answers import EDIT, METHODS, PAIRS
 from cqos_core.service.calls import failure
 from cqos_core.service.observing import REQUEST_ID
 from cqos_core.service.refusal import Refused
@@ -51,7 +52,11 @@ _PREFLIGHT_SECONDS: Final = 7200
 # The extensions that gRPC-Web and Connect need where a page comes from elsewhere.
 _REQUEST_HEADERS: Final = (
     *("authorization", "content-type", "connect-protocol-version", "connect-timeout-ms"),
-    *("grpc-timeout", "x-grpc-web", "x-user-agent", REQUEST_ID),
+    *("grpc-timeout", "x-grpc-web", "x-user-agent", REQUEST_ID, "traceparent", "tracestate"),
+)
+_KINDS: Final = (
+    *("application/json", "application/proto"),
+    *("application/grpc-web", "application/grpc-web+proto", "application/grpc-web+json"),
 )
 _RESPONSE_HEADERS: Final = ("grpc-status", "grpc-message", "grpc-status-details-bin", REQUEST_ID)
 
@@ -86,10 +91,15 @@ class _Json:
         return json_format.MessageToJson(message.kind.FromString(message.data), indent=None).encode()
 
     def decode(self, data: bytes | bytearray, message_class: Any) -> bytes:
+        name = message_class.DESCRIPTOR.full_name
+        if not data.lstrip().startswith(b"{"):  # what else is JSON is read as a message of some kind
+            found = "something else" if data else "nothing"
+            raise ConnectError(
+                Code.INVALID_ARGUMENT, f"the request is no {name}: expected a JSON object, found {found}"
+            )
         try:
             message = json_format.Parse(bytes(data), message_class())
         except (json_format.ParseError, UnicodeDecodeError, RecursionError) as error:
-            name = message_class.DESCRIPTOR.full_name
             raise ConnectError(Code.INVALID_ARGUMENT, f"the request is no {name}: {error}") from None
         return message.SerializeToString()  # type: ignore[no-any-return]
 
@@ -193,6 +203,9 @@ class _Application(ConnectASGIApplication[Any]):
         return "/"
 
     async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
+        if (answer := _unspoken(scope)) is not None:
+            await answer(scope, receive, send)
+            return
         exchange = _Exchange()
         _EXCHANGE.set(exchange)
         until = asyncio.get_running_loop().time() + self._seconds
@@ -218,6 +231,37 @@ class _Application(ConnectASGIApplication[Any]):
         await super().__call__(scope, counted, send)
 
 
+def _unspoken(scope: Any) -> JSONResponse | None:
+    """Say what is wrong with a request that is none of any protocol here; they would say nothing but a number."""
+    path, method = scope["path"], scope["method"]
+    if path in (PAIRS, EDIT):
+        return _refusal(404, "unimplemented", f"{path} takes a stream of requests, which gRPC alone has (--listen)")
+    if path not in METHODS:
+        return _refusal(
+            404, "unimplemented", f"there is no call {path[:100]}; there is for instance {next(iter(METHODS))}"
+        )
+    if method == "GET":
+        encoding = parse_qs(scope["query_string"].decode("utf-8", "replace")).get("encoding", [""])[0]
+        if encoding not in {"proto", "json"}:
+            return _refusal(
+                415, "invalid_argument", "a GET states `encoding=json` or `encoding=proto`, and its `message`"
+            )
+    elif method == "POST":
+        kind = dict(scope["headers"]).get(b"content-type", b"").partition(b";")[0].strip().lower().decode("latin-1")
+        if kind not in _KINDS:
+            said = f"`{kind[:60]}` is not spoken here" if kind else "a content-type is needed"
+            told = f"{said}: it is one of {', '.join(_KINDS)}; gRPC itself has another address (--listen)"
+            return _refusal(415, "invalid_argument", told, {"accept-post": ", ".join(_KINDS)})
+    else:
+        told = f"{method[:20]} is not taken: POST is, and GET"
+        return _refusal(405, "unimplemented", told, {"allow": "GET, POST"})
+    return None
+
+
+def _refusal(status: int, code: str, told: str, headers: Mapping[str, str] | None = None) -> JSONResponse:
+    return JSONResponse({"code": code, "message": told}, status, headers)
+
+
 class WebDoor:
     """An HTTP server around `Calls`."""
 
@@ -237,6 +281,8 @@ class WebDoor:
             access_log=False,
             server_header=False,
             lifespan="off",
+            # Whoever calls could state any address with them.
+            proxy_headers=False,
             backlog=_BACKLOG,
             limit_concurrency=settings.limits.calls,
             timeout_graceful_shutdown=max(int(settings.grace), 1),

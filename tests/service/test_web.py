@@ -131,16 +131,72 @@ def test_grpc_web_carries_what_is_wrong(web):
         ("application/proto", b"\x12\x04\xff\xfe\xfd\xfc", 400, "invalid_argument"),
         ("application/json", b"{", 400, "invalid_argument"),
         ("application/json", b"[" * 1_000, 400, "invalid_argument"),
+        ("application/json", b'{"offered": {"a": ' + b"[" * 100_000, 400, "invalid_argument"),
+        ("application/json", b"", 400, "invalid_argument"),
+        ("application/json", b"[]", 400, "invalid_argument"),
+        ("application/json", b"null", 400, "invalid_argument"),
         ("application/json", b'{"protocol": 7}', 400, "invalid_argument"),
         ("application/json", b'{"protocol": "\xff"}', 400, "invalid_argument"),
         ("application/proto", b" " * 2_000_001, 429, "resource_exhausted"),
     ],
-    ids=["none", "not utf-8", "half of json", "nesting", "wrong type", "json not utf-8", "oversized"],
+    ids=[
+        *("none", "not utf-8", "half of json", "nesting", "deep nesting", "nothing", "a list", "null", "wrong type"),
+        *("json not utf-8", "oversized"),
+    ],
 )
 def test_hostile_bytes_are_refused(web, kind, body, status, code):
     found, _, answer = call(web, "POST", PAIR, body, content_type=kind)
     assert (found, json.loads(answer)["code"]) == (status, code)
     assert call(web, "GET", "/healthz")[::2] == (200, b"serving\n")
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "kind", "status", "told"),
+    [
+        ("POST", PAIR, "", 415, "a content-type is needed: it is one of application/json, application/proto, "),
+        ("POST", PAIR, "application/x-www-form-urlencoded", 415, "`application/x-www-form-urlencoded` is not spoken"),
+        ("POST", PAIR, "application/grpc", 415, "gRPC itself has another address (--listen)"),
+        ("POST", PAIR, "application/grpc-web-text", 415, "`application/grpc-web-text` is not spoken here"),
+        (
+            "POST",
+            "/cqos.v1.CheckService/CheckPairs",
+            "application/proto",
+            404,
+            "takes a stream of requests, which gRPC",
+        ),
+        (
+            "POST",
+            "/CheckPair",
+            "application/proto",
+            404,
+            "there is no call /CheckPair; there is for instance /cqos.v1.",
+        ),
+        ("PUT", PAIR, "application/proto", 405, "PUT is not taken: POST is, and GET"),
+        ("GET", PAIR, "", 415, "a GET states `encoding=json` or `encoding=proto`, and its `message`"),
+        ("GET", f"{PAIR}?encoding=json", "", 400, "'message' parameter is required"),
+    ],
+)
+def test_what_is_no_call_at_all_hears_what_would_be_one(web, method, path, kind, status, told):
+    lines = len(web.lines)
+    found, headers, body = call(web, method, path, b"x", **({"content_type": kind} if kind else {}))
+    assert (found, headers["content-type"]) == (status, "application/json")
+    assert told in json.loads(body)["message"]
+    assert "traceback" not in json.dumps(web.lines[lines:])
+
+
+def test_what_is_wrong_with_a_body_is_in_the_log_too(web):
+    """With the id that the caller gave; nothing of what was sent."""
+    call(web, "POST", PAIR, b'{"secret": 1}', content_type="application/json", x_request_id="malformed-1")
+    line = web.wait_for(lambda line: line.get("request_id") == "malformed-1", 5)
+    assert (line["code"], line["method"], line["bytes_in"]) == ("INVALID_ARGUMENT", PAIR, 13)
+    assert "secret" not in json.dumps(line)
+
+
+def test_nobody_states_an_address_of_its_own(web):
+    """Callers are told apart by it."""
+    given = {"x_forwarded_for": "192.0.2.7", "x_request_id": "forwarded-1"}
+    call(web, "POST", PAIR, REQUEST.SerializeToString(), content_type="application/proto", **given)
+    assert "192.0.2.7" not in str(web.wait_for(lambda line: line.get("request_id") == "forwarded-1", 5)["peer"])
 
 
 def test_other_ways_in_are_closed(web):
@@ -151,7 +207,8 @@ def test_other_ways_in_are_closed(web):
 
 
 def test_a_page_of_a_known_origin_may_call_and_no_other(web):
-    asked = {"access_control_request_method": "POST", "access_control_request_headers": "content-type,x-grpc-web"}
+    headers = "content-type,x-grpc-web,traceparent"
+    asked = {"access_control_request_method": "POST", "access_control_request_headers": headers}
     status, headers, _ = call(web, "OPTIONS", PAIR, origin=PAGE, **asked)
     assert (status, headers["access-control-allow-origin"]) == (200, PAGE)
     _, headers, _ = call(web, "POST", PAIR, REQUEST.SerializeToString(), content_type="application/proto", origin=PAGE)
