@@ -42,6 +42,7 @@ from cqos_core.messages import (
 )
 from cqos_core.problems import CqosError, InputError
 from cqos_core.system import System
+from cqos_core.tls import try_tls
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterable, Iterator, Mapping, Sequence
@@ -262,7 +263,9 @@ def _raised(error: grpc.RpcError | grpc.aio.AioRpcError) -> CqosError:
 
 
 def _metadata(token: str | None) -> tuple[tuple[str, str], ...]:
-    token = os.environ.get(TOKEN_VARIABLE) if token is None else token
+    token = (os.environ.get(TOKEN_VARIABLE, "") if token is None else token).strip()
+    if not (token.isascii() and token.isprintable()):
+        raise CqosError("the token has characters other than printable ASCII, which no header can carry")
     return (("authorization", f"Bearer {token}"),) if token else ()
 
 
@@ -271,16 +274,14 @@ def _target(address: str, authority: str | None, certificate: str | None, key: s
     authority = authority or os.environ.get(AUTHORITY_VARIABLE)
     secure = address.startswith(_SECURE) or authority is not None or certificate is not None
     target = address.removeprefix(_SECURE).removeprefix(_PLAIN).rstrip("/")
+    if not target:
+        raise CqosError(f"`{address}` is no address: expected host:port, for instance 127.0.0.1:50051")
+    try_tls(certificate, key, authority, names=("certificate", "key", "authority"))
     if not secure:
         return target, None
 
     def content(path: str | None) -> bytes | None:
-        if path is None:
-            return None
-        try:
-            return Path(path).read_bytes()
-        except OSError as error:
-            raise CqosError(f"cannot read {path}: {error.strerror}") from None
+        return None if path is None else Path(path).read_bytes()
 
     return target, grpc.ssl_channel_credentials(content(authority), content(key), content(certificate))
 

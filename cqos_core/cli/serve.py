@@ -25,6 +25,7 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
     """Take defaults of the other options from ``[serve]`` of the configuration."""
     # It comes with the forms of the YAML importer, which `--help` does not need.
     from cqos_core.config import config_for, load_config
+    from cqos_core.policy import Names
 
     if ctx.resilient_parsing or ctx.params.get("no_config"):
         return value
@@ -41,7 +42,7 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
         text = setting.text
         if name in _FILES and setting.place is not None:
             text = str(Path(setting.place.source).parent / text)
-        defaults[option.name] = text.strip("[]").replace(",", " ").split() if option.multiple else text
+        defaults[option.name] = Names().parse(text) if option.multiple else text
     ctx.default_map = defaults
     return value
 

@@ -201,10 +201,7 @@ async def _abort(context: Any, refused: Refused, request_id: str) -> None:
 
 def _credentials(settings: Settings) -> grpc.ServerCredentials:
     def content(path: str | None) -> bytes:
-        try:
-            return Path(path or "").read_bytes()
-        except OSError as error:
-            raise CqosError(f"cannot read {path}: {error.strerror}") from None
+        return Path(path or "").read_bytes()
 
     authority = None if settings.client_authority is None else content(settings.client_authority)
     return grpc.ssl_server_credentials(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 import re
 import secrets
 import sys
@@ -67,6 +68,8 @@ def _time(record: logging.LogRecord) -> str:
 
 def start_logging(level: str, form: str) -> None:
     """Write what the service tells to standard error."""
+    # gRPC has a form of its own there, and tells what is wrong with strangers.
+    os.environ.setdefault("GRPC_VERBOSITY", "NONE")
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(JsonLines() if form == "json" else PlainLines())
     log.setLevel(level.upper())

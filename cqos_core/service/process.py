@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 _METRICS_FOLDER: Final = "PROMETHEUS_MULTIPROC_DIR"
 _STOPPING: Final = (signal.SIGTERM, signal.SIGINT)
+_UNABLE: Final = 2
+"""The exit code of a process that cannot follow its settings; another one could not either."""
 
 
 def serve(settings: Settings) -> None:
@@ -155,12 +157,14 @@ async def _keep_running(settings: Settings) -> None:
         asyncio.get_running_loop().add_signal_handler(each, ending.set)
     addresses = {"grpc": settings.listen, "web": settings.web, "metrics": settings.metrics}
     tell(ALWAYS, "starting", **addresses, processes=settings.processes)
-    await asyncio.gather(*(_keep_one(settings, ending) for _ in range(settings.processes)))
+    unable = await asyncio.gather(*(_keep_one(settings, ending) for _ in range(settings.processes)))
     tell(ALWAYS, "stopped all")
+    if any(unable):
+        raise CqosError("a process cannot follow the settings; it has said why")
 
 
-async def _keep_one(settings: Settings, ending: asyncio.Event) -> None:
-    """Run one process, and another when it dies."""
+async def _keep_one(settings: Settings, ending: asyncio.Event) -> bool:
+    """Run one process, and another when it dies; whether it could not even begin, which ends all."""
     waiting = asyncio.ensure_future(ending.wait())
     pause = 0.0
     while not ending.is_set():
@@ -173,6 +177,9 @@ async def _keep_one(settings: Settings, ending: asyncio.Event) -> None:
         child.stdin.close()
         ended = asyncio.ensure_future(child.wait())
         await asyncio.wait({ended, waiting}, return_when=asyncio.FIRST_COMPLETED)
+        if ended.done() and ended.result() == _UNABLE:
+            ending.set()
+            return True
         if ended.done() and not ending.is_set():
             tell(logging.ERROR, "process died", pid=child.pid, exit_code=ended.result())
             _forget_metrics(child.pid)
@@ -183,6 +190,7 @@ async def _keep_one(settings: Settings, ending: asyncio.Event) -> None:
                 child.send_signal(signal.SIGTERM)
             await ended
     waiting.cancel()
+    return False
 
 
 def _forget_metrics(number: int) -> None:
@@ -196,7 +204,11 @@ def main() -> None:
     """Serve as one of several processes."""
     settings = Settings.from_json(sys.stdin.read())
     start_logging(settings.log_level, settings.log_format)
-    asyncio.run(serve_here(settings))
+    try:
+        asyncio.run(serve_here(settings))
+    except CqosError as error:
+        tell(logging.ERROR, "cannot serve", why=str(error))
+        sys.exit(_UNABLE)
 
 
 if __name__ == "__main__":

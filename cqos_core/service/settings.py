@@ -5,14 +5,16 @@ from __future__ import annotations
 import hashlib
 import ipaddress
 import json
-import os
+import re
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 from cqos_core.problems import CqosError
+from cqos_core.tls import try_tls
 
 MIB: Final = 1024 * 1024
+_ORIGIN: Final = re.compile(r"\*|[a-z][a-z0-9+.-]*://[^/\s?#@A-Z]+")
 _MESSAGES: Final = 16
 
 
@@ -123,17 +125,10 @@ class Settings:
                 f"--max-total-bytes {self.limits.bytes_together} leaves no room for one message, "
                 f"which may have {self.limits.message_bytes} (--max-message-bytes)"
             )
-        if (self.certificate is None) != (self.key is None):
-            raise CqosError("--tls-cert and --tls-key belong together: a certificate and its private key")
         if self.client_authority is not None and self.certificate is None:
             raise CqosError("--tls-client-ca asks callers for certificates, which needs --tls-cert and --tls-key")
-        for name, path in (
-            ("--tls-cert", self.certificate),
-            ("--tls-key", self.key),
-            ("--tls-client-ca", self.client_authority),
-        ):
-            if path is not None and not os.access(path, os.R_OK):
-                raise CqosError(f"{name}: cannot read {path}")
+        try_tls(self.certificate, self.key, self.client_authority, names=("--tls-cert", "--tls-key", "--tls-client-ca"))
+        self._check_origins()
         if self.tokens or self.client_authority or self.anonymous:
             return
         for name, address in (("--listen", self.listen), ("--web", self.web)):
@@ -141,6 +136,16 @@ class Settings:
                 raise CqosError(
                     f"{name} {address} can be reached from other machines, and nobody would be asked for credentials: "
                     "give --token-file or --tls-client-ca, or say --allow-anonymous"
+                )
+
+    def _check_origins(self) -> None:
+        if self.origins and self.web is None:
+            raise CqosError("--origin is for the door for browsers, which --web opens")
+        for each in self.origins:
+            if not _ORIGIN.fullmatch(each):
+                raise CqosError(
+                    f"--origin `{each}` is none: expected scheme and host, and a port where it is not the usual one, as "
+                    "browsers send it: https://example.org; or * for pages from anywhere"
                 )
 
 

@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 import tomllib
 import urllib.error
@@ -28,7 +29,7 @@ from grpc_reflection.v1alpha import reflection_pb2, reflection_pb2_grpc
 import cqos_core as cqos
 from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.cli import main
-from cqos_core.client import Client, ServiceError, SessionLostError
+from cqos_core.client import AsyncClient, Client, ServiceError, SessionLostError
 from cqos_core.problems import CqosError
 from cqos_core.service.settings import Limits, Settings
 from tests.service.running import Service, serving
@@ -58,6 +59,9 @@ def test_an_address_that_others_reach_needs_credentials(option, address, capsys)
         (["--tls-cert", "a.pem"], "belong together"),
         (["--tls-client-ca", "a.pem"], "needs --tls-cert"),
         (["--tls-cert", "a.pem", "--tls-key", "b.pem"], "cannot read a.pem"),
+        (["--origin", "https://example.org"], "--origin is for the door for browsers, which --web opens"),
+        (["--web", "127.0.0.1:0", "--origin", "https://example.org/"], "--origin `https://example.org/` is none"),
+        (["--web", "127.0.0.1:0", "--origin", "example.org"], "`example.org` is none: expected scheme and host"),
         (["--token-file", "missing"], "cannot be read"),
         (["--listen", "192.0.2.1:0", "--allow-anonymous"], "cannot listen on 192.0.2.1:0"),
         (["--workers", "0"], "range"),
@@ -204,6 +208,90 @@ def keys(tmp_path_factory):
     certificate(folder, "caller", authority=authority)
     certificate(folder, "stranger")
     return folder
+
+
+@pytest.fixture
+def unusable(keys):
+    """Files that TLS cannot be spoken with, beside those that it can."""
+    key = serialization.load_pem_private_key((keys / "server.key").read_bytes(), None)
+    secret = serialization.BestAvailableEncryption(b"secret")
+    locked = key.private_bytes(serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, secret)
+    (keys / "locked.key").write_bytes(locked)
+    (keys / "text.pem").write_text("no certificate\n", encoding="utf-8")
+    return keys
+
+
+UNUSABLE = [
+    (("server.pem", "caller.key", None), "do not belong together: the key is that of another certificate"),
+    (("server.pem", "locked.key", None), "and the private key of the first, without a password, both PEM"),
+    (("text.pem", "server.key", None), "cannot be used: expected a chain of certificates"),
+    (("server.pem", "server.key", "text.pem"), "text.pem cannot be used: expected certificates, PEM"),
+    (("server.pem", None, None), "belong together: a certificate and its private key"),
+    ((None, "server.key", None), "belong together: a certificate and its private key"),
+    (("nowhere.pem", "server.key", None), "nowhere.pem: No such file or directory"),
+]
+
+
+@pytest.mark.parametrize(("files", "told"), UNUSABLE)
+@pytest.mark.parametrize("more", [(), ("--workers", "2")], ids=["one process", "two"])
+def test_certificates_that_cannot_be_used_are_told_as_that(more, files, told, unusable, capfd):
+    named = zip(("--tls-cert", "--tls-key", "--tls-client-ca"), files, strict=True)
+    arguments = [each for flag, name in named if name is not None for each in (flag, str(unusable / name))]
+    assert main(["serve", "--no-config", "--listen", "127.0.0.1:0", *more, *arguments]) == 2
+    said = capfd.readouterr().err
+    assert told in " ".join(said.split())
+    assert "PRIVATE" not in said
+
+
+@pytest.mark.parametrize(("files", "told"), UNUSABLE)
+@pytest.mark.parametrize("kind", [Client, AsyncClient])
+def test_a_client_tells_so_as_well_and_is_not_ended_by_it(kind, files, told, unusable):
+    named = zip(("certificate", "key", "authority"), files, strict=True)
+    options = {name: str(unusable / file) for name, file in named if file is not None}
+    with pytest.raises(CqosError, match=told):
+        kind("127.0.0.1:1", **options)
+
+
+@pytest.mark.parametrize(
+    ("address", "options", "told"),
+    [
+        ("", {}, "`` is no address: expected host:port"),
+        ("https://", {}, "`https://` is no address: expected host:port"),
+        ("127.0.0.1:1", {"token": "two\nlines"}, "the token has characters other than printable ASCII"),
+        ("127.0.0.1:1", {"token": "schlüssel"}, "the token has characters other than printable ASCII"),
+    ],
+)
+def test_what_a_client_cannot_send_is_told_before_it_calls(address, options, told):
+    with pytest.raises(CqosError, match=told) as raised:
+        Client(address, **options)
+    assert options.get("token", "nothing") not in str(raised.value)
+
+
+def test_a_token_from_a_file_may_end_with_a_line_end(guarded, monkeypatch):
+    monkeypatch.setenv("CQOS_TOKEN", f"{TOKEN}\n")
+    with guarded.client() as client:
+        assert client.check_pair("ros2").verdict == "compatible"
+
+
+@pytest.mark.skipif(not hasattr(socket, "SO_REUSEPORT"), reason="no shared ports here")
+def test_processes_that_cannot_follow_the_settings_are_not_started_again_and_again(capfd):
+    """As where an extra is missing, of which only they hear."""
+    script = "import sys; sys.modules['uvicorn'] = None\n"
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "sitecustomize.py").write_text(script, encoding="utf-8")
+        arguments = ("serve", "--no-config", "--listen", "127.0.0.1:0", "--web", "127.0.0.1:0", "--workers", "2")
+        done = subprocess.run(
+            [sys.executable, "-c", "import sys; from cqos_core.cli import main; sys.exit(main())", *arguments],
+            env={**os.environ, "PYTHONPATH": folder},
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=60,
+        )
+    assert done.returncode == 2
+    assert "--web needs the extra `web`" in done.stderr
+    assert "error: a process cannot follow the settings; it has said why" in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 def test_tls_is_spoken_with_those_who_trust_it_and_plain_text_fails_cleanly(keys, start, monkeypatch):
@@ -357,7 +445,8 @@ def test_calls_are_logged_with_the_callers_id_and_nothing_that_is_in_them(servic
 
 def test_flags_win_over_variables_and_these_over_the_file(tmp_path):
     (tmp_path / "cqos.toml").write_text(
-        '[serve]\nlisten = "127.0.0.1:0"\nlog_level = "error"\nmax_endpoints = 1\nmax_sessions = 0\ngrace = 1\n',
+        '[serve]\nlisten = "127.0.0.1:0"\nlog_level = "error"\nmax_endpoints = 1\nmax_sessions = 0\ngrace = 1\n'
+        'web = "127.0.0.1:0"\norigin = ["https://one.example", "https://other.example:8080"]\n',
         encoding="utf-8",
     )
     service = Service(
@@ -375,6 +464,10 @@ def test_flags_win_over_variables_and_these_over_the_file(tmp_path):
                         client.check_system(model)
             with pytest.raises(ServiceError, match="0 sessions are open already"):
                 client.session().report()
+        for page in ("https://one.example", "https://other.example:8080"):
+            asked = urllib.request.Request(f"{service.web}/healthz", headers={"origin": page})  # noqa: S310 - our own
+            with urllib.request.urlopen(asked, timeout=10) as answer:  # noqa: S310
+                assert answer.headers["access-control-allow-origin"] == page
     finally:
         assert service.stop() == 0
     assert [line["grace"] for line in service.lines if line["event"] == "draining"] == [3.0]
