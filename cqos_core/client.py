@@ -40,7 +40,7 @@ from cqos_core.messages import (
     system_message,
     to_message,
 )
-from cqos_core.problems import CqosError, InputError
+from cqos_core.problems import CqosError, InputError, Problem
 from cqos_core.system import System
 from cqos_core.tls import try_tls
 
@@ -81,7 +81,15 @@ _RETRIES: Final = (
 "retryableStatusCodes": ["UNAVAILABLE"]}}]}'
 )
 _NONE: Final[Mapping[str, str]] = MappingProxyType({})
-_OPTIONS: Final = (("grpc.max_receive_message_length", -1), ("grpc.service_config", _RETRIES))
+_ERROR_BYTES: Final = 32 * 1024
+"""Of what is wrong with a request; in text it is a third more."""
+_LEFT_OUT: Final = "DETAILS_LEFT_OUT"
+_OPTIONS: Final = (
+    ("grpc.max_receive_message_length", -1),
+    ("grpc.max_metadata_size", 2 * _ERROR_BYTES),
+    ("grpc.absolute_max_metadata_size", 4 * _ERROR_BYTES),
+    ("grpc.service_config", _RETRIES),
+)
 
 
 class ServiceError(CqosError):
@@ -248,15 +256,22 @@ def _raised(error: grpc.RpcError | grpc.aio.AioRpcError) -> CqosError:
         status = status_pb2.Status.FromString(details if isinstance(details, bytes) else b"")
     except DecodeError:  # of whatever stands between
         status = status_pb2.Status()
-    reason = ""
+    reason, left_out = "", ""
+    wrong: list[Problem] = []
     for detail in status.details:
         problems, bad, info = report_pb2.InputProblems(), error_details_pb2.BadRequest(), error_details_pb2.ErrorInfo()
         if detail.Unpack(problems):
-            return InputError([from_message(each) for each in problems.problems])
-        if detail.Unpack(bad):
+            wrong += [from_message(each) for each in problems.problems]
+        elif detail.Unpack(bad):
             fields += [FieldProblem(each.field, each.description) for each in bad.field_violations]
+        elif detail.Unpack(info) and info.reason == _LEFT_OUT:
+            left_out = info.metadata["left_out"]
         elif detail.Unpack(info):
             reason = info.reason
+    if wrong and left_out:
+        wrong.append(Problem(wrong[-1].code, f"{left_out} more problems are not listed"))
+    if wrong:
+        return InputError(wrong)
     request_id = trailing.get("x-request-id", "")
     kind = SessionLostError if reason == _LOST else ServiceError
     return kind(code, call.details() or "", fields, request_id if isinstance(request_id, str) else "")
@@ -266,7 +281,8 @@ def _metadata(token: str | None) -> tuple[tuple[str, str], ...]:
     token = (os.environ.get(TOKEN_VARIABLE, "") if token is None else token).strip()
     if not (token.isascii() and token.isprintable()):
         raise CqosError("the token has characters other than printable ASCII, which no header can carry")
-    return (("authorization", f"Bearer {token}"),) if token else ()
+    taken = (("cqos-error-bytes", str(_ERROR_BYTES)),)
+    return (*taken, ("authorization", f"Bearer {token}")) if token else taken
 
 
 def _target(address: str, authority: str | None, certificate: str | None, key: str | None) -> tuple[str, Any]:

@@ -307,6 +307,11 @@ def _refuse_unknown(request: check_pb2.CheckDocumentRequest | check_pb2.Document
         said = f"there is no importer `{reading.importer[:60]}`; installed: {known}"
         wrong.append(FieldProblem(f"{path}reading.importer", said))
     wrong += [
+        FieldProblem(f"{path}reading.switches[{name}]", f"there is no importer `{name[:60]}`")
+        for name in sorted(reading.switches)
+        if name not in plugins.importers
+    ]
+    wrong += [
         no_pack(f"{path}reading.options[{pack}]", pack)
         for pack in sorted(reading.options)
         if plugins.pack(pack) is None

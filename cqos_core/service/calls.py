@@ -144,7 +144,7 @@ class Calls:
         Raises:
             Refused: something came that is no message, or nothing for too long.
         """
-        heard = _Heard(requests, self.draining, self.limits.idle_seconds)
+        heard = _Heard(requests, self.draining, self.limits.idle_seconds, _stream_ended)
         while (data := await heard.next()) is not None:
             if len(data) > self.limits.inline_bytes:
                 raise too_much("pair", f"it has {len(data)} bytes, in a stream {self.limits.inline_bytes} are taken")
@@ -157,7 +157,7 @@ class Calls:
             Refused: there are too many sessions, or this one is lost.
             FailedError: a worker failed.
         """
-        heard = _Heard(requests, self.draining, self.limits.idle_seconds)
+        heard = _Heard(requests, self.draining, self.limits.idle_seconds, session_lost)
         data = await heard.next()
         if data is None:
             return
@@ -191,13 +191,20 @@ async def _in_turn(caller: Caller, work: Callable[[], bytes]) -> bytes:
     return done
 
 
+def _stream_ended(why: str) -> Refused:
+    return Refused("ABORTED", f"the stream of pairs is ended: {why}; begin another one")
+
+
 class _Heard:
     """The messages of a stream, as long as the service runs and somebody sends any."""
 
-    def __init__(self, requests: AsyncIterator[bytes], draining: asyncio.Event, idle: float) -> None:
+    def __init__(
+        self, requests: AsyncIterator[bytes], draining: asyncio.Event, idle: float, ended: Callable[[str], Refused]
+    ) -> None:
         self._requests = requests
         self._draining = draining
         self._idle = idle
+        self._ended = ended
 
     async def next(self) -> bytes | None:
         """Wait for the next one; None at the end.
@@ -212,8 +219,8 @@ class _Heard:
             if coming.done():
                 return coming.result()
             if self._draining.is_set():
-                raise session_lost("the service ends")
-            raise session_lost(f"nothing was heard for {self._idle:g} seconds")
+                raise self._ended("the service ends")
+            raise self._ended(f"nothing was heard for {self._idle:g} seconds")
         finally:
             ending.cancel()
             if not coming.done():

@@ -16,7 +16,7 @@ from cqos_core.problems import CqosError
 from cqos_core.service.answers import EDIT, METHODS, PAIRS
 from cqos_core.service.calls import failure
 from cqos_core.service.observing import REQUEST_ID
-from cqos_core.service.refusal import Refused
+from cqos_core.service.refusal import Refused, fitted
 from cqos_core.service.settings import joined, split_address
 
 if TYPE_CHECKING:
@@ -35,6 +35,11 @@ SERVICES: Final = tuple(
     )
 )
 _HEAD_ROOM: Final = 1024 * 1024
+ERROR_BYTES: Final = "cqos-error-bytes"
+"""In which callers say how many bytes of details they take with an error."""
+_DETAILS: Final = 4 * 1024
+"""For those who say nothing: in text and with the message, within the 8 KiB that gRPC lets them take."""
+_MOST_DETAILS: Final = 1024 * 1024
 _KEEPALIVE_MS: Final = 60_000
 
 
@@ -194,7 +199,9 @@ _CODES: Final = {code.name: code for code in grpc.StatusCode}
 
 
 async def _abort(context: Any, refused: Refused, request_id: str) -> None:
-    status = refused.status()
+    given = _metadata(context).get(ERROR_BYTES, "")
+    most = min(int(given), _MOST_DETAILS) if given.isascii() and given.isdigit() else _DETAILS
+    status = fitted(refused.status(), most)
     trailing = (("grpc-status-details-bin", status.SerializeToString()), (REQUEST_ID, request_id))
     await context.abort(_CODES[code_pb2.Code.Name(status.code)], status.message, trailing)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from google.rpc import code_pb2, error_details_pb2, status_pb2
 
@@ -16,6 +16,12 @@ if TYPE_CHECKING:
 
 DOMAIN: Final = "cqos"
 SESSION_LOST: Final = "SESSION_LOST"
+LEFT_OUT: Final = "DETAILS_LEFT_OUT"
+_LISTS: Final = ((error_details_pb2.BadRequest, "field_violations"), (report_pb2.InputProblems, "problems"))
+_LONGEST_MESSAGE: Final = 2048
+"""As it travels."""
+_ENTRY_BYTES: Final = 8
+_LEFT_OUT_BYTES: Final = 256
 
 
 class Refused(Exception):  # noqa: N818 - it is a refusal
@@ -72,6 +78,52 @@ class StatusRefused(Refused):
     def status(self) -> status_pb2.Status:
         """Return it."""
         return self._status
+
+
+def fitted(status: status_pb2.Status, most: int) -> status_pb2.Status:
+    """Return as much of ``status`` as fits in so many bytes; among its details is how many entries of them do not.
+
+    gRPC sends it behind the answer, and callers take some kilobytes there: of more they would hear nothing at all.
+    """
+    message = _clipped(status.message)
+    if message == status.message and status.ByteSize() <= most:
+        return status
+    out = status_pb2.Status(code=status.code, message=message)
+    lists: list[tuple[Any, str, Sequence[Any]]] = []
+    for detail in status.details:
+        for kind, field in _LISTS:
+            found: Any = kind()
+            if detail.Unpack(found):
+                lists.append((kind, field, getattr(found, field)))
+                break
+        else:
+            out.details.add().CopyFrom(detail)
+    whole = max((len(entries) for _, _, entries in lists), default=0)
+    room, kept = most - out.ByteSize() - _LEFT_OUT_BYTES, 0
+    for number in range(whole):
+        room -= sum(entries[number].ByteSize() + _ENTRY_BYTES for _, _, entries in lists if number < len(entries))
+        if room < 0:
+            break
+        kept += 1
+    for kind, field, entries in lists:
+        if kept:
+            out.details.add().Pack(kind(**{field: entries[:kept]}))
+    if kept < whole:
+        left_out = error_details_pb2.ErrorInfo(
+            reason=LEFT_OUT, domain=DOMAIN, metadata={"left_out": str(whole - kept), "kept": str(kept)}
+        )
+        out.details.add().Pack(left_out)
+    return out
+
+
+def _clipped(message: str) -> str:
+    """A message as long as it may be; of what is not ASCII, each byte travels as three."""
+    size = 0
+    for at, character in enumerate(message):
+        size += 1 if " " <= character <= "~" else 3 * len(character.encode("utf-8", "replace"))
+        if size > _LONGEST_MESSAGE:
+            return f"{message[:at]}…"
+    return message
 
 
 def unfit(fields: Sequence[FieldProblem]) -> Refused:

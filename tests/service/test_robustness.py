@@ -15,11 +15,17 @@ from grpc_reflection.v1alpha import reflection_pb2, reflection_pb2_grpc
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import cqos_core as cqos
 from cqos.v1 import check_pb2, check_pb2_grpc, report_pb2, system_pb2
 from cqos_core.client import ServiceError
+from cqos_core.problems import InputError
 
 ROOT = Path(__file__).resolve().parents[2]
 CHECK = "/cqos.v1.CheckService/"
+SEEDS = [
+    (ROOT / "examples" / name).read_bytes()
+    for name in ("smart_agriculture.yaml", "smart_agriculture_incompatible.bpmn")
+]
 UNARY = ("CheckSystem", "CheckDocument", "CheckPair", "Explain", "Convert")
 
 
@@ -172,6 +178,14 @@ def test_a_wrong_field_is_named(checks):
             check_pb2.CheckDocumentRequest(documents=[check_pb2.Document()], reading=check_pb2.Reading(importer="x")),
             "reading.importer",
         ),
+        (
+            "CheckDocument",
+            check_pb2.CheckDocumentRequest(
+                documents=[check_pb2.Document(content=SEEDS[0])],
+                reading=check_pb2.Reading(switches={"x": system_pb2.Options(settings={"a": "b"})}),
+            ),
+            "reading.switches[x]",
+        ),
         ("Explain", check_pb2.ExplainRequest(), "input"),
         ("Explain", check_pb2.ExplainRequest(system=system(2), publisher="x", subscriber="e0"), "publisher"),
         ("Explain", check_pb2.ExplainRequest(system=system(2), publisher="e1", subscriber="y"), "subscriber"),
@@ -188,6 +202,61 @@ def test_what_cannot_be_answered_names_its_field(checks, method, request_, field
     error = refused(getattr(checks, method), request_, timeout=10)
     assert error.code() == grpc.StatusCode.INVALID_ARGUMENT
     assert set(violations(error)) == {field}
+
+
+def mistakes(number):
+    """A document with so many."""
+    lines = "".join(f"  p{each}: {{publishes: [t]}}\n" for each in range(number))
+    return f"cqos: 1\nprotocol: ros2\nparticipants:\n{lines}".encode()
+
+
+@pytest.mark.parametrize("word", ["x", "ümläut", "長い"])
+@pytest.mark.parametrize("number", [5, 20, 50, 800])
+def test_of_many_mistakes_as_many_are_told_as_callers_take(checks, number, word):
+    """Where it were more, gRPC would tell its caller of no mistake at all, but that there was too much to tell."""
+    request = check_pb2.CheckDocumentRequest(
+        documents=[check_pb2.Document(name=f"{word}.yaml", content=mistakes(number))]
+    )
+    for _ in range(5):  # what is near the limit is refused now and then
+        error = refused(checks.CheckDocument, request, timeout=20)
+        assert error.code() == grpc.StatusCode.INVALID_ARGUMENT
+    assert error.details().endswith(f"(and {number - 1} more)")
+    told, info = report_pb2.InputProblems(), error_details_pb2.ErrorInfo()
+    details = status_pb2.Status.FromString(dict(error.trailing_metadata())["grpc-status-details-bin"]).details
+    assert any(detail.Unpack(told) for detail in details)
+    left_out = int(info.metadata["left_out"]) if any(detail.Unpack(info) for detail in details) else 0
+    assert len(told.problems) + left_out == number
+    assert len(told.problems) >= min(number, 5)
+
+
+def test_a_caller_that_takes_more_says_how_much(client, service):
+    with pytest.raises(InputError) as raised:
+        cqos.check(mistakes(60))
+    here = raised.value.problems
+    assert len(here) == 60
+    with pytest.raises(InputError) as raised:
+        client.check(mistakes(60))
+    assert raised.value.problems == here
+    with pytest.raises(InputError) as raised:
+        client.check(mistakes(800))
+    *listed, last = raised.value.problems
+    assert len(listed) > 60
+    assert last.message == f"{800 - len(listed)} more problems are not listed"
+    for nonsense in ("-1", "x", "9" * 30, ""):
+        given = (("cqos-error-bytes", nonsense),)
+        with grpc.insecure_channel(service.grpc) as channel:
+            error = refused(
+                check_pb2_grpc.CheckServiceStub(channel).CheckPair, check_pb2.CheckPairRequest(), metadata=given
+            )
+        assert set(violations(error)) == {"protocol"}
+
+
+def test_a_message_is_never_longer_than_callers_take(checks):
+    request = check_pb2.CheckDocumentRequest(documents=[check_pb2.Document(name="ä" * 50_000, content=b"x")])
+    error = refused(checks.CheckDocument, request, timeout=20)
+    assert error.code() == grpc.StatusCode.INVALID_ARGUMENT
+    assert error.details().startswith("ääää")
+    assert error.details().endswith("…")
 
 
 def test_an_unknown_pack_is_not_found(client):
@@ -261,12 +330,6 @@ def test_the_decoder_never_fails_by_our_fault(channel, data, method):
     except grpc.RpcError as error:
         allowed = {grpc.StatusCode.INVALID_ARGUMENT, grpc.StatusCode.NOT_FOUND, grpc.StatusCode.RESOURCE_EXHAUSTED}
         assert error.code() in allowed, error.details()  # noqa: PT017 - many requests are good
-
-
-SEEDS = [
-    (ROOT / "examples" / name).read_bytes()
-    for name in ("smart_agriculture.yaml", "smart_agriculture_incompatible.bpmn")
-]
 
 
 @settings(max_examples=40)

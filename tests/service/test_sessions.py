@@ -1,6 +1,7 @@
 """Edit sessions: their reports equal fresh checks, their answers are small, and they say when they are lost."""
 
 import os
+import queue
 import signal
 import time
 from copy import deepcopy
@@ -13,7 +14,7 @@ import cqos_core as cqos
 from cqos.v1 import report_pb2, session_pb2, system_pb2
 from cqos_core.api import context
 from cqos_core.checker import check_system
-from cqos_core.client import AsyncClient, RemoteSession, ServiceError, SessionLostError, followed
+from cqos_core.client import AsyncClient, PairQuestion, RemoteSession, ServiceError, SessionLostError, followed
 from cqos_core.messages import report_message
 from cqos_core.service.sessions import EditSession, difference
 from cqos_core.system import (
@@ -257,6 +258,14 @@ def test_idle_sessions_are_closed_and_their_number_is_bounded(start):
                 one.report()
         with client.session(two()) as session:
             assert session.report().endpoints == 2
+        asked: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        asked.put(PairQuestion("ros2"))
+        answers = client.check_pairs(iter(asked.get, None))
+        next(answers)
+        with pytest.raises(ServiceError, match="the stream of pairs is ended: nothing was heard") as raised:
+            next(answers)
+        assert not isinstance(raised.value, SessionLostError)
+        asked.put(None)
 
 
 def test_a_session_that_grows_too_large_refuses(narrow):
