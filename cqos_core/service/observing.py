@@ -8,6 +8,7 @@ import os
 import re
 import secrets
 import sys
+import threading
 import time
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
@@ -24,6 +25,7 @@ ALWAYS: Final = 60
 """The level of what is told whatever the level is: that the service begins and ends."""
 # What else may have something to say, which whoever reads the lines would stumble over in another form.
 _OTHERS: Final = ("asyncio", "grpc", "opentelemetry", "uvicorn")
+_LAST_SPANS_SECONDS: Final = 3.0
 _GIVEN_ID: Final = re.compile(r"[A-Za-z0-9._:/+=-]{1,128}")
 _OUR_FAULT: Final = frozenset({"INTERNAL", "UNKNOWN", "DATA_LOSS"})
 
@@ -261,10 +263,13 @@ def _tracer() -> Any:
 
 
 def end_tracing() -> None:
-    """Send what is still waiting."""
+    """Send what is still waiting, to a collector that answers soon; whoever ends the service waits for no other."""
     from opentelemetry import trace
 
-    getattr(trace.get_tracer_provider(), "shutdown", lambda: None)()
+    shutdown = getattr(trace.get_tracer_provider(), "shutdown", lambda: None)
+    ending = threading.Thread(target=shutdown, daemon=True)
+    ending.start()
+    ending.join(_LAST_SPANS_SECONDS)
 
 
 def _begin_span(tracer: Any, method: str, metadata: Mapping[str, str], request_id: str) -> Any:

@@ -136,7 +136,8 @@ def test_spans_reach_a_collector_where_the_variables_say(start):
 
 
 def test_without_a_collector_calls_are_answered_and_the_end_is_not_kept_waiting(start):
-    with start("--tracing", environment=exporting("127.0.0.1:1")) as service:
+    patient = {**exporting("127.0.0.1:1"), "OTEL_EXPORTER_OTLP_TIMEOUT": "60"}
+    with start("--tracing", environment=patient) as service:
         with service.client() as client:
             for _ in range(3):
                 assert client.check_pair("ros2").verdict == "compatible"
