@@ -35,14 +35,17 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
         options.pop(name, None)
     defaults: dict[str, Any] = {}
     for name, setting in config.serve.items():
-        option = options.get(name)
+        option, at = options.get(name), setting.place or config.path
         if option is None or option.name is None:
-            at = setting.place or config.path
             raise click.UsageError(f"{at}: `cqos serve` has no option `{name}`{nearest(name, options)}", ctx)
         text = setting.text
         if name in _FILES and setting.place is not None:
             text = str(Path(setting.place.source).parent / text)
         defaults[option.name] = Names().parse(text) if option.multiple else text
+        try:
+            option.type_cast_value(ctx, defaults[option.name])
+        except click.BadParameter as error:
+            raise click.UsageError(f"{at}: `{name}`: {error.message}", ctx) from None
     ctx.default_map = defaults
     return value
 

@@ -482,6 +482,22 @@ def test_an_unknown_key_of_the_file_is_named(tmp_path, monkeypatch, capsys):
     assert "`listen`" in said
 
 
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ('max_calls = "many"', "`max_calls`: 'many' is not a valid integer range"),
+        ("max_share = 7", "`max_share`: 7.0 is not in the range 0<=x<=1"),
+        ('allow_anonymous = "perhaps"', "`allow_anonymous`: 'perhaps' is not a valid boolean"),
+        ('log_format = "xml"', "`log_format`: 'xml' is not one of 'json', 'text'"),
+    ],
+)
+def test_a_value_of_the_file_that_cannot_be_is_named_with_its_place(line, told, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("cqos.toml").write_text(f'[serve]\nlisten = "127.0.0.1:0"\n{line}\n', encoding="utf-8")
+    assert main(["serve"]) == 2
+    assert f"cqos.toml:3: {told}" in " ".join(capsys.readouterr().err.split())
+
+
 def test_settings_reach_another_process_as_they_are():
     settings = Settings(web="127.0.0.1:1", origins=("a", "b"), tokens=("x",), limits=Limits(endpoints=7))
     assert Settings.from_json(settings.to_json()) == settings
