@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import itertools
 import os
 import queue
@@ -230,6 +231,26 @@ def _parted(inputs: Sequence[File | System]) -> tuple[System | None, list[File]]
     return (systems[0] if systems else None), files
 
 
+class _Questions:
+    """The requests of a stream of pairs; gRPC would tell nobody what whoever makes the questions raises."""
+
+    def __init__(self, questions: Iterable[PairQuestion]) -> None:
+        self._questions = questions
+        self._failure: Exception | None = None
+
+    def __iter__(self) -> Iterator[check_pb2.CheckPairsRequest]:
+        try:
+            for number, question in enumerate(self._questions, 1):
+                yield check_pb2.CheckPairsRequest(pair=_pair_request(question, number))
+        except Exception as error:  # noqa: BLE001 - it is raised where the answers are waited for
+            self._failure = error
+
+    def raise_if_failed(self) -> None:
+        """Raise what was raised, after the answers to all before it."""
+        if self._failure is not None:
+            raise self._failure
+
+
 def _pair_answer(response: check_pb2.CheckPairsResponse) -> PairReport | PairRefusedError:
     if response.WhichOneof("outcome") == "refusal":
         return PairRefusedError(_fields(response.refusal))
@@ -416,15 +437,13 @@ class Client:
         Raises:
             ServiceError: the stream ended.
         """
-        requests = (
-            check_pb2.CheckPairsRequest(pair=_pair_request(question, number))
-            for number, question in enumerate(questions, 1)
-        )
+        requests = _Questions(questions)
         try:
-            for response in self._checks.CheckPairs(requests, **self._given):
+            for response in self._checks.CheckPairs(iter(requests), **self._given):
                 yield _pair_answer(response)
         except grpc.RpcError as error:
             raise _raised(error) from None
+        requests.raise_if_failed()
 
     def explain(
         self,
@@ -768,15 +787,13 @@ class AsyncClient:
 
     async def check_pairs(self, questions: Iterable[PairQuestion]) -> AsyncIterator[PairReport | PairRefusedError]:
         """Judge pair after pair over one stream; see `Client.check_pairs`."""
-        requests = (
-            check_pb2.CheckPairsRequest(pair=_pair_request(question, number))
-            for number, question in enumerate(questions, 1)
-        )
+        requests = _Questions(questions)
         try:
-            async for response in self._checks.CheckPairs(requests, **self._given):
+            async for response in self._checks.CheckPairs(iter(requests), **self._given):
                 yield _pair_answer(response)
         except grpc.aio.AioRpcError as error:
             raise _raised(error) from None
+        requests.raise_if_failed()
 
     async def explain(
         self,
@@ -860,6 +877,8 @@ class AsyncSession(_Changes):
                     raise SessionLostError((await self._stream.code()).name, await self._stream.details())
             except grpc.aio.AioRpcError as error:
                 raise _raised(error) from None
+            except asyncio.InvalidStateError:  # it was closed, or one who waited was cancelled
+                raise SessionLostError("ABORTED", "the stream has ended") from None
             report = self._followed(response)
             if not (first and self._waiting):
                 return report

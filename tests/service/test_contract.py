@@ -1,8 +1,9 @@
 """Library, command and service never disagree: every case file and every example, through all doors."""
 
+import asyncio
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 from hypothesis import given, settings
@@ -13,7 +14,7 @@ from cqos.v1 import check_pb2
 from cqos_core.api import context, pair_system
 from cqos_core.checker import check_system
 from cqos_core.cli import main
-from cqos_core.client import PairQuestion, PairRefusedError
+from cqos_core.client import AsyncClient, PairQuestion, PairRefusedError
 from cqos_core.messages import pair_value, report_value, system_message
 from cqos_core.problems import InputError
 from cqos_core.testing import _settings, load_cases
@@ -181,3 +182,35 @@ def test_the_command_says_what_is_wrong_with_a_server(capsys, monkeypatch):
     arguments = ["check", "examples/opcua/press_line.yaml", "--no-config", "--pack", pack, "--server", "127.0.0.1:1"]
     assert main(arguments) == 2
     assert "a service has rule packs of its own" in capsys.readouterr().err
+
+
+def faulty():
+    """Two questions, of which the second cannot be asked."""
+    yield PairQuestion("ros2")
+    yield PairQuestion("ros2", {"depth": cast("Any", 5.5)})
+
+
+def failing():
+    """A question, and a fault of whoever makes them."""
+    yield PairQuestion("ros2")
+    raise LookupError("no more of them")
+
+
+@pytest.mark.parametrize(("questions", "fault"), [(faulty, "5.5 is no setting"), (failing, "no more of them")])
+def test_what_whoever_asks_does_wrong_is_raised_as_it_is(questions, fault, client, service):
+    answers = client.check_pairs(questions())
+    assert next(answers).verdict == "compatible"
+    with pytest.raises((TypeError, LookupError), match=fault):
+        next(answers)
+
+    async def ask():
+        told = []
+        async with AsyncClient(service.grpc) as waiting:
+            try:
+                async for answer in waiting.check_pairs(questions()):
+                    told.append(answer)  # noqa: PERF401 - what came before the fault counts
+            finally:
+                assert [each.verdict for each in told] == ["compatible"]
+
+    with pytest.raises((TypeError, LookupError), match=fault):
+        asyncio.run(ask())

@@ -1,5 +1,6 @@
 """Edit sessions: their reports equal fresh checks, their answers are small, and they say when they are lost."""
 
+import asyncio
 import os
 import queue
 import signal
@@ -332,3 +333,19 @@ def test_what_differs_makes_the_new_report_of_the_old_one(old, new):
     delta = difference(report_message(mixed), report_message(new))
     if delta is not None:
         assert followed(mixed, delta) == new
+
+
+def test_a_session_of_whom_a_report_was_cancelled_is_lost(service):
+    async def ask():
+        async with AsyncClient(service.grpc) as client:
+            session = client.session(two())
+            await session.report()
+            waiting = asyncio.create_task(session.report())
+            await asyncio.sleep(0)
+            waiting.cancel()
+            with pytest.raises(asyncio.CancelledError):
+                await waiting
+            with pytest.raises(SessionLostError, match="the stream has ended"):
+                await session.report()
+
+    asyncio.run(ask())
