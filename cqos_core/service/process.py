@@ -1,4 +1,7 @@
-"""One serving process, and several that share a port: ``python -m cqos_core.service.process``, settings on standard input."""
+"""One serving process, and several that share a port: ``python -m cqos_core.service.process``.
+
+Settings come as a line on standard input, which is held open as long as the process shall serve.
+"""
 
 from __future__ import annotations
 
@@ -41,14 +44,18 @@ def serve(settings: Settings) -> None:
         asyncio.run(serve_here(settings))
 
 
-async def serve_here(settings: Settings, started: Callable[[dict[str, str]], None] = lambda _addresses: None) -> None:
-    """Serve in this process; ``started`` is told the addresses."""
+async def serve_here(
+    settings: Settings,
+    started: Callable[[dict[str, str]], None] = lambda _addresses: None,
+    ending: asyncio.Event | None = None,
+) -> None:
+    """Serve in this process, until a signal or ``ending`` says to end; ``started`` is told the addresses."""
     # gRPC is slow to import, and whoever only asks for help needs none of it.
     from cqos_core.service.calls import Calls
     from cqos_core.service.native import NativeDoor
 
     calls = Calls(settings, Observer(settings))
-    ending = asyncio.Event()
+    ending = ending or asyncio.Event()
     loop = asyncio.get_running_loop()
     for each in _STOPPING:
         with suppress(NotImplementedError):  # Windows
@@ -173,8 +180,7 @@ async def _keep_one(settings: Settings, ending: asyncio.Event) -> bool:
             sys.executable, "-m", __name__ if __name__ != "__main__" else "cqos_core.service.process", stdin=-1
         )
         assert child.stdin is not None  # noqa: S101 - it is a pipe
-        child.stdin.write(settings.to_json().encode())
-        child.stdin.close()
+        child.stdin.write(settings.to_json().encode() + b"\n")
         ended = asyncio.ensure_future(child.wait())
         await asyncio.wait({ended, waiting}, return_when=asyncio.FIRST_COMPLETED)
         if ended.done() and ended.result() == _UNABLE:
@@ -200,12 +206,24 @@ def _forget_metrics(number: int) -> None:
         mark_process_dead(number)  # type: ignore[no-untyped-call]
 
 
+async def _serve_while_held(settings: Settings) -> None:
+    """Serve as long as there is who started this process: one that is killed leaves nobody behind who has its port."""
+    ending, loop, held = asyncio.Event(), asyncio.get_running_loop(), sys.stdin.fileno()
+
+    def gone() -> None:
+        loop.remove_reader(held)
+        ending.set()
+
+    loop.add_reader(held, gone)  # nothing more is sent, so that it is the end of it
+    await serve_here(settings, ending=ending)
+
+
 def main() -> None:
     """Serve as one of several processes."""
-    settings = Settings.from_json(sys.stdin.read())
+    settings = Settings.from_json(sys.stdin.readline())
     start_logging(settings.log_level, settings.log_format)
     try:
-        asyncio.run(serve_here(settings))
+        asyncio.run(_serve_while_held(settings))
     except CqosError as error:
         tell(logging.ERROR, "cannot serve", why=str(error))
         sys.exit(_UNABLE)

@@ -423,6 +423,23 @@ def test_several_processes_share_a_port_and_one_that_dies_is_replaced(start):
     assert not alive(int(str(second)))
 
 
+@pytest.mark.skipif(not hasattr(socket, "SO_REUSEPORT"), reason="no shared ports here")
+def test_processes_end_with_the_one_that_started_them():
+    """Else they would keep the port, and let in whom they let in then."""
+    service = Service("--no-config", "--listen", "127.0.0.1:0", "--workers", "2")
+    try:
+        service.wait_for(lambda line: line["event"] == "serving")
+        children = service.children()
+        assert len(children) == 2
+    finally:
+        service.process.kill()
+        service.stop()
+    until = time.monotonic() + 20
+    while any(map(alive, children)):
+        assert time.monotonic() < until
+        time.sleep(0.05)
+
+
 # --- what it tells, and where it is configured ---
 
 
