@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+from google.protobuf import json_format
 from google.protobuf.message import DecodeError
 
 from cqos.v1 import catalogue_pb2, check_pb2
@@ -62,10 +63,32 @@ def answer_to(method: str, request: Any, most_endpoints: int) -> bytes:
     Raises:
         Refused: it cannot be answered.
     """
+    return _answered(method, request, most_endpoints).SerializeToString()
+
+
+def _answered(method: str, request: Any, most_endpoints: int) -> Message:
     try:
-        return METHODS[method].answer(request, most_endpoints).SerializeToString()
+        return METHODS[method].answer(request, most_endpoints)
     except RecursionError:
         raise Refused("INVALID_ARGUMENT", "values are nested too deep, which is refused") from None
+
+
+def answer_json(method: str, data: bytes, most_endpoints: int) -> bytes:
+    """Answer a call in JSON.
+
+    Raises:
+        Refused: it cannot be answered.
+    """
+    kind = METHODS[method].request
+    refused = f"the request is no {kind.DESCRIPTOR.full_name}"
+    if not data.lstrip().startswith(b"{"):  # what else is JSON is read as a message of some kind
+        found = "something else" if data else "nothing"
+        raise Refused("INVALID_ARGUMENT", f"{refused}: expected a JSON object, found {found}")
+    try:
+        request = json_format.Parse(data, kind())
+    except (json_format.ParseError, UnicodeDecodeError, RecursionError) as error:
+        raise Refused("INVALID_ARGUMENT", f"{refused}: {error}") from None
+    return json_format.MessageToJson(_answered(method, request, most_endpoints), indent=None).encode()
 
 
 def decode(kind: Any, data: bytes) -> Any:

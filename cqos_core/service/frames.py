@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 _HEAD: Final = struct.Struct(">BQQ")
 
-ANSWER, OPEN_SESSION, EDIT_SESSION, CLOSE_SESSION = range(4)
+ANSWER, ANSWER_JSON, OPEN_SESSION, EDIT_SESSION, CLOSE_SESSION = range(5)
 """What a call asks for."""
 OK, REFUSED, FAILED, SPENT = range(4)
 """What came of it: an answer, a google.rpc.Status, a traceback that is the service's own business, or a google.rpc.Status

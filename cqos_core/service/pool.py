@@ -184,8 +184,8 @@ class Pool:
         """Start one process, so that the first call need not wait for it."""
         await self._all[0].start()
 
-    async def call(self, caller: str, method: str, data: bytes, seconds: float) -> bytes:
-        """Let a worker answer a call; waiting for one counts.
+    async def call(self, caller: str, method: str, data: bytes, seconds: float, *, json: bool = False) -> bytes:
+        """Let a worker answer a call, in ``json`` or binary; waiting for one counts.
 
         Raises:
             Refused: it is refused, too many wait already, or it took too long.
@@ -193,7 +193,7 @@ class Pool:
         """
         loop = asyncio.get_running_loop()
         until = loop.time() + seconds
-        frame = frames.Frame(frames.ANSWER, _NUMBERS[method], data)
+        frame = frames.Frame(frames.ANSWER_JSON if json else frames.ANSWER, _NUMBERS[method], data)
         try:
             return await self._turns.use(
                 caller, lambda process: process.call(frame, max(until - loop.time(), 0.001)), seconds

@@ -19,7 +19,6 @@ from connectrpc.code import Code
 from connectrpc.errors import ConnectError, ErrorDetail
 from connectrpc.method import IdempotencyLevel, MethodInfo, StreamType
 from connectrpc.server import ConnectASGIApplication, Endpoint
-from google.protobuf import json_format
 from google.rpc import code_pb2
 from protobuf.wkt import Any as Detail
 from starlette.applications import Starlette
@@ -61,47 +60,27 @@ _KINDS: Final = (
 _RESPONSE_HEADERS: Final = ("grpc-status", "grpc-message", "grpc-status-details-bin", REQUEST_ID)
 
 
-class _Answered(NamedTuple):
-    """An answer as bytes, and what kind of message they are."""
+class _Sent(NamedTuple):
+    """A message as it came, and in which form."""
 
-    kind: Any
+    json: bool
     data: bytes
 
 
-class _Binary:
+class _Form:
     """Takes and gives bytes as they are: what is large is decoded where it is answered."""
 
-    def name(self) -> str:
-        return "proto"
-
-    def encode(self, message: _Answered) -> bytes:
-        return message.data
-
-    def decode(self, data: bytes | bytearray, message_class: Any) -> bytes:  # noqa: ARG002 - of all codecs
-        return bytes(data)
-
-
-class _Json:
-    """Turns JSON into bytes and back."""
+    def __init__(self, *, json: bool) -> None:
+        self._json = json
 
     def name(self) -> str:
-        return "json"
+        return "json" if self._json else "proto"
 
-    def encode(self, message: _Answered) -> bytes:
-        return json_format.MessageToJson(message.kind.FromString(message.data), indent=None).encode()
+    def encode(self, message: bytes) -> bytes:
+        return message
 
-    def decode(self, data: bytes | bytearray, message_class: Any) -> bytes:
-        name = message_class.DESCRIPTOR.full_name
-        if not data.lstrip().startswith(b"{"):  # what else is JSON is read as a message of some kind
-            found = "something else" if data else "nothing"
-            raise ConnectError(
-                Code.INVALID_ARGUMENT, f"the request is no {name}: expected a JSON object, found {found}"
-            )
-        try:
-            message = json_format.Parse(bytes(data), message_class())
-        except (json_format.ParseError, UnicodeDecodeError, RecursionError) as error:
-            raise ConnectError(Code.INVALID_ARGUMENT, f"the request is no {name}: {error}") from None
-        return message.SerializeToString()  # type: ignore[no-any-return]
+    def decode(self, data: bytes | bytearray, message_class: Any) -> _Sent:  # noqa: ARG002 - of all codecs
+        return _Sent(self._json, bytes(data))
 
 
 class _Exchange:
@@ -194,7 +173,7 @@ class _Application(ConnectASGIApplication[Any]):
             endpoints=_endpoints,
             interceptors=[_Admission(calls)],
             read_max_bytes=calls.limits.message_bytes,
-            codecs=[_Binary(), _Json()],
+            codecs=[_Form(json=False), _Form(json=True)],
         )
         self._seconds = calls.limits.seconds
 
@@ -372,24 +351,25 @@ def _endpoints(calls: Calls) -> Mapping[str, Any]:
                     idempotency_level=IdempotencyLevel.NO_SIDE_EFFECTS,
                     stream_type=StreamType.UNARY,
                 )
-                found[path] = Endpoint.unary(info, _unary(calls, path, output))
+                found[path] = Endpoint.unary(info, _unary(calls, path))
     return found
 
 
-def _unary(calls: Calls, method: str, output: Any) -> Any:
-    async def handle(data: bytes, context: Any) -> _Answered:
+def _unary(calls: Calls, method: str) -> Any:
+    async def handle(sent: _Sent, context: Any) -> bytes:
         exchange = _EXCHANGE.get()
         assert exchange.caller is not None  # noqa: S101 - it was let in before its message was read
         exchange.read()
         remaining = None if context.timeout_ms is None else context.timeout_ms / 1000
         try:
-            answered = await calls.unary(exchange.caller, method, data, remaining)
+            answer = calls.unary_json if sent.json else calls.unary
+            answered = await answer(exchange.caller, method, sent.data, remaining)
         except Refused as refused:
             raise _error(refused) from None
         except Exception as error:  # noqa: BLE001 - one call shall not end the others
             raise _error(failure(error, exchange.request_id)) from None
         exchange.answered = len(answered)
-        return _Answered(output, answered)
+        return answered
 
     return handle
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.service import frames
-from cqos_core.service.answers import METHODS, answer
+from cqos_core.service.answers import METHODS, answer, answer_json
 from cqos_core.service.refusal import Refused, session_lost, too_much
 from cqos_core.service.sessions import EditSession
 
@@ -72,6 +72,8 @@ class Worker:
         match call.kind:
             case frames.ANSWER:
                 return answer(METHOD_NAMES[call.number], call.data, self._most)
+            case frames.ANSWER_JSON:
+                return answer_json(METHOD_NAMES[call.number], call.data, self._most)
             case frames.OPEN_SESSION:
                 self._sessions[call.number] = EditSession(self._most)
             case frames.EDIT_SESSION:

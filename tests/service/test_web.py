@@ -242,3 +242,30 @@ def test_the_client_of_connectrpc_gets_the_same(web):
         with pytest.raises(ConnectError) as raised:
             client.execute_unary(request=check_pb2.CheckPairRequest(), method=pair, headers=None)
         assert raised.value.details[0].type_name == "google.rpc.BadRequest"
+
+
+def test_json_that_takes_long_to_read_is_read_by_a_worker_and_keeps_nobody_waiting(start):
+    """In the process that serves, nothing could end it, and nobody else was answered meanwhile."""
+    endpoints = [{"id": "a"}] * 400_000
+    body = json.dumps({"system": {"protocol": "ros2", "endpoints": endpoints}}).encode()
+    with start("--web", "127.0.0.1:0", "--max-seconds", "0.5", "--heavy-workers", "1") as own:
+        status, _, answer = call(
+            own, "POST", "/cqos.v1.CheckService/CheckSystem", body, content_type="application/json"
+        )
+        assert (status, json.loads(answer)["code"]) == (504, "deadline_exceeded")
+        assert own.wait_for(lambda line: line["event"] == "worker ended")["why"].startswith("it took more than 0")
+
+
+def test_json_of_a_size_that_a_worker_reads_gives_the_same(web):
+    given = {"a.yaml": "cqos: 1\nprotocol: ros2\nparticipants: {a: {publishes: {t: }}, b: {subscribes: {t: }}}\n# "}
+    documents = [
+        {"name": name, "content": base64.b64encode((text + "ä" * 4_000).encode()).decode()}
+        for name, text in given.items()
+    ]
+    for _ in range(2):  # and from memory
+        body = json.dumps({"revision": "9", "documents": documents}).encode()
+        status, _, answer = call(
+            web, "POST", "/cqos.v1.CheckService/CheckDocument", body, content_type="application/json"
+        )
+        told = json.loads(answer)
+        assert (status, told["revision"], told["report"]["verdict"]) == (200, "9", "VERDICT_COMPATIBLE")
