@@ -26,6 +26,7 @@ from starlette.middleware import Middleware
 from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import JSONResponse, PlainTextResponse
 from starlette.routing import Mount, Route
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from cqos.v1 import catalogue_pb2, check_pb2
 from cqos_core.problems import CqosError
@@ -256,6 +257,7 @@ class WebDoor:
         self._calls = calls
         config = uvicorn.Config(
             application(calls, settings),
+            http=_patient(settings.limits.seconds),
             log_config=None,
             access_log=False,
             server_header=False,
@@ -294,6 +296,33 @@ class _Server(uvicorn.Server):
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
         yield
+
+
+def _patient(seconds: float) -> type[H11Protocol]:
+    """HTTP in which a connection is closed where no request comes: who sends no more than half a head has no place for ever."""
+
+    class Protocol(H11Protocol):
+        _seen: Any = None
+        _looking: asyncio.TimerHandle
+
+        def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+            super().connection_made(transport)
+            self._looking = self.loop.call_later(seconds, self._look)
+
+        def connection_lost(self, exc: Exception | None) -> None:
+            self._looking.cancel()
+            super().connection_lost(exc)
+
+        def _look(self) -> None:
+            """Close it if nothing was under way since the last look."""
+            latest: Any = self.cycle  # None before the first request
+            if latest is self._seen and (latest is None or latest.response_complete):
+                self.transport.close()
+                return
+            self._seen = latest
+            self._looking = self.loop.call_later(seconds, self._look)
+
+    return Protocol
 
 
 def _opened(settings: Settings) -> socket.socket:

@@ -228,6 +228,25 @@ def test_a_request_that_does_not_come_is_not_waited_for():
         assert told["message"] == "the request did not come within 0.5 seconds"
 
 
+@pytest.mark.parametrize(
+    "head", [b"", b"POST / HTTP/1.1\r\nhost: x\r\n", b"GET /healthz HTTP/1.1\r\nhost: x\r\n\r\nGET /he"]
+)
+def test_a_connection_on_which_no_request_comes_is_closed(head):
+    """Neither before the first one nor after; or whoever opens enough of them keeps all others out."""
+    with serving("--web", "127.0.0.1:0", "--max-seconds", "0.5") as own:
+        host, _, port = own.addresses["web"].rpartition(":")
+        with socket.create_connection((host, int(port)), timeout=10) as connection:
+            connection.sendall(head)
+            while connection.recv(1000):
+                pass
+        with contextlib.closing(http.client.HTTPConnection(own.addresses["web"], timeout=10)) as kept:
+            for _ in range(8):  # one that is used is kept
+                kept.request("GET", "/healthz")
+                assert kept.getresponse().read() == b"serving\n"
+                time.sleep(0.2)
+            assert kept.sock is not None
+
+
 def test_a_limit_that_leaves_no_room_for_one_message_is_told(capsys):
     from cqos_core.cli import main
 
