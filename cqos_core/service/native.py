@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -200,7 +201,8 @@ _CODES: Final = {code.name: code for code in grpc.StatusCode}
 
 async def _abort(context: Any, refused: Refused, request_id: str) -> None:
     given = _metadata(context).get(ERROR_BYTES, "")
-    most = min(int(given), _MOST_DETAILS) if given.isascii() and given.isdigit() else _DETAILS
+    # A number of thousands of digits is none.
+    most = min(int(given), _MOST_DETAILS) if re.fullmatch("[0-9]{1,9}", given) else _DETAILS
     status = fitted(refused.status(), most)
     trailing = (("grpc-status-details-bin", status.SerializeToString()), (REQUEST_ID, request_id))
     await context.abort(_CODES[code_pb2.Code.Name(status.code)], status.message, trailing)
