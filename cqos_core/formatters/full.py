@@ -153,8 +153,9 @@ class _Page:
         who = wording.listed(side.members) + (f" . {policies}" if policies else "")
         where = "" if first.place is None else wording.position(first.place)
         said = first.text if first.excerpt is None else ""
-        parts = (terminal.clean(part) for part in (where, who, said))
-        yield f"{self._indent}{self._paint(arrow, 'frame')} {'  '.join(part for part in parts if part)}"
+        parts = [part for part in map(terminal.clean, (where, who, said)) if part]
+        if parts:  # what is said of the whole system stands nowhere
+            yield f"{self._indent}{self._paint(arrow, 'frame')} {'  '.join(parts)}"
         if first.excerpt is not None:
             yield from self._excerpt(first.excerpt, marks, pen)
 

@@ -37,6 +37,11 @@ def test_carets_stand_under_the_value(before):
     assert underline.endswith("^^^^^ set here")
 
 
+def test_no_arrow_leads_nowhere():
+    text = render(finding(sides=(Side("system", ()),)))
+    assert text.split("\n")[:3] == ["error[X101] bad-thing", "  a bad thing", "  see: cqos rule X101"]
+
+
 def test_line_numbers_share_a_gutter():
     text = "a: v\n" * 1200
     lines = render(with_fact(3, 4), with_fact(1111, 4), text=text).split("\n")
