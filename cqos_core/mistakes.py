@@ -72,8 +72,9 @@ def rule_mistakes(bound: BoundRule) -> Iterator[str]:
         yield "a meeting condition compares a publisher with a subscriber"
     if rule.role not in {"", *BOTH}:
         yield f"role `{rule.role}` must be publisher or subscriber"
+    read = {*used, *(f"{use.term.scope} {use.term.name}" for use in bound.bound.uses)}
     for name in rule.fixes:
-        if name not in used:
+        if name not in read:
             yield f"`fixes` names `{name}`, which the sentence does not read"
     words = {"publisher", "subscriber", "endpoint", "topic"}
     words |= {word for name in used for word in (name, f"offered {name}", f"requested {name}")}

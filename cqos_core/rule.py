@@ -37,7 +37,8 @@ class Rule:
         doubt: a false ``requires`` makes the pair unknown rather than incompatible.
         creation: about creating an endpoint, so not asked of observed ones.
         always: a ``meets`` rule that speaks of every pair it keeps apart, not only where an endpoint is left alone.
-        fixes: policies offered as remedies; empty: every endpoint policy of the sentence.
+        fixes: policies offered as remedies, ``requested depth`` where only the subscriber's is; empty: every endpoint policy
+            of the sentence.
         help: what to do where no remedy can be computed.
         aliases: former codes and names.
         guarantee: the word whose guarantee rests on it (`cqos_core.guarantee`); it then speaks of pairs that fit, and only

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 from cqos_core.codes import CODES, CodeInfo, find_code
 from cqos_core.pack import assumed_options, rule_table
+from cqos_core.solve import may_change
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -180,7 +181,7 @@ def _changes(bound: BoundRule) -> tuple[str, ...]:
     changes: dict[str, list[str]] = {}
     for use in bound.bound.uses:
         policy = bound.bound.vocabulary.policies[use.index]
-        allowed = not bound.rule.fixes or policy.name in bound.rule.fixes
+        allowed = may_change(policy.name, use.term.scope, bound.rule.fixes)
         if policy.level == "endpoint" and policy.default is not None and allowed:
             changes.setdefault(_whose(use, bound), []).append(f"`{policy.name}`")
     listed = [f"{' or '.join(dict.fromkeys(names))} of the {whose}" for whose, names in changes.items()]

@@ -10,9 +10,14 @@ from cqos_core.expression import Apply, Arithmetic, Compare, Literal, Operand, T
 from cqos_core.policy import INFINITE, Plain, Policy, normalise
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterator
 
     from cqos_core.policy import Domain
+
+
+def may_change(policy: str, scope: str, fixes: Collection[str]) -> bool:
+    """Whether a remedy may change what a rule reads of a policy in one scope, by the ``fixes`` of the rule."""
+    return not fixes or policy in fixes or f"{scope} {policy}" in fixes
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +54,7 @@ def solutions(
         b: the requesting side's values; the same tuple for a sentence over one endpoint.
         second: which side may change (ignored where both are the same tuple).
         want: the truth to reach.
-        fixes: names of the policies that may change; empty for all.
+        fixes: which policies may change, of which side; see `Rule`.
         signal: for sentences with aggregates.
         pair: it is one of pairs, even where it reads nothing of one side.
 
@@ -65,7 +70,7 @@ def solutions(
         policy = vocabulary.policies[use.index]
         if (not single and use.second is not second) or policy.level not in {"endpoint", "participant"}:
             continue
-        if policy.default is None or (fixes and policy.name not in fixes):
+        if policy.default is None or not may_change(policy.name, use.term.scope, fixes):
             continue
         current = (b if use.second else a)[use.index]
         passing = []

@@ -118,6 +118,10 @@ MALFORMED: dict[str, tuple[dict[str, Any], str]] = {
         {"rules": [replace(RULES[0], fixes=("care", "delay"))]},
         "rule POST101: `fixes` names `delay`, which the sentence does not read",
     ),
+    "a fix of a side that the rule does not read": (
+        {"rules": [replace(RULES[0], fixes=("offered care", "subscriber care"))]},
+        "rule POST101: `fixes` names `subscriber care`, which the sentence does not read",
+    ),
     "a headline with a word for nothing": (
         {"rules": [replace(RULES[0], says="{publisher} has {offerd care} and {delay}")]},
         "rule POST101: `says` has {offerd care}, which stands for nothing here",

@@ -110,6 +110,13 @@ def test_a_rule_may_say_which_policies_are_its_remedies():
     assert solved(text, insured, insured, want=False, fixes=("sealed",)) == {"sealed": "true"}
 
 
+def test_a_rule_may_say_whose_policies_are_its_remedies():
+    text = "(offered(copies) > requested(copies)) & topic(urgent)"
+    a, b = {"copies": 9, "urgent": 1}, {"copies": 5, "urgent": 1}
+    assert solved(text, a, b, want=False, fixes=("requested copies",)) == {}
+    assert solved(text, a, b, want=False, fixes=("requested copies",), second=True) == {"copies": "9"}
+
+
 def test_an_endpoint_rule_is_solved_on_the_one_endpoint_it_is_about():
     side = values({"care": 2, "sealed": 0})
     bound = bind(parse("(requested(care) == 'insured') & ~requested(sealed)"), WORDS)

@@ -78,7 +78,7 @@ PAIRS: Final = (
         says="on latched topic `{topic}`, {publisher} with durability {offered durability}, {subscriber} with {requested durability}: who starts late gets nothing",
         because="the topic is written once and read later, so a volatile reader that starts late gets nothing",
         clause="DDS 1.4, 2.2.3.4",
-        fixes=("durability",),
+        fixes=("requested durability",),
     ),
     forbids(
         BOTH_DURABLE & (requested(HISTORY) == "keep_last") & (STORED_ALL | STORED_MORE_THAN_READ),

@@ -122,7 +122,7 @@ PAIRS: Final = (
         says="on latched topic `{topic}`, {publisher} with durability {offered durability}, {subscriber} with {requested durability}: who starts late gets nothing",
         because="the topic is written once and read later, so a volatile subscription that starts late gets nothing",
         clause=f"{COMPATIBILITY}; REP 2003",
-        fixes=("durability",),
+        fixes=("requested durability",),
     ),
     forbids(
         BOTH_DURABLE
