@@ -400,6 +400,8 @@ class Resolver:
                         None,
                     )
                 )
+                if index in asked:
+                    words[index] = how_written(policy, index, topic_layers)
             else:
                 values.append(participant.values[index])
         beside = (replace(layer, overlay="may_hold") for extra in possible.values() for layer in extra)

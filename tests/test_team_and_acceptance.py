@@ -13,7 +13,7 @@ from cqos_core.checker import check_system
 from cqos_core.pack import Preset, RulePack
 from cqos_core.policy import Flag, Policy
 from cqos_core.system import Acceptance, Bound, Participant, TeamRule
-from tests.worlds import CONTEXT, POST, checked, codes, only, place, profile, reader, settings, world, writer
+from tests.worlds import CONTEXT, POST, box, checked, codes, only, place, profile, reader, settings, world, writer
 
 if TYPE_CHECKING:
     from cqos_core.report import Report
@@ -85,6 +85,14 @@ def test_what_one_systems_checks_ask_does_not_change_what_others_are_told():
     before = checked(*pair)
     checked(*pair, checks=[check(sentence="stated(copies)")])
     assert checked(*pair) == before
+
+
+def test_a_sentence_may_ask_what_was_written_down_of_a_topic():
+    """A convention counts as little as a default."""
+    rule = check(sentence="sealed | stated(topic(urgent))", where={"role": "publisher"})
+    assert codes(checked(writer("a/urgent"), reader("a/urgent"), checks=[rule])) == ["CQ605"]
+    stated = box("a/urgent", urgent="true")
+    assert codes(checked(writer("a/urgent"), reader("a/urgent"), stated, checks=[rule])) == []
 
 
 def test_a_sentence_of_one_side_is_asked_of_that_side_only():
