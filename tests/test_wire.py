@@ -300,3 +300,5 @@ def test_a_latched_topic_is_latched_for_programs_too():
     alone = judged({"publishes": {"/elsewhere": {**latched, "depth": 1}}}, {"subscribes": {"rt/elsewhere": SURE}})
     assert "DDS202" in codes(report)
     assert "DDS202" not in codes(alone)
+    again_and_again = judged({"publishes": {"/map": {"depth": 1}}}, {"subscribes": {"rt/map": SURE}})
+    assert "DDS207" not in codes(again_and_again)

@@ -121,6 +121,19 @@ PAIRS: Final = (
         fixes=("time_based_filter",),
     ),
     forbids(
+        (offered(DURABILITY) == "volatile")
+        & (requested(DURABILITY) == "volatile")
+        & topic(LATCHED)
+        & stated(topic(LATCHED)),
+        code="DDS207",
+        name="latched-topic-volatile",
+        says="latched topic `{topic}` is volatile on both sides, {publisher} and {subscriber}: who starts late gets nothing",
+        because="the topic is written once and read later, and nobody keeps what was written",
+        clause="DDS 1.4, 2.2.3.4",
+        fixes=("offered durability",),
+        help="both sides of a latched topic are durable",
+    ),
+    forbids(
         ~(
             all_equal(offered(RELIABILITY))
             & all_equal(offered(DURABILITY))

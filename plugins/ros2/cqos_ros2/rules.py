@@ -158,6 +158,19 @@ PAIRS: Final = (
         "`transient_local_cache_multiplier`",
     ),
     forbids(
+        (offered(DURABILITY) == "volatile")
+        & (requested(DURABILITY) == "volatile")
+        & topic(LATCHED)
+        & (stated(topic(LATCHED)) | topic(ACCUMULATED)),  # a map may also be published again and again
+        code="ROS206",
+        name="latched-topic-volatile",
+        says="latched topic `{topic}` is volatile on both sides, {publisher} and {subscriber}: who starts late gets nothing",
+        because="the topic is written once and read later, and nobody keeps what was written",
+        clause=f"{COMPATIBILITY}; REP 2003",
+        fixes=("offered durability",),
+        help="both sides of a latched topic are transient_local; those of tf2_ros are on /tf_static",
+    ),
+    forbids(
         ~(
             all_equal(offered(RELIABILITY))
             & all_equal(offered(DURABILITY))
