@@ -5,8 +5,32 @@ from __future__ import annotations
 from typing import Final
 
 from cqos_core.pack import Convention
+from cqos_ros2.interfaces import WIRE
 
 LATCHED: Final = {"latched": "true"}
+
+# What nodes have without anybody writing it down, by the last part of its name.
+PARAMETERS: Final = (
+    "get_parameters",
+    "set_parameters",
+    "set_parameters_atomically",
+    "list_parameters",
+    "describe_parameters",
+    "get_parameter_types",
+)
+LIFECYCLE: Final = (
+    "change_state",
+    "get_state",
+    "get_available_states",
+    "get_available_transitions",
+    "get_transition_graph",
+)
+
+
+def served(name: str) -> str:
+    """The pattern of the responses of a service, as they are called on the wire, of any node."""
+    return WIRE["response"].key.format(f"/*/{name}")
+
 
 CONVENTIONS: Final = (
     Convention("*/tf", doc="Moving transforms: keep_last 100, reliable, volatile on both sides."),
@@ -27,4 +51,7 @@ CONVENTIONS: Final = (
     Convention("*/initialpose", external=True, doc="Sent by a person from RViz."),
     Convention("*/goal_pose", external=True, doc="Sent by a person from RViz."),
     Convention("*/clicked_point", external=True, doc="Sent by a person from RViz."),
+    Convention("*/transition_event", external=True, doc="Sent by every lifecycle node."),
+    *(Convention(served(name), external=True, doc="Every node serves its parameters.") for name in PARAMETERS),
+    *(Convention(served(name), external=True, doc="Every lifecycle node serves its state.") for name in LIFECYCLE),
 )

@@ -177,6 +177,26 @@ def test_the_other_side_of_these_is_seldom_part_of_a_design(topic: str, role: st
     assert not {"CQ401", "CQ402"} & {finding.code for finding in report.findings}
 
 
+@pytest.mark.parametrize(
+    "service", ["/planner/set_parameters", "/robot/planner/get_parameters", "/planner/change_state"]
+)
+@pytest.mark.parametrize("kind", ["service_client", "service_server"])
+def test_nodes_serve_their_parameters_and_states_without_saying_so(service: str, kind: str):
+    assert not lonely(service, kind)
+
+
+@pytest.mark.parametrize("service", ["/set_speed", "/planner/set_parameter", "/planner/reset_state", "/change_state"])
+def test_other_services_are_missed(service: str):
+    assert lonely(service, "service_client") == {"CQ401"}
+
+
+def lonely(service: str, kind: str) -> set[str]:
+    system = System(protocol="ros2")
+    system.participants["tuner"] = Participant("tuner")
+    system.endpoints.append(Endpoint("a", "subscriber", service, "tuner", kind=kind))
+    return {each.code for each in check_system(system, context([PACK])).findings} & {"CQ401", "CQ402"}
+
+
 def test_conventions_speak_of_policies_that_exist():
     for convention in CONVENTIONS:
         for name, text in convention.settings.items():
