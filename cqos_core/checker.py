@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from datetime import date
 from itertools import chain
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.acceptance import RuleFinder, with_acceptances, with_severities
 from cqos_core.bridging import bridge_findings, linked
@@ -16,7 +16,7 @@ from cqos_core.remarks import core_finding, suggestion
 from cqos_core.report import Finding, Report, Severity, Side, Verdict
 from cqos_core.resolve import Resolver
 from cqos_core.routes import expanded
-from cqos_core.system import PUBLISHER, SUBSCRIBER
+from cqos_core.system import MESSAGE, PUBLISHER, SUBSCRIBER
 from cqos_core.team import bind_checks, words_asked
 from cqos_core.topic import TopicResult, check_topic
 
@@ -29,11 +29,15 @@ if TYPE_CHECKING:
 
 
 def _partners(
-    results: Mapping[tuple[str, str], TopicResult], packs: Mapping[str, RulePack], endpoints: Iterable[Resolved]
+    system: System,
+    results: Mapping[tuple[str, str], TopicResult],
+    packs: Mapping[str, RulePack],
+    endpoints: Iterable[Resolved],
 ) -> list[Finding]:
     """Report endpoints without any partner, and topics whose names nearly agree."""
     if not any(result.lonely for result in results.values()):
         return []
+    kinds = {each.id: each.kind for each in system.endpoints if each.kind != MESSAGE}
     # Who has no partner of its own protocol may well have one on the wire.
     met = {
         each
@@ -65,16 +69,29 @@ def _partners(
             if not alone or key in silenced:
                 continue
             told |= {e.endpoint.template for e in alone if e.endpoint.alternative}
-            ids = sorted(endpoint.id for endpoint in alone)
-            first = next(endpoint for endpoint in alone if endpoint.id == ids[0])
-            more = f" and {len(ids) - 1} more" if len(ids) > 1 else ""
-            verb, other = ("subscribes to", "publishes") if role == SUBSCRIBER else ("publishes", "subscribes to")
-            plural = verb.replace("subscribes", "subscribe").replace("publishes", "publish")
-            message = f"`{ids[0]}`{more} {plural if more else verb} `{first.shown}`, which nobody in the system {other}"
-            findings.append(
-                core_finding(code, message, place=first.endpoint.place, role=role, members=ids, topic=first.shown)
-            )
+            findings.append(_alone(code, role, alone, kinds))
     return findings
+
+
+# What an endpoint does: one of them, several, and what nobody does on the other side.
+_DOES: Final = {
+    SUBSCRIBER: ("subscribes to", "subscribe to", "publishes"),
+    PUBLISHER: ("publishes", "publish", "subscribes to"),
+    "client": ("calls", "call", "serves"),
+    "server": ("serves", "serve", "calls"),
+}
+
+
+def _alone(code: str, role: str, alone: Sequence[Resolved], kinds: Mapping[str, str]) -> Finding:
+    """Report endpoints of one topic without partner; those of a service or an action by what was stated."""
+    ids = sorted(endpoint.id for endpoint in alone)
+    first = next(endpoint for endpoint in alone if endpoint.id == ids[0])
+    does = _DOES.get(kinds.get(first.stated_id, "").partition("_")[2])
+    who, what = (first.id, first.shown) if does is None else (first.stated_id, first.endpoint.topic)
+    one, several, other = does or _DOES[role]
+    more = f" and {len(ids) - 1} more" if len(ids) > 1 else ""
+    message = f"`{who}`{more} {several if more else one} `{what}`, which nobody in the system {other}"
+    return core_finding(code, message, place=first.endpoint.place, role=role, members=ids, topic=first.shown)
 
 
 def _near_misses(
@@ -241,7 +258,7 @@ def assemble(
         *_starts(system),
         *_participant_rules(resolved.endpoints),
         *_collapses(resolved.endpoints),
-        *_partners(results, packs, resolved.endpoints),
+        *_partners(system, results, packs, resolved.endpoints),
         *_unknown_severities(system, context),
     ]
     if not groups:
@@ -282,7 +299,22 @@ def _with_templates(findings: list[Finding], system: System, resolved: ResolvedS
     """Say of members that are instances what they are instances of."""
     of: dict[str, str] = {each.id: each.template for each in system.participants.values() if each.template is not None}
     of |= {each.id: each.endpoint.template for each in resolved.endpoints if each.endpoint.template is not None}
-    return [_instances(finding, of) for finding in findings] if of else findings
+    return _once_each([_instances(finding, of) for finding in findings]) if of else findings
+
+
+_OF_TOPICS: Final = frozenset(("CQ401", "CQ402", "CQ403", "CQ406"))
+
+
+def _once_each(findings: list[Finding]) -> list[Finding]:
+    """Put together what the core says alike of the topics of instances."""
+    alike: dict[object, list[Finding]] = {}
+    for finding in findings:
+        key: object = id(finding)
+        if finding.code in _OF_TOPICS and any(side.templates for side in finding.sides):
+            sides = tuple((side.role, side.templates, side.place) for side in finding.sides)
+            key = (finding.code, finding.severity, finding.accepted, sides)
+        alike.setdefault(key, []).append(finding)
+    return [merged(same) for same in alike.values()]
 
 
 def _instances(finding: Finding, of: Mapping[str, str]) -> Finding:

@@ -193,6 +193,25 @@ def test_a_subscriber_without_publisher_is_a_warning_and_a_publisher_without_sub
     assert only(report, "CQ401").endpoints == ("a/r", "b/r")
 
 
+def test_instances_of_a_template_without_partner_are_one_finding():
+    def instance(n: int, topic: str) -> Endpoint:
+        return reader(topic, f"r{n}", more={"template": "r${n}"})
+
+    report = checked(instance(1, "box1"), instance(2, "box2"), reader("box3", "r3"))
+    assert [each.endpoints for each in report.findings if each.code == "CQ401"] == [("r1", "r2"), ("r3",)]
+    together = report.findings[0]
+    assert (together.topic, together.more_topics) == ("box1", ("box2",))
+    assert [side.templates for side in together.sides] == [("r${n}",)]
+
+
+def test_instances_of_which_one_is_accepted_are_not_one_finding():
+    def instance(n: int) -> Endpoint:
+        return reader(f"box{n}", f"r{n}", more={"template": "r${n}"})
+
+    report = checked(instance(1), instance(2), accept=[Acceptance("CQ401", "it is elsewhere", topic="box1")])
+    assert [each.accepted for each in report.findings if each.code == "CQ401"] == ["it is elsewhere", None]
+
+
 EXTERNAL: dict[str, list[Any]] = {
     "the endpoint": [reader("box", more={"external": True})],
     "the participant": [reader("box"), Participant("reader", external=True)],

@@ -22,6 +22,18 @@ def loud(report: Report) -> list[str]:
     return [finding.code for finding in report.findings if finding.severity != "note"]
 
 
+def messages(report: Report) -> list[str]:
+    return [finding.message for finding in report.findings]
+
+
+KINDS = {
+    "calls": "service_client",
+    "serves": "service_server",
+    "action_clients": "action_client",
+    "action_servers": "action_server",
+}
+
+
 def test_a_server_is_a_subscription_and_a_publisher():
     server = expand(Endpoint("s", "subscriber", "add", "adder", kind="service_server", type="pkg/Add"))
     assert [(part.id, part.role, part.kind, part.type) for part in server] == [
@@ -75,6 +87,7 @@ def test_a_client_follows_the_same_rules(client: dict[str, str], code: str):
 def test_a_client_without_server_is_one_warning(key: str):
     report = system({"planner": {key: {"grasp": {}}, "publishes": {"a": {}}}, "viewer": {"subscribes": {"a": {}}}})
     assert loud(report) == ["CQ401"]
+    assert f"`planner/{KINDS[key]}/grasp` calls `grasp`, which nobody in the system serves" in messages(report)
 
 
 @pytest.mark.parametrize("key", ["serves", "action_servers"])
@@ -82,6 +95,13 @@ def test_a_server_that_nobody_calls_yet_is_a_note(key: str):
     report = system({"arm": {key: {"grasp": {}}, "publishes": {"a": {}}}, "viewer": {"subscribes": {"a": {}}}})
     assert loud(report) == []
     assert [finding.code for finding in report.findings].count("CQ402") == 1
+    assert f"`arm/{KINDS[key]}/grasp` serves `grasp`, which nobody in the system calls" in messages(report)
+
+
+def test_several_servers_that_nobody_calls_are_told_together():
+    report = system({"arm": {"serves": {"/grasp": {}}}, "hand": {"serves": {"/grasp": {}}}})
+    said = "`arm/service_server//grasp` and 1 more serve `/grasp`, which nobody in the system calls"
+    assert said in messages(report)
 
 
 def test_a_topic_of_the_name_of_a_service_is_another_thing():
