@@ -190,9 +190,14 @@ def read_source(
     plugins = load_plugins()
     info = recognise(source, plugins, importer, {*beside, *_stated(protocol)})
     if info is None:
+        if not source.data.strip():
+            raise InputError([Problem("CQ003", "the file is empty", Place(source.name))])
         known = ", ".join(sorted(plugins.importers))
         message = "no installed importer recognises this format"
-        raise InputError([Problem("CQ003", message, Place(source.name), f"installed: {known}; choose one with --from")])
+        advice = f"installed: {known}; choose one with --from"
+        if source.name.lower().endswith((".yaml", ".yml", ".json")):
+            advice += "; a system file begins with `cqos: 1`"
+        raise InputError([Problem("CQ003", message, Place(source.name), advice)])
 
     def included(source: Source, protocols: frozenset[str]) -> System | None:
         found = recognise(source, plugins, None, {*protocols, *_stated(protocol)})

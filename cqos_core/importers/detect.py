@@ -25,19 +25,25 @@ _YAML_SUFFIXES = (".yaml", ".yml", ".json")
 _VERSION_KEY = re.compile(r"""^(?:cqos|"cqos"|'cqos')[ \t]*:""", re.MULTILINE)
 _FLOW_VERSION_KEY = re.compile(r"""[{,]\s*(?:cqos|"cqos"|'cqos')\s*:""")
 _FLOW = re.compile(r"(?:\s++|#[^\n]*+|%[^\n]*+|---)*+\{")
-_FORGOTTEN = re.compile(r"^participants[ \t]*:.*?^[ \t]+(?:publishes|subscribes)[ \t]*:", re.MULTILINE | re.DOTALL)
+_PARTICIPANTS = re.compile(r"^participants[ \t]*:", re.MULTILINE)
+_FLOW_PARTICIPANTS = re.compile(r"""[{,]\s*(?:participants|"participants"|'participants')\s*:""")
+_DO = re.compile(r"""(?:^[ \t]+|[{,]\s*)(["']?)(?:publishes|subscribes)\1[ \t]*:""", re.MULTILINE)
 
 
 def claims_yaml(name: str, head: bytes) -> bool:
     """Say whether this is a C-QoS system file: it has the key `cqos` at top level, whatever the file is called.
 
-    A YAML file with participants that publish or subscribe is claimed without the key, so that the importer can say
-    what is missing.
+    A YAML or JSON file with participants that publish or subscribe is claimed without the key, so that the importer can
+    say what is missing.
     """
     wide = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}.get(head[:2], "utf-8")
     text = head.decode(wide, "ignore").lstrip("\ufeff")
     if _VERSION_KEY.search(text):
         return True
-    if _FLOW.match(text):
-        return _FLOW_VERSION_KEY.search(text) is not None
-    return name.lower().endswith(_YAML_SUFFIXES) and _FORGOTTEN.search(text) is not None
+    flow = _FLOW.match(text) is not None
+    if flow and _FLOW_VERSION_KEY.search(text):
+        return True
+    if not name.lower().endswith(_YAML_SUFFIXES):
+        return False
+    participants = (_FLOW_PARTICIPANTS if flow else _PARTICIPANTS).search(text)
+    return participants is not None and _DO.search(text, participants.end()) is not None

@@ -100,7 +100,13 @@ def test_a_file_that_nobody_reads_is_told_with_what_could(cqos):
     done = cqos("check", "foreign.yaml")
     assert done.err.startswith("error[CQ003] foreign.yaml: no installed importer recognises this format\n  help: ")
     assert "help: installed: " in done.err
-    assert ", yaml, zenoh_bridge; choose one with --from" in done.err
+    assert ", yaml, zenoh_bridge; choose one with --from; a system file begins with `cqos: 1`\n" in done.err
+
+
+def test_an_empty_file_is_told_to_be_empty(cqos, files):
+    (files / "blank.yaml").write_text("\n \n")
+    done = cqos("check", "blank.yaml")
+    assert (done.code, done.err) == (2, "error[CQ003] blank.yaml: the file is empty\n")
 
 
 def test_a_system_without_endpoints_is_never_green(cqos):

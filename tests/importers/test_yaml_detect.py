@@ -23,6 +23,10 @@ from cqos_core.importers.detect import claims_bpmn, claims_yaml
         ("a.yaml", b"cqos: 2\n"),
         ("a.yaml", b"\r\ncqos: 1\r\n"),
         ("forgotten.yaml", b"system: x\nparticipants:\n  a:\n    publishes: {t: }\n"),
+        ("forgotten.yaml", b"participants: {a: {publishes: {t: }}}\n"),
+        ("forgotten.yaml", b"participants:\n  a: {remap: {x: y}, 'publishes': {t: }}\n"),
+        ("forgotten.json", b'{"participants": {"a": {"subscribes": {"t": null}}}}'),
+        ("misspelt.yaml", b"cqoss: 1\nparticipants:\n  a:\n    publishes:\n      t:\n"),
         ("a.yaml", b"cqos: 1\n\xff\xfe cut off \xc3"),
     ],
 )
@@ -43,6 +47,9 @@ def test_claimed(name, head):
         ("a.bpmn", b'<definitions id="cqos:1"/>'),
         ("a.txt", b"participants:\n  a:\n    publishes: x\n"),
         ("compose.yaml", b"participants:\n  - a\n"),
+        ("feed.yaml", b"publishes: {a: b}\nparticipants: [c]\n"),
+        ("meeting.json", b'{"participants": ["ann"], "calls": [], "topic": "what it publishes: a book"}'),
+        ("forgotten.txt", b"participants: {a: {publishes: {t: }}}\n"),
         ("a.bin", bytes(range(256)) * 256),
     ],
 )
@@ -51,7 +58,16 @@ def test_not_claimed(name, head):
 
 
 @pytest.mark.parametrize(
-    "head", [b" " * 65536, b"#" * 65536, b"---" * 21845, b"participants:\n" + b" publishe:" * 6000]
+    "head",
+    [
+        b" " * 65536,
+        b"#" * 65536,
+        b"---" * 21845,
+        b"participants:\n" + b" publishe:" * 6000,
+        b"participants:\n" * 4681,
+        b"{participants:" * 4681,
+        b"participants:" + b"{ " * 32000,
+    ],
 )
 def test_recognising_nonsense_takes_linear_time(head):
     assert not claims_yaml("a.yaml", head)
