@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from cqos_core.system import Place
 
 _OK, _FINDINGS, _UNUSABLE = 0, 1, 2
+_SCREEN = 24  # endpoints that are listed below an error
 _HEADER = ("policy", "offered", "requested", "verdict", "rules")
 _VERDICT = _HEADER.index("verdict")
 
@@ -99,7 +100,11 @@ def explain(
         ctx.exit(_UNUSABLE if loaded.problems else _OK)
     ends = _ends(ids, endpoints)
     if ends is None:
-        say(_endpoints_as_text(endpoints, color).rstrip(), choice=color, lines=True)
+        near = _near(ids, endpoints)
+        if near or not endpoints:
+            say(_endpoints_as_text(near, color).rstrip(), choice=color, lines=True)
+        if len(near) < len(endpoints):
+            say(f"`cqos explain {' '.join(paths)}` lists all {len(endpoints)} endpoints", choice=color)
         ctx.exit(_UNUSABLE)
     pair = explain_pair(system, ends[0].id, ends[1].id, reader.context)
     report = _report(pair, *ends)
@@ -142,6 +147,18 @@ def _ends(ids: Sequence[str], endpoints: Sequence[Resolved]) -> tuple[Resolved, 
     if None not in roles:
         say(f"both are {roles[0]}s; a pair is a publisher and a subscriber", severity="error")
     return None
+
+
+def _near(ids: Sequence[str], endpoints: Sequence[Resolved]) -> Sequence[Resolved]:
+    """Of more endpoints than a screen holds, those on topics of the ones that ``ids`` name, or nearly name."""
+    if len(endpoints) <= _SCREEN:
+        return endpoints
+    from difflib import get_close_matches
+
+    known = [endpoint.id for endpoint in endpoints]
+    meant = {near for name in ids for near in get_close_matches(name, known, 1)}
+    topics = {endpoint.shown for endpoint in endpoints if endpoint.id in meant}
+    return [endpoint for endpoint in endpoints if endpoint.shown in topics][:_SCREEN]
 
 
 def _report(pair: PairReport, publisher: Resolved, subscriber: Resolved) -> Report:

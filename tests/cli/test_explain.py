@@ -95,6 +95,23 @@ def test_an_unknown_id_is_told_with_the_nearest_and_all_there_are(cqos):
     assert "  subscriber  planner/subscriber/scan\n" in done.err
 
 
+def test_an_unknown_id_of_many_is_told_with_what_is_near_it(cqos, files):
+    sensors = "".join(f"  s{n}: {{publishes: {{t{n}: }}}}\n" for n in range(40))
+    reader = "  log: {subscribes: {t7: }}\n"
+    (files / "many.yaml").write_text(f"cqos: 1\nprotocol: ros2\nparticipants:\n{sensors}{reader}")
+    done = cqos("explain", "many.yaml", "log/subscriber/t7", "s7/publsher/t7")
+    assert (done.code, done.out) == (2, "")
+    assert done.err == (
+        "error: there is no endpoint `s7/publsher/t7`; did you mean `s7/publisher/t7`?\n"
+        "/t7 (ros2)\n"
+        "  publisher   s7/publisher/t7\n"
+        "  subscriber  log/subscriber/t7\n"
+        "`cqos explain many.yaml` lists all 41 endpoints\n"
+    )
+    nothing = cqos("explain", "many.yaml", "?", "!")
+    assert nothing.err.splitlines()[2:] == ["`cqos explain many.yaml` lists all 41 endpoints"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
