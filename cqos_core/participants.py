@@ -123,11 +123,9 @@ class Participants:
                 place = stated.setting.place or participant.place
                 if policy.fallback is not None:
                     message = f"option `{policy.name}`: {problem.message}; `{policy.fallback}` stands in"
-                    self._reader.say_once("CQ208", message, place, f"expected {problem.expected}")
+                    self._reader.say_once("CQ208", message, place, problem.advice())
                     return policy.domain.parse(policy.fallback)
-                self._reader.say_once(
-                    "CQ203", f"option `{policy.name}`: {problem.message}", place, f"expected {problem.expected}"
-                )
+                self._reader.say_once("CQ203", f"option `{policy.name}`: {problem.message}", place, problem.advice())
                 return Anything(f"option {policy.name} has no valid value", told=True)
         if isinstance(policy.default, str):
             return policy.domain.parse(policy.default)

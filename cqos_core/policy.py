@@ -199,6 +199,9 @@ class Domain:
         return {"kind": self.kind, "ordered": self.ordered}
 
 
+_ALIKE: Final = 0.7  # how much a misspelt name and the one that was meant have in common, at least
+
+
 class Choice(Domain):
     """One of a few names, weakest first where they are ordered.
 
@@ -235,10 +238,13 @@ class Choice(Domain):
 
     def parse(self, text: str) -> int:
         """Read a name, its synonyms or affixed spellings into its rank."""
-        rank = self._ranks.get(self.word(text))
+        word = self.word(text)
+        rank = self._ranks.get(word)
         if rank is None:
-            message = f"`{text}` is not one of its values"
-            raise InvalidValueError(message, self.expected())
+            from difflib import get_close_matches
+
+            near = get_close_matches(word, self.names, 1, _ALIKE)
+            raise InvalidValueError(f"`{text}` is not one of its values", self.expected(), *near)
         return rank
 
     def format(self, value: Plain) -> str:

@@ -78,13 +78,19 @@ class SentenceError(CqosError):
 
 
 class InvalidValueError(CqosError):
-    """A setting's text is no value of its policy. ``expected`` says what is allowed."""
+    """A setting's text is no value of its policy. ``expected`` says what is allowed, ``near`` what was probably meant."""
 
-    def __init__(self, message: str, expected: str = "") -> None:
+    def __init__(self, message: str, expected: str = "", near: str = "") -> None:
         """Keep what is allowed apart from what was found."""
         self.expected = expected
+        self.near = near
         self.message = message
         super().__init__(f"{message}; expected {expected}" if expected else message)
+
+    def advice(self, expected: str = "") -> str:
+        """What to do about it, where ``expected`` may be told in other words."""
+        meant = f"did you mean `{self.near}`? " if self.near else ""
+        return f"{meant}expected {expected or self.expected}"
 
 
 def describe(error: BaseException) -> str:

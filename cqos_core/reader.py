@@ -144,7 +144,7 @@ class Reader:
             if ("CQ203", message, where) not in self._said:
                 self._said.add(("CQ203", message, where))
                 about, members = (role, [member]) if member else (policy.level, [])
-                self.say("CQ203", message, where, about, members, f"expected {expected}")
+                self.say("CQ203", message, where, about, members, problem.advice(expected))
             return Anything(f"{policy.name} has no valid value", told=True)
 
     def _is_default(

@@ -256,6 +256,13 @@ def test_choices_are_read_in_every_spelling(text, name):
     assert LADDER.format(LADDER.parse(text)) == name
 
 
+@pytest.mark.parametrize(("text", "near"), {"singn": "sign", "MODE_NOEN": "none", "encrypted": "", "x": ""}.items())
+def test_a_misspelt_choice_is_told_with_the_name_that_was_meant(text, near):
+    refused = refusal(LADDER, text)
+    assert refused.near == near
+    assert refused.advice().startswith(f"did you mean `{near}`? expected none <" if near else "expected none <")
+
+
 def test_a_choice_says_what_there_is_in_its_order():
     assert refusal(LADDER, "encrypt").expected == "none < sign < sign_and_encrypt"
     assert Choice("a", "b", ordered=False).expected() == "a, b"

@@ -245,4 +245,6 @@ def _check_assumption(assumption: Assignment, where: Context, known: Iterable[st
     except InvalidValueError as error:
         # A value newer than the pack has a stand-in, and the report says so.
         if policy.fallback is None:
-            raise _refused("--option", f"{assumption.owner}.{policy.name}: {error}.") from None
+            raise _refused(
+                "--option", f"{assumption.owner}.{policy.name}: {error.message}; {error.advice()}."
+            ) from None

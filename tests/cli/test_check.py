@@ -312,6 +312,10 @@ def test_an_option_of_the_command_line_wins_over_the_file(cqos, files):
         (["--option", "rmw=zenoh"], "`rmw=zenoh` is not of the form PACK.NAME=VALUE, for instance ros2.rmw=cyclonedds"),
         (["--option", "rso2.rmw=zenoh"], "there is no rule pack `rso2`; did you mean `ros2`?"),
         (["--option", "ros2.rnw=zenoh"], "has no option `rnw`; did you mean `rmw`?"),
+        (
+            ["--option", "ros2.rmw=cyclonedss"],
+            "is not one of its values; did you mean `cyclonedds`? expected cyclonedds, ",
+        ),
         (["--option", "ros2.rmw=foo"], "ros2.rmw: `foo` is not one of its values; expected cyclonedds, fastdds"),
         (["--switch", "bpnm.x=1"], "there is no importer `bpnm`; did you mean `bpmn`?"),
         (["--format", "sarfi"], "there is no format `sarfi`; did you mean `sarif`?"),
