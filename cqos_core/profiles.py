@@ -128,7 +128,9 @@ class Profiles:
             presets = (name for name, each in pack.presets.items() if each.level == ENDPOINT)
             known = (*(name for name in self._system.profiles if name not in parts), *presets)
             message = f"profile `{ref.name}` is neither defined nor a preset of {pack.title}"
-            self._reader.say_once("CQ204", message, ref.place, suggestion(ref.name, known))
+            # A text at an endpoint is a profile, at a topic it is a type.
+            meant = f"a type is written `{{type: {ref.name}}}`; " if "/" in ref.name else ""
+            self._reader.say_once("CQ204", message, ref.place, meant + suggestion(ref.name, known))
             return None
         return Layer(f"preset {name}", preset_settings(name, pack), counts_as_stated=False)
 

@@ -361,6 +361,13 @@ WRONG: dict[str, tuple[list[Any], dict[str, Any], str, str, str | None]] = {
         "profile `carefull` is neither defined nor a preset of Post",
         "did you mean `careful`? known: as_usual, careful, modern, standard",
     ),
+    "a type for a profile": (
+        [writer("box", "w", "mail/Letter")],
+        {},
+        "CQ204",
+        "profile `mail/Letter` is neither defined",
+        "a type is written `{type: mail/Letter}`; known: as_usual",
+    ),
     "unknown base": (
         [profile("p", "q"), writer("box", "w", "p")],
         {},
