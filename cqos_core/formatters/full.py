@@ -141,10 +141,11 @@ class _Page:
         return _Mark(exact, fact.policy, _saying(side.label, fact, excerpt), excerpt)
 
     def _line_of(self, mark: _Mark) -> object:
-        """What marks share that are drawn under one line; those in a line too long to be shown whole share nothing."""
-        if mark.excerpt is None or mark.place is None or _Line(mark.excerpt.text).width > self._room:
+        """What marks share that are drawn under one line: of one too long to be shown whole, those at one value only."""
+        if mark.excerpt is None or mark.place is None:
             return id(mark)
-        return mark.place.source, mark.excerpt.line, mark.excerpt.text
+        long = _Line(mark.excerpt.text).width > self._room
+        return mark.place.source, mark.excerpt.line, mark.excerpt.text, mark.excerpt.column if long else None
 
     def _place(self, arrow: str, side: Side, marks: list[_Mark], pen: _Pen) -> Iterator[str]:
         """Yield the location of one or more marks, then their line with every mark under it."""

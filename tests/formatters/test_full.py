@@ -81,6 +81,19 @@ def test_what_is_said_at_a_value(value, origin, said):
     assert f"   ^ {said}\n" in render(with_fact(1, 4, value, origin), text="a: v")
 
 
+def test_a_line_too_long_to_be_shown_whole_is_shown_once_for_what_stands_at_one_place():
+    default = [Fact(name, "v", "preset p", Place("f.yaml", 1, 202)) for name in ("depth", "history")]
+    other = Fact("lease", "v", "explicit", Place("f.yaml", 1, 210))
+    text = render(
+        finding(sides=(Side("publisher", ("a",), "here", (*default, other)),)), text="x: " * 67 + "scan: # y: v" * 20
+    )
+    assert [line.split()[:2] for line in text.splitlines() if "f.yaml" in line] == [
+        ["-->", "f.yaml:1:202"],
+        [":::", "f.yaml:1:210"],
+    ]
+    assert "a . depth, history" in text
+
+
 def test_a_value_inside_a_longer_word_is_said():
     assert "set here: volatile\n" in render(with_fact(1, 4, "volatile"), text="a: non-volatile")
 
