@@ -71,6 +71,9 @@ class RawDuration(Duration):
         return f"{{sec: {seconds}, nsec: {nanoseconds}}}"
 
 
+LEFT_OPEN: Final = Anything("it is `system_default`, which the reference check takes for any value")
+
+
 def _undetermined(meaning: Anything, weak: str, strong: str) -> ByOption:
     """Anything, except under Zenoh, whose one warning does not ask about such values."""
     return by_option("rmw", otherwise=meaning, zenoh=PerRole(publisher=weak, subscriber=strong))
@@ -87,7 +90,8 @@ def _fits_everything(weak: str, strong: str) -> ByOption:
 
 def _raw_kind(policy: Policy, weak: str, strong: str, *unmentioned: str) -> Policy:
     words = {word: _fits_everything(weak, strong) for word in ("best_available", *unmentioned)}
-    words |= {word: _undetermined(REPORTED_UNKNOWN, weak, strong) for word in ("system_default", "unknown")}
+    words |= {"unknown": _undetermined(REPORTED_UNKNOWN, weak, strong)}
+    words |= {"system_default": _undetermined(LEFT_OPEN, weak, strong)}
     # A bridge that has not asked its publishers yet: no profile of rmw has such a value.
     words |= {word: _undetermined(meaning, weak, strong) for word, meaning in COPIED.items() if word in policy.words}
     return replace(policy, words=words, enforced={})

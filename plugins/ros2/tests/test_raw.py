@@ -32,6 +32,16 @@ KINDS = {
 QUIET = {"reliability": "reliable", "durability": "volatile", "liveliness": "automatic"}
 
 
+@pytest.mark.parametrize(
+    ("given_as", "cause"),
+    [("system_default", "it is `system_default`, which the reference check"), ("unknown", "it is given as `unknown`")],
+)
+def test_what_is_not_known_is_called_as_it_was_written(given_as: str, cause: str):
+    offered, requested = {**QUIET, "reliability": given_as}, {**QUIET, "reliability": "reliable"}
+    report = check_pair("ros2", offered, requested, {"comparison": "rmw"}, packs=[PACK])
+    assert f"is not known: {cause}" in report.findings[0].message
+
+
 def verdict(offered: dict[str, Any], requested: dict[str, Any], rmw: str | None = None) -> str:
     options = {"comparison": "rmw"} | ({} if rmw is None else {"rmw": rmw})
     report = check_pair("ros2", {**QUIET, **offered}, {**QUIET, **requested}, options, packs=[PACK])
