@@ -6,12 +6,13 @@ the language of `cqos_core.expression`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from cqos_core.expression import parse
-from cqos_core.importers.reading import Reading, did_you_mean
+from cqos_core.importers.forms import described
+from cqos_core.importers.reading import Reading, did_you_mean, listed
 from cqos_core.importers.tree import MappingNode, SequenceNode, flag, is_null, whole_number
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.pack import Convention, Dialect, Meeting, Preset, RulePack
@@ -35,6 +36,8 @@ from cqos_core.rule import Rule
 from cqos_core.system import Place
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
     from cqos_core.importers.source import Source
     from cqos_core.importers.tree import Node
 
@@ -202,7 +205,7 @@ def read_pack(source: Source) -> RulePack:
     try:
         model = PackModel.model_validate(_plain(documents[0]))
     except ValidationError as error:
-        raise InputError([_located(each, documents[0], reading) for each in error.errors()]) from None
+        raise InputError(list(_mistakes(error.errors(), documents[0], reading))) from None
     return _build(model, documents[0], reading)
 
 
@@ -229,16 +232,91 @@ def _at(location: tuple[int | str, ...], root: Node) -> Node:
     return node
 
 
-def _located(error: Any, root: Node, reading: Reading) -> Problem:
-    location = error["loc"]
+_FORMS: Final = {each.__name__: each for each in (FromPeersModel, PerRoleModel, ByOptionModel, UnknownModel)}
+_KINDS: Final = {"str": "a text", "int": "a number", "bool": "a flag"}
+_EXPECTED: Final = {
+    "string_type": "a text",
+    "int_type": "a whole number",
+    "int_parsing": "a whole number",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+    "list_type": "a list",
+    "dict_type": "a map",
+    "model_type": "a map",
+}
+"""What pydantic misses, by its type of error."""
+
+
+def _mistakes(errors: Sequence[Any], root: Node, reading: Reading) -> Iterator[Problem]:
+    """Yield what pydantic found in the words of all other files; of a value with several forms one problem."""
+    choices: dict[tuple[int | str, ...], list[str]] = {}
+    chosen = set()
+    for error in errors:
+        location = error["loc"]
+        depth = _depth(location, root)
+        rest = location[depth:]
+        if not rest or (len(rest) == 1 and error["type"] == "missing"):
+            yield _located(error, location, root, reading)
+        elif rest[0] in _FORMS and _begins(rest[0], _at(location[:depth], root)):
+            chosen.add(location[:depth])
+            yield _located(error, (*location[:depth], *rest[1:]), root, reading)
+        else:
+            choices.setdefault(location[:depth], []).append(str(rest[0]))
+    for location, forms in choices.items():
+        node = _at(location, root)
+        if location not in chosen:
+            allowed = listed(dict.fromkeys(_form(each) for each in forms))
+            message = f"{_called(location)} must be {allowed}, found {described(node)}"
+            yield Problem("CQ009", message, reading.place(node))
+
+
+def _depth(location: tuple[int | str, ...], root: Node) -> int:
+    """How many parts of a pydantic location stand in the file; what follows is missing there, or names a form."""
+    node = root
+    for depth, part in enumerate(location):
+        if isinstance(node, MappingNode) and part in node.entries:
+            node = node.entries[str(part)][1]
+        elif isinstance(node, SequenceNode) and isinstance(part, int) and part < len(node.items):
+            node = node.items[part]
+        else:
+            return depth
+    return len(location)
+
+
+def _begins(form: str, node: Node) -> bool:
+    """Whether a map is meant to be of this form: it has its first key."""
+    return isinstance(node, MappingNode) and next(iter(_FORMS[form].model_fields)) in node.entries
+
+
+def _form(name: str) -> str:
+    if name in _FORMS:
+        return f"a map with `{next(iter(_FORMS[name].model_fields))}`"
+    return _KINDS.get(name, "a map")
+
+
+def _called(location: tuple[int | str, ...]) -> str:
+    return f"`{'.'.join(str(part) for part in location)}`" if location else "a rule pack"
+
+
+def _located(error: Any, location: tuple[int | str, ...], root: Node, reading: Reading) -> Problem:
+    node = _at(location, root)
     if error["type"] == "extra_forbidden":
         parent = _at(location[:-1], root)
-        key = parent.entries[location[-1]][0] if isinstance(parent, MappingNode) else parent
+        key = parent.entries[str(location[-1])][0] if isinstance(parent, MappingNode) else parent
         known = _fields_at(location[:-1])
         message = f"`{location[-1]}` is no key here{did_you_mean(str(location[-1]), known)}"
         return Problem("CQ006", message, reading.place(key), f"known: {', '.join(known)}" if known else None)
-    path = ".".join(str(part) for part in location)
-    return Problem("CQ011", f"`{path}`: {error['msg']}", reading.place(_at(location, root)))
+    if error["type"] == "missing":
+        return Problem("CQ010", f"{_called(location[:-1])} lacks the key `{location[-1]}`", reading.place(node))
+    if error["type"] == "value_error":
+        return Problem("CQ011", f"{_called(location)}: {error['ctx']['error']}", reading.place(node))
+    if error["type"] == "literal_error":
+        allowed = error["ctx"]["expected"].replace("'", "`")
+        return Problem("CQ011", f"{_called(location)} must be {allowed}, found {described(node)}", reading.place(node))
+    expected = _EXPECTED.get(error["type"])
+    if expected is not None:
+        return Problem("CQ009", f"{_called(location)} must be {expected}, found {described(node)}", reading.place(node))
+    return Problem("CQ011", f"{_called(location)}: {error['msg']}", reading.place(node))
 
 
 def _fields_at(location: tuple[int | str, ...]) -> tuple[str, ...]:

@@ -326,7 +326,7 @@ WRONG = {
     "an unknown kind": (
         FILE.replace("kind: count", "kind: number"),
         "kind: count",
-        "`policies.copies.kind`: Input should be 'choice'",
+        "`policies.copies.kind` must be `choice`, `duration`, `count`, `flag`, `names` or `text`, found `number`",
     ),
     "a choice without values": (
         FILE.replace("    values: [plain, signed, insured]\n", ""),
@@ -384,14 +384,42 @@ WRONG = {
         "policy `delay`: word `none` stands for itself",
     ),
     "a unit of nothing": (FILE.replace("unit: ms", "unit: moons"), "  pause:", "`moons` is no unit of time"),
-    "a word without a meaning": (FILE.replace("{unknown: nobody knows}", "{unknowm: nobody}"), "odd:", "policies.care"),
-    "a false version": (FILE.replace("cqos_pack: 1", "cqos_pack: 2"), "cqos_pack", "`cqos_pack`: Input should be 1"),
+    "a word without a meaning": (
+        FILE.replace("{unknown: nobody knows}", "{unknowm: nobody}"),
+        "odd:",
+        "`policies.care.words.odd` must be a text, a map with `from_peers`, a map with `publisher`, ",
+    ),
+    "a word whose meaning is not whole": (
+        FILE.replace("{unknown: nobody knows}", "{from_peers: any}"),
+        "odd:",
+        "`policies.care.words.odd` lacks the key `alone`",
+    ),
+    "a false version": (FILE.replace("cqos_pack: 1", "cqos_pack: 2"), "cqos_pack", "`cqos_pack` must be 1, found `2`"),
     "no reason": (
         FILE.replace("because: letters may come too late", "because: ''"),
         "- requires: offered(delay)",
         "reason",
     ),
-    "a list for a map": (FILE.replace("presets:\n", "presets: []\nmore:\n"), "presets", "should be a valid dictionary"),
+    "a list for a map": (
+        FILE.replace("presets:\n", "presets: []\nmore:\n"),
+        "presets",
+        "`presets` must be a map, found a list",
+    ),
+    "a missing key": (
+        FILE.replace("kind: count, ", ""),
+        "  copies:",
+        "`policies.copies` lacks the key `kind`",
+    ),
+    "a text for a number": (
+        FILE.replace("kind: count, minimum: 1", "kind: count, minimum: few"),
+        "kind: count",
+        "`policies.copies.minimum` must be a whole number, found `few`",
+    ),
+    "a list for a value": (
+        FILE.replace("sealed: true}, doc", "sealed: [yes]}, doc"),
+        "  valuable:",
+        "`presets.valuable.settings.sealed` must be a text, a number or a flag, found a list",
+    ),
 }
 
 
@@ -409,6 +437,7 @@ def test_all_mistakes_are_told_at_once():
     text = FILE.replace("default: infinite", "default: 5").replace("sealed: true}, doc", "sealed: maybe}, doc")
     text = text.replace("offered(care) >=", "offered(cares) >=").replace("by_option: carrier", "by_option: carriers")
     assert len(lines(text)) == 4
+    assert len(lines(FILE.replace("{unknown: nobody knows}", "{from_peers: some}"))) == 2  # and `alone` is missing
     text = FILE.replace("kind: count", "kind: number").replace("title: Mail", "titel: Mail")
     assert len(lines(text)) == 3  # and the title is missing
 
