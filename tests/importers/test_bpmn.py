@@ -458,6 +458,19 @@ class TestUnread:
         assert notes(system) == [("CQ040", "E")]
         assert system.endpoints[0].settings == {}
 
+    def test_in_a_policy_of_the_signal_definition(self):
+        policy = '<bpmn:extensionElements><qos:policy depth="1"/></bpmn:extensionElements>'
+        inside = f'<bpmn:signalEventDefinition signalRef="S">{policy}</bpmn:signalEventDefinition>'
+        assert notes(read_event("", definition=inside)) == [("CQ040", "E")]
+
+    @pytest.mark.parametrize("tag", ["task", "userTask", "subProcess", "exclusiveGateway", "callActivity"])
+    def test_on_what_neither_throws_nor_catches(self, tag):
+        policy = '<bpmn:extensionElements><qos:policy reliability="reliable"/></bpmn:extensionElements>'
+        for stated in (f'<bpmn:{tag} id="T" qos:depth="1"/>', f'<bpmn:{tag} id="T">{policy}</bpmn:{tag}>'):
+            assert notes(read_model(f"<bpmn:process>{stated}</bpmn:process>")) == [("CQ040", "T")]
+        for silent in (f'<bpmn:{tag} id="T" qos:depth="0"/>', f'<bpmn:{tag} id="T" name="depth"/>'):
+            assert notes(read_model(f"<bpmn:process>{silent}</bpmn:process>")) == []
+
     def test_on_the_signal(self):
         system = read_model('<bpmn:signal id="S" name="topic" qos:reliability="reliable"/>')
         assert notes(system) == [("CQ040", "S")]

@@ -40,6 +40,15 @@ EVENT_ROLES: dict[str, Role] = {
 TASK_ROLES: dict[str, Role] = {f"{BPMN}receiveTask": SUBSCRIBER, f"{BPMN}sendTask": PUBLISHER}
 ROLES = EVENT_ROLES | TASK_ROLES
 """What throws is a publisher, what catches a subscriber."""
+SILENT = tuple(
+    f"{BPMN}{name}"
+    for name in (
+        *("task", "userTask", "manualTask", "serviceTask", "scriptTask", "businessRuleTask", "callActivity"),
+        *("subProcess", "adHocSubProcess", "transaction"),
+        *("exclusiveGateway", "inclusiveGateway", "parallelGateway", "complexGateway", "eventBasedGateway"),
+    )
+)
+"""What people may take for an end of a signal, and what is none."""
 
 _INDEXED = (COLLABORATION, PARTICIPANT, PROCESS, SIGNAL, MESSAGE, ITEM_DEFINITION, MESSAGE_FLOW, IMPORT)
 

@@ -13,7 +13,7 @@ from cqos_core.importers.bpmn.document import (
     nth,
 )
 from cqos_core.importers.bpmn.names import shown
-from cqos_core.importers.bpmn.words import qos_attributes
+from cqos_core.importers.bpmn.words import extension_children, qos_attributes
 
 if TYPE_CHECKING:
     from cqos_core.importers.bpmn.endpoints import Endpoints
@@ -49,7 +49,8 @@ def _report_dangling(reading: Reading, event: Element) -> None:
 
 
 def _report_misplaced(reading: Reading, event: Element, definition: Element) -> None:
-    stated = ", ".join(f"`qos:{shown(name)}`" for name in qos_attributes(definition))
+    words = [*qos_attributes(definition), *(c.word for c in extension_children(definition) if c.prefix == "qos")]
+    stated = ", ".join(f"`qos:{shown(name)}`" for name in words)
     if stated:
         message = f"{stated} on the signal definition is not read; QoS belongs on the event around it"
         reading.note("CQ040", message, reading.document.place(definition, owner=event), endpoint=identity(event))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.importers.bpmn.document import IMPORT, MESSAGE_DEFINITION, MESSAGE_FLOW, TASK_ROLES, split
+from cqos_core.importers.bpmn.document import IMPORT, MESSAGE_DEFINITION, MESSAGE_FLOW, SILENT, TASK_ROLES, split
 from cqos_core.importers.bpmn.names import key, number, shown
 from cqos_core.importers.bpmn.words import POLICIES, extension_children, qos_attributes
 
@@ -30,16 +30,18 @@ def report_unread(reading: Reading, endpoints: Endpoints, *, with_messages: bool
         reading.note("CQ045", message, document.place(flows[0]), advice=_SWITCH)
     for node in document.nodes:
         if not endpoints.has(node) and _states_qos(node):
-            _report_node(reading, node, with_messages=with_messages)
+            has_message = node.tag in TASK_ROLES or bool(document.event_definitions(node, MESSAGE_DEFINITION))
+            advice = _SWITCH if has_message and not with_messages else "give the event a signal, or remove its QoS"
+            _report_node(reading, node, advice)
+    for node in document.root.iter(*SILENT):
+        if _states_qos(node):
+            _report_node(reading, node, "put it on the event that throws or catches the signal, or remove it")
 
 
-def _report_node(reading: Reading, node: Element, *, with_messages: bool) -> None:
-    document = reading.document
-    has_message = node.tag in TASK_ROLES or bool(document.event_definitions(node, MESSAGE_DEFINITION))
+def _report_node(reading: Reading, node: Element, advice: str) -> None:
     local = split(str(node.tag))[1]
     message = f"this `{local}` states QoS but neither throws nor catches a signal, so its QoS is not checked"
-    advice = _SWITCH if has_message and not with_messages else "give the event a signal, or remove its QoS"
-    reading.note("CQ040", message, document.place(node), advice=advice)
+    reading.note("CQ040", message, reading.document.place(node), advice=advice)
 
 
 def _states_qos(node: Element) -> bool:
