@@ -77,8 +77,10 @@ class Arrivals:
         return found
 
     def _passes(self, pair: Pair) -> bool | None:
-        """Whether samples pass between two that meet, whatever else is needed; None where it is not known."""
+        """Whether samples pass between two that meet, and over other ways too; None where it is not known."""
         publisher, subscriber = (self._profile(each) for each in pair)
+        if any(subscriber.values[index] == value for index, value in subscriber.pack.one_way):
+            return False
         refusals = [
             each
             for each in judge_pair(publisher, subscriber).spoken

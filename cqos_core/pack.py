@@ -175,6 +175,8 @@ class Meeting:
             subscribers all pairs of different ones that meet.
         overlapping: the flag of an endpoint that says that its participant has another subscriber, with another key, on the
             same topic; set where that is so.
+        one_way: values of a subscriber, by policy, under which several ways to it bring nothing twice, because it takes what
+            comes over one of them (exclusive ownership) or another one gets the rest (a shared subscription).
         described: one sentence for docs and packs listings.
     """
 
@@ -188,6 +190,7 @@ class Meeting:
     )
     match: Callable[[Collection[str], Collection[str]], Iterable[tuple[str, str]]] | None = None
     overlapping: str = ""
+    one_way: Mapping[str, str] = field(default_factory=dict)
     described: str = "endpoints on the same topic name"
 
 
@@ -337,6 +340,14 @@ class RulePack:
     def beyond_topics(self) -> tuple[BoundRule, ...]:
         """The rules over participants, brokers and options, which no single topic can answer."""
         return tuple(bound for scope in ("participant", "broker", "system") for bound in self.by_scope.get(scope, ()))
+
+    @cached_property
+    def one_way(self) -> tuple[tuple[int, Plain], ...]:
+        """`Meeting.one_way` as values by index."""
+        return tuple(
+            (self.vocabulary.indices[ENDPOINT, name], self.policy(name).domain.parse(text))
+            for name, text in self.meeting.one_way.items()
+        )
 
     @cached_property
     def spellings(self) -> Mapping[str, Mapping[str, int]]:

@@ -48,8 +48,9 @@ PACK: Final = RulePack(
     conventions=CONVENTIONS,
     functions=FUNCTIONS,
     meeting=Meeting(
+        one_way={"ownership": "exclusive"},
         described="endpoints on one topic name, of one data type where both state it, in one domain and with a partition "
-        "in common"
+        "in common",
     ),
     not_checked=NOT_CHECKED,
     codes=CODES,

@@ -192,3 +192,32 @@ def test_the_faults_behind_a_split_are_told():
 def test_built_in_topics_are_written_by_others(topic: str):
     report = judged({"participants": {"tool": {"subscribes": {topic: {}}}}})
     assert "CQ401" not in codes(report)
+
+
+@pytest.mark.parametrize(("ownership", "twice"), [("shared", True), ("exclusive", False)])
+def test_of_bridges_before_a_reader_of_exclusive_ownership_one_is_heard(ownership: str, twice: bool):
+    ends = {f"{bridge}{domain}": {"domain": domain} for bridge in "ab" for domain in (1, 2)}
+    report = judged(
+        {
+            "participants": {
+                "lidar": {"domain": 1, "publishes": {"scan": {}}},
+                "logger": {
+                    "domain": 2,
+                    "subscribes": {"scan": {"ownership": ownership, "needs": {"duplicate_free": True}}},
+                },
+                **ends,
+            },
+            "bridges": {
+                bridge: {
+                    "routes": [
+                        {
+                            "from": {"participant": f"{bridge}1", "topic": "scan"},
+                            "to": {"participant": f"{bridge}2", "ownership": ownership},
+                        }
+                    ]
+                }
+                for bridge in "ab"
+            },
+        }
+    )
+    assert ("CQ507" in codes(report)) is twice

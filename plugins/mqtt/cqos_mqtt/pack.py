@@ -68,6 +68,7 @@ PACK: Final = RulePack(
         ),
         match=filters.match,
         overlapping="overlapping",
+        one_way={"shared": "true"},
         described="publications and subscriptions of clients of one broker, where the filter matches the topic",
     ),
     complete=sessions.complete,

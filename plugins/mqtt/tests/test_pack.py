@@ -319,6 +319,35 @@ def test_the_loss_of_who_publishes_behind_a_bridge_is_not_noticed():
     assert [each.bound.rule.code for each in judgement.spoken] == ["MQTT509"]
 
 
+def test_bridges_that_share_a_subscription_bring_nothing_twice():
+    def repeated(topic):
+        """Two bridges carry what a sensor says from the broker in the hall to the one in the office."""
+        report = judged(
+            brokers={"hall": {}, "office": {}},
+            participants={
+                "sensor": {"broker": "hall", "publishes": {"t": {"qos": 2}}},
+                "viewer": {"broker": "office", "subscribes": {"t": {"qos": 2, "needs": {"duplicate_free": True}}}},
+                **{f"{name}_in": {"broker": "hall"} for name in "ab"},
+                **{f"{name}_out": {"broker": "office"} for name in "ab"},
+            },
+            bridges={
+                name: {
+                    "routes": [
+                        {
+                            "from": {"participant": f"{name}_in", "topic": topic, "qos": 2},
+                            "to": {"participant": f"{name}_out", "topic": "t", "qos": 2},
+                        }
+                    ]
+                }
+                for name in "ab"
+            },
+        )
+        return "CQ507" in codes(report)
+
+    assert repeated("t")
+    assert not repeated("$share/bridges/t")
+
+
 def test_a_session_follows_what_one_edit_changes_elsewhere():
     """An edit of one endpoint changes what is known of others: what overlaps, what replaces it, who hears a Will."""
     system = read(text(participants=FARM), importer="yaml")
