@@ -12,7 +12,7 @@ from cqos_core.bridging import bridge_findings, linked
 from cqos_core.codes import CODES
 from cqos_core.findings import Made, merged, of_participants
 from cqos_core.judge import ask
-from cqos_core.remarks import core_finding, suggestion
+from cqos_core.remarks import core_finding, plural, suggestion
 from cqos_core.report import Finding, Report, Severity, Side, Verdict
 from cqos_core.resolve import Resolver
 from cqos_core.routes import expanded
@@ -263,7 +263,7 @@ def assemble(
     ]
     if not groups:
         count = len(resolved.endpoints)
-        message = f"no publisher meets a subscriber among {count} endpoints, so nothing was compared"
+        message = f"no publisher meets a subscriber among {plural(count, 'endpoint')}, so nothing was compared"
         # Where all partners are elsewhere, that is what one expects.
         expected = count and all(endpoint.external for endpoint in resolved.endpoints)
         plain.append(core_finding("CQ404", message, severity=Severity.NOTE if expected else None))

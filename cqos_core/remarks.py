@@ -40,6 +40,11 @@ def core_finding(
     )
 
 
+def plural(count: int, noun: str) -> str:
+    """Return ``1 pair``, ``2 pairs``."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
 def suggestion(name: str, known: Iterable[str]) -> str:
     """``did you mean X? known: …`` for a name that is not among ``known``."""
     names = sorted(known)

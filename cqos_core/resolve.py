@@ -20,6 +20,7 @@ from cqos_core.policy import ENDPOINT, NEED, Policy, Value, normalise
 from cqos_core.profiles import Profiles, User, preset_settings
 from cqos_core.reader import Reader
 from cqos_core.reading import either, how_written
+from cqos_core.remarks import plural
 from cqos_core.report import Finding, Severity, Side
 from cqos_core.resolved import (
     READ,
@@ -178,9 +179,9 @@ class Resolver:
             endpoints.sort(key=lambda endpoint: endpoint.id)
             ids = [endpoint.id for endpoint in endpoints]
             message = (
-                f"no installed pack judges protocol `{protocol}`: {len(ids)} endpoints are left out"
+                f"no installed pack judges protocol `{protocol}`: {plural(len(ids), 'endpoint')} left out"
                 if protocol
-                else f"no protocol is stated for {len(ids)} endpoints, so nothing judges them"
+                else f"no protocol is stated for {plural(len(ids), 'endpoint')}, so nothing judges them"
             )
             help_text = None if protocol else "state `protocol:` in the file, or give --protocol ID"
             self.reader.say("CQ201", message, endpoints[0].place, "endpoint", ids, help_text)
@@ -192,7 +193,7 @@ class Resolver:
             key=lambda each: each.id,
         )
         if needing:
-            message = f"no installed pack judges `needs`: those of {len(needing)} endpoints were read but not compared"
+            message = f"no installed pack judges `needs`: those of {plural(len(needing), 'endpoint')} were read but not compared"
             place = next(iter(needing[0].needs.values())).place
             self.reader.say("CQ211", message, place, "subscriber", [endpoint.id for endpoint in needing])
 

@@ -414,7 +414,7 @@ WRONG: dict[str, tuple[list[Any], dict[str, Any], str, str, str | None]] = {
         [writer("box")],
         {"protocol": None},
         "CQ201",
-        "no protocol is stated for 1 endpoints",
+        "no protocol is stated for 1 endpoint,",
         "state `protocol:` in the file",
     ),
     "needs": (

@@ -12,9 +12,9 @@ from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.sinks import check_targets
 from cqos_core.cli.streams import emit, say, say_problems, write_file
 from cqos_core.exporters.contract import ExportContext, Exported
-from cqos_core.formatters.wording import plural
 from cqos_core.plugins import FAULTS, load_plugins
 from cqos_core.problems import CqosError, describe, keep_traceback
+from cqos_core.remarks import plural
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -17,6 +17,7 @@ from cqos_core.excerpt import exact
 from cqos_core.formatters import wording
 from cqos_core.formatters.terminal import clean, paint, wrap
 from cqos_core.loading import STDIN
+from cqos_core.remarks import plural
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -176,8 +177,8 @@ def _where(place: Place | None, at: Mapping[Place, Place]) -> str:
 
 
 def _summary(found: Diff) -> str:
-    count = wording.plural(len(found.different) + len(found.missing), "difference")
-    matched = f"{wording.plural(found.matched, 'endpoint')} in both"
+    count = plural(len(found.different) + len(found.missing), "difference")
+    matched = f"{plural(found.matched, 'endpoint')} in both"
     if found.by_topic:
         matched += f", {found.by_topic} of them known by topic only, because their participants have different names"
     return f"{count if found else 'no difference'}; {matched}"

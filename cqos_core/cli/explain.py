@@ -22,6 +22,7 @@ from cqos_core.formatters.json_report import render_json
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import clean, paint
 from cqos_core.loading import STDIN
+from cqos_core.remarks import plural
 from cqos_core.report import Group, Report, Severity
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 from cqos_core.trial import tried_out
@@ -180,7 +181,7 @@ def _as_text(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], 
 
     lines = [f"publisher {_named(publisher)}", f"subscriber {_named(subscriber)}"]
     if pair.hops:
-        lines += [f"over {wording.plural(len(pair.hops) - 1, 'bridge')}", "", *_way(pair), ""]
+        lines += [f"over {plural(len(pair.hops) - 1, 'bridge')}", "", *_way(pair), ""]
     else:
         lines += [
             f"on {publisher.pack.title} topic `{clean(publisher.shown)}`",

@@ -22,6 +22,7 @@ from cqos_core.logs import misfits
 from cqos_core.misfits import explain_alone, explain_misfits
 from cqos_core.plugins import load_plugins
 from cqos_core.problems import CqosError
+from cqos_core.remarks import plural
 from cqos_core.report import Group, Report, Severity, Verdict
 
 if TYPE_CHECKING:
@@ -116,7 +117,7 @@ def _as_text(
 ) -> str:
     colors = paint(color=style.color)
     if not explained:
-        said = wording.plural(lines, "line")
+        said = plural(lines, "line")
         return f"{clean(log)}: in {said} no program says that an endpoint does not fit\n"
     topics: dict[str, list[Explained]] = {}
     for each in explained:

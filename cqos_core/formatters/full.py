@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from cqos_core.formatters import terminal, wording
 from cqos_core.formatters.places import Places
+from cqos_core.remarks import plural
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -245,6 +246,6 @@ def _notes(finding: Finding) -> Iterator[str]:
         yield wording.worlds(finding.worlds)
     topics = [topic for topic in (finding.topic, *finding.more_topics) if topic is not None]
     if finding.pairs > 1 or len(topics) > 1:
-        pairs = f"{wording.plural(finding.pairs, 'pair')} like this" if finding.pairs else "the same"
+        pairs = f"{plural(finding.pairs, 'pair')} like this" if finding.pairs else "the same"
         yield pairs + (f" on {wording.listed(topics)}" if topics else "")
     yield from finding.notes

@@ -6,6 +6,7 @@ import re
 from typing import TYPE_CHECKING
 
 from cqos_core.formatters.terminal import clean
+from cqos_core.remarks import plural
 from cqos_core.report import Severity, Verdict
 
 if TYPE_CHECKING:
@@ -24,11 +25,6 @@ _PHRASES = (
     (Verdict.INCOMPATIBLE, "not with"),
     (Verdict.UNKNOWN, "cannot be known with"),
 )
-
-
-def plural(count: int, noun: str) -> str:
-    """Return ``1 pair``, ``2 pairs``."""
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def listed(names: Sequence[str]) -> str:
