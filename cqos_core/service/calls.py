@@ -24,6 +24,7 @@ from cqos_core.service.settings import token_sum
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+    from contextlib import AbstractContextManager
 
     from cqos_core.service.callers import Caller
     from cqos_core.service.settings import Settings
@@ -76,25 +77,21 @@ class Calls:
                 return found
         raise Refused("UNAUTHENTICATED", "a bearer token is needed, and this is none that is known")
 
-    @contextmanager
-    def calling(self, metadata: Mapping[str, str], peer: str, certificate: str = "") -> Iterator[Caller]:
+    def calling(self, metadata: Mapping[str, str], peer: str, certificate: str = "") -> AbstractContextManager[Caller]:
         """Let a caller in for one call, within its share of what there is.
 
         Raises:
             Refused: it has no token that is known, or too many calls under way.
         """
-        with self._callers.calling(self.admit(metadata) or certificate or origin(peer)) as caller:
-            yield caller
+        return self._callers.calling(self.admit(metadata) or certificate or origin(peer))
 
-    @contextmanager
-    def holding(self, caller: Caller) -> Iterator[Callable[[int], None]]:
+    def holding(self, caller: Caller) -> AbstractContextManager[Callable[[int], None]]:
         """Count the bytes of a request that comes in pieces; what is yielded is told how many have come.
 
         Raises:
             Refused: there are too many under way.
         """
-        with self._callers.holding(caller) as hold:
-            yield hold
+        return self._callers.holding(caller)
 
     async def unary(self, caller: Caller, method: str, data: bytes, remaining: float | None) -> bytes:
         """Answer a call of one message: from memory, at once, or by a worker.
