@@ -57,6 +57,7 @@ def _partners(
     }
     lonely = {key: endpoints for key, endpoints in lonely.items() if endpoints}
     near, silenced = _near_misses(lonely, packs)
+    busy = _busy(results, packs) if lonely else {}
     findings = list(near)
     told = {e.endpoint.template for key in silenced for e in lonely[key] if e.endpoint.alternative}
     for key in sorted(results):
@@ -69,8 +70,29 @@ def _partners(
             if not alone or key in silenced:
                 continue
             told |= {e.endpoint.template for e in alone if e.endpoint.alternative}
-            findings.append(_alone(code, role, alone, kinds))
+            findings.append(_alone(code, role, alone, kinds, _meant(key, packs, busy)))
     return findings
+
+
+def _busy(
+    results: Mapping[tuple[str, str], TopicResult], packs: Mapping[str, RulePack]
+) -> dict[tuple[str, str, str], str]:
+    """Topics on which others meet, by protocol, what is made equal (in words), and their key when it is."""
+    found: dict[tuple[str, str, str], str] = {}
+    for (pack_id, key), result in sorted(results.items()):
+        for words, fold in packs[pack_id].meeting.folds if result.groups else ():
+            found.setdefault((pack_id, words, fold(key)), result.groups[0].topic)
+    return found
+
+
+def _meant(key: tuple[str, str], packs: Mapping[str, RulePack], busy: Mapping[tuple[str, str, str], str]) -> str | None:
+    """Say which topic on which others meet has nearly the same name."""
+    pack_id, name = key
+    for words, fold in packs[pack_id].meeting.folds:
+        topic = busy.get((pack_id, words, fold(name)))
+        if topic is not None:
+            return f"did you mean `{topic}`? the names {words}"
+    return None
 
 
 # What an endpoint does: one of them, several, and what nobody does on the other side.
@@ -82,7 +104,7 @@ _DOES: Final = {
 }
 
 
-def _alone(code: str, role: str, alone: Sequence[Resolved], kinds: Mapping[str, str]) -> Finding:
+def _alone(code: str, role: str, alone: Sequence[Resolved], kinds: Mapping[str, str], meant: str | None) -> Finding:
     """Report endpoints of one topic without partner; those of a service or an action by what was stated."""
     ids = sorted(endpoint.id for endpoint in alone)
     first = next(endpoint for endpoint in alone if endpoint.id == ids[0])
@@ -91,7 +113,8 @@ def _alone(code: str, role: str, alone: Sequence[Resolved], kinds: Mapping[str, 
     one, several, other = does or _DOES[role]
     more = f" and {len(ids) - 1} more" if len(ids) > 1 else ""
     message = f"`{who}`{more} {several if more else one} `{what}`, which nobody in the system {other}"
-    return core_finding(code, message, place=first.endpoint.place, role=role, members=ids, topic=first.shown)
+    place = first.endpoint.place
+    return core_finding(code, message, place=place, role=role, members=ids, topic=first.shown, help=meant)
 
 
 def _near_misses(

@@ -293,6 +293,14 @@ def test_who_has_a_partner_misses_nobody():
     assert codes(report) == ["CQ401"]
 
 
+def test_who_is_alone_beside_others_is_asked_whether_it_meant_their_topic():
+    there = [writer("Box", "w1"), reader("Box", "r1")]
+    asked = "did you mean `Box`? the names differ only in upper and lower case"
+    assert only(checked(*there, reader("box", "r2")), "CQ401").help == asked
+    assert only(checked(*there, writer("box", "w2")), "CQ402").help == asked
+    assert only(checked(*there, reader("bx", "r2")), "CQ401").help == CODES["CQ401"].help
+
+
 def test_what_is_expected_elsewhere_is_no_near_miss():
     assert "CQ403" not in codes(checked(writer("Box"), reader("box", more={"external": True})))
 
