@@ -73,6 +73,8 @@ TOKEN_VARIABLE: Final = "CQOS_TOKEN"  # noqa: S105 - its name
 """The environment variable that a token is taken from where none is given."""
 AUTHORITY_VARIABLE: Final = "CQOS_SERVER_CA"
 """The environment variable that names the certificates to trust where none are given."""
+CERTIFICATE_VARIABLES: Final = ("CQOS_CLIENT_CERT", "CQOS_CLIENT_KEY")
+"""The environment variables that name one's own certificate and its private key where none are given and TLS is spoken."""
 _SECURE: Final = "https://"
 _PLAIN: Final = "http://"
 _LOST: Final = "SESSION_LOST"
@@ -313,7 +315,11 @@ def _target(address: str, authority: str | None, certificate: str | None, key: s
     target = address.removeprefix(_SECURE).removeprefix(_PLAIN).rstrip("/")
     if not target:
         raise CqosError(f"`{address}` is no address: expected host:port, for instance 127.0.0.1:50051")
-    try_tls(certificate, key, authority, names=("certificate", "key", "authority"))
+    names = ("certificate", "key")
+    if secure and certificate is None and key is None:
+        names = CERTIFICATE_VARIABLES
+        certificate, key = (os.environ.get(name) for name in names)
+    try_tls(certificate, key, authority, names=(*names, "authority"))
     if not secure:
         return target, None
 
@@ -346,8 +352,8 @@ class Client:
             token: bearer token; else that of the variable ``CQOS_TOKEN``.
             authority: path of the certificates to trust, which asks for TLS; else that of ``CQOS_SERVER_CA``; else
                 those of the system.
-            certificate: path of one's own certificate, where the service asks for one.
-            key: path of its private key.
+            certificate: path of one's own certificate, where the service asks for one; else that of ``CQOS_CLIENT_CERT``.
+            key: path of its private key; else that of ``CQOS_CLIENT_KEY``.
             timeout: seconds that one answer may take.
         """
         target, credentials = _target(address, authority, certificate, key)

@@ -100,7 +100,8 @@ class Wishes:
     "--server",
     metavar="ADDRESS",
     help="Let the service at ADDRESS check what is read here: HOST:PORT, or https://HOST:PORT. The variable CQOS_TOKEN "
-    "holds a token for it, CQOS_SERVER_CA names the certificates to trust.",
+    "holds a token for it, CQOS_SERVER_CA names the certificates to trust, CQOS_CLIENT_CERT and CQOS_CLIENT_KEY a "
+    "certificate of one's own and its key.",
 )
 @color_option
 @click.option("--quiet", "-q", is_flag=True, help="Print only errors; the exit code and --output files tell the rest.")

@@ -314,7 +314,7 @@ def test_tls_is_spoken_with_those_who_trust_it_and_plain_text_fails_cleanly(keys
     assert "PRIVATE KEY" not in service.log
 
 
-def test_mutual_tls_lets_in_who_has_a_certificate(keys, start):
+def test_mutual_tls_lets_in_who_has_a_certificate(keys, start, monkeypatch, capfd):
     trusted = str(keys / "authority.pem")
     with start(
         *("--tls-cert", str(keys / "server.pem"), "--tls-key", str(keys / "server.key")),
@@ -327,6 +327,19 @@ def test_mutual_tls_lets_in_who_has_a_certificate(keys, start):
         for options in ({}, theirs):
             with service.client(authority=trusted, timeout=3, **options) as client, pytest.raises(ServiceError):
                 client.check_pair("ros2")
+        asked = ["check", str(ROOT / "examples" / "smart_agriculture.bpmn"), "--server", f"https://{service.grpc}"]
+        monkeypatch.setenv("CQOS_SERVER_CA", trusted)
+        monkeypatch.setenv("CQOS_CLIENT_CERT", mine["certificate"])
+        assert main(asked) == 2
+        assert "CQOS_CLIENT_CERT and CQOS_CLIENT_KEY belong together" in capfd.readouterr().err
+        monkeypatch.setenv("CQOS_CLIENT_KEY", mine["key"])
+        assert main(asked) == 0
+
+
+def test_whoever_has_a_certificate_at_hand_still_speaks_plainly_where_tls_is_not_asked_for(start, monkeypatch):
+    monkeypatch.setenv("CQOS_CLIENT_CERT", "missing.pem")
+    with start() as service, service.client() as client:
+        assert client.check_pair("ros2").verdict == "compatible"
 
 
 # --- how it ends ---
