@@ -204,7 +204,7 @@ def _by_pack(
     """Return options as they are given, where they are given by pack and each pack is there."""
     for pack_id, settings in options.items():
         if not isinstance(settings, Mapping):
-            raise TypeError(f"options are by rule pack, as in {{'ros2': {{{pack_id!r}: {settings!r}}}}}")
+            raise TypeError(f"options are by rule pack, as in {{'PACK': {{{pack_id!r}: {settings!r}}}}}")
         _pack_is_there(pack_id, where, packs)
     return options
 

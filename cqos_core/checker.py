@@ -12,6 +12,7 @@ from cqos_core.bridging import bridge_findings, linked
 from cqos_core.codes import CODES
 from cqos_core.findings import Made, merged, of_participants
 from cqos_core.judge import ask
+from cqos_core.pairing import bridges_of
 from cqos_core.remarks import core_finding, plural, suggestion
 from cqos_core.report import Finding, Report, Severity, Side, Verdict
 from cqos_core.resolve import Resolver
@@ -151,7 +152,7 @@ def _near_misses(
 
 def _of_one_bridge(missing: Sequence[Resolved], offering: Sequence[Resolved]) -> bool:
     """Whether all of them are ends of one bridge, which renames what it carries."""
-    bridges = {each.bridge and each.bridge[0] for each in (*missing, *offering)}
+    bridges = bridges_of((*missing, *offering))
     return len(bridges) == 1 and None not in bridges
 
 

@@ -177,7 +177,7 @@ def _documents(
                 given.append(Given(Source("<bytes>" if number == 1 else f"<bytes {number}>", each)))
             else:
                 given.append(Given(read_path(os.fspath(each)), open_file))
-    except InputError:
+    except InputError:  # the library tells what is wrong with all of them
         read(*files, importer=importer, protocol=protocol)
         raise
     if not files:

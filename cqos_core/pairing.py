@@ -98,6 +98,11 @@ def group(endpoints: Sequence[Resolved], acceptances: Sequence[Acceptance] = ())
     return topic
 
 
+def bridges_of(endpoints: Iterable[Resolved]) -> set[str | None]:
+    """Return the ids of the bridges that endpoints are ends of, None among them where some are of none."""
+    return {each.bridge and each.bridge[0] for each in endpoints}
+
+
 def bucket(endpoints: Iterable[Resolved]) -> dict[tuple[str, str], list[Resolved]]:
     """Sort endpoints by protocol and topic; those without a topic are left out."""
     found: dict[tuple[str, str], list[Resolved]] = {}

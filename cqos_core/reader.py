@@ -166,7 +166,7 @@ class Reader:
             return False
 
     def _ignoring(self, pack: RulePack, policy: Policy, options: Mapping[int, Value]) -> str | None:
-        """``rmw zenoh`` where the chosen middleware ignores the policy, else None."""
+        """The option and its value under which the middleware ignores the policy; None where it does not."""
         if not policy.enforced:
             return None
         key = (id(pack), policy.name, tuple(options.get(pack.vocabulary.indices["option", o]) for o in policy.enforced))

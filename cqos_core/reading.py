@@ -94,7 +94,7 @@ def _by_option(pack: RulePack, policy: Policy, meaning: ByOption, role: str, opt
 
 
 def ignored_by(pack: RulePack, policy: Policy, options: Mapping[int, Value]) -> str | None:
-    """``rmw zenoh`` where the middleware that options choose ignores the policy, else None."""
+    """The option and its value under which the middleware ignores the policy; None where it does not."""
     for option, by_value in policy.enforced.items():
         index = pack.vocabulary.indices["option", option]
         value = options.get(index)

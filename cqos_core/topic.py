@@ -10,7 +10,7 @@ from cqos_core.detours import connected
 from cqos_core.evaluate import Outcome
 from cqos_core.findings import Draft, Made, headline, make, sides_of, subject
 from cqos_core.judge import Spoken, judge_pair
-from cqos_core.pairing import group
+from cqos_core.pairing import bridges_of, group
 from cqos_core.report import Finding, Group, Severity, Side
 from cqos_core.settle import settle
 from cqos_core.shape import MOST_COMBINATIONS, Alike, Shape, judge_shape, positions
@@ -138,14 +138,10 @@ def _splits(topic: Topic, judged: Judged) -> list[Made]:
 
 def _of_one_bridge(publisher: Members, subscribers: Sequence[Members]) -> int:
     """The groups whose endpoints are all ends of the bridge that all of ``publisher`` are ends of, as bits."""
-    bridges = _bridges(publisher)
+    bridges = bridges_of(publisher.endpoints)
     if len(bridges) > 1 or None in bridges:
         return 0
-    return sum(1 << index for index, members in enumerate(subscribers) if _bridges(members) == bridges)
-
-
-def _bridges(members: Members) -> set[str | None]:
-    return {each.bridge and each.bridge[0] for each in members.endpoints}
+    return sum(1 << index for index, members in enumerate(subscribers) if bridges_of(members.endpoints) == bridges)
 
 
 class _Alone(NamedTuple):
