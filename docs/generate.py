@@ -1,7 +1,7 @@
-"""Writes what in these docs is derived: a page per rule and code under rules/, and the help texts in command.md.
+"""Writes what in these docs is derived: a page per rule and code under rules/ (not in git), and the help texts in command.md.
 
 python docs/generate.py            write
-python docs/generate.py --check    say what differs from what would be written, and fail if anything does
+python docs/generate.py --check    fail if a help text in command.md differs, or a page cannot be made
 """  # noqa: INP001 - a script
 
 from __future__ import annotations
@@ -37,7 +37,11 @@ HELP = re.compile(r"(?P<before><!-- help: cqos(?P<path>[ \w]*) -->\n\n```text\n)
 def main(arguments: list[str]) -> int:
     """Write or compare every derived file."""
     wanted = dict(pages())
-    present = {path: path.read_text(encoding="utf-8") for path in (COMMAND, *RULES.glob("*.md")) if path.is_file()}
+    if "--check" in arguments:
+        wanted = {COMMAND: wanted[COMMAND]}
+        present = {COMMAND: COMMAND.read_text(encoding="utf-8")}
+    else:
+        present = {path: path.read_text(encoding="utf-8") for path in (COMMAND, *RULES.glob("*.md")) if path.is_file()}
     stale = sorted(path for path in {*wanted, *present} if wanted.get(path) != present.get(path))
     for path in stale:
         print(f"{'differs' if '--check' in arguments else 'written'}: {path.relative_to(ROOT)}")  # noqa: T201
