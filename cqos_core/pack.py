@@ -276,6 +276,8 @@ class RulePack:
         not_checked: what no QoS check of this protocol can see, for the report.
         codes: what the importers that come with the pack report.
         read_log: yields what one line of a program's output says of endpoints that do not fit.
+        provers: by name of an implementation, the ``"module:object"`` of what runs pairs on it, a `cqos_core.proving.Prover`; the
+            first is used where the system names none.
         source: where the facts come from.
     """
 
@@ -296,6 +298,7 @@ class RulePack:
     not_checked: tuple[str, ...] = ()
     codes: tuple[CodeInfo, ...] = ()
     read_log: Callable[[str], Iterable[Misfit]] = no_misfits
+    provers: Mapping[str, str] = field(default_factory=dict)
     source: str = ""
 
     def __post_init__(self) -> None:
