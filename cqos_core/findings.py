@@ -5,32 +5,23 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.judge import Spoken, judge_pair
-from cqos_core.pairing import apart
-from cqos_core.policy import Anything, Choice, Depends, Duration, FromPeers, Value, is_plain
-from cqos_core.report import Fact, Finding, Remedy, Severity, Side, Verdict
-from cqos_core.resolved import intern
+from cqos_core.fixes import VERBS, member_ids, merged_remedies, remedies
+from cqos_core.policy import Anything, Choice, Depends, Value, is_plain
+from cqos_core.report import Fact, Finding, Severity, Side, Verdict
 from cqos_core.settle import START_ORDER
-from cqos_core.solve import changed, solutions
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.evaluate import Use
+    from cqos_core.judge import Spoken
     from cqos_core.pack import BoundRule
     from cqos_core.pairing import Members, Topic
-    from cqos_core.policy import Plain, Policy
+    from cqos_core.policy import Policy
     from cqos_core.resolved import QosProfile, Resolved
-    from cqos_core.system import Role
 
-VERBS: Final[dict[str, tuple[str, str]]] = {
-    PUBLISHER: ("offers", "offer"),
-    SUBSCRIBER: ("requests", "request"),
-}
 SCOPES: Final[dict[str, str]] = {PUBLISHER: "offered", SUBSCRIBER: "requested"}
-_EFFECT_LIMIT: Final = 500
-"""Judgements that counting the effect of one remedy may take."""
 LABELS: Final[dict[str, str]] = {PUBLISHER: "offered here", SUBSCRIBER: "requested here"}
 
 
@@ -94,10 +85,6 @@ def fact(resolved: Resolved, profile: QosProfile, index: int) -> Fact:
     )
 
 
-def _member_ids(groups: Iterable[Members]) -> tuple[str, ...]:
-    return tuple(sorted(endpoint.id for members in groups for endpoint in members.endpoints))
-
-
 def _is_news(resolved: Resolved, profile: QosProfile, index: int, *, meeting: bool) -> bool:
     """Whether a value helps to understand a finding: of options and topics, only what somebody stated.
 
@@ -110,7 +97,7 @@ def _is_news(resolved: Resolved, profile: QosProfile, index: int, *, meeting: bo
 
 def _side(role: str, groups: Sequence[Members], uses: Iterable[Use], *, meeting: bool) -> Side:
     """The side's members sorted, with the facts and the place of the first one."""
-    members = _member_ids(groups)
+    members = member_ids(groups)
     leader, profile = next(
         (endpoint, group.profile) for group in groups for endpoint in group.endpoints if endpoint.id == members[0]
     )
@@ -310,7 +297,9 @@ def make(draft: Draft) -> Made:
         topic=topic.shown,
         verdict=_verdict(spoken),
         sides=tuple(sides),
-        remedies=() if spoken.failed or draft.more else _remedies(draft, spoken),
+        remedies=()
+        if spoken.failed or draft.more
+        else remedies(topic, spoken, list(draft.publishers), list(draft.subscribers)),
         notes=(*notes, *_order_notes(spoken)),
         because=rule.because,
         clause=rule.clause,
@@ -375,119 +364,6 @@ def _merge_key(draft: Draft, finding: Finding, because: tuple[str, ...]) -> tupl
     return ("own", object())
 
 
-# Remedies
-
-
-def _remedies(draft: Draft, spoken: Spoken) -> tuple[Remedy, ...]:
-    bound = spoken.bound
-    want = bound.rule.kind != "forbids"
-    if bound.scope == "signal":
-        return ()
-    found: list[Remedy] = []
-    if bound.scope == "pair":
-        a, b = next(iter(draft.publishers)).profile, next(iter(draft.subscribers)).profile
-        for role, groups, second in (
-            (PUBLISHER, draft.publishers, False),
-            (SUBSCRIBER, draft.subscribers, True),
-        ):
-            # A guarantee may rest on one side alone.
-            for change in solutions(
-                bound.bound, a.values, b.values, second=second, want=want, fixes=bound.rule.fixes, pair=True
-            ):
-                found += _remedy(draft, role, list(groups), change.index, change.value)
-    else:
-        groups = draft.publishers or draft.subscribers
-        role = PUBLISHER if draft.publishers else SUBSCRIBER
-        values = next(iter(groups)).profile.values
-        for change in solutions(bound.bound, values, values, second=False, want=want, fixes=bound.rule.fixes):
-            found += _remedy(draft, role, list(groups), change.index, change.value)
-    return tuple(sorted(found, key=_rank))
-
-
-def _rank(remedy: Remedy) -> tuple[Any, ...]:
-    return (
-        remedy.kind == "needs_code",
-        bool(remedy.breaks),
-        len(remedy.members),
-        -(remedy.mends or 0),
-        remedy.role != PUBLISHER,
-        remedy.policy,
-    )
-
-
-def _remedy(draft: Draft, role: Role, groups: list[Members], index: int, value: Plain) -> list[Remedy]:
-    pack = draft.topic.pack
-    policy = pack.policies[index]
-    first = groups[0].first
-    if first.origin(index)[0] == "ignored by the middleware" or (
-        policy.level == "endpoint" and role not in policy.roles
-    ):
-        return []
-    meaning = policy.words.get(policy.domain.word(first.written(index) or ""))
-    if isinstance(meaning, FromPeers) and meaning.side == "first":
-        return []  # nobody sets what an endpoint copies from whoever it finds first
-    mends, breaks = effect(draft.topic, role, groups, index, value)
-    members = _member_ids(groups)
-    text_value = policy.domain.format(value)
-    return [
-        Remedy(
-            role=role,
-            members=members,
-            policy=policy.name,
-            value=text_value,
-            kind="needs_code" if _is_promise(policy, groups[0].profile.values[index], value, role) else "configuration",
-            text=remedy_text(role, policy.name, text_value, members, policy.level),
-            mends=mends,
-            breaks=breaks,
-        )
-    ]
-
-
-def _is_promise(policy: Policy, current: Value, value: Plain, role: str) -> bool:
-    """Whether the change makes the program promise more than it did: a shorter period, or a stronger kind."""
-    if not policy.promise or role != PUBLISHER:
-        return False
-    if not isinstance(current, int) or not isinstance(value, int):
-        return True
-    return value < current if isinstance(policy.domain, Duration) else value > current
-
-
-def remedy_text(role: str, policy: str, value: str, members: Sequence[str], level: str = "endpoint") -> str:
-    """The change in words: ``offer reliability `reliable` on robot/scan``."""
-    more = len(members) - 1
-    where = members[0] if not more else f"{members[0]} and {more} more"
-    verb = VERBS[role][1] if level == "endpoint" else "set"
-    of = "" if level == "endpoint" else " of the participant"
-    return f"{verb} {policy} `{value}`{of} on {where}"
-
-
-def effect(
-    topic: Topic, role: str, groups: Sequence[Members], index: int, value: Plain
-) -> tuple[int | None, int | None]:
-    """How many pairs of the topic a change makes better, and how many worse; None where that would take too long."""
-    pack = topic.pack
-    if len(groups) * max(len(topic.publishers), len(topic.subscribers)) > _EFFECT_LIMIT:
-        return None, None
-    mends = breaks = 0
-    partners = topic.subscribers if role == PUBLISHER else topic.publishers
-    for members in groups:
-        profile = members.profile
-        after = intern(pack, changed(profile.values, pack.policies[index], index, pack.vocabulary.size, value))
-        for partner in partners:
-            before = _rank_of(profile, partner.profile, role)
-            then = _rank_of(after, partner.profile, role)
-            count = len(members.endpoints) * len(partner.endpoints)
-            mends += count if then < before else 0
-            breaks += count if then > before else 0
-    return mends, breaks
-
-
-def _rank_of(changing: QosProfile, partner: QosProfile, role: str) -> int:
-    """Verdict of a pair by rank; a pair that does not meet is worse than any verdict."""
-    publisher, subscriber = (changing, partner) if role == PUBLISHER else (partner, changing)
-    return 3 if apart(publisher, subscriber) else judge_pair(publisher, subscriber).verdict.rank
-
-
 def merged(findings: Sequence[Finding]) -> Finding:
     """Put findings with one merge key together: members, pairs and topics add up."""
     if len(findings) == 1:
@@ -506,7 +382,7 @@ def merged(findings: Sequence[Finding]) -> Finding:
     return replace(
         first,
         sides=tuple(sides),
-        remedies=_merged_remedies(findings),
+        remedies=merged_remedies(findings),
         pairs=sum(finding.pairs for finding in findings),
         more_topics=tuple(topics),
         notes=tuple(dict.fromkeys(note for finding in (first, *findings) for note in finding.notes)),
@@ -515,32 +391,6 @@ def merged(findings: Sequence[Finding]) -> Finding:
 
 def _has(side: Side, fact: Fact) -> bool:
     return any((each.policy, each.value) == (fact.policy, fact.value) for each in side.facts)
-
-
-def _merged_remedies(findings: Sequence[Finding]) -> tuple[Remedy, ...]:
-    """Remedies that every one of the findings has, over all their members."""
-    by_change: dict[tuple[str, str, str], list[tuple[str | None, Remedy]]] = {}
-    for finding in findings:
-        for remedy in finding.remedies:
-            by_change.setdefault((remedy.role, remedy.policy, remedy.value), []).append((finding.topic, remedy))
-    found = []
-    for (role, policy, value), same in by_change.items():
-        if len(same) == len(findings):
-            members = tuple(sorted({member for _, remedy in same for member in remedy.members}))
-            # On one topic a change of the same endpoints is the same change, and has been counted with all its partners.
-            each = list({(topic, remedy.members): remedy for topic, remedy in same}.values())
-            places = {(topic, member) for topic, remedy in same for member in remedy.members}
-            known = len(places) == sum(len(remedy.members) for remedy in each)
-            mends, breaks = (_sum(r.mends for r in each), _sum(r.breaks for r in each)) if known else (None, None)
-            text = remedy_text(role, policy, value, members)
-            found.append(replace(same[0][1], members=members, text=text, mends=mends, breaks=breaks))
-    return tuple(sorted(found, key=_rank))
-
-
-def _sum(counts: Iterable[int | None]) -> int | None:
-    """The sum, unless one of the numbers was not counted."""
-    known = list(counts)
-    return None if None in known else sum(count for count in known if count is not None)
 
 
 def of_participants(bound: BoundRule, spoken: Spoken, endpoints: Sequence[Resolved]) -> Finding:

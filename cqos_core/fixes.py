@@ -1,0 +1,171 @@
+"""Fixes of one finding: which single changes of a value make its rule pass, and what each does to the topic's pairs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.judge import Spoken, judge_pair
+from cqos_core.pairing import apart
+from cqos_core.policy import Duration, FromPeers, Value
+from cqos_core.report import Finding, Remedy
+from cqos_core.resolved import intern
+from cqos_core.solve import changed, solutions
+from cqos_core.system import PUBLISHER, SUBSCRIBER
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from cqos_core.pairing import Members, Topic
+    from cqos_core.policy import Plain, Policy
+    from cqos_core.resolved import QosProfile
+    from cqos_core.system import Role
+
+VERBS: Final[dict[str, tuple[str, str]]] = {
+    PUBLISHER: ("offers", "offer"),
+    SUBSCRIBER: ("requests", "request"),
+}
+_EFFECT_LIMIT: Final = 500
+"""Judgements that counting the effect of one remedy may take."""
+
+
+def member_ids(groups: Iterable[Members]) -> tuple[str, ...]:
+    """Return the ids of all endpoints of ``groups``, sorted."""
+    return tuple(sorted(endpoint.id for members in groups for endpoint in members.endpoints))
+
+
+def remedies(topic: Topic, spoken: Spoken, publishers: list[Members], subscribers: list[Members]) -> tuple[Remedy, ...]:
+    """Return the changes of one value, of endpoints alone, that make the rule pass; the best one first."""
+    bound = spoken.bound
+    want = bound.rule.kind != "forbids"
+    if bound.scope == "signal":
+        return ()
+    found: list[Remedy] = []
+    if bound.scope == "pair":
+        a, b = next(iter(publishers)).profile, next(iter(subscribers)).profile
+        for role, groups, second in (
+            (PUBLISHER, publishers, False),
+            (SUBSCRIBER, subscribers, True),
+        ):
+            # A guarantee may rest on one side alone.
+            for change in solutions(
+                bound.bound, a.values, b.values, second=second, want=want, fixes=bound.rule.fixes, pair=True
+            ):
+                found += _remedy(topic, role, list(groups), change.index, change.value)
+    else:
+        groups = publishers or subscribers
+        role = PUBLISHER if publishers else SUBSCRIBER
+        values = next(iter(groups)).profile.values
+        for change in solutions(bound.bound, values, values, second=False, want=want, fixes=bound.rule.fixes):
+            found += _remedy(topic, role, list(groups), change.index, change.value)
+    return tuple(sorted(found, key=_rank))
+
+
+def _rank(remedy: Remedy) -> tuple[Any, ...]:
+    return (
+        remedy.kind == "needs_code",
+        bool(remedy.breaks),
+        len(remedy.members),
+        -(remedy.mends or 0),
+        remedy.role != PUBLISHER,
+        remedy.policy,
+    )
+
+
+def _remedy(topic: Topic, role: Role, groups: list[Members], index: int, value: Plain) -> list[Remedy]:
+    pack = topic.pack
+    policy = pack.policies[index]
+    first = groups[0].first
+    if first.origin(index)[0] == "ignored by the middleware" or (
+        policy.level == "endpoint" and role not in policy.roles
+    ):
+        return []
+    meaning = policy.words.get(policy.domain.word(first.written(index) or ""))
+    if isinstance(meaning, FromPeers) and meaning.side == "first":
+        return []  # nobody sets what an endpoint copies from whoever it finds first
+    mends, breaks = effect(topic, role, groups, index, value)
+    members = member_ids(groups)
+    text_value = policy.domain.format(value)
+    return [
+        Remedy(
+            role=role,
+            members=members,
+            policy=policy.name,
+            value=text_value,
+            kind="needs_code" if _is_promise(policy, groups[0].profile.values[index], value, role) else "configuration",
+            text=remedy_text(role, policy.name, text_value, members, policy.level),
+            mends=mends,
+            breaks=breaks,
+        )
+    ]
+
+
+def _is_promise(policy: Policy, current: Value, value: Plain, role: str) -> bool:
+    """Whether the change makes the program promise more than it did: a shorter period, or a stronger kind."""
+    if not policy.promise or role != PUBLISHER:
+        return False
+    if not isinstance(current, int) or not isinstance(value, int):
+        return True
+    return value < current if isinstance(policy.domain, Duration) else value > current
+
+
+def remedy_text(role: str, policy: str, value: str, members: Sequence[str], level: str = "endpoint") -> str:
+    """The change in words: ``offer reliability `reliable` on robot/scan``."""
+    more = len(members) - 1
+    where = members[0] if not more else f"{members[0]} and {more} more"
+    verb = VERBS[role][1] if level == "endpoint" else "set"
+    of = "" if level == "endpoint" else " of the participant"
+    return f"{verb} {policy} `{value}`{of} on {where}"
+
+
+def effect(
+    topic: Topic, role: str, groups: Sequence[Members], index: int, value: Plain
+) -> tuple[int | None, int | None]:
+    """How many pairs of the topic a change makes better, and how many worse; None where that would take too long."""
+    pack = topic.pack
+    if len(groups) * max(len(topic.publishers), len(topic.subscribers)) > _EFFECT_LIMIT:
+        return None, None
+    mends = breaks = 0
+    partners = topic.subscribers if role == PUBLISHER else topic.publishers
+    for members in groups:
+        profile = members.profile
+        after = intern(pack, changed(profile.values, pack.policies[index], index, pack.vocabulary.size, value))
+        for partner in partners:
+            before = _rank_of(profile, partner.profile, role)
+            then = _rank_of(after, partner.profile, role)
+            count = len(members.endpoints) * len(partner.endpoints)
+            mends += count if then < before else 0
+            breaks += count if then > before else 0
+    return mends, breaks
+
+
+def _rank_of(changing: QosProfile, partner: QosProfile, role: str) -> int:
+    """Verdict of a pair by rank; a pair that does not meet is worse than any verdict."""
+    publisher, subscriber = (changing, partner) if role == PUBLISHER else (partner, changing)
+    return 3 if apart(publisher, subscriber) else judge_pair(publisher, subscriber).verdict.rank
+
+
+def merged_remedies(findings: Sequence[Finding]) -> tuple[Remedy, ...]:
+    """Remedies that every one of the findings has, over all their members."""
+    by_change: dict[tuple[str, str, str], list[tuple[str | None, Remedy]]] = {}
+    for finding in findings:
+        for remedy in finding.remedies:
+            by_change.setdefault((remedy.role, remedy.policy, remedy.value), []).append((finding.topic, remedy))
+    found = []
+    for (role, policy, value), same in by_change.items():
+        if len(same) == len(findings):
+            members = tuple(sorted({member for _, remedy in same for member in remedy.members}))
+            # On one topic a change of the same endpoints is the same change, and has been counted with all its partners.
+            each = list({(topic, remedy.members): remedy for topic, remedy in same}.values())
+            places = {(topic, member) for topic, remedy in same for member in remedy.members}
+            known = len(places) == sum(len(remedy.members) for remedy in each)
+            mends, breaks = (_sum(r.mends for r in each), _sum(r.breaks for r in each)) if known else (None, None)
+            text = remedy_text(role, policy, value, members)
+            found.append(replace(same[0][1], members=members, text=text, mends=mends, breaks=breaks))
+    return tuple(sorted(found, key=_rank))
+
+
+def _sum(counts: Iterable[int | None]) -> int | None:
+    """The sum, unless one of the numbers was not counted."""
+    known = list(counts)
+    return None if None in known else sum(count for count in known if count is not None)
