@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING, TypeAlias
 from cqos_core.checker import Context, check_system
 from cqos_core.codes import find_code
 from cqos_core.explanation import explain_pair
+from cqos_core.files import open_file, read_path
 from cqos_core.importers.source import Source, no_files
-from cqos_core.loading import Given, load_paths, merge, open_file, read_path, read_together
+from cqos_core.loading import Given, load_paths, read_together
+from cqos_core.merging import merge
 from cqos_core.plugins import Plugins, load_plugins
 from cqos_core.policy import INFINITE, Names
 from cqos_core.problems import CqosError, InputError, Problem

@@ -30,8 +30,9 @@ from cqos.v1 import (
     system_pb2,
 )
 from cqos_core.api import as_text, exact_places, read
+from cqos_core.files import open_file, read_path
 from cqos_core.importers.source import Source, no_files
-from cqos_core.loading import Given, included_files, open_file, read_path
+from cqos_core.loading import Given, included_files
 from cqos_core.messages import (
     FieldProblem,
     from_message,

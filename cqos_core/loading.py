@@ -1,104 +1,19 @@
-"""From paths and bytes to systems: which importer reads what, and several sources as one system."""
+"""From paths and bytes to systems: which importer reads what."""
 
 from __future__ import annotations
 
 import os
-import posixpath
-import re
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO, Final
+from typing import TYPE_CHECKING, Final
 
+from cqos_core.files import HEAD, STDIN, STDIN_NAME, File, find_files, open_file, read_path
 from cqos_core.importers.source import Opener, ReadContext, Source, no_files
 from cqos_core.plugins import FAULTS, ImporterInfo, Plugins, load_plugins
 from cqos_core.problems import CqosError, InputError, Problem, describe, keep_traceback
-from cqos_core.system import ImportNote, Place, System
+from cqos_core.system import Place, System
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-
-    from cqos_core.system import Bridge, Broker, Endpoint, Participant, Route, Settings
-
-HEAD: Final = 65_536
-STDIN: Final = "-"
-"""The path that stands for standard input."""
-STDIN_NAME: Final = "<stdin>"
-"""The name of standard input where the caller gives none; a source of another name may include files beside it."""
-_MAXIMUM_BYTES: Final = 512 * 1024 * 1024
-_DRIVE: Final = re.compile("[A-Za-z]:/")
-
-
-def open_file(name: str, relative_to: str) -> Source:
-    """Open the file ``name`` that ``relative_to`` includes.
-
-    Raises:
-        InputError: as `read_path`, and where it is a pipe or a device, which might never end: people name those themselves.
-    """
-    path = Path(relative_to).parent / name
-    if path.exists() and not (path.is_file() or path.is_dir()):
-        raise InputError([Problem("CQ001", "cannot be read: it is no regular file", Place(str(path)))])
-    return read_path(str(path))
-
-
-class SentFiles:
-    """Opens files among those that were sent along, by the names that they were sent under, and never from a disk."""
-
-    def __init__(self, sources: Iterable[Source]) -> None:
-        """Open no others than these; of several with one name, the first."""
-        self._sources: dict[str, Source] = {}
-        for source in sources:
-            self._sources.setdefault(_spelled(source.name), source)
-            self._sources.setdefault(posixpath.normpath(_spelled(source.name)), source)
-
-    def __call__(self, name: str, relative_to: str) -> Source:
-        """Return the file ``name`` as it is seen from the one that includes it.
-
-        Raises:
-            InputError: it was not sent along.
-        """
-        if relative_to.startswith("<"):  # it was sent without a name
-            return no_files(name, relative_to)
-        path = _spelled(name)
-        if not _DRIVE.match(path):
-            path = posixpath.join(posixpath.dirname(_spelled(relative_to)), path)
-        found = self._sources.get(path) or self._sources.get(posixpath.normpath(path))
-        if found is None:
-            message = f"cannot include `{name}`: no file of this name was sent along with {relative_to}"
-            raise InputError([Problem("CQ007", message, Place(relative_to))])
-        return found
-
-
-def _spelled(path: str) -> str:
-    """One spelling of a path, of whatever system the sender has."""
-    return path.replace("\\", "/")
-
-
-def read_path(path: str, limit: int | None = None) -> Source:
-    """Read a file, whole or its first ``limit`` bytes.
-
-    Raises:
-        InputError: it is missing, a directory, not readable, or larger than 512 MiB.
-    """
-    try:
-        with Path(path).open("rb") as file:
-            return read_stream(path, file, limit)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise InputError([Problem("CQ001", f"cannot be read: {reason}", Place(path))]) from None
-
-
-def read_stream(name: str, stream: BinaryIO, limit: int | None = None) -> Source:
-    """Read an open file, whole or its first ``limit`` bytes, as the source ``name``.
-
-    Raises:
-        InputError: it holds more than 512 MiB.
-    """
-    # Not the size it says it has: a pipe and a device say nothing.
-    data = stream.read(_MAXIMUM_BYTES + 1 if limit is None else limit)
-    if len(data) > _MAXIMUM_BYTES:
-        message = f"there is more to read than {_MAXIMUM_BYTES // 1024**2} MiB"
-        raise InputError([Problem("CQ002", message, Place(name))])
-    return Source(name, data)
+    from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
 
 def recognise(
@@ -333,70 +248,6 @@ def default_protocol(importer: str, plugins: Plugins) -> str | None:
 
 
 @dataclass(frozen=True, slots=True)
-class File:
-    """One file to read; ``named`` if its path was given, rather than found in a directory."""
-
-    path: str
-    named: bool = True
-
-
-@dataclass(slots=True)
-class Found:
-    """What some paths stand for.
-
-    Attributes:
-        files: in order, each once.
-        skipped: how many foreign files were passed over in directories.
-        problems: directories that cannot be searched.
-    """
-
-    files: list[File] = field(default_factory=list)
-    skipped: int = 0
-    problems: list[Problem] = field(default_factory=list)
-
-
-def find_files(paths: Iterable[str], plugins: Plugins, importer: str | None = None) -> Found:
-    """List the files that ``paths`` name, and those below directories whose endings importers name.
-
-    Hidden files and directories are passed over. ``importer`` limits the search to its own endings.
-    """
-    searched = [plugins.importers[importer]] if importer in plugins.importers else plugins.importers.values()
-    suffixes = tuple(suffix for info in searched for suffix in info.suffixes)
-    found = Found()
-    files: dict[str, File] = {}
-    for path in paths:
-        if os.path.isdir(path):  # noqa: PTH112 - Path.is_dir raises where a path is too long
-            for each in _files_below(path, suffixes, found):
-                files.setdefault(os.path.realpath(each), File(each, named=False))
-        else:
-            # The same file named twice is read once; named beats found.
-            identity = path if path == STDIN else os.path.realpath(path)
-            known = files.get(identity)
-            if known is None or not known.named:
-                files[identity] = File(path)
-    found.files = list(files.values())
-    return found
-
-
-def _files_below(folder: str, suffixes: tuple[str, ...], found: Found) -> Iterator[str]:
-    def unreadable(error: OSError) -> None:
-        message = f"the folder cannot be searched: {error.strerror}"
-        found.problems.append(Problem("CQ001", message, Place(str(error.filename))))
-
-    for inner, folders, names in os.walk(folder, onerror=unreadable):
-        folders[:] = sorted(name for name in folders if not name.startswith("."))
-        for name in sorted(names):
-            path = os.path.join(inner, name)  # noqa: PTH118 - a path is shown as the caller began it
-            if name.startswith("."):
-                continue
-            # Only regular files: opening a pipe would wait for somebody to write into it.
-            if name.lower().endswith(suffixes) and os.path.isfile(path):  # noqa: PTH113
-                yield path
-            else:
-                found.skipped += 1
-
-
-@dataclass(frozen=True, slots=True)
 class Outcome:
     """What reading one file gave: a system, or what is wrong with it."""
 
@@ -508,125 +359,3 @@ def _open(file: File, plugins: Plugins, importer: str | None) -> Source | None:
         if not claimed:
             return None
     return read_path(file.path)
-
-
-_EMPTY: Final = System()
-
-
-def merge(systems: Sequence[System]) -> System:
-    """Put several systems together as one.
-
-    A participant that several sources state is one participant; profiles, topics, brokers and options that several sources
-    state alike are one, and stated differently they stay those of the first source, with a warning. Endpoint ids that two
-    sources use are told apart when the system is resolved.
-    """
-    systems = [system for system in systems if system != _EMPTY] or systems[:1]
-    if len(systems) == 1:
-        return systems[0]
-    whole = System(name=" + ".join(dict.fromkeys(system.name for system in systems if system.name)))
-    for system in systems:
-        for participant in system.participants.values():
-            _join_participant(whole, participant, system.protocol)
-        for endpoint in system.endpoints:
-            _join_endpoint(whole, endpoint, system)
-        for broker in system.brokers.values():
-            _join_broker(whole, broker, system.protocol)
-        for bridge in system.bridges.values():
-            _join_bridge(whole, bridge)
-        for kind in ("profiles", "topics"):
-            _join(whole, kind, getattr(system, kind))
-        for pack, settings in system.options.items():
-            _join_settings(whole, f"option `{pack}.{{}}`", whole.options.setdefault(pack, {}), settings)
-        whole.overlays += system.overlays
-        whole.checks += system.checks
-        whole.accept += system.accept
-        for rule, level in system.severities.items():
-            if whole.severities.setdefault(rule, level) != level:
-                _stated_differently(whole, f"severity of `{rule}`", whole.severities[rule], level, None)
-        whole.notes += system.notes
-        whole.sources.update(system.sources)
-    protocols = {system.protocol for system in systems}
-    whole.protocol = protocols.pop() if len(protocols) == 1 else None
-    return whole
-
-
-def _join_participant(whole: System, participant: Participant, protocol: str | None) -> None:
-    participant.protocol = participant.protocol or protocol
-    known = whole.participants.setdefault(participant.id, participant)
-    if known is participant:
-        return
-    if known.protocol != participant.protocol:
-        first, second = known.protocol or "none", participant.protocol or "none"
-        _stated_differently(whole, f"protocol of participant `{known.id}`", first, second, participant.place)
-    _join_settings(whole, f"`{{}}` of participant `{known.id}`", known.settings, participant.settings)
-    for old, new in participant.remap.items():
-        known.remap.setdefault(old, new)
-    known.external = known.external and participant.external
-    known.starts_after = tuple(dict.fromkeys((*known.starts_after, *participant.starts_after)))
-    known.label = known.label or participant.label
-
-
-def _join_broker(whole: System, broker: Broker, protocol: str | None) -> None:
-    broker.protocol = broker.protocol or protocol
-    known = whole.brokers.setdefault(broker.id, broker)
-    if known is broker:
-        return
-    if known.protocol != broker.protocol:
-        first, second = known.protocol or "none", broker.protocol or "none"
-        _stated_differently(whole, f"protocol of broker `{known.id}`", first, second, broker.place)
-    _join_settings(whole, f"`{{}}` of broker `{known.id}`", known.settings, broker.settings)
-    known.profiles = tuple(dict.fromkeys((*known.profiles, *broker.profiles)))
-
-
-def _join_bridge(whole: System, bridge: Bridge) -> None:
-    known = whole.bridges.setdefault(bridge.id, bridge)
-    if known is bridge:
-        return
-    carried = {_way(route) for route in known.routes}
-    known.routes += tuple(route for route in bridge.routes if _way(route) not in carried)
-    known.carries = tuple(dict.fromkeys((*known.carries, *bridge.carries)))
-
-
-def _way(route: Route) -> object:
-    """What a route carries, without where that is stated."""
-    ends = (
-        (end.participant, end.kind, end.topic, *sorted((name, each.text) for name, each in end.settings.items()))
-        for end in (route.source, route.target)
-    )
-    return route.only, route.but, *ends
-
-
-def _join_settings(whole: System, what: str, known: Settings, stated: Settings) -> None:
-    for name, setting in stated.items():
-        other = known.setdefault(name, setting)
-        if other.text != setting.text:
-            _stated_differently(whole, what.format(name), other.text, setting.text, setting.place)
-
-
-def _stated_differently(whole: System, what: str, first: str, second: str, place: Place | None) -> None:
-    message = f"{what} is stated differently, as {first} and as {second}; the first holds"
-    whole.notes.append(ImportNote("CQ060", "warning", message, place))
-
-
-def _join_endpoint(whole: System, endpoint: Endpoint, system: System) -> None:
-    endpoint.protocol = endpoint.protocol or system.participants[endpoint.participant].protocol
-    whole.endpoints.append(endpoint)
-
-
-def _join(whole: System, kind: str, stated: Mapping[str, object]) -> None:
-    known = getattr(whole, kind)
-    for name, value in stated.items():
-        other = known.setdefault(name, value)
-        if other is not value and _content(other) != _content(value):
-            first, second = getattr(other, "place", None), getattr(value, "place", None)
-            message = (
-                f"{kind.removesuffix('s')} `{name}` is stated differently at {first} and at {second}; the first holds"
-            )
-            whole.notes.append(ImportNote("CQ060", "warning", message, second))
-
-
-def _content(value: object) -> object:
-    """What is stated, without where."""
-    settings = {name: setting.text for name, setting in getattr(value, "settings", {}).items()}
-    base = tuple((ref.name, ref.scope) for ref in getattr(value, "base", ()))
-    return settings, base, getattr(value, "external", None), getattr(value, "protocol", None)

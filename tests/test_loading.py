@@ -4,9 +4,10 @@ import os
 
 import pytest
 
-from cqos_core import loading
+from cqos_core import files
+from cqos_core.files import File, find_files, read_path
 from cqos_core.importers.source import Source
-from cqos_core.loading import File, find_files, load_paths, read_path, read_source, recognise
+from cqos_core.loading import load_paths, read_source, recognise
 from cqos_core.plugins import load_plugins
 from cqos_core.problems import InputError
 
@@ -68,7 +69,7 @@ def test_what_cannot_be_read_is_told_with_the_reason(folder, path, reason):
 
 
 def test_a_file_that_never_ends_is_refused(monkeypatch):
-    monkeypatch.setattr(loading, "_MAXIMUM_BYTES", 1000)
+    monkeypatch.setattr(files, "_MAXIMUM_BYTES", 1000)
     (problem,) = problems_of(read_path, "/dev/zero")
     assert problem.code == "CQ002"
     assert len(read_path("/dev/zero", 10).data) == 10

@@ -161,7 +161,7 @@ def test_a_broker_of_another_protocol_is_nobodys_here():
 
 
 def test_settings_of_a_broker_from_several_sources_add_up():
-    from cqos_core.loading import merge
+    from cqos_core.merging import merge
 
     one = world(writer("box"), brokers={"main": Broker("main", "post", {"limit": Setting("1")})})
     two = world(reader("box"), brokers={"main": Broker("main", "post", profiles=(ProfileRef("small"),))})

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from cqos_core.api import check, check_pair, context
 from cqos_core.checker import check_system
 from cqos_core.expression import parse
+from cqos_core.files import read_path
 from cqos_core.importers.source import Source
-from cqos_core.loading import read_path
 from cqos_core.pack import Convention, Dialect, Preset, RulePack
 from cqos_core.pack_file import read_pack
 from cqos_core.policy import (

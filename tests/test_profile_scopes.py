@@ -8,7 +8,7 @@ from cqos_core import Session
 from cqos_core.checker import check_system
 from cqos_core.exporters.contract import ExportContext
 from cqos_core.exporters.design import design_of
-from cqos_core.loading import merge
+from cqos_core.merging import merge
 from cqos_core.resolve import resolve
 from cqos_core.system import Place, Profile, ProfileRef, Scope
 from tests.worlds import CONTEXT, POST, reader, settings, world, writer

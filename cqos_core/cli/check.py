@@ -18,8 +18,8 @@ from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.several import said_once
 from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
 from cqos_core.cli.streams import colored, say, say_problems, width, write_file
+from cqos_core.files import read_path
 from cqos_core.formatters.style import Style
-from cqos_core.loading import read_path
 from cqos_core.plugins import load_plugins
 from cqos_core.problems import CqosError
 from cqos_core.remarks import plural

@@ -14,9 +14,9 @@ from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit, say, say_problems, width
 from cqos_core.differences import Side, compare
 from cqos_core.excerpt import exact
+from cqos_core.files import STDIN
 from cqos_core.formatters import wording
 from cqos_core.formatters.terminal import clean, paint, wrap
-from cqos_core.loading import STDIN
 from cqos_core.remarks import plural
 
 if TYPE_CHECKING:

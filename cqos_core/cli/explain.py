@@ -16,12 +16,12 @@ from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit, say, say_problems, width
 from cqos_core.cli.tables import table
 from cqos_core.explanation import endpoints_of, explain_pair
+from cqos_core.files import STDIN
 from cqos_core.formatters import wording
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.json_report import render_json
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import clean, paint
-from cqos_core.loading import STDIN
 from cqos_core.remarks import plural
 from cqos_core.report import Group, Report, Severity
 from cqos_core.system import PUBLISHER, SUBSCRIBER

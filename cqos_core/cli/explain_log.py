@@ -12,12 +12,12 @@ import click
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import prepare
 from cqos_core.cli.streams import colored, emit, say, say_problems, width
+from cqos_core.files import STDIN, STDIN_NAME
 from cqos_core.formatters import wording
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.json_report import render_json
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import clean, paint, wrap
-from cqos_core.loading import STDIN, STDIN_NAME
 from cqos_core.logs import misfits
 from cqos_core.misfits import explain_alone, explain_misfits
 from cqos_core.plugins import load_plugins

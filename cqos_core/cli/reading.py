@@ -12,7 +12,9 @@ import click
 
 from cqos_core.api import context, with_options
 from cqos_core.cli.parameters import Assignment, AssignmentType, ImporterName, nearest
-from cqos_core.loading import STDIN, STDIN_NAME, load_paths, merge, read_path, read_stream
+from cqos_core.files import STDIN, STDIN_NAME, read_path, read_stream
+from cqos_core.loading import load_paths
+from cqos_core.merging import merge
 from cqos_core.plugins import load_plugins
 from cqos_core.problems import InputError, InvalidValueError, Problem
 from cqos_core.system import Place

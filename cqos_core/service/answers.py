@@ -14,8 +14,10 @@ from google.protobuf.message import DecodeError
 from cqos.v1 import catalogue_pb2, check_pb2
 from cqos_core.api import check_pair, context, exact_places, explain_pair, with_options
 from cqos_core.checker import check_system
+from cqos_core.files import SentFiles
 from cqos_core.importers.source import Source
-from cqos_core.loading import Given, SentFiles, merge, read_together
+from cqos_core.loading import Given, read_together
+from cqos_core.merging import merge
 from cqos_core.messages import FieldProblem, pair_message, report_message, system_problems, system_value
 from cqos_core.plugins import load_plugins
 from cqos_core.problems import CqosError, InputError, Problem

@@ -5,7 +5,8 @@ import pytest
 import cqos_core as cqos
 from cqos_core.api import context
 from cqos_core.importers.source import ReadContext, Source
-from cqos_core.loading import merge, read_source
+from cqos_core.loading import read_source
+from cqos_core.merging import merge
 from cqos_core.problems import InputError
 from cqos_core.resolve import resolve
 from cqos_dds.importers.dds_xml import read

@@ -16,8 +16,9 @@ import cqos_core as cqos
 from cqos_core.api import context
 from cqos_core.exporters.contract import ExportContext
 from cqos_core.importers.source import Source
-from cqos_core.loading import merge, read_source
+from cqos_core.loading import read_source
 from cqos_core.mending import mend
+from cqos_core.merging import merge
 from cqos_core.plugins import load_plugins
 from cqos_core.resolve import resolve
 from cqos_core.system import Endpoint, Participant, Profile, ProfileRef, Role, Setting, System

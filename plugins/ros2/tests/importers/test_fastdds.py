@@ -4,7 +4,8 @@ import pytest
 
 from cqos_core import check
 from cqos_core.importers.source import ReadContext, Source
-from cqos_core.loading import merge, read_source
+from cqos_core.loading import read_source
+from cqos_core.merging import merge
 from cqos_core.problems import InputError
 from cqos_ros2.importers.fastdds_profiles import read_fastdds_profiles
 from cqos_ros2.importers.fastdds_xml import read

@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 
 from cqos_core import check
 from cqos_core.cli.app import cli
+from cqos_core.files import find_files
 from cqos_core.importers.detect import claims_yaml
 from cqos_core.importers.source import ReadContext, Source
-from cqos_core.loading import find_files, read_source, recognise
+from cqos_core.loading import read_source, recognise
 from cqos_core.plugins import load_plugins
 from cqos_core.problems import InputError, Problem
 from cqos_core.resolve import Resolver

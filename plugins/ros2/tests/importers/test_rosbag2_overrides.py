@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from cqos_core import check
 from cqos_core.importers.source import ReadContext, Source
-from cqos_core.loading import merge, read_source, recognise
+from cqos_core.loading import read_source, recognise
+from cqos_core.merging import merge
 from cqos_core.plugins import load_plugins
 from cqos_core.problems import InputError, Problem
 from cqos_core.resolve import Resolver

@@ -6,7 +6,8 @@ import pytest
 
 from cqos_core import check, explain
 from cqos_core.importers.source import Source
-from cqos_core.loading import merge, read_source
+from cqos_core.loading import read_source
+from cqos_core.merging import merge
 
 CASES = Path(__file__).parent / "cases"
 EXAMPLES = Path(__file__).parents[4] / "examples"
