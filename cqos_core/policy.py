@@ -199,9 +199,6 @@ class Domain:
         return {"kind": self.kind, "ordered": self.ordered}
 
 
-_ALIKE: Final = 0.7  # how much a misspelt name and the one that was meant have in common, at least
-
-
 class Choice(Domain):
     """One of a few names, weakest first where they are ordered.
 
@@ -241,10 +238,10 @@ class Choice(Domain):
         word = self.word(text)
         rank = self._ranks.get(word)
         if rank is None:
-            from difflib import get_close_matches
+            from cqos_core.spelling import nearest
 
-            near = get_close_matches(word, self.names, 1, _ALIKE)
-            raise InvalidValueError(f"`{text}` is not one of its values", self.expected(), *near)
+            near = nearest(word, self.names) or ""
+            raise InvalidValueError(f"`{text}` is not one of its values", self.expected(), near)
         return rank
 
     def format(self, value: Plain) -> str:

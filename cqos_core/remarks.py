@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from typing import TYPE_CHECKING
 
 from cqos_core.codes import CODES
-from cqos_core.policy import normalise
 from cqos_core.report import Finding, Severity, Side
+from cqos_core.spelling import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -48,6 +47,6 @@ def plural(count: int, noun: str) -> str:
 def suggestion(name: str, known: Iterable[str]) -> str:
     """``did you mean X? known: …`` for a name that is not among ``known``."""
     names = sorted(known)
-    near = difflib.get_close_matches(normalise(name), names, 1, 0.6)
-    hint = f"did you mean `{near[0]}`? " if near else ""
+    near = nearest(name, names)
+    hint = f"did you mean `{near}`? " if near else ""
     return f"{hint}known: {', '.join(names) or 'none'}"

@@ -52,12 +52,12 @@ class Commands(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command that is called, or say which one may have been meant."""
-        from difflib import get_close_matches
+        from cqos_core.spelling import nearest
 
         known = self.list_commands(ctx)
         if args[0] not in known and not args[0].startswith("-"):
-            near = get_close_matches(args[0], known, 1, 0.5)
-            meant = f" Did you mean `{near[0]}`?" if near else f" There are {', '.join(known)}."
+            near = nearest(args[0], known)
+            meant = f" Did you mean `{near}`?" if near else f" There are {', '.join(known)}."
             raise click.UsageError(f"There is no command `{args[0][:60]}`.{meant}", ctx)
         return super().resolve_command(ctx, args)
 

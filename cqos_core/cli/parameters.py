@@ -20,14 +20,13 @@ _FEW = 40
 
 def nearest(name: str, known: Iterable[str], *, listed: bool = True) -> str:
     """End a sentence about an unknown ``name``: with the one of ``known`` that is near, and all where they are few."""
-    from difflib import get_close_matches
+    from cqos_core import spelling
 
     names = sorted(known)
-    by_spelling = {known_name.lower(): known_name for known_name in names}
-    near = [by_spelling[spelling] for spelling in get_close_matches(name.lower(), by_spelling, 1, 0.6)]
+    near = spelling.nearest(name, names)
     all_of_them = f"nown: {', '.join(names) or 'none'}." if listed and len(names) <= _FEW else ""
     if near:
-        return f"; did you mean `{near[0]}`?" + (f" K{all_of_them}" if all_of_them else "")
+        return f"; did you mean `{near}`?" + (f" K{all_of_them}" if all_of_them else "")
     return f"; k{all_of_them}" if all_of_them else "."
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import difflib
 import gc
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.encoding import Lines, decode
 from cqos_core.problems import InputError, Problem
+from cqos_core.spelling import nearest
 from cqos_core.system import ImportNote, Place
 
 if TYPE_CHECKING:
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 _MOST_PROBLEMS: Final = 1000
 _LONGEST_EXCERPT: Final = 60
-_LONGEST_WORD: Final = 60
 
 
 class Reading:
@@ -104,18 +103,6 @@ def listed(words: Iterable[str], last: str = "or") -> str:
     """``a, b or c``."""
     *most, final = words
     return f"{', '.join(most)} {last} {final}" if most else final
-
-
-def nearest(word: str, known: Iterable[str]) -> str | None:
-    """Return the one of ``known`` that ``word`` was probably meant to be."""
-    return _nearest(word, tuple(known)) if len(word) <= _LONGEST_WORD else None
-
-
-@lru_cache(maxsize=256)
-def _nearest(word: str, known: tuple[str, ...]) -> str | None:
-    spelt = {name.lower(): name for name in known}
-    found = difflib.get_close_matches(word.lower().replace("-", "_").replace(" ", "_"), spelt, 1, 0.7)
-    return spelt[found[0]] if found else None
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

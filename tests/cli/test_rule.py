@@ -60,7 +60,7 @@ def test_a_rule_of_a_pack_file(cqos):
     [
         ("ROS1001", "ROS101"),
         ("relibility-weaker-than-requested", "reliability-weaker-than-requested"),
-        ("cq2003", "CQ203"),
+        ("cqq203", "CQ203"),
     ],
 )
 def test_an_unknown_code_is_told_with_the_nearest(cqos, name, meant):

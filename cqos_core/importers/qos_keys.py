@@ -1,0 +1,51 @@
+"""Keys of foreign files that look like QoS: what an importer warns of where it does not use them."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.spelling import distance, folded
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+_MOST: Final = 2
+_LONG_ENOUGH: Final = 5
+_SHORTEST: Final = 3
+_LONGEST: Final = 60
+
+
+def looks_like_qos(key: str, names: Iterable[str]) -> str | None:
+    """Return the one of ``names`` that ``key`` is, or is a typing error of; None where it is neither.
+
+    Ask it of keys that stand where the format may hold QoS and that the importer does not use. ``names`` are those that
+    may hold QoS in this format: its own keys, and names and aliases of policies. Case and separators do not count. A name
+    of five letters or more may have two typing errors, a shorter one a letter too many or two swapped. An equal name is
+    one in the wrong place.
+    """
+    return _looks_like(key, tuple(names)) if len(key) <= _LONGEST else None
+
+
+@lru_cache(maxsize=4096)
+def _looks_like(key: str, names: tuple[str, ...]) -> str | None:
+    written = folded(key)
+    if len(written) < _SHORTEST:
+        return None
+    best, found = _MOST + 1, None
+    for name in names:
+        letters = folded(name)
+        apart = _typing_errors(written, letters)
+        if apart < best:
+            best, found = apart, name
+    return found
+
+
+def _typing_errors(written: str, name: str) -> int:
+    if written == name:
+        return 0
+    if len(name) >= _LONG_ENOUGH and len(written) >= _LONG_ENOUGH:
+        return distance(written, name, _MOST)
+    swapped_or_longer = len(written) > len(name) or (len(written) == len(name) and sorted(written) == sorted(name))
+    near = len(name) >= _SHORTEST and swapped_or_longer and distance(written, name, 1) <= 1
+    return 1 if near else _MOST + 1

@@ -1,0 +1,85 @@
+"""Names that differ by a typing error: one bounded edit distance, and the nearest of several names."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+_LONGEST: Final = 60
+"""Characters of the longest name that is compared: longer ones are no typing errors of a known name."""
+
+
+def distance(one: str, other: str, most: int) -> int:
+    """Count the letters to insert, delete, replace or swap with their neighbour; ``most + 1`` where that is more than ``most``.
+
+    Costs about ``most`` times the length of the names.
+    """
+    if one == other:
+        return 0
+    if abs(len(one) - len(other)) > most:
+        return most + 1
+    one, other = _differing(one, other)
+    far = most + 1
+    band = 2 * most + 1  # of each row of the table only what is near its diagonal: column = row + index - most
+    before = [far] * (band + 1)
+    last = [far] * most + [min(column, far) for column in range(most + 2)]
+    for row, letter in enumerate(one, 1):
+        this = [far] * (band + 1)
+        for index in range(max(0, most - row), min(band, len(other) - row + most + 1)):
+            column = row + index - most
+            cost = min(last[index + 1], this[index - 1] if index else far) + 1
+            if column:
+                cost = min(cost, last[index] + (letter != other[column - 1]))
+                if row > 1 < column and letter == other[column - 2] and one[row - 2] == other[column - 1]:
+                    cost = min(cost, before[index] + 1)
+            this[index] = min(cost, far)
+        if min(this) == far:
+            return far
+        before, last = last, this
+    return last[len(other) - len(one) + most]
+
+
+def _differing(one: str, other: str) -> tuple[str, str]:
+    """Return what is left of both without their common beginning and end."""
+    shorter = min(len(one), len(other))
+    start = 0
+    while start < shorter and one[start] == other[start]:
+        start += 1
+    end = 0
+    while end < shorter - start and one[-1 - end] == other[-1 - end]:
+        end += 1
+    return one[start : len(one) - end], other[start : len(other) - end]
+
+
+def nearest(word: str, known: Iterable[str]) -> str | None:
+    """Return the one of ``known`` that ``word`` was probably meant to be, None where none is near.
+
+    Case, blanks and hyphens do not count. Every third letter may be wrong; a name that ``word`` begins, or that begins
+    ``word``, is near too.
+    """
+    return _nearest(word, tuple(known)) if len(word) <= _LONGEST else None
+
+
+@lru_cache(maxsize=256)
+def _nearest(word: str, known: tuple[str, ...]) -> str | None:
+    meant = folded(word)
+    names = [(name, folded(name)) for name in known]
+    best, found = len(meant) // 3, None
+    for name, letters in names:
+        apart = distance(meant, letters, best)
+        if apart <= best and (found is None or apart < best):
+            best, found = apart, name
+    if found is None and len(meant) >= _SHORTEST_START:
+        found = next((name for name, letters in names if letters.startswith(meant)), None)
+    return found
+
+
+_SHORTEST_START: Final = 3
+
+
+def folded(name: str) -> str:
+    """Return the letters and digits of ``name`` in lower case: ``History-Depth`` and ``history.depth`` are one."""
+    return "".join(letter for letter in name.lower() if letter.isalnum())

@@ -1,0 +1,77 @@
+"""One edit distance: letters inserted, deleted, replaced or swapped, counted up to a bound."""
+
+import time
+from itertools import product
+
+import pytest
+
+from cqos_core.remarks import suggestion
+from cqos_core.spelling import distance, nearest
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "apart"),
+    [
+        ("", "", 0),
+        ("", "ab", 2),
+        ("depth", "depth", 0),
+        ("depht", "depth", 1),
+        ("reliabilty", "reliability", 1),
+        ("relaibilty", "reliability", 2),
+        ("scan", "scna", 1),
+        ("ca", "abc", 3),
+        ("kitten", "sitting", 3),
+    ],
+)
+def test_counts_typing_errors(one, other, apart):
+    assert distance(one, other, 3) == distance(other, one, 3) == apart
+
+
+def by_definition(one, other):
+    """The restricted Damerau-Levenshtein distance, as its recurrence states it."""
+    if not one or not other:
+        return len(one) + len(other)
+    best = min(
+        by_definition(one[1:], other) + 1,
+        by_definition(one, other[1:]) + 1,
+        by_definition(one[1:], other[1:]) + (one[0] != other[0]),
+    )
+    if one[:2] == other[1::-1] and len(one) > 1 < len(other):
+        best = min(best, by_definition(one[2:], other[2:]) + 1)
+    return best
+
+
+def test_equals_its_definition_up_to_the_bound():
+    words = ["".join(letters) for size in range(5) for letters in product("abc", repeat=size)][::3]
+    for one in words:
+        for other in words:
+            exact = by_definition(one, other)
+            for most in range(4):
+                assert distance(one, other, most) == min(exact, most + 1), (one, other, most)
+
+
+def test_long_names_cost_little():
+    long = "ab" * 5_000
+    before = time.process_time()
+    assert distance(long, f"x{long}y", 2) == 2
+    assert distance(long, long[::-1], 2) == 2
+    assert distance(long, "a" * 10_000, 2) == 3
+    assert time.process_time() - before < 1
+
+
+@pytest.mark.parametrize(
+    ("word", "known", "found"),
+    [
+        ("reliabilty", ["durability", "reliability"], "reliability"),
+        ("History Dept", ["history.kind", "history.depth"], "history.depth"),
+        ("sensor", ["sensor_data", "services"], "sensor_data"),
+        ("colour", ["depth", "reliability"], None),
+        ("x" * 10_000, ["x"], None),
+    ],
+)
+def test_nearest_name(word, known, found):
+    assert nearest(word, known) == found
+
+
+def test_suggestion_names_the_nearest():
+    assert suggestion("dept", ["durability", "depth"]) == "did you mean `depth`? known: depth, durability"
