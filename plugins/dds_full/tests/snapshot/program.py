@@ -18,7 +18,8 @@ from cyclonedds.qos import Policy, Qos
 from cyclonedds.sub import DataReader, Subscriber
 from cyclonedds.topic import Topic
 
-from tests.conformance.cyclone import group, qos
+from cqos_dds.prove.cyclone_qos import group, qos
+from cqos_dds.prove.settings import parsed
 
 IDL: Any = types
 
@@ -62,12 +63,14 @@ def tell_nodes(participant: Any, told: dict[str, Any], endpoints: list[Any]) -> 
 
     topic = Topic(participant, "ros_discovery_info", entities)
     qos_of_rmw = qos(
-        {
-            "reliability": "reliable",
-            "durability": "transient_local",
-            "history.depth": "1",
-            "data_representation": "[xcdr1]",
-        }
+        parsed(
+            {
+                "reliability": "reliable",
+                "durability": "transient_local",
+                "history.depth": "1",
+                "data_representation": "[xcdr1]",
+            }
+        )
     )
     writer = DataWriter(Publisher(participant), topic, qos_of_rmw)
     nodes = []
@@ -90,9 +93,13 @@ def main(domain: int, told: dict[str, Any]) -> None:
         if name not in topics:
             topics[name] = Topic(participant, name, sample_type(type_name))
         if role == "publisher":
-            kept.append(DataWriter(Publisher(participant, group(settings)), topics[name], qos(settings)))
+            kept.append(
+                DataWriter(Publisher(participant, group(parsed(settings))), topics[name], qos(parsed(settings)))
+            )
         else:
-            kept.append(DataReader(Subscriber(participant, group(settings)), topics[name], qos(settings)))
+            kept.append(
+                DataReader(Subscriber(participant, group(parsed(settings))), topics[name], qos(parsed(settings)))
+            )
     if "nodes" in told:
         kept.append(tell_nodes(participant, told, kept))
     print("up", flush=True)  # noqa: T201 - whoever started it waits for this

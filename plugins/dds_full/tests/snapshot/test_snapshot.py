@@ -22,8 +22,9 @@ from cyclonedds.qos import Policy, Qos
 import cqos_core as cqos
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 from cqos_dds.pack import PACK
+from cqos_dds.prove.dds import free_domain
 from cqos_dds.snapshot import discovery
-from tests.conformance.cyclone import LOOPBACK, free_domain
+from tests.conformance.cyclone import LOOPBACK
 
 ROOT = Path(__file__).resolve().parents[4]
 PROGRAM = Path(__file__).with_name("program.py")

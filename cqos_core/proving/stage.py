@@ -1,0 +1,371 @@
+"""Runs a plan with two programs, one for each end, that speak lines of text.
+
+A program reads lines from its standard input: first ``set NAME VALUE`` for each setting and ``start``, then commands:
+``send FIRST LAST MILLISECONDS``, ``cut``, ``restore``. It ends when its input ends, so that it never outlives the command.
+It writes one line for each event: ``WHAT NUMBER TEXT``, with ``-`` where the event has no number, and ``done - `` after each
+``send``. `docs/packs.md` lists the events.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import threading
+import time
+from collections import deque
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass, field
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.problems import CqosError
+from cqos_core.proving.plan import Event, Outcome
+from cqos_core.system import PUBLISHER, SUBSCRIBER
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from types import TracebackType
+    from typing import IO, Self
+
+    from cqos_core.proving.plan import Plan
+
+_START: Final = 10.0
+"""Seconds that a program may take until its end is created, on a machine that is busy."""
+_END: Final = 2.0
+_TAIL: Final = 20  # lines of a program's errors that are shown
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """What is run for one end: the command, and the settings that it is given."""
+
+    command: Sequence[str]
+    settings: Mapping[str, str]
+    environment: Mapping[str, str] = field(default_factory=dict)
+
+
+def nothing(seconds: float) -> None:
+    """Do nothing about a fault that only the ends know of."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cast:
+    """The programs of one run, and how faults beside them are injected.
+
+    Attributes:
+        by: the implementation with its version.
+        begin: by kind of fault, what makes it begin beside the ends (cut the proxy, stop the broker).
+        finish: by kind of fault, what ends it.
+        settle: seconds without an event after which the two are taken not to match, or nothing more to arrive.
+        recover: the same after a fault, when lost samples are sent again late.
+    """
+
+    by: str
+    publisher: Program
+    subscriber: Program
+    begin: Mapping[str, Callable[[], None]] = field(default_factory=dict)
+    finish: Mapping[str, Callable[[], None]] = field(default_factory=dict)
+    settle: float = 0.5
+    recover: float = 2.0
+
+
+def run(plan: Plan, cast: Cast, report: Callable[[Event], None] = lambda _event: None) -> Outcome:
+    """Run a plan and return what happened; nothing is left running.
+
+    Raises:
+        CqosError: a program ended by itself, or says nothing.
+    """
+    with _Stage(plan, cast, report) as stage:
+        stage.play()
+    return stage.outcome()
+
+
+class _Stage:
+    """A run that is under way."""
+
+    def __init__(self, plan: Plan, cast: Cast, report: Callable[[Event], None]) -> None:
+        self.plan, self.cast, self.report = plan, cast, report
+        self.events: list[Event] = []
+        self.lines: SimpleQueue[tuple[str, _Process, list[str] | None]] = SimpleQueue()
+        self.processes: dict[str, _Process] = {}
+        self.began = time.monotonic()
+        self.done = 0  # commands to send that were completed
+        self.faulty = plan.fault is not None and plan.fault.kind != "slow_reader"
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with ExitStack() as stack:
+            for process in self.processes.values():
+                stack.callback(process.end)
+
+    # The play
+
+    def play(self) -> None:
+        """Run from the start of both ends to the last sample that arrives."""
+        plan = self.plan
+        if plan.early:
+            self.start(PUBLISHER)
+            self.until_created(PUBLISHER)
+            self.send(0, plan.early)
+            self.start(SUBSCRIBER)
+        else:
+            self.start(SUBSCRIBER)
+            self.start(PUBLISHER)
+            self.until_created(PUBLISHER)
+        self.until_created(SUBSCRIBER)
+        if self.refused():
+            return
+        self.wait(lambda: self.matched() or self.happened("incompatible"), self.cast.settle * 3)
+        if not self.faulty:
+            self.send(plan.early, plan.samples)
+        else:
+            self.with_fault()
+        self.until_quiet()
+
+    def with_fault(self) -> None:
+        """Send a third of the samples before the fault, a third while it lasts, and the rest after it."""
+        fault, plan = self.plan.fault, self.plan
+        if fault is None:
+            return
+        third = (plan.samples - plan.early) // 3
+        during, after = plan.early + third, plan.early + 2 * third
+        self.send(plan.early, during)
+        self.until_arrived()
+        gone = {"publisher_restart": PUBLISHER, "subscriber_restart": SUBSCRIBER}.get(fault.kind)
+        if gone is not None:
+            self.processes[gone].kill()
+            self.happen(gone, "killed")
+        elif fault.kind in self.cast.begin:
+            self.cast.begin[fault.kind]()
+            self.happen(*_BEGINS[fault.kind])
+        else:
+            self.processes[SUBSCRIBER].write("cut")
+            self.happen("link", "cut")
+        until = time.monotonic() + fault.seconds
+        if gone == PUBLISHER:
+            after = during
+        else:
+            self.send(during, after)
+        self.wait(lambda: False, until - time.monotonic())
+        if gone is not None:
+            self.start(gone)
+            self.until_created(gone)
+            self.wait(lambda: self.matched(since=gone), self.cast.recover)
+        elif fault.kind in self.cast.finish:
+            self.cast.finish[fault.kind]()
+            self.happen(*_FINISHES[fault.kind])
+        else:
+            self.processes[SUBSCRIBER].write("restore")
+            self.happen("link", "restored")
+        self.send(after, plan.samples)
+
+    # Steps
+
+    def start(self, role: str) -> None:
+        """Start the program of an end, again if it ran before."""
+        program = self.cast.publisher if role == PUBLISHER else self.cast.subscriber
+        again = role in self.processes
+        process = _Process(role, program, self.lines)
+        self.processes[role] = process
+        if again:
+            self.happen(role, "started")
+        for name, value in program.settings.items():
+            process.write(f"set {name} {value}")
+        process.write("start")
+
+    def send(self, first: int, end: int) -> None:
+        """Let the publisher send samples, and wait until it has."""
+        if first >= end:
+            return
+        before = self.done
+        self.processes[PUBLISHER].write(f"send {first} {end - 1} {self.plan.period * 1000:g}")
+        self.wait(lambda: self.done > before, _START + (end - first) * (self.plan.period + 0.5))
+        if self.done == before:
+            raise CqosError(f"the publisher of `{self.plan.topic}` on {self.cast.by} did not send in time")
+
+    def until_created(self, role: str) -> None:
+        """Wait until an end says that it is there, or that it is refused."""
+        process = self.processes[role]
+        self.wait(lambda: process.answered, _START)
+        if not process.answered:
+            raise CqosError(f"the {role} of `{self.plan.topic}` on {self.cast.by} did not start within {_START:g} s")
+
+    def until_arrived(self) -> None:
+        """Wait until what was sent has arrived, or nothing more is expected."""
+        self.wait(lambda: not self.outcome().lost, self.cast.settle)
+
+    def until_quiet(self) -> None:
+        """Wait until all arrived and nothing arrives twice, or nothing more is expected."""
+        slow = self.plan.fault.seconds if self.plan.fault and self.plan.fault.kind == "slow_reader" else 0.0
+        end = self.began + self.plan.patience
+        quiet = self.cast.recover if self.faulty and self.matched() else self.cast.settle
+        while (now := time.monotonic()) < end:
+            seen = len(self.events)
+            complete = bool(self.outcome().arrived) and not self.outcome().lost
+            self.wait(
+                lambda seen=seen: len(self.events) > seen,  # type: ignore[misc]
+                min(end - now, slow + (self.cast.settle / 2 if complete else quiet)),
+            )
+            if len(self.events) == seen:
+                return
+
+    def refused(self) -> bool:
+        """Whether an end could not be created."""
+        return self.happened("refused")
+
+    def happened(self, what: str) -> bool:
+        """Whether an end reported this."""
+        return any(event.what == what for event in self.events)
+
+    def matched(self, since: str = "") -> bool:
+        """Whether the two ends are connected, both of them as seen now."""
+        state: dict[str, bool] = {PUBLISHER: False, SUBSCRIBER: False}
+        for event in self.events:
+            if event.who in state and event.what in {"matched", "unmatched"}:
+                state[event.who] = event.what == "matched"
+            elif event.what == "killed":
+                state[event.who] = False
+        return state[since] if since else all(state.values())
+
+    # Events
+
+    def happen(self, who: str, what: str, number: int | None = None, text: str = "") -> None:
+        """Add an event to the timeline."""
+        event = Event(time.monotonic() - self.began, who, what, number, text)
+        self.events.append(event)
+        self.report(event)
+
+    def wait(self, enough: Callable[[], bool], seconds: float) -> None:
+        """Take in what the ends say until it is enough, or so many seconds have gone by."""
+        until = time.monotonic() + seconds
+        while not enough():
+            try:
+                role, process, words = self.lines.get(timeout=max(0.0, until - time.monotonic()))
+            except Empty:
+                return
+            self.take_in(role, process, words)
+
+    def take_in(self, role: str, process: _Process, words: list[str] | None) -> None:
+        """Turn one line of a program into an event."""
+        if words is None:
+            if not process.killed:
+                raise CqosError(
+                    f"the program of the {role} on {self.cast.by} ended by itself (exit code {process.code()}): "
+                    f"{process.errors() or 'it printed nothing'}"
+                )
+            return
+        what, number, text = words
+        if what == "done":
+            self.done += 1
+            return
+        process.answered |= what in {"created", "refused"}
+        self.happen(role, what, None if number == "-" else int(number), text)
+
+    def outcome(self) -> Outcome:
+        """Return what happened so far."""
+
+        def numbers(what: str) -> tuple[int, ...]:
+            return tuple(each.number for each in self.events if each.what == what and each.number is not None)
+
+        refused = {event.who: event.text for event in self.events if event.what == "refused"}
+        named = dict.fromkeys(event.text for event in self.events if event.what == "incompatible" and event.text)
+        return Outcome(
+            self.cast.by,
+            tuple(self.events),
+            None if refused else self.happened("matched"),
+            numbers("sent"),
+            numbers("arrived"),
+            tuple(named),
+            refused,
+        )
+
+
+_BEGINS: Final = {
+    "link_outage": ("link", "cut"),
+    "broker_stop": ("broker", "stopped"),
+    "broker_crash": ("broker", "killed"),
+}
+_FINISHES: Final = {
+    "link_outage": ("link", "restored"),
+    "broker_stop": ("broker", "started"),
+    "broker_crash": ("broker", "started"),
+}
+
+
+class _Process:
+    """A program of one end."""
+
+    def __init__(self, role: str, program: Program, lines: SimpleQueue[tuple[str, _Process, list[str] | None]]) -> None:
+        self.role, self.lines = role, lines
+        self.killed = False
+        self.answered = False
+        self.tail: deque[str] = deque(maxlen=_TAIL)
+        self.process = subprocess.Popen(  # noqa: S603 - a program of an installed pack
+            list(program.command),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+            errors="replace",
+            bufsize=1,
+            env={**os.environ, **program.environment},
+        )
+        self.threads = [
+            threading.Thread(target=target, args=(stream,), daemon=True)
+            for target, stream in ((self._listen, self.process.stdout), (self._keep, self.process.stderr))
+        ]
+        for thread in self.threads:
+            thread.start()
+
+    def _listen(self, stream: IO[str]) -> None:
+        for line in stream:
+            what, _, rest = line.rstrip("\n").partition(" ")
+            number, _, text = rest.partition(" ")
+            self.lines.put((self.role, self, [what, number or "-", text]))
+        self.lines.put((self.role, self, None))
+
+    def _keep(self, stream: IO[str]) -> None:
+        self.tail.extend(line.rstrip() for line in stream)
+
+    def write(self, line: str) -> None:
+        """Give the program a line; where it has ended, its output says so."""
+        try:
+            self._input.write(line + "\n")
+            self._input.flush()
+        except BrokenPipeError:
+            return
+
+    @property
+    def _input(self) -> Any:
+        return self.process.stdin
+
+    def kill(self) -> None:
+        """Kill the program."""
+        self.killed = True
+        self.process.kill()
+        self.process.wait()
+
+    def end(self) -> None:
+        """Kill the program and forget it."""
+        self.kill()
+        with suppress(BrokenPipeError):  # what was not read is of no use any more
+            self._input.close()
+        for thread in self.threads:
+            thread.join()
+        for stream in (self.process.stdout, self.process.stderr):
+            if stream is not None:
+                stream.close()
+
+    def code(self) -> int:
+        """Return how the program ended."""
+        return self.process.wait()
+
+    def errors(self) -> str:
+        """Return the last lines of what the program printed as errors."""
+        self.threads[1].join(_END)
+        return " ".join(self.tail)

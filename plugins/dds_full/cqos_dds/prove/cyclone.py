@@ -1,0 +1,53 @@
+"""Runs pairs on Cyclone DDS."""
+
+from __future__ import annotations
+
+import sys
+from importlib.metadata import PackageNotFoundError, version
+from typing import TYPE_CHECKING, Final
+
+from cqos_dds.prove.dds import Implementation
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+_LOOPBACK: Final = (
+    '<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
+    "<AllowMulticast>false</AllowMulticast></General>"
+    '<Discovery><ParticipantIndex>auto</ParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers>{lease}</Discovery>'
+    "</Domain></CycloneDDS>"
+)
+
+
+class _Cyclone(Implementation):
+    title = "Cyclone DDS"
+    name = "cyclonedds"
+
+    def missing(self) -> str | None:
+        """Say how to install Cyclone DDS, where it is not there."""
+        if self._version() is None:
+            return "Cyclone DDS is not installed: pip install 'cqos-dds[prove]'"
+        return None
+
+    def version(self) -> str:
+        """Return the version of the Python package, which brings the library."""
+        return self._version() or "?"
+
+    @staticmethod
+    def _version() -> str | None:
+        try:
+            return version("cyclonedds")
+        except PackageNotFoundError:
+            return None
+
+    def command(self) -> Sequence[str]:
+        """Run the end with this Python."""
+        return [sys.executable, "-m", "cqos_dds.prove.cyclone_end"]
+
+    def environment(self, lease: float | None) -> dict[str, str]:
+        """Keep Cyclone DDS on loopback, whatever the user has configured."""
+        stated = "" if lease is None else f"<LeaseDuration>{lease:g} s</LeaseDuration>"
+        return {"CYCLONEDDS_URI": _LOOPBACK.format(lease=stated)}
+
+
+PROVER: Final = _Cyclone()
