@@ -10,6 +10,7 @@ from cqos_core.expression import OPERAND_FUNCTIONS, SCOPES, SENTENCE_FUNCTIONS
 from cqos_core.policy import (
     BOTH,
     COMBINATIONS,
+    DIRECTIONS,
     ENDPOINT,
     LEVELS,
     NO,
@@ -128,6 +129,12 @@ def _policy(policy: Policy, pack: RulePack) -> Iterator[str]:
         yield f"`{spelling}` is a key of the system file with a meaning of its own, so no policy can be set by it"
     if policy.level not in LEVELS:
         yield f"level `{policy.level}` must be one of {', '.join(LEVELS)}"
+    if policy.stronger not in DIRECTIONS:
+        yield f"`stronger` is `{policy.stronger}`; it must be higher, lower or empty"
+    if policy.stronger and not policy.domain.ordered:
+        yield "`stronger` needs values that have an order"
+    if policy.derived and policy.default is None:
+        yield "a derived policy needs the default that holds where nothing else follows"
     if not set(policy.roles) <= set(BOTH):
         yield f"roles must be of {' and '.join(BOTH)}"
     yield from _domain(policy)

@@ -455,6 +455,8 @@ def describe_policy(policy: Policy) -> dict[str, Any]:
         "fact": policy.default is None,
         "entities": list(policy.entities),
         "changeable": policy.changeable,
+        "stronger": policy.stronger,
+        "derived": policy.derived,
         "doc": policy.doc,
         "clause": policy.clause,
     }

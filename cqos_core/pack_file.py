@@ -104,6 +104,8 @@ class PolicyModel(_Model):
     zero: str | None = None
     enforced: dict[str, dict[str, Literal["yes", "unmatched", "no"]]] = Field(default_factory=dict)
     promise: bool = False
+    stronger: Literal["higher", "lower", ""] = ""
+    derived: bool = False
     assume: list[str] = Field(default_factory=list)
     fallback: str | None = None
 
@@ -424,6 +426,8 @@ def _policy(name: str, model: PolicyModel) -> Policy:
         zero=model.zero,
         enforced=model.enforced,
         promise=model.promise,
+        stronger=model.stronger,
+        derived=model.derived,
         assume=tuple(model.assume),
         fallback=model.fallback,
     )

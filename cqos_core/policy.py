@@ -566,6 +566,8 @@ NEED: Final = "need"
 """Level of what is said of an endpoint without being a setting of it: what its application needs."""
 LEVELS: Final = (ENDPOINT, "topic", "participant", "broker", "option", NEED)
 BOTH: Final = ("publisher", "subscriber")
+Stronger: TypeAlias = Literal["higher", "lower", ""]
+DIRECTIONS: Final[tuple[Stronger, ...]] = ("higher", "lower", "")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -592,6 +594,9 @@ class Policy(Term):
         fallback: for options: the value that stands in for one this pack does not know yet, with a warning.
         entities: what it is set on, in the words of the standard, where that is more than an endpoint.
         changeable: whether it may change while the endpoint lives; None where the standard does not say.
+        stronger: which of its values promise or demand more: ``higher``, ``lower``, or empty where neither does. A fix that
+            moves the other way weakens the design, says so, and comes last.
+        derived: a fact that follows from others, as ``doc`` says: a system cannot state it, and no fix sets it.
     """
 
     name: str
@@ -610,6 +615,8 @@ class Policy(Term):
     fallback: str | None = None
     entities: tuple[str, ...] = ()
     changeable: bool | None = None
+    stronger: Stronger = ""
+    derived: bool = False
 
     def __post_init__(self) -> None:
         """Make it the term it is."""
@@ -642,6 +649,22 @@ class Policy(Term):
             return normalise(self.domain.format(self.domain.parse(text)))
         except InvalidValueError:
             return word
+
+    def weakens(self, before: Value, after: Value) -> bool:
+        """Whether a change promises or demands less than before."""
+        if not self.stronger or not isinstance(before, int) or not isinstance(after, int):
+            return False
+        return after < before if self.stronger == "higher" else after > before
+
+    def spelling(self, value: Plain) -> str | None:
+        """Return a text that is read back as exactly this value; None where there is no such text."""
+        text = self.domain.format(value)
+        if self.domain.word(text) in self.words or (value == 0 and self.zero is not None):
+            return None
+        try:
+            return text if self.domain.parse(text) == value else None
+        except InvalidValueError:
+            return None
 
     def expected(self) -> str:
         """What may be written, for messages: the domain's values and the special words."""

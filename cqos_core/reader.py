@@ -78,11 +78,15 @@ class Reader:
                 found.update(fields)
                 continue
             index = next((i for level in levels if (i := pack.find(level, name, dialect)) is not None), None)
+            if index is not None and pack.policies[index].derived and not setting.derived:
+                message = f"{owner} states `{name}`, which cannot be stated. {pack.policies[index].doc}"
+                self.say("CQ202", message, setting.place, role, members, "remove it")
+                continue
             if index is None or not can_be_stated(pack.policies[index]):
                 known = [
                     policy.name.removeprefix("need.")
                     for policy in pack.policies
-                    if policy.level in levels and can_be_stated(policy)
+                    if policy.level in levels and can_be_stated(policy) and not policy.derived
                 ]
                 self.say(
                     "CQ202",

@@ -293,7 +293,7 @@ class Resolver:
         stated = (
             *(participant.pack, participant.surroundings),
             *(endpoint.role, endpoint.dialect, endpoint.observed, endpoint.type),
-            tuple([(name, setting.text) for name, setting in endpoint.settings.items()]),
+            tuple([(name, setting.text, setting.derived) for name, setting in endpoint.settings.items()]),
             tuple([(name, setting.text) for name, setting in endpoint.overlay.items()]),
             tuple([(layer.counts_as_stated, layer.texts) for layer in topic_layers]),
         )

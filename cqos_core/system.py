@@ -52,10 +52,14 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """One stated value, as text in YAML flow spelling (``reliable``, ``2s``, ``[a, b]``, ``{sec: 2, nsec: 0}``)."""
+    """One stated value, as text in YAML flow spelling (``reliable``, ``2s``, ``[a, b]``, ``{sec: 2, nsec: 0}``).
+
+    ``derived``: a rule pack worked it out; only so does a policy that cannot be stated get a value.
+    """
 
     text: str
     place: Place | None = None
+    derived: bool = False
 
 
 Settings = dict[str, Setting]

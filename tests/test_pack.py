@@ -181,6 +181,12 @@ MALFORMED: dict[str, tuple[dict[str, Any], str]] = {
         "there is no number from 5 to 1",
     ),
     "a unit of nothing": ({"policies": [*POLICIES, Policy("a", Duration(bare_unit="moons"))]}, "`moons` is no unit"),
+    "a direction of a policy": (
+        {"policies": [*POLICIES, Policy("a", Flag(), stronger="up")]},  # type: ignore[arg-type]
+        "higher, lower or empty",
+    ),
+    "a direction without order": ({"policies": [*POLICIES, Policy("a", Text(), stronger="higher")]}, "have an order"),
+    "a derived fact": ({"policies": [*POLICIES, Policy("a", Flag(), derived=True)]}, "needs the default"),
     "a role of a policy": ({"policies": [*POLICIES, Policy("a", Flag(), roles=("writer",))]}, "roles must be of"),
     "a word that is a value": (
         {"policies": [*POLICIES, Policy("a", Choice("b", "c"), words={"b": "c"})]},

@@ -61,10 +61,10 @@ policies:
       usual: {by_option: carrier, cases: {bike: plain}, otherwise: {publisher: signed, subscriber: plain}}
       best: {publisher: insured, subscriber: {from_peers: strongest_if_all, alone: insured}}
       odd: {unknown: nobody knows}
-  delay: {kind: duration, default: infinite, words: {none: infinite}, zero: none, promise: true,
+  delay: {kind: duration, default: infinite, words: {none: infinite}, zero: none, promise: true, stronger: lower,
           enforced: {carrier: {pigeon: "no"}}}
   copies: {kind: count, minimum: 1, maximum: 9, unlimited: [all], unit: letters, default: {publisher: 2, subscriber: 3}}
-  sealed: {kind: flag, default: false, roles: [publisher, subscriber]}
+  sealed: {kind: flag, default: false, derived: true, roles: [publisher, subscriber]}
   streets: {kind: names, default: "[]"}
   stamp: {kind: text}
   pause: {kind: duration, unit: ms, level: topic}
@@ -137,10 +137,11 @@ TWIN = RulePack(
             words={"none": "infinite"},
             zero="none",
             promise=True,
+            stronger="lower",
             enforced={"carrier": {"pigeon": "no"}},
         ),
         Policy("copies", Count(1, 9, unlimited=("all",), unit="letters"), {"publisher": "2", "subscriber": "3"}),
-        Policy("sealed", Flag(), "false"),
+        Policy("sealed", Flag(), "false", derived=True),
         Policy("streets", Names(), "[]"),
         Policy("stamp", Text()),
         Policy("pause", Duration(bare_unit="ms"), level="topic"),
@@ -223,6 +224,7 @@ def test_every_key_of_a_pack_in_a_file_means_what_it_means_in_python():
         assert (mine.words, mine.assume, mine.fallback, mine.zero, mine.promise) == (
             *(other.words, other.assume, other.fallback, other.zero, other.promise),
         )
+        assert (mine.stronger, mine.derived) == (other.stronger, other.derived)
     assert written.rules == TWIN.rules
     assert (written.presets, written.dialects, written.conventions) == (TWIN.presets, TWIN.dialects, TWIN.conventions)
 

@@ -19,6 +19,7 @@ DELIVERY: Final = Policy(
     default="once",
     doc="What a device does against lost telegrams.",
     clause="Fieldlink 2.1, section 4.2",
+    stronger="higher",
 )
 CYCLE: Final = Policy(
     "cycle",
@@ -27,6 +28,7 @@ CYCLE: Final = Policy(
     doc="The time from one telegram to the next.",
     clause="Fieldlink 2.1, section 3.1",
     roles=("publisher",),
+    stronger="lower",
     promise=True,  # a shorter cycle is more work for the device's program
 )
 TIMEOUT: Final = Policy(
@@ -36,6 +38,7 @@ TIMEOUT: Final = Policy(
     doc="After how long without a telegram a receiver reports a fault.",
     clause="Fieldlink 2.1, section 3.4",
     roles=("subscriber",),
+    stronger="lower",
 )
 
 RULES: Final = (

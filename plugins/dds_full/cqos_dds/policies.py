@@ -36,6 +36,7 @@ RELIABILITY: Final = Policy(
     aliases=("reliability.kind",),
     entities=TOPIC_WRITER_READER,
     changeable=False,
+    stronger="higher",
 )
 MAX_BLOCKING_TIME: Final = Policy(
     "reliability.max_blocking_time",
@@ -46,6 +47,7 @@ MAX_BLOCKING_TIME: Final = Policy(
     aliases=("max_blocking_time",),
     entities=TOPIC_WRITER_READER,
     changeable=False,
+    stronger="higher",
 )
 DURABILITY: Final = Policy(
     "durability",
@@ -64,6 +66,7 @@ DURABILITY: Final = Policy(
     },
     entities=TOPIC_WRITER_READER,
     changeable=False,
+    stronger="higher",
 )
 DEADLINE: Final = Policy(
     "deadline",
@@ -75,6 +78,7 @@ DEADLINE: Final = Policy(
     promise=True,
     entities=TOPIC_WRITER_READER,
     changeable=True,
+    stronger="lower",
 )
 LATENCY_BUDGET: Final = Policy(
     "latency_budget",
@@ -85,6 +89,7 @@ LATENCY_BUDGET: Final = Policy(
     aliases=("latency_budget.duration",),
     entities=TOPIC_WRITER_READER,
     changeable=True,
+    stronger="lower",
 )
 LIVELINESS: Final = Policy(
     "liveliness",
@@ -96,6 +101,7 @@ LIVELINESS: Final = Policy(
     promise=True,
     entities=TOPIC_WRITER_READER,
     changeable=False,
+    stronger="higher",
 )
 LEASE: Final = Policy(
     "liveliness.lease_duration",
@@ -107,6 +113,7 @@ LEASE: Final = Policy(
     promise=True,
     entities=TOPIC_WRITER_READER,
     changeable=False,
+    stronger="lower",
 )
 OWNERSHIP: Final = Policy(
     "ownership",
@@ -127,6 +134,7 @@ DESTINATION_ORDER: Final = Policy(
     aliases=("destination_order.kind",),
     entities=TOPIC_WRITER_READER,
     changeable=False,
+    stronger="higher",
 )
 ACCESS_SCOPE: Final = Policy(
     "presentation.access_scope",
@@ -143,6 +151,7 @@ ACCESS_SCOPE: Final = Policy(
     },
     entities=GROUPS,
     changeable=False,
+    stronger="higher",
 )
 COHERENT: Final = Policy(
     "presentation.coherent_access",
@@ -154,6 +163,7 @@ COHERENT: Final = Policy(
     promise=True,
     entities=GROUPS,
     changeable=False,
+    stronger="higher",
 )
 ORDERED: Final = Policy(
     "presentation.ordered_access",
@@ -164,6 +174,7 @@ ORDERED: Final = Policy(
     aliases=("ordered_access",),
     entities=GROUPS,
     changeable=False,
+    stronger="higher",
 )
 DATA_REPRESENTATION: Final = Policy(
     "data_representation",
@@ -275,6 +286,7 @@ HISTORY: Final = Policy(
     aliases=("history.kind",),
     entities=TOPIC_WRITER_READER,
     changeable=False,
+    stronger="higher",
 )
 DEPTH: Final = Policy(
     "history.depth",
@@ -285,6 +297,7 @@ DEPTH: Final = Policy(
     aliases=("depth", "history_depth"),
     entities=TOPIC_WRITER_READER,
     changeable=False,
+    stronger="higher",
 )
 
 
@@ -305,6 +318,7 @@ def limit(field: str, unit: str, doc: str, before_fast_dds_3_5: str) -> Policy:
         words=words,
         entities=TOPIC_WRITER_READER,
         changeable=False,
+        stronger="higher",
     )
 
 
@@ -334,6 +348,7 @@ SERVICE_HISTORY: Final = Policy(
     aliases=("history_kind",),
     entities=TOPIC_WRITER,
     changeable=False,
+    stronger="higher",
 )
 SERVICE_DEPTH: Final = Policy(
     "durability_service.history_depth",
@@ -344,6 +359,7 @@ SERVICE_DEPTH: Final = Policy(
     roles=WRITER,
     entities=TOPIC_WRITER,
     changeable=False,
+    stronger="higher",
 )
 
 
@@ -358,6 +374,7 @@ def service_limit(field: str, unit: str, doc: str) -> Policy:
         roles=WRITER,
         entities=TOPIC_WRITER,
         changeable=False,
+        stronger="higher",
     )
 
 
@@ -437,6 +454,7 @@ TIME_BASED_FILTER: Final = Policy(
     enforced=NOT_IN_FAST_DDS,
     entities=("reader",),
     changeable=True,
+    stronger="lower",
 )
 TRANSPORT_PRIORITY: Final = Policy(
     "transport_priority",
@@ -498,6 +516,7 @@ ANNOUNCEMENT_PERIOD: Final = Policy(
     "Fast DDS, LivelinessQosPolicy",
     roles=WRITER,
     aliases=("announcement_period",),
+    stronger="lower",
 )
 
 # What is known about a topic ---------------------------------------------------------------------------------

@@ -35,6 +35,7 @@ QOS: Final = Policy(
     "exactly once. What a subscription states is a maximum, not a demand.",
     "MQTT 3.1.1, 4.3; MQTT 5.0, 4.3",
     aliases=("quality_of_service",),
+    stronger="higher",
 )
 RETAIN: Final = Policy(
     "retain",
@@ -122,6 +123,7 @@ NEEDS_RETAIN_FLAG: Final = Policy(
     "false",
     "Whether who subscribes must see which messages were retained when they were published, as a bridge must.",
     roles=SUBSCRIPTION,
+    stronger="higher",
 )
 
 # What follows from the name and from the other endpoints of a client; filled in.
@@ -129,90 +131,101 @@ SHARED: Final = Policy(
     "shared",
     Flag(),
     "false",
-    "Whether the subscription is a share of a group, `$share/group/filter`; filled in.",
+    "Whether the subscription is a share of a group, `$share/group/filter`; derived from the filter.",
     "MQTT 5.0, 4.8.2",
     roles=SUBSCRIPTION,
+    derived=True,
 )
 WILDCARDS: Final = Policy(
     "wildcards",
     Flag(),
     "false",
-    "Whether the filter has wildcards; filled in.",
+    "Whether the filter has wildcards; derived from the filter.",
     "MQTT 3.1.1, 4.7.1; MQTT 5.0, 4.7.1",
     roles=SUBSCRIPTION,
+    derived=True,
 )
 OVERLAPPING: Final = Policy(
     "overlapping",
     Flag(),
     "false",
-    "Whether another filter of the same client matches the topic too; filled in.",
+    "Whether another filter of the same client matches the topic too; derived from the client's subscriptions.",
     "MQTT 3.1.1, 3.3.5; MQTT 5.0, 3.3.4",
     roles=SUBSCRIPTION,
+    derived=True,
 )
 REPEATED: Final = Policy(
     "repeated",
     Flag(),
     "false",
-    "Whether the same client states the same filter again with other settings; filled in.",
+    "Whether the same client states the same filter again with other settings; derived from the client's subscriptions.",
     "MQTT 5.0, 3.8.4",
     roles=SUBSCRIPTION,
+    derived=True,
 )
 MIXED_QOS: Final = Policy(
     "mixed_qos",
     Flag(),
     "false",
-    "Whether the same client publishes to the topic with another QoS too; filled in.",
+    "Whether the same client publishes to the topic with another QoS too; derived from the client's publications.",
     "MQTT 3.1.1, 4.6",
     roles=PUBLICATION,
+    derived=True,
 )
 IS_WILL: Final = Policy(
     "will",
     Flag(),
     "false",
-    "Whether this is the Will of a connection, which the broker publishes when the client is lost; filled in.",
+    "Whether this is the Will of a connection, which the broker publishes when the client is lost; derived from the client's `will`.",
     "MQTT 3.1.1, 3.1.2.5; MQTT 5.0, 3.1.2.5",
     roles=PUBLICATION,
+    derived=True,
 )
 CLOSING: Final = Policy(
     "closing_message",
     Flag(),
     "false",
-    "Whether the client itself publishes to the topic of its Will, as it must where it ends in good order; filled in.",
+    "Whether the client itself publishes to the topic of its Will, as it must where it ends in good order; derived from the client's publications.",
     "MQTT 3.1.1, 3.14.4; MQTT 5.0, 3.14.4",
     roles=PUBLICATION,
+    derived=True,
 )
 
 MAY_PUBLISH: Final = Policy(
     "may_publish",
     Flag(),
     "true",
-    "Whether the access control of the broker lets the client publish here; filled in where that is known.",
+    "Whether the access control of the broker lets the client publish here; derived from the broker's `acl`.",
     "Mosquitto, mosquitto.conf(5), acl_file",
     roles=PUBLICATION,
+    derived=True,
 )
 CONTROLLED: Final = Policy(
     "controlled_topic",
     Text(),
     "",
-    "The topic, where the broker controls who reads it; filled in.",
+    "The topic, where the broker controls who reads it; derived from the broker's `acl`.",
     "Mosquitto, mosquitto.conf(5), acl_file",
     roles=PUBLICATION,
+    derived=True,
 )
 READABLE: Final = Policy(
     "readable",
     Names(),
     "[]",
-    "What the access control of the broker lets the client read, empty where that is not known; filled in.",
+    "What the access control of the broker lets the client read, empty where that is not known; derived from the broker's `acl`.",
     "Mosquitto, mosquitto.conf(5), acl_file",
     roles=SUBSCRIPTION,
+    derived=True,
 )
 UNREADABLE: Final = Policy(
     "unreadable",
     Names(),
     "[]",
-    "What the access control of the broker keeps from the client; filled in.",
+    "What the access control of the broker keeps from the client; derived from the broker's `acl`.",
     "Mosquitto, mosquitto.conf(5), acl_file",
     roles=SUBSCRIPTION,
+    derived=True,
 )
 
 # What a connection states -----------------------------------------------------------------------------------
@@ -252,6 +265,7 @@ CLEAN: Final = Policy(
     "MQTT 3.1.1, 3.1.2.4; MQTT 5.0, 3.1.2.4",
     level="participant",
     aliases=("clean_session", "cleansession", "cleanstart"),
+    stronger="lower",
 )
 SESSION_EXPIRY: Final = Policy(
     "session_expiry_interval",
@@ -262,6 +276,7 @@ SESSION_EXPIRY: Final = Policy(
     level="participant",
     aliases=("session_expiry",),
     words=LEFT_OPEN,
+    stronger="higher",
 )
 KEEP_ALIVE: Final = Policy(
     "keep_alive",
@@ -273,6 +288,7 @@ KEEP_ALIVE: Final = Policy(
     aliases=("keepalive",),
     words={"off": "infinite", **LEFT_OPEN},
     zero="off",
+    stronger="lower",
 )
 RECEIVE_MAXIMUM: Final = Policy(
     "receive_maximum",
@@ -281,6 +297,7 @@ RECEIVE_MAXIMUM: Final = Policy(
     "How many messages of QoS 1 and 2 may be on their way to the client at once.",
     "MQTT 5.0, 3.1.2.11.3",
     level="participant",
+    stronger="higher",
 )
 SENDS_AT_ONCE: Final = Policy(
     "max_inflight_messages",
@@ -290,6 +307,7 @@ SENDS_AT_ONCE: Final = Policy(
     "MQTT 3.1.1, 4.6; MQTT 5.0, 4.9",
     level="participant",
     aliases=("send_maximum",),
+    stronger="higher",
 )
 PACKET_SIZE: Final = Policy(
     "maximum_packet_size",
@@ -300,6 +318,7 @@ PACKET_SIZE: Final = Policy(
     level="participant",
     aliases=("max_packet_size",),
     words=LEFT_OPEN,
+    stronger="higher",
 )
 ALIASES: Final = Policy(
     "topic_alias_maximum",
@@ -308,6 +327,7 @@ ALIASES: Final = Policy(
     "The highest topic alias that the client understands.",
     "MQTT 5.0, 3.1.2.11.5",
     level="participant",
+    stronger="higher",
 )
 WILL_TOPIC: Final = Policy(
     "will.topic",
@@ -335,6 +355,7 @@ WILL_QOS: Final = Policy(
     "MQTT 3.1.1, 3.1.2.6; MQTT 5.0, 3.1.2.6",
     level="participant",
     aliases=("lastwill.qos", "last_will.qos"),
+    stronger="higher",
 )
 WILL_RETAIN: Final = Policy(
     "will.retain",
@@ -368,24 +389,27 @@ SAME_ID: Final = Policy(
     "client_id_taken",
     Flag(),
     "false",
-    "Whether another client of the same broker has the same id; filled in.",
+    "Whether another client of the same broker has the same id; derived from all `client_id`.",
     "MQTT 3.1.1, 3.1.4; MQTT 5.0, 3.1.4",
     level="participant",
+    derived=True,
 )
 SESSION: Final = Policy(
     "session",
     Text(),
     "",
-    "The client itself, where one of its subscriptions is not to see its own publications; filled in.",
+    "The client itself, where one of its subscriptions is not to see its own publications; derived from `no_local`.",
     "MQTT 5.0, 3.8.3.1",
     level="participant",
+    derived=True,
 )
 SUBSCRIBED: Final = Policy(
     "subscribed",
     Names(),
     "[]",
-    "The filters of the client, where somebody has to notice the loss of another; filled in.",
+    "The filters of the client, where somebody has to notice the loss of another; derived from the client's subscriptions.",
     level="participant",
+    derived=True,
 )
 
 # What a broker can do ---------------------------------------------------------------------------------------
@@ -398,6 +422,7 @@ MAXIMUM_QOS: Final = Policy(
     "MQTT 5.0, 3.2.2.3.4",
     level="broker",
     aliases=("max_qos",),
+    stronger="higher",
 )
 GRANTED_QOS: Final = Policy(
     "granted_qos",
@@ -406,6 +431,7 @@ GRANTED_QOS: Final = Policy(
     "The highest QoS it grants a subscription, where that is less than it takes.",
     "MQTT 3.1.1, 3.9.3; MQTT 5.0, 3.9.3",
     level="broker",
+    stronger="higher",
 )
 RETAIN_AVAILABLE: Final = Policy(
     "retain_available",
@@ -414,6 +440,7 @@ RETAIN_AVAILABLE: Final = Policy(
     "Whether it keeps retained messages; if not, a retained publication ends the connection.",
     "MQTT 5.0, 3.2.2.3.5",
     level="broker",
+    stronger="higher",
 )
 WILDCARD_AVAILABLE: Final = Policy(
     "wildcard_subscription_available",
@@ -422,6 +449,7 @@ WILDCARD_AVAILABLE: Final = Policy(
     "Whether it takes filters with wildcards.",
     "MQTT 5.0, 3.2.2.3.11",
     level="broker",
+    stronger="higher",
 )
 SHARED_AVAILABLE: Final = Policy(
     "shared_subscription_available",
@@ -430,6 +458,7 @@ SHARED_AVAILABLE: Final = Policy(
     "Whether it takes shared subscriptions.",
     "MQTT 5.0, 3.2.2.3.13",
     level="broker",
+    stronger="higher",
 )
 IDENTIFIER_AVAILABLE: Final = Policy(
     "subscription_identifier_available",
@@ -438,6 +467,7 @@ IDENTIFIER_AVAILABLE: Final = Policy(
     "Whether it takes subscription identifiers.",
     "MQTT 5.0, 3.2.2.3.12",
     level="broker",
+    stronger="higher",
 )
 BROKER_SESSION_EXPIRY: Final = Policy(
     "session_expiry_interval",
@@ -447,6 +477,7 @@ BROKER_SESSION_EXPIRY: Final = Policy(
     "MQTT 5.0, 3.2.2.3.2",
     level="broker",
     aliases=("persistent_client_expiration", "maximum_session_expiry"),
+    stronger="higher",
 )
 SERVER_KEEP_ALIVE: Final = Policy(
     "server_keep_alive",
@@ -456,6 +487,7 @@ SERVER_KEEP_ALIVE: Final = Policy(
     "MQTT 5.0, 3.2.2.3.14",
     level="broker",
     aliases=("max_keepalive",),
+    stronger="lower",
 )
 BROKER_RECEIVE_MAXIMUM: Final = Policy(
     "receive_maximum",
@@ -464,6 +496,7 @@ BROKER_RECEIVE_MAXIMUM: Final = Policy(
     "How many messages of QoS 1 and 2 a client may send before it waits for an answer.",
     "MQTT 5.0, 3.2.2.3.3",
     level="broker",
+    stronger="higher",
 )
 BROKER_PACKET_SIZE: Final = Policy(
     "maximum_packet_size",
@@ -473,6 +506,7 @@ BROKER_PACKET_SIZE: Final = Policy(
     "MQTT 5.0, 3.2.2.3.6",
     level="broker",
     aliases=("max_packet_size",),
+    stronger="higher",
 )
 BROKER_ALIASES: Final = Policy(
     "topic_alias_maximum",
@@ -481,6 +515,7 @@ BROKER_ALIASES: Final = Policy(
     "The highest topic alias that it understands; a broker that announces none understands none.",
     "MQTT 5.0, 3.2.2.3.8",
     level="broker",
+    stronger="higher",
 )
 OLDEST: Final = Policy("oldest_version", version(), "3.1.1", "The oldest version it speaks.", level="broker")
 NEWEST: Final = Policy("newest_version", version(), "5.0", "The newest version it speaks.", level="broker")
@@ -490,6 +525,7 @@ INFLIGHT: Final = Policy(
     "unlimited",
     "How many messages of QoS 1 and 2 it has on their way to one client at most.",
     level="broker",
+    stronger="higher",
 )
 QUEUED: Final = Policy(
     "max_queued_messages",
@@ -497,6 +533,7 @@ QUEUED: Final = Policy(
     None,
     "How many messages it keeps for a client that is absent or slow; what comes then is dropped, and the publisher is not told.",
     level="broker",
+    stronger="higher",
 )
 QUEUES_QOS0: Final = Policy(
     "queue_qos0_messages",
@@ -505,6 +542,7 @@ QUEUES_QOS0: Final = Policy(
     "Whether it keeps messages of QoS 0 for absent clients too.",
     "MQTT 3.1.1, 3.1.2.4; MQTT 5.0, 4.1",
     level="broker",
+    stronger="higher",
 )
 PERSISTENCE: Final = Policy(
     "persistence",
@@ -512,6 +550,7 @@ PERSISTENCE: Final = Policy(
     None,
     "Whether sessions and retained messages are still there after it was restarted.",
     level="broker",
+    stronger="higher",
 )
 UPGRADES: Final = Policy(
     "upgrade_outgoing_qos",

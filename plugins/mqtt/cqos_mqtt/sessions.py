@@ -41,7 +41,7 @@ WILL: Final = "will"
 ANYBODY: Final = "*"
 NOBODY: Final = "-"
 """Who in a line of access control: every client, and those who give no name."""
-_TRUE: Final = Setting("true")
+_TRUE: Final = Setting("true", derived=True)
 _LIVENESS: Final = ("liveness", "need.liveness")
 
 
@@ -101,6 +101,10 @@ def _filled(written: str, known: Mapping[str, str]) -> str:
     return written
 
 
+def _derived(text: str) -> Setting:
+    return Setting(text, derived=True)
+
+
 def _allowed(endpoint: Endpoint, rights: Sequence[tuple[str, str]]) -> dict[str, Setting]:
     """Say what a client may do with one endpoint."""
     topic = endpoint.topic or ""
@@ -108,11 +112,11 @@ def _allowed(endpoint: Endpoint, rights: Sequence[tuple[str, str]]) -> dict[str,
     if endpoint.role == PUBLISHER:
         writable = [written for access, written in rights if access in {"write", "readwrite"}]
         allowed = names.hears(topic, writable) and not names.hears(topic, denied)
-        return {"may_publish": Setting("true" if allowed else "false"), "controlled_topic": Setting(topic)}
+        return {"may_publish": _derived("true" if allowed else "false"), "controlled_topic": _derived(topic)}
     readable = [written for access, written in rights if access in {"read", "readwrite"}]
     if not readable:
-        return {"unreadable": Setting(json.dumps(["#", "$SYS/#"]))}
-    return {"readable": Setting(json.dumps(readable)), "unreadable": Setting(json.dumps(denied))}
+        return {"unreadable": _derived(json.dumps(["#", "$SYS/#"]))}
+    return {"readable": _derived(json.dumps(readable)), "unreadable": _derived(json.dumps(denied))}
 
 
 def _of_the_filter(written: str, facts: dict[str, Setting]) -> None:
@@ -133,17 +137,17 @@ def _client_ids(participants: Iterable[Participant], found: dict[str, dict[str, 
     numbers = Counter(key for key, _ in ids.values())
     for name, (key, own) in ids.items():
         if numbers[key] > 1:
-            found.setdefault(name, {})["client_id_taken"] = Setting("true", own.place)
+            found.setdefault(name, {})["client_id_taken"] = Setting("true", own.place, derived=True)
 
 
 def _of_the_client(client: str, endpoints: Sequence[Endpoint]) -> dict[str, Setting]:
     """Say who the client is and what it subscribes to, where a rule has to know; else clients stay alike."""
     facts: dict[str, Setting] = {}
     if any((own := stated(each.settings, NO_LOCAL)) is not None and own.text != "false" for each in endpoints):
-        facts["session"] = Setting(client)
+        facts["session"] = _derived(client)
     if any(name in each.needs for each in endpoints for name in _LIVENESS):
         filters = sorted({each.topic for each in endpoints if each.role == SUBSCRIBER and each.topic})
-        facts["subscribed"] = Setting(json.dumps(filters))
+        facts["subscribed"] = _derived(json.dumps(filters))
     return facts
 
 

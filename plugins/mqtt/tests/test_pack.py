@@ -373,3 +373,43 @@ def test_two_thousand_endpoints_on_as_many_filters_stay_small():
     assert len(report.groups) == 1_000
     assert codes(report, "error", "warning") == []
     assert all(each.severity is Severity.NOTE for each in report.findings)
+
+
+def derived_stated(**parts):
+    endpoint = {"qos": 1, **parts.get("endpoint", {})}
+    system = {
+        "cqos": 1,
+        "protocol": "mqtt",
+        "profiles": {"p": parts.get("profile", {})},
+        "participants": {
+            "a": {"client": parts.get("client", {}), "publishes": {"t": {}}},
+            "b": {"subscribes": {"t": {"profile": "p", **endpoint}}},
+        },
+    }
+    report = check(json.dumps(system).encode())
+    return [finding.message for finding in report.findings if finding.code == "CQ202"]
+
+
+@pytest.mark.parametrize(
+    ("parts", "owner"),
+    [
+        ({"endpoint": {"wildcards": True}}, "subscriber `b/subscriber/t` states `wildcards`"),
+        ({"profile": {"shared": True}}, "profile `p` states `shared`"),
+        ({"client": {"client_id_taken": True}}, "participant `a` states `client_id_taken`"),
+    ],
+)
+def test_a_derived_fact_cannot_be_stated(parts, owner):
+    (message,) = derived_stated(**parts)
+    assert message.startswith(f"{owner}, which cannot be stated. ")
+    assert "derived from" in message
+
+
+def test_a_derived_fact_cannot_be_stated_after_the_same_text_was_derived():
+    check(b"cqos: 1\nprotocol: mqtt\nparticipants: {b: {subscribes: {'a/+': {}}}, a: {publishes: {a/b: {}}}}\n")
+    assert derived_stated(endpoint={"wildcards": True})
+
+
+def test_no_derived_fact_is_offered_as_a_name():
+    report = check(b"cqos: 1\nprotocol: mqtt\nparticipants: {a: {publishes: {t: {wil: 1}}}}\n")
+    (finding,) = (finding for finding in report.findings if finding.code == "CQ202")
+    assert "closing_message" not in str(finding.help)

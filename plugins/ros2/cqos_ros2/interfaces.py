@@ -115,7 +115,7 @@ def _part(endpoint: Endpoint, part: Part, side: str, stated: str | None) -> Endp
         role=part.server if side == "server" else _OPPOSITE[part.server],
         kind=part.name,
         profiles=(ProfileRef(part.preset, endpoint.place), *endpoint.profiles),
-        settings={**endpoint.settings, "interface": Setting(part.interface, endpoint.place)},
+        settings={**endpoint.settings, "interface": Setting(part.interface, endpoint.place, derived=True)},
         type=None if stated is None else part.type.format(stated),
         # Nobody on the other side is one thing to say, not eight.
         external=endpoint.external or not part.speaks,

@@ -87,6 +87,7 @@ HISTORY: Final = Policy(
     "DDS 1.4, 2.2.3.18",
     aliases=("history_policy",),
     words={"system_default": "keep_last", **copied("keep_last"), "unknown": REPORTED_UNKNOWN},
+    stronger="higher",
 )
 DEPTH: Final = Policy(
     "depth",
@@ -97,6 +98,7 @@ DEPTH: Final = Policy(
     aliases=("history_depth", "queue_size"),
     words={"system_default": by_option("rmw", zenoh="42", otherwise="1"), **copied("10"), "unknown": REPORTED_UNKNOWN},
     zero="system_default",
+    stronger="higher",
 )
 RELIABILITY: Final = Policy(
     "reliability",
@@ -122,6 +124,7 @@ RELIABILITY: Final = Policy(
         "unknown": REPORTED_UNKNOWN,
     },
     enforced=NEVER_STOPS_A_MATCH,
+    stronger="higher",
 )
 DURABILITY: Final = Policy(
     "durability",
@@ -148,6 +151,7 @@ DURABILITY: Final = Policy(
         "unknown": REPORTED_UNKNOWN,
     },
     enforced=NEVER_STOPS_A_MATCH,
+    stronger="higher",
 )
 UNSPECIFIED: Final = {"unspecified": "infinite", "default": "infinite", "system_default": "infinite"}
 PERIOD_OF_PEERS: Final = PerRole(
@@ -170,6 +174,7 @@ DEADLINE: Final = Policy(
     zero="unspecified",
     enforced=ONLY_IN_DDS,
     promise=True,
+    stronger="lower",
 )
 LIFESPAN: Final = Policy(
     "lifespan",
@@ -201,6 +206,7 @@ LIVELINESS: Final = Policy(
     },
     enforced=ONLY_IN_DDS,
     promise=True,
+    stronger="higher",
 )
 LEASE: Final = Policy(
     "liveliness_lease_duration",
@@ -212,6 +218,7 @@ LEASE: Final = Policy(
     words={**UNSPECIFIED, "best_available": PERIOD_OF_PEERS, **copied("infinite")},
     zero="unspecified",
     enforced=ONLY_IN_DDS,
+    stronger="lower",
 )
 AVOID_CONVENTIONS: Final = Policy(
     "avoid_ros_namespace_conventions",
@@ -246,7 +253,8 @@ INTERFACE: Final = Policy(
     "interface",
     Choice("topic", "service", "action", ordered=False),
     "topic",
-    "What the endpoint is a part of; filled in where a service or an action is taken apart into its topics.",
+    "What the endpoint is a part of; derived where a service or an action is taken apart into its topics.",
+    derived=True,
 )
 
 # What is known about a topic ------------------------------------------------------------------------------

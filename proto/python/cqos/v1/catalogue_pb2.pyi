@@ -424,6 +424,8 @@ class Policy(_message.Message):
     DOC_FIELD_NUMBER: _builtins.int
     CLAUSE_FIELD_NUMBER: _builtins.int
     EXPECTED_FIELD_NUMBER: _builtins.int
+    STRONGER_FIELD_NUMBER: _builtins.int
+    DERIVED_FIELD_NUMBER: _builtins.int
     name: _builtins.str
     """Canonical name, unique in its level."""
     level: _builtins.str
@@ -454,6 +456,10 @@ class Policy(_message.Message):
     """Clause of the standard."""
     expected: _builtins.str
     """What may be written, in words, for messages and placeholders."""
+    stronger: _builtins.str
+    """Which values promise or demand more: `higher`, `lower`, or empty where neither does."""
+    derived: _builtins.bool
+    """It follows from other facts, as `doc` says: it cannot be stated."""
     @_builtins.property
     def values(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """Of a choice: its values, weakest first where they are ordered."""
@@ -506,10 +512,12 @@ class Policy(_message.Message):
         doc: _builtins.str = ...,
         clause: _builtins.str = ...,
         expected: _builtins.str = ...,
+        stronger: _builtins.str = ...,
+        derived: _builtins.bool = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_changeable", b"_changeable", "_default_value", b"_default_value", "_maximum", b"_maximum", "_minimum", b"_minimum", "_unit", b"_unit", "_unlimited", b"_unlimited", "changeable", b"changeable", "default_value", b"default_value", "maximum", b"maximum", "minimum", b"minimum", "unit", b"unit", "unlimited", b"unlimited"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_changeable", b"_changeable", "_default_value", b"_default_value", "_maximum", b"_maximum", "_minimum", b"_minimum", "_unit", b"_unit", "_unlimited", b"_unlimited", "aliases", b"aliases", "changeable", b"changeable", "clause", b"clause", "default_by_role", b"default_by_role", "default_value", b"default_value", "doc", b"doc", "enforced", b"enforced", "entities", b"entities", "expected", b"expected", "fact", b"fact", "kind", b"kind", "level", b"level", "maximum", b"maximum", "minimum", b"minimum", "name", b"name", "ordered", b"ordered", "roles", b"roles", "unit", b"unit", "unlimited", b"unlimited", "values", b"values", "words", b"words"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_changeable", b"_changeable", "_default_value", b"_default_value", "_maximum", b"_maximum", "_minimum", b"_minimum", "_unit", b"_unit", "_unlimited", b"_unlimited", "aliases", b"aliases", "changeable", b"changeable", "clause", b"clause", "default_by_role", b"default_by_role", "default_value", b"default_value", "derived", b"derived", "doc", b"doc", "enforced", b"enforced", "entities", b"entities", "expected", b"expected", "fact", b"fact", "kind", b"kind", "level", b"level", "maximum", b"maximum", "minimum", b"minimum", "name", b"name", "ordered", b"ordered", "roles", b"roles", "stronger", b"stronger", "unit", b"unit", "unlimited", b"unlimited", "values", b"values", "words", b"words"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__changeable: _TypeAlias = _typing.Literal["changeable"]  # noqa: Y015
     _WhichOneofArgType__changeable: _TypeAlias = _typing.Literal["_changeable", b"_changeable"]  # noqa: Y015
