@@ -1,4 +1,4 @@
-"""Settings for all tests: hypothesis profiles, and that a missing component is a failure where CI runs."""
+"""Settings for all tests: hypothesis profiles, and the option of the soak."""
 
 from __future__ import annotations
 
@@ -11,9 +11,11 @@ if TYPE_CHECKING:
     import pytest
 
 # No deadline: how long one example takes says nothing here, machines differ and coverage doubles it.
-settings.register_profile("default", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.register_profile("ci", parent=settings.get_profile("default"), derandomize=True, print_blob=True)
-settings.load_profile("ci" if os.environ.get("CI") else "default")
+settings.register_profile("base", deadline=None, suppress_health_check=[HealthCheck.too_slow], print_blob=True)
+# The tests give the same answer every time; `dev.py explore` looks for new examples, and what it finds becomes a case.
+settings.register_profile("fixed", parent=settings.get_profile("base"), derandomize=True)
+settings.register_profile("explore", parent=settings.get_profile("base"), max_examples=2_000)
+settings.load_profile(os.environ.get("CQOS_HYPOTHESIS", "fixed"))
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -4,6 +4,7 @@
 python3 dev.py demo             check two example diagrams, one that fits and one that does not
 python3 dev.py test [ARGS]      all checks: lint, types, import contracts, tests (ARGS go to pytest; --cov adds coverage)
 python3 dev.py lint             the same without the tests
+python3 dev.py explore [ARGS]   property tests with new random examples, and many of them (ARGS go to pytest)
 python3 dev.py run -- ARGS      the command `cqos` with ARGS
 python3 dev.py setup            only set up (the others do that by themselves, when something changed)
 """
@@ -59,7 +60,7 @@ class TroubleError(Exception):
 
 def main(arguments: list[str]) -> int:
     """Run one command; return the exit code."""
-    commands = {"demo": demo, "test": test, "lint": lint, "run": run, "setup": setup_everything}
+    commands = {"demo": demo, "test": test, "explore": explore, "lint": lint, "run": run, "setup": setup_everything}
     name, *rest = arguments or ["--help"]
     if name in {"-h", "--help", "help"}:
         print(__doc__)
@@ -98,7 +99,16 @@ def test(arguments: list[str]) -> int:
     """Run everything that must hold; return 1 if anything does not."""
     setup(everything=True)
     have_programs()
+    # One seed for the order of sets too: the same tests give the same answer every time.
+    os.environ.setdefault("PYTHONHASHSEED", "0")
     return run_steps([*lint_steps(), ("pytest", pytest_command(arguments))])
+
+
+def explore(arguments: list[str]) -> int:
+    """Run the property tests with examples that no run had before; what fails becomes a case."""
+    setup(everything=True)
+    os.environ["CQOS_HYPOTHESIS"] = "explore"
+    return run_steps([("pytest", pytest_command(["-m", "hypothesis", *arguments]))])
 
 
 def lint(_: list[str]) -> int:

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cqos_core.codes import CODES
@@ -157,7 +157,7 @@ def _read(source: Source, messages: str) -> System | InputError:
         return error
 
 
-@settings(max_examples=400, deadline=5000, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=400)
 @given(st.sampled_from(FILES), mutations, st.sampled_from(["true", "false"]))
 def test_a_damaged_file_is_a_system_or_a_located_error(path: Path, changes: list[Mutation], messages: str):
     data = path.read_bytes()
@@ -170,7 +170,7 @@ def test_a_damaged_file_is_a_system_or_a_located_error(path: Path, changes: list
         _check_system(result)
 
 
-@settings(max_examples=300, deadline=5000)
+@settings(max_examples=300)
 @given(st.binary(max_size=300))
 def test_noise_is_a_located_error(data: bytes):
     result = _read(Source("noise", data), "false")

@@ -317,7 +317,7 @@ class EditingFromAfar(Editing):
     opened = cast("Any", FromAfar)
 
 
-EditingFromAfar.TestCase.settings = settings(max_examples=20, stateful_step_count=20, deadline=None)
+EditingFromAfar.TestCase.settings = settings(max_examples=20, stateful_step_count=20)
 TestEditingFromAfar = EditingFromAfar.TestCase
 
 
