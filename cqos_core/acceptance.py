@@ -8,12 +8,13 @@ from datetime import date
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
+from cqos_core.name_index import NameIndex
 from cqos_core.remarks import core_finding
 from cqos_core.report import Finding, Severity
 from cqos_core.team import topic_spellings
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from cqos_core.codes import CodeInfo
     from cqos_core.findings import Made
@@ -50,12 +51,16 @@ def with_acceptances(
 ) -> tuple[list[Made], list[Finding]]:
     """Mark accepted findings; report entries that are unused, expired, or name no rule."""
     used: set[int] = set()
-    valid = [
+    valid = {
         index for index, each in enumerate(acceptances) if each.until is None or date.fromisoformat(each.until) >= today
-    ]
+    }
+    filed = NameIndex(
+        (f"{each.rule.lower()} {_about(each)}", index) for index, each in enumerate(acceptances) if index in valid
+    )
     marked = []
     for one in made:
-        excuses = [i for i in valid if _excuses(i, acceptances[i], one, find_rule)]
+        near = filed.matching(*_names(one.finding, find_rule))
+        excuses = [index for index in near if _excuses(index, acceptances[index], one, find_rule)]
         used.update(excuses)
         if excuses:
             one = replace(one, finding=replace(one.finding, accepted=acceptances[excuses[0]].because))  # noqa: PLW2901
@@ -77,6 +82,23 @@ def with_acceptances(
             message = f"the acceptance of {each.rule} ({each.because}) matches no finding"
             said.append(core_finding("CQ601", message, place=each.place))
     return marked, said
+
+
+def _about(acceptance: Acceptance) -> str:
+    """The pattern that an acceptance is filed under, beside its rule: one that every finding it excuses matches."""
+    if acceptance.topic is not None:
+        return f"topic {acceptance.topic.lstrip('/')}"
+    return f"endpoint {acceptance.endpoint}" if acceptance.endpoint is not None else "any"
+
+
+def _names(finding: Finding, find_rule: RuleFinder) -> Iterator[str]:
+    """What an acceptance of a finding may be filed under."""
+    for rule in _spellings(finding, find_rule):
+        yield f"{rule} any"
+        if finding.topic is not None:
+            spellings = topic_spellings(finding.topic)
+            yield from (f"{rule} topic {name}" for name in (*spellings, *(name.lstrip("/") for name in spellings)))
+        yield from (f"{rule} endpoint {member}" for side in finding.sides for member in side.members)
 
 
 def _excuses(index: int, acceptance: Acceptance, one: Made, find_rule: RuleFinder) -> bool:

@@ -50,6 +50,12 @@ class Entry:
             return not self.members and not self.topics and self.message == other.message
         return other.topics <= self.topics and other.members <= self.members and self._as_narrow(other)
 
+    def names(self) -> list[tuple[str, ...]]:
+        """What the entry is found by: its topics and members, else what it said."""
+        names: list[tuple[str, ...]] = [(self.code, "topic", topic) for topic in self.topics]
+        names += [(self.code, "member", member) for member in self.members]
+        return names or [(self.code, "message", self.message)]
+
     def _as_narrow(self, other: Entry) -> bool:
         """Whether the finding names at least as much as the entry: one without a topic is about something else."""
         return bool(other.topics) == bool(self.topics) and bool(other.members) == bool(self.members)
@@ -62,11 +68,12 @@ class Baseline:
     path: str
     entries: tuple[Entry, ...]
     _met: set[Entry] = field(default_factory=set)
-    _by_code: dict[str, list[Entry]] = field(default_factory=dict)
+    _filed: dict[tuple[str, ...], list[Entry]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for entry in self.entries:
-            self._by_code.setdefault(entry.code, []).append(entry)
+            for name in entry.names():
+                self._filed.setdefault(name, []).append(entry)
 
     def mark(self, report: Report, file: str | None = None) -> Report:
         """Return ``report`` with every known finding accepted, which says so; ``file`` is the path of its input."""
@@ -74,7 +81,9 @@ class Baseline:
 
     def _marked(self, finding: Finding, file: str | None) -> Finding:
         today = entry_of(finding, None if file is None else name_of(file, self.path))
-        covering = [entry for entry in self._by_code.get(finding.code, ()) if entry.covers(today)]
+        # An entry that covers the finding has all its names, so those under its rarest name are enough.
+        near = min((self._filed.get(name, []) for name in today.names()), key=len)
+        covering = [entry for entry in near if entry.covers(today)]
         self._met.update(covering)
         if not covering or finding.accepted is not None:
             return finding

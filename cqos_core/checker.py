@@ -12,7 +12,7 @@ from cqos_core.bridging import bridge_findings, linked
 from cqos_core.codes import CODES
 from cqos_core.findings import Made, merged, of_participants
 from cqos_core.judge import ask
-from cqos_core.pairing import bridges_of
+from cqos_core.pairing import bridges_of, naming_endpoints
 from cqos_core.remarks import core_finding, plural, suggestion
 from cqos_core.report import Finding, Report, Severity, Side, Verdict
 from cqos_core.resolve import Resolver
@@ -419,7 +419,8 @@ def check_system(
     resolved = resolver.run()
     by_topic, hops = linked(links, resolver)
     results = {}
+    excused = naming_endpoints(system.accept)
     for number, (key, endpoints) in enumerate(by_topic.items()):
         step(number, len(by_topic))
-        results[key] = check_topic(endpoints, system.accept, teams)
+        results[key] = check_topic(endpoints, excused, teams)
     return assemble(system, resolved, results, context, [*problems, *bridge_findings(system, hops, by_topic)])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 from cqos_core.checker import check_system
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from cqos_core.checker import Context
     from cqos_core.logs import Misfit, Occurrence
     from cqos_core.pack import RulePack
-    from cqos_core.report import Finding, Report
+    from cqos_core.report import Finding, Group, Report
     from cqos_core.resolved import Resolved
     from cqos_core.rule import Rule
     from cqos_core.system import System
@@ -62,15 +63,45 @@ def explain_alone(occurrences: Iterable[Occurrence], context: Context) -> list[E
 
 def explain_misfits(occurrences: Iterable[Occurrence], system: System, context: Context) -> list[Explained]:
     """Explain what programs say by the pairs of a system."""
-    report = check_system(system, context)
-    endpoints = endpoints_of(system, context)
-    return [_explained(each, endpoints, report, context) for each in occurrences]
+    known = _Known(endpoints_of(system, context), check_system(system, context))
+    return [_explained(each, known, context) for each in occurrences]
 
 
-def _explained(occurrence: Occurrence, endpoints: Sequence[Resolved], report: Report, context: Context) -> Explained:
+class _Known:
+    """A checked system, by what programs name in it.
+
+    Attributes:
+        endpoints: by protocol and topic (None: all), as programs print it in full or name it themselves.
+        groups: those that are not compatible, by publisher.
+        findings: those about pairs, by endpoint.
+    """
+
+    def __init__(self, endpoints: Sequence[Resolved], report: Report) -> None:
+        self.endpoints: dict[tuple[str, str | None], list[Resolved]] = {}
+        for each in endpoints:
+            for name in _topic_names(each):
+                self.endpoints.setdefault((each.pack.id, name), []).append(each)
+        self.groups: dict[str, list[tuple[int, Group]]] = {}
+        for number, group in enumerate(report.groups):
+            for publisher in group.publishers if group.verdict is not Verdict.COMPATIBLE else ():
+                self.groups.setdefault(publisher, []).append((number, group))
+        self.findings: dict[str, list[tuple[int, Finding]]] = {}
+        for number, finding in enumerate(report.findings):
+            for member in dict.fromkeys(finding.endpoints) if finding.verdict is not None else ():
+                self.findings.setdefault(member, []).append((number, finding))
+
+
+def _topic_names(endpoint: Resolved) -> Iterable[str | None]:
+    """How programs may call the topic of an endpoint: in full, as stated, or by the last parts of its name."""
+    key = endpoint.key or ""
+    ends = (key[at + 1 :] for at, letter in enumerate(key) if letter == "/" and key[at + 1 : at + 2] != "/")
+    return dict.fromkeys([None, endpoint.key, endpoint.shown, endpoint.endpoint.topic, *ends])
+
+
+def _explained(occurrence: Occurrence, known: _Known, context: Context) -> Explained:
     misfit = occurrence.misfit
     rules = rules_over(misfit, context.find_pack(misfit.protocol))
-    on_topic = [each for each in endpoints if each.pack.id == misfit.protocol and _is_on(each, misfit.topic)]
+    on_topic = known.endpoints.get((misfit.protocol, misfit.topic))
     if not on_topic:
         return Explained(occurrence, rules, remark="the system has no such topic")
     own = [each for each in on_topic if each.role == misfit.role]
@@ -86,8 +117,8 @@ def _explained(occurrence: Occurrence, endpoints: Sequence[Resolved], report: Re
         owner = f" of `{misfit.participant}`" if own and not mine else ""
         return Explained(occurrence, rules, remark=f"the system has no {missing}{owner} there")
     publishers, subscribers = (mine, others) if misfit.role == PUBLISHER else (others, mine)
-    pairs = _pairs({each.id for each in publishers}, {each.id for each in subscribers}, report)
-    findings = _findings(pairs, report)
+    pairs = _pairs({each.id for each in publishers}, {each.id for each in subscribers}, known)
+    findings = _findings(pairs, known)
     if misfit.topic is None and rules:
         # Of all topics of the participant, it is one where the named policy does not fit.
         findings = tuple(each for each in findings if each.code in {rule.code for rule in rules})
@@ -99,13 +130,6 @@ def _explained(occurrence: Occurrence, endpoints: Sequence[Resolved], report: Re
     return Explained(occurrence, rules, pairs, findings, remark)
 
 
-def _is_on(endpoint: Resolved, topic: str | None) -> bool:
-    """Whether an endpoint is on a topic, which programs print in full or as they name it themselves."""
-    if topic is None or topic in {endpoint.key, endpoint.shown, endpoint.endpoint.topic}:
-        return True
-    return not topic.startswith("/") and (endpoint.key or "").endswith(f"/{topic}")
-
-
 def _address(endpoint: Resolved) -> str:
     return endpoint.pack.meeting.address(endpoint.endpoint.participant, endpoint.participant.texts)
 
@@ -114,11 +138,11 @@ def _opposite(role: str) -> str:
     return SUBSCRIBER if role == PUBLISHER else PUBLISHER
 
 
-def _pairs(publishers: set[str], subscribers: set[str], report: Report) -> tuple[Pair, ...]:
+def _pairs(publishers: set[str], subscribers: set[str], known: _Known) -> tuple[Pair, ...]:
+    groups = {number: group for name in publishers for number, group in known.groups.get(name, ())}
     found = [
         Pair(group.topic, publisher, subscriber, group.verdict)
-        for group in report.groups
-        if group.verdict is not Verdict.COMPATIBLE
+        for _, group in sorted(groups.items(), key=itemgetter(0))
         for publisher, subscriber in product(
             [name for name in group.publishers if name in publishers],
             [name for name in group.subscribers if name in subscribers],
@@ -129,17 +153,13 @@ def _pairs(publishers: set[str], subscribers: set[str], report: Report) -> tuple
     return tuple(certain or found)
 
 
-def _findings(pairs: Sequence[Pair], report: Report) -> tuple[Finding, ...]:
-    """Return what says of any of the pairs that, or why, it does not fit."""
-    publishers = {pair.publisher for pair in pairs}
-    subscribers = {pair.subscriber for pair in pairs}
-    return tuple(
-        finding
-        for finding in report.findings
-        if finding.verdict is not None
-        and not publishers.isdisjoint(finding.endpoints)
-        and not subscribers.isdisjoint(finding.endpoints)
+def _findings(pairs: Sequence[Pair], known: _Known) -> tuple[Finding, ...]:
+    """Return the findings about any of the pairs that are not compatible, in the order of the report."""
+    offering, requesting = (
+        {number: finding for name in names for number, finding in known.findings.get(name, ())}
+        for names in ({pair.publisher for pair in pairs}, {pair.subscriber for pair in pairs})
     )
+    return tuple(offering[number] for number in sorted(offering.keys() & requesting.keys()))
 
 
 def _concerns(finding: Finding, pair: Pair) -> bool:

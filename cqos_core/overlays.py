@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
+from cqos_core.name_index import NameIndex
 from cqos_core.policy import ENDPOINT, Depends, is_plain
 from cqos_core.reading import word_of
 from cqos_core.report import Severity
@@ -31,6 +31,7 @@ class Overlays:
         """Read the overlays of ``system`` with ``reader``."""
         self._system = system
         self._reader = reader
+        self._by_topic = NameIndex((overlay.topic, index) for index, overlay in enumerate(system.overlays))
         self.used: set[int] = set()
         self._laid: set[int] = set()
         self._layers: dict[tuple[int, int], Layer] = {}
@@ -43,11 +44,11 @@ class Overlays:
         covers = pack.meeting.covers
         addresses = (pack.meeting.address(endpoint.participant, participant.texts), endpoint.participant)
         topics = (naming.key or naming.shown, naming.shown) if naming is not None else ()
-        for index, overlay in enumerate(self._system.overlays):
+        for index in self._by_topic.matching(*topics):
+            overlay = self._system.overlays[index]
             if (
                 overlay.protocol in {None, pack.id}
                 and overlay.role in {None, endpoint.role}
-                and any(fnmatchcase(name, overlay.topic) for name in topics)
                 and any(covers(overlay.participant, address) for address in addresses)
                 and (overlay.entity is None or overlay.entity == endpoint.id)
                 and self._holds(overlay, participant) is not False

@@ -406,16 +406,22 @@ class RulePack:
 
     def rule(self, code_or_name: str) -> Rule | None:
         """Return the rule with that code, name or alias, or None."""
-        wanted = code_or_name.lower()
-        for rule in self.rules:
-            if wanted in {rule.code.lower(), rule.name, *(alias.lower() for alias in rule.aliases)}:
-                return rule
-        return None
+        return self._by_spelling.get(code_or_name.lower(), (None, None))[0]
 
     def code(self, code_or_name: str) -> CodeInfo | None:
         """Return what an importer of the pack reports under that code, name or alias, or None."""
-        wanted = code_or_name.lower()
-        return next((info for info in self.codes if wanted in info.spellings), None)
+        return self._by_spelling.get(code_or_name.lower(), (None, None))[1]
+
+    @cached_property
+    def _by_spelling(self) -> Mapping[str, tuple[Rule | None, CodeInfo | None]]:
+        """By code, name and alias in lower case: the rule, or what an importer of the pack reports."""
+        found: dict[str, tuple[Rule | None, CodeInfo | None]] = {}
+        for info in reversed(self.codes):
+            found.update(dict.fromkeys(info.spellings, (None, info)))
+        for rule in reversed(self.rules):
+            for spelling in (rule.code.lower(), rule.name, *(alias.lower() for alias in rule.aliases)):
+                found[spelling] = (rule, found.get(spelling, (None, None))[1])
+        return found
 
     def describe(self) -> dict[str, Any]:
         """Describe the pack for machines: enough to draw a property panel for a protocol never seen before."""

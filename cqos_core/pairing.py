@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from fnmatch import fnmatchcase
 from functools import lru_cache
 from operator import attrgetter
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.name_index import NameIndex
 from cqos_core.policy import ENDPOINT
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 
@@ -67,26 +67,25 @@ class Topic:
             yield from members.endpoints
 
 
-def accepted_by(endpoint_id: str, acceptances: Sequence[Acceptance]) -> frozenset[int]:
-    """Indices of the acceptances whose ``endpoint`` pattern names this endpoint."""
-    return frozenset(
-        index
-        for index, acceptance in enumerate(acceptances)
-        if acceptance.endpoint is not None
-        and (acceptance.endpoint == endpoint_id or fnmatchcase(endpoint_id, acceptance.endpoint))
-    )
+def naming_endpoints(acceptances: Sequence[Acceptance]) -> NameIndex[int]:
+    """Return the indices of the acceptances that name endpoints, by the ids that they name."""
+    return NameIndex((each.endpoint, index) for index, each in enumerate(acceptances) if each.endpoint is not None)
 
 
-def group(endpoints: Sequence[Resolved], acceptances: Sequence[Acceptance] = ()) -> Topic:
-    """Group the endpoints of one topic; the result depends on nothing but their content."""
+def group(endpoints: Sequence[Resolved], acceptances: NameIndex[int] | None = None) -> Topic:
+    """Group the endpoints of one topic; the result depends on nothing but their content.
+
+    Args:
+        endpoints: of one topic of one protocol.
+        acceptances: those that name endpoints (`naming_endpoints`); endpoints that differ in them are groups of their own.
+    """
     ordered = sorted(endpoints, key=attrgetter("id"))
-    named = [acceptance for acceptance in acceptances if acceptance.endpoint is not None]
     own = [endpoint for endpoint in ordered if not endpoint.visiting]
     topic = Topic(own[0].key or "", min([endpoint.shown for endpoint in own]), own[0].pack)
     found: dict[tuple[object, ...], Members] = {}
     for endpoint in ordered:
         stated = endpoint.endpoint
-        tags = accepted_by(endpoint.id, acceptances) if named else frozenset()
+        tags = frozenset(acceptances.matching(endpoint.id)) if acceptances else frozenset()
         starts = stated.starts_after + endpoint.participant.participant.starts_after
         carried = endpoint.is_copy
         key = (stated.role, endpoint.profile, stated.observed, tags, starts, carried)

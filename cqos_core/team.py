@@ -10,6 +10,7 @@ from cqos_core.evaluate import bind, role_of, scope_of
 from cqos_core.expression import Compare, Literal, Sentence, Term, Test, parse
 from cqos_core.findings import Draft, Made, make
 from cqos_core.judge import ask
+from cqos_core.name_index import NameIndex
 from cqos_core.pack import BoundRule
 from cqos_core.problems import CqosError
 from cqos_core.remarks import core_finding, suggestion
@@ -20,7 +21,7 @@ from cqos_core.shape import MOST_COMBINATIONS
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from cqos_core.pack import RulePack
     from cqos_core.pairing import Topic
@@ -38,8 +39,12 @@ class TeamCheck:
 
 def bind_checks(
     system: System, find_pack: Callable[[str], RulePack | None], default_protocol: str | None
-) -> tuple[Mapping[int, Sequence[TeamCheck]], list[Finding]]:
-    """Bind ``checks:`` to the packs in use; a check that fits none of them is a finding."""
+) -> tuple[Mapping[int, NameIndex[TeamCheck]], list[Finding]]:
+    """Bind ``checks:`` to the packs in use; a check that fits none of them is a finding.
+
+    Returns:
+        By id of the pack its checks, filed under where they apply (`_filed`), and the findings.
+    """
     teams: dict[int, list[TeamCheck]] = {}
     findings = []
     packs = packs_in_use(system, find_pack, default_protocol) if system.checks else []
@@ -64,15 +69,32 @@ def bind_checks(
         if errors and len(errors) == len(packs):
             message = f"check `{team_rule.name}` cannot be applied: {errors[0]}"
             findings.append(core_finding("CQ604", message, place=team_rule.place))
-    return teams, findings
+    return {pack: NameIndex((_filed(each.rule), each) for each in checks) for pack, checks in teams.items()}, findings
 
 
-def words_asked(teams: Mapping[int, Sequence[TeamCheck]]) -> dict[int, frozenset[int]]:
+def words_asked(teams: Mapping[int, NameIndex[TeamCheck]]) -> dict[int, frozenset[int]]:
     """By id of a pack, the policies of which the team's rules ask how they were written."""
     return {
         pack: frozenset(index for check in checks for index in check.bound.bound.asked)
         for pack, checks in teams.items()
     }
+
+
+_FILED: Final = ("topic", "id", "participant")
+
+
+def _filed(rule: TeamRule) -> str:
+    """The pattern that a check is filed under: of what it applies to, what tells the most endpoints apart."""
+    where = dict(rule.where)
+    return next((f"{key} {where[key]}" for key in _FILED if key in where), "any")
+
+
+def _names(topic: Topic) -> Iterator[str]:
+    """What the checks of a topic's endpoints may be filed under."""
+    yield "any"
+    for endpoint in topic.endpoints:
+        offered = _offered(endpoint, topic)
+        yield from (f"{key} {text}" for key in _FILED for text in offered[key])
 
 
 _ONE_ENDPOINT: Final = "write bare policy names, or only `offered` or only `requested` values"
@@ -111,9 +133,10 @@ def _bound_sentence(required: Bound, pack: RulePack) -> Sentence:
     return Compare(_RELATIONS[required.relation], term, Literal(value))
 
 
-def team_findings(topic: Topic, checks: Sequence[TeamCheck]) -> list[Made]:
+def team_findings(topic: Topic, checks: NameIndex[TeamCheck]) -> list[Made]:
     """Judge the endpoints of one topic by the team's rules that apply to them."""
-    return [_made(check, draft) for check in checks for draft in _drafts(topic, check)]
+    applying = checks.matching(*dict.fromkeys(_names(topic)))
+    return [_made(check, draft) for check in applying for draft in _drafts(topic, check)]
 
 
 def _drafts(topic: Topic, check: TeamCheck) -> Iterable[Draft]:
@@ -157,8 +180,14 @@ def _made(check: TeamCheck, draft: Draft) -> Made:
 
 
 def _applies(rule: TeamRule, endpoint: Resolved, topic: Topic) -> bool:
+    offered = _offered(endpoint, topic)
+    return all(any(fnmatchcase(text, pattern) for text in offered.get(key, ())) for key, pattern in rule.where)
+
+
+def _offered(endpoint: Resolved, topic: Topic) -> dict[str, tuple[str, ...]]:
+    """What the patterns of ``where`` are compared with."""
     stated = endpoint.endpoint
-    offered = {
+    return {
         "role": (stated.role,),
         "topic": topic_spellings(stated.topic, topic.shown, topic.key),
         "participant": (stated.participant, endpoint.participant.participant.label or ""),
@@ -166,7 +195,6 @@ def _applies(rule: TeamRule, endpoint: Resolved, topic: Topic) -> bool:
         "type": (stated.type or "",),
         "id": (endpoint.id,),
     }
-    return all(any(fnmatchcase(text, pattern) for text in offered.get(key, ())) for key, pattern in rule.where)
 
 
 def topic_spellings(*names: str | None) -> tuple[str, ...]:

@@ -20,10 +20,10 @@ from cqos_core.team import TeamCheck, team_findings
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
+    from cqos_core.name_index import NameIndex
     from cqos_core.pairing import Members, Topic
     from cqos_core.resolved import Resolved
     from cqos_core.shape import Apart, Judged, Outline, Row
-    from cqos_core.system import Acceptance
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,8 +40,8 @@ Drafts = dict[tuple[Any, ...], Draft]
 
 def check_topic(
     endpoints: Sequence[Resolved],
-    acceptances: Sequence[Acceptance] = (),
-    checks: Mapping[int, Sequence[TeamCheck]] | None = None,
+    acceptances: NameIndex[int] | None = None,
+    checks: Mapping[int, NameIndex[TeamCheck]] | None = None,
 ) -> TopicResult:
     """Judge one topic of one protocol: a pure function of its endpoints, the acceptances and the team's rules."""
     topic = group(endpoints, acceptances)
@@ -52,7 +52,7 @@ def check_topic(
     if judged.kept_apart:
         made += _splits(topic, judged)
     if checks:
-        made += team_findings(topic, checks.get(id(topic.pack), ()))
+        made += team_findings(topic, checks[id(topic.pack)]) if id(topic.pack) in checks else []
     made += _within_participants(topic, groups)
     alone = () if topic.publishers and topic.subscribers else topic.endpoints
     return TopicResult(tuple(groups), tuple(made), tuple([each for each in alone if not each.is_copy]))

@@ -6,7 +6,7 @@ import random
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from cqos_core.pairing import apart, bucket, group
+from cqos_core.pairing import apart, bucket, group, naming_endpoints
 from cqos_core.resolve import resolve
 from cqos_core.system import Acceptance
 from tests.worlds import CONTEXT, participant, reader, world, writer
@@ -21,7 +21,7 @@ def endpoints(*parts: Any, **fields: Any) -> list[Resolved]:
 
 def members(*parts: Any, accept: Any = (), **fields: Any) -> tuple[list[list[str]], list[list[str]]]:
     """Ids of the groups of publishers and of subscribers."""
-    topic = group(endpoints(*parts, **fields), accept)
+    topic = group(endpoints(*parts, **fields), naming_endpoints(accept))
     sides = (topic.publishers, topic.subscribers)
     return tuple([[each.id for each in found.endpoints] for found in side] for side in sides)  # type: ignore[return-value]
 

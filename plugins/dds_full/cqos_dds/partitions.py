@@ -80,15 +80,20 @@ def _some(
     writer: Names, reader: Names, is_expression: Callable[[str], bool], matches: Callable[[str, str], bool]
 ) -> bool:
     """Whether some name of one list matches some name of the other, two expressions never."""
-    return any(_one(a, b, is_expression, matches) for a in writer for b in reader)
+    offered, offering = _sorted(writer, is_expression)
+    requested, requesting = _sorted(reader, is_expression)
+    return (
+        not offered.isdisjoint(requested)
+        or any(matches(name, expression) for expression in offering for name in requested)
+        or any(matches(name, expression) for expression in requesting for name in offered)
+    )
 
 
-def _one(a: str, b: str, is_expression: Callable[[str], bool], matches: Callable[[str, str], bool]) -> bool:
-    if is_expression(a) and is_expression(b):
-        return False
-    if is_expression(a):
-        return matches(b, a)
-    return matches(a, b)
+@lru_cache(maxsize=10_000)
+def _sorted(names: Names, is_expression: Callable[[str], bool]) -> tuple[frozenset[str], tuple[str, ...]]:
+    """The plain names of a list, and its expressions."""
+    expressions = tuple(name for name in names if is_expression(name))
+    return frozenset(names).difference(expressions), expressions
 
 
 # Which characters have each name in the POSIX locale, as ranges of a regular expression.

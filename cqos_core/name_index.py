@@ -1,0 +1,56 @@
+"""Values filed under shell patterns, found by a name without trying every pattern."""
+
+from __future__ import annotations
+
+import re
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Final, Generic, TypeVar
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+T = TypeVar("T")
+_WILD: Final = re.compile(r"[*?\[]")
+
+
+class NameIndex(Generic[T]):
+    """Values under shell patterns (``*``, ``?``, ``[a-z]``), each also under the plain text of its pattern.
+
+    A pattern is filed under the text before its first wildcard, else under that after its last one. So looking up a name
+    costs a few dictionary look-ups and one match per pattern that begins or ends like the name.
+    """
+
+    def __init__(self, entries: Iterable[tuple[str, T]]) -> None:
+        """File each value under its pattern."""
+        self._values: list[T] = []
+        self._exact: dict[str, list[int]] = {}
+        self._by_head: dict[str, list[tuple[int, str]]] = {}
+        self._by_tail: dict[str, list[tuple[int, str]]] = {}
+        for number, (pattern, value) in enumerate(entries):
+            self._values.append(value)
+            self._exact.setdefault(pattern, []).append(number)
+            wild = _WILD.search(pattern)
+            if wild is None:
+                continue
+            head, tail = pattern[: wild.start()], re.split(r"[*?\[\]]", pattern)[-1]
+            filed = self._by_tail if not head and tail else self._by_head
+            filed.setdefault(tail if filed is self._by_tail else head, []).append((number, pattern))
+        self._heads = sorted({len(head) for head in self._by_head})
+        self._tails = sorted({len(tail) for tail in self._by_tail})
+
+    def __bool__(self) -> bool:
+        return bool(self._values)
+
+    def __iter__(self) -> Iterator[T]:
+        return iter(self._values)
+
+    def matching(self, *names: str) -> list[T]:
+        """Return the values whose pattern matches any of ``names``, in the order in which they were filed."""
+        found: set[int] = set()
+        for name in names:
+            found.update(self._exact.get(name, ()))
+            ends = [self._by_head.get(name[:length], ()) for length in self._heads if length <= len(name)]
+            ends += [self._by_tail.get(name[-length:], ()) for length in self._tails if length <= len(name)]
+            for filed in ends:
+                found.update(number for number, pattern in filed if fnmatchcase(name, pattern))
+        return [self._values[number] for number in sorted(found)]

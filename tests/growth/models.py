@@ -1,0 +1,223 @@
+"""Inputs of any size, each of a form whose cost once grew faster than the input. All are made here, from a number."""
+
+from __future__ import annotations
+
+import io
+import json
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import cqos_core as cqos
+from cqos_core.api import context
+from cqos_core.baseline import read_baseline, write_baseline
+from cqos_core.formatters.json_report import render_json
+from cqos_core.formatters.style import Style
+from cqos_core.logs import misfits
+from cqos_core.misfits import explain_misfits
+from cqos_core.plugins import load_plugins
+from cqos_core.system import Overlay, Setting
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from cqos_core.report import Report
+
+
+class Model(NamedTuple):
+    """One input: its size in bytes, and what to do with it; that returns the bytes of what comes out."""
+
+    size: int
+    work: Callable[[], int]
+
+
+def printed(report: Report) -> int:
+    """The size of a report as JSON."""
+    return len(render_json(report, Style()))
+
+
+def checked(text: bytes) -> Model:
+    """Check a system file."""
+    return Model(len(text), lambda: printed(cqos.check(text)))
+
+
+def document(protocol: str, **parts: Any) -> bytes:
+    """Write a system file in JSON, which is YAML."""
+    return json.dumps({"cqos": 1, "system": "growing", "protocol": protocol} | parts).encode()
+
+
+def node(name: str, publishes: Any = (), subscribes: Any = (), **more: Any) -> dict[str, Any]:
+    return {name: {"publishes": dict(publishes), "subscribes": dict(subscribes)} | more}
+
+
+def nodes(each: Iterable[dict[str, Any]]) -> dict[str, Any]:
+    return {name: value for one in each for name, value in one.items()}
+
+
+def _broken(number: int) -> dict[str, Any]:
+    """As many topics with one error each."""
+    best, reliable = {"reliability": "best_effort"}, {"reliability": "reliable"}
+    return {
+        "a": {"publishes": {f"/t{i}": best for i in range(number)}},
+        "b": {"subscribes": {f"/t{i}": reliable for i in range(number)}},
+    }
+
+
+def broken_topics(n: int) -> Model:
+    return checked(document("ros2", participants=_broken(n)))
+
+
+def acceptances(n: int) -> Model:
+    accept = [{"rule": "ROS101", "topic": f"/t{i}", "because": "known"} for i in range(n)]
+    return checked(document("ros2", participants=_broken(n), accept=accept))
+
+
+def baseline(n: int) -> Model:
+    """Compare as many findings with as many known ones."""
+    report = cqos.check(document("ros2", participants=_broken(n)))
+    text = write_baseline("known.json", [(None, report)]).encode()
+    return Model(len(text), lambda: printed(read_baseline("known.json", text).mark(report)))
+
+
+def log_lines(n: int) -> Model:
+    """Explain what as many topics complain of."""
+    text = document("ros2", participants=_broken(n))
+    line = (
+        "[WARN] [1700000000.0] [b]: New publisher discovered on topic '/t{}', offering incompatible QoS. "
+        "No messages will be received from it. Last incompatible policy: RELIABILITY\n"
+    )
+    log = "".join(line.format(i) for i in range(n)).encode()
+
+    def work() -> int:
+        pack = load_plugins().pack("ros2")
+        assert pack is not None
+        occurrences, _ = misfits("log", io.BytesIO(log), [pack.read_log])
+        return sum(len(str(each)) for each in explain_misfits(occurrences, cqos.read(text), context()))
+
+    return Model(len(text) + len(log), work)
+
+
+def best_available(n: int) -> Model:
+    publishers = (node(f"p{i}", {"/t": {"deadline": f"{i + 1}ms"}}) for i in range(n))
+    subscribers = (node(f"s{i}", (), {"/t": "best_available"}) for i in range(n))
+    rmw = {"ros2": {"rmw": "cyclonedds", "distro": "jazzy"}}
+    return checked(document("ros2", participants=nodes([*publishers, *subscribers]), options=rmw))
+
+
+def partitions(n: int, name: str = "p{}") -> Model:
+    """Endpoints of one topic, each in a few of many partitions."""
+
+    def some(start: int, step: int) -> dict[str, Any]:
+        return {"partition": [name.format((start * 7 + k * step) % (2 * n)) for k in range(4)]}
+
+    publishers = (node(f"p{i}", {"t": some(i, 3)}) for i in range(n))
+    subscribers = (node(f"s{i}", (), {"t": some(i, 5)}) for i in range(n))
+    return checked(document("dds", participants=nodes([*publishers, *subscribers])))
+
+
+def wild_partitions(n: int) -> Model:
+    return partitions(n, "p{}*")
+
+
+def near_misses(n: int) -> Model:
+    """Publishers and subscribers whose names nearly meet."""
+    publishers = {f"/robot{i}/camera/image": {} for i in range(n)}
+    subscribers = {f"/robot{i}/camera/imaeg": {} for i in range(n)}
+    return checked(document("ros2", participants={"a": {"publishes": publishers}, "b": {"subscribes": subscribers}}))
+
+
+def unknown_profiles(n: int) -> Model:
+    publishes = {f"/t{i}": f"profil_{i}" for i in range(n)}
+    profiles = {f"profile_{i}": {"depth": 3} for i in range(n)}
+    return checked(document("ros2", participants={"a": {"publishes": publishes}}, profiles=profiles))
+
+
+def unknown_settings(n: int) -> Model:
+    publishes = {f"/t{i}": {f"reliabilty{i}": "reliable"} for i in range(n)}
+    return checked(document("ros2", participants={"a": {"publishes": publishes}}))
+
+
+def team_checks(n: int) -> Model:
+    checks = [
+        {"name": f"c{i}", "where": {"topic": f"/t{i}"}, "require": {"reliability": "reliable"}, "because": "we said so"}
+        for i in range(n)
+    ]
+    return checked(document("ros2", participants=_broken(n), checks=checks))
+
+
+def overlays(n: int) -> Model:
+    """Overrides by pattern from a parameter file, over as many nodes."""
+    text = document("ros2", participants=nodes(node(f"n{i}", {f"/t{i}": {}}) for i in range(n)))
+    setting = {"reliability": Setting("best_effort")}
+
+    def work() -> int:
+        system = cqos.read(text)
+        system.overlays = [
+            Overlay(f"o{i}", setting, topic=f"/t{i}", participant=f"/n{i}", protocol="ros2") for i in range(n)
+        ]
+        return printed(cqos.check(system))
+
+    return Model(len(text) * 2, work)
+
+
+def bridge_ring(n: int) -> Model:
+    """Bridges that carry one topic around."""
+    participants = nodes(node(f"d{i}", domain=i) for i in range(n))
+    participants |= {"source": {"domain": 0, "publishes": {"/t": {}}}}
+    bridges = {f"b{i}": {"routes": [_route(f"d{i}", f"d{(i + 1) % n}")]} for i in range(n)}
+    return checked(document("ros2", participants=participants, bridges=bridges))
+
+
+def bridge_clique(n: int) -> Model:
+    """Bridges between every two domains: n is the number of bridges."""
+    some = max(2, int(n**0.5))
+    participants = nodes(node(f"d{i}", domain=i) for i in range(some))
+    participants |= {"source": {"domain": 0, "publishes": {"/t": {}}}}
+    bridges = {f"b{i}_{j}": {"routes": [_route(f"d{i}", f"d{j}")]} for i in range(some) for j in range(some) if i != j}
+    return checked(document("ros2", participants=participants, bridges=bridges))
+
+
+def _route(a: str, b: str, topic: str = "/t") -> dict[str, Any]:
+    return {"from": {"participant": a, "topic": topic}, "to": {"participant": b, "topic": topic}}
+
+
+def brokers(n: int) -> Model:
+    participants = nodes(node(f"c{i}", {"t": {}}, {"u": {}}, broker=f"b{i}") for i in range(n))
+    return checked(document("mqtt", participants=participants, brokers={f"b{i}": {} for i in range(n)}))
+
+
+def topics(n: int) -> Model:
+    """Many topics with diverse values, of which a tenth is broken."""
+    publishes = {f"/t{i}": {"deadline": f"{i + 1}ms", "depth": i + 1} for i in range(n)}
+    subscribes = {f"/t{i}": {"deadline": f"{i + 1 - (i % 10 == 0) * 1}ms"} for i in range(1, n)}
+    rmw = {"ros2": {"rmw": "cyclonedds"}}
+    return checked(
+        document("ros2", participants={"a": {"publishes": publishes}, "b": {"subscribes": subscribes}}, options=rmw)
+    )
+
+
+MODELS: Final = {
+    acceptances: 100,
+    baseline: 400,
+    best_available: 60,
+    broken_topics: 200,
+    brokers: 150,
+    log_lines: 200,
+    near_misses: 300,
+    overlays: 200,
+    team_checks: 100,
+    topics: 400,
+    unknown_settings: 200,
+}
+"""Each with its smallest size that takes long enough to be measured."""
+
+
+def table() -> None:
+    """Print sizes, processor time and the exponent of every model."""
+    from tests.growth.test_growth import exponent, measured
+
+    for model, smallest in MODELS.items():
+        points = measured(model, smallest)
+        print(f"{model.__name__:<18}", f"{exponent(points):5.2f} ", *(f"{b}B {s:.2f}s" for b, s in points))  # noqa: T201
+
+
+if __name__ == "__main__":
+    table()

@@ -1,0 +1,56 @@
+"""What a check costs grows with its input and its output, and hardly faster."""
+
+from __future__ import annotations
+
+import gc
+import math
+import time
+from typing import TYPE_CHECKING, Final
+
+import pytest
+
+from tests.growth.models import MODELS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from tests.growth.models import Model
+
+LIMIT: Final = 1.3
+"""Of the exponent over bytes in plus bytes out, in processor time."""
+SIZES: Final = (1, 2, 4)
+TRIES: Final = 3
+
+Point = tuple[int, float]
+
+
+def measured(model: Callable[[int], Model], smallest: int) -> list[Point]:
+    """Bytes in and out, and processor time, of some sizes; each is new to the process."""
+    points: list[Point] = []
+    model(max(2, smallest // 8)).work()  # what is read once in a process
+    for times in SIZES:
+        size, work = model(smallest * times)
+        gc.collect()
+        started = time.process_time()
+        out = work()
+        points.append((size + out, time.process_time() - started))
+    return points
+
+
+def exponent(points: Sequence[Point]) -> float:
+    """The slope of the line through the points, on logarithmic scales."""
+    xs, ys = zip(*((math.log(size), math.log(max(seconds, 1e-4))) for size, seconds in points), strict=True)
+    x, y = sum(xs) / len(xs), sum(ys) / len(ys)
+    return sum((a - x) * (b - y) for a, b in zip(xs, ys, strict=True)) / sum((a - x) ** 2 for a in xs)
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.__name__)
+def test_cost_grows_like_the_input_and_the_output(model):
+    # Other work of the machine makes a try look steeper, hardly ever flatter.
+    tries = (measured(model, MODELS[model] + number) for number in range(TRIES))
+    found = []
+    for points in tries:
+        found.append((exponent(points), points))
+        if found[-1][0] <= LIMIT:
+            return
+    pytest.fail(f"grows with the power {min(found)[0]:.2f}, not {LIMIT}: {min(found)[1]}")
