@@ -96,10 +96,10 @@ def log_lines(n: int) -> Model:
 
 
 def best_available(n: int) -> Model:
-    publishers = (node(f"p{i}", {"/t": {"deadline": f"{i + 1}ms"}}) for i in range(n))
-    subscribers = (node(f"s{i}", (), {"/t": "best_available"}) for i in range(n))
+    participants = nodes(node(f"p{i}", {"/t": {"deadline": f"{i + 1}ms"}}) for i in range(n))
+    participants |= nodes(node(f"s{i}", (), {"/t": "best_available"}) for i in range(n))
     rmw = {"ros2": {"rmw": "cyclonedds", "distro": "jazzy"}}
-    return checked(document("ros2", participants=nodes([*publishers, *subscribers]), options=rmw))
+    return checked(document("ros2", participants=participants, options=rmw))
 
 
 def partitions(n: int, name: str = "p{}") -> Model:
@@ -108,9 +108,9 @@ def partitions(n: int, name: str = "p{}") -> Model:
     def some(start: int, step: int) -> dict[str, Any]:
         return {"partition": [name.format((start * 7 + k * step) % (2 * n)) for k in range(4)]}
 
-    publishers = (node(f"p{i}", {"t": some(i, 3)}) for i in range(n))
-    subscribers = (node(f"s{i}", (), {"t": some(i, 5)}) for i in range(n))
-    return checked(document("dds", participants=nodes([*publishers, *subscribers])))
+    participants = nodes(node(f"p{i}", {"t": some(i, 3)}) for i in range(n))
+    participants |= nodes(node(f"s{i}", (), {"t": some(i, 5)}) for i in range(n))
+    return checked(document("dds", participants=participants))
 
 
 def wild_partitions(n: int) -> Model:
@@ -119,8 +119,8 @@ def wild_partitions(n: int) -> Model:
 
 def near_misses(n: int) -> Model:
     """Publishers and subscribers whose names nearly meet."""
-    publishers = {f"/robot{i}/camera/image": {} for i in range(n)}
-    subscribers = {f"/robot{i}/camera/imaeg": {} for i in range(n)}
+    publishers: dict[str, Any] = {f"/robot{i}/camera/image": {} for i in range(n)}
+    subscribers: dict[str, Any] = {f"/robot{i}/camera/imaeg": {} for i in range(n)}
     return checked(document("ros2", participants={"a": {"publishes": publishers}, "b": {"subscribes": subscribers}}))
 
 

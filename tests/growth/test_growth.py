@@ -41,7 +41,7 @@ def exponent(points: Sequence[Point]) -> float:
     """The slope of the line through the points, on logarithmic scales."""
     xs, ys = zip(*((math.log(size), math.log(max(seconds, 1e-4))) for size, seconds in points), strict=True)
     x, y = sum(xs) / len(xs), sum(ys) / len(ys)
-    return sum((a - x) * (b - y) for a, b in zip(xs, ys, strict=True)) / sum((a - x) ** 2 for a in xs)
+    return float(sum((a - x) * (b - y) for a, b in zip(xs, ys, strict=True)) / sum((a - x) ** 2 for a in xs))
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.__name__)
