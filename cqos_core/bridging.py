@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.arrivals import DUPLICATE_FREE, Arrivals, repetition
 from cqos_core.given import give
-from cqos_core.guarantee import RELAYED, SURVIVES, WORDS
+from cqos_core.guarantee import RELAYED, SURVIVES, WORDS, faults_of
 from cqos_core.hops import Hop, Meetings
 from cqos_core.policy import ENDPOINT, NEED, Anything, Depends, FromPeers, is_plain
 from cqos_core.problems import InvalidValueError
@@ -282,9 +282,9 @@ def _faults_before(subscriber: Resolved) -> Iterator[str]:
     index = subscriber.pack.vocabulary.indices.get((NEED, SURVIVES.name))
     faults = subscriber.profile.values[index] if index is not None else ()
     for fault in faults if isinstance(faults, tuple) else ():
-        if fault == "publisher_restart":
+        if fault in {"publisher_restart", "link_outage"}:
             yield fault
-        elif fault == "intermediary_restart":
+        elif fault in faults_of("intermediary_restart"):
             yield from (fault, "subscriber_restart")
 
 

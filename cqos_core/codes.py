@@ -468,6 +468,14 @@ _MODEL = (
         help="describe it under `brokers:`, or name one that is there",
     ),
     CodeInfo(
+        "CQ218",
+        "guarantee-not-stated",
+        "warning",
+        "A guarantee has to survive a fault for which its rule pack states neither a clause nor a run.",
+        "Nothing is claimed there, so whether the requirement is met is not known.",
+        help="drop the fault from `survives`, or verify it with the running system",
+    ),
+    CodeInfo(
         "CQ401",
         "subscriber-without-publisher",
         "warning",

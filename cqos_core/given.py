@@ -5,17 +5,17 @@ A number is given where the strongest need that all rules grant is that number, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.guarantee import FAULTS, SURVIVES, WORDS
+from cqos_core.guarantee import FAULTS, LINK, SURVIVES, WORDS, faults_of
 from cqos_core.judge import ask
 from cqos_core.policy import INFINITE, NEED
 from cqos_core.solve import turning_points
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from cqos_core.guarantee import Word
     from cqos_core.pack import BoundRule
@@ -27,20 +27,34 @@ _CACHE: Final = 50_000
 
 
 @dataclass(frozen=True, slots=True)
+class Cell:
+    """What is given of one guarantee under one fault.
+
+    Attributes:
+        value: 1 or 0 for what holds or not, else the number; None where it cannot be known.
+        lost: the rules that keep it from holding, or from being known.
+    """
+
+    value: int | None
+    lost: tuple[Rule, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Given:
     """One guarantee of a pair, or of a path.
 
     Attributes:
         word: which one.
-        value: 1 or 0 for what holds or not, else the number; None where it cannot be known.
-        survives: the faults it survives beside a broken link.
+        value: what is given while both ends are connected: 1 or 0 for what holds or not, else the number; None where it
+            cannot be known.
         lost: the rules that keep it from holding, or from being known.
+        cells: the same under each fault.
     """
 
     word: Word
     value: int | None
-    survives: tuple[str, ...] = ()
     lost: tuple[Rule, ...] = ()
+    cells: Mapping[str, Cell] = field(default_factory=dict)
 
     @property
     def nothing(self) -> bool:
@@ -48,13 +62,22 @@ class Given:
         return self.value == self.word.nothing
 
     @property
+    def survives(self) -> tuple[str, ...]:
+        """The faults under which as much is given as without."""
+        if self.value is None or self.nothing:
+            return ()
+        return tuple(fault for fault in FAULTS if self.under(fault) == self.value)
+
+    def under(self, fault: str) -> int | None:
+        """Return what is given under a fault, or while connected (``link``)."""
+        if fault == LINK:
+            return self.value
+        return self.cells[fault].value if fault in self.cells else None
+
+    @property
     def text(self) -> str:
         """``yes``, ``no``, ``unknown``, or the number in the spelling of its need."""
-        if self.value is None:
-            return "unknown"
-        if self.word.kind == "holds":
-            return "yes" if self.value else "no"
-        return "none" if self.nothing else self.word.need.domain.format(self.value)
+        return self.word.text(self.value)
 
 
 @lru_cache(maxsize=_CACHE)
@@ -69,23 +92,26 @@ def give(publisher: QosProfile, subscriber: QosProfile) -> tuple[Given, ...]:
 
 
 def _give(word: Word, rules: Sequence[BoundRule], publisher: QosProfile, subscriber: QosProfile) -> Given:
-    link = [bound for bound in rules if bound.rule.survives == "link"]
+    def under(*faults: str) -> Cell:
+        counting = [
+            each for each in rules if each.rule.survives == LINK or set(faults) & set(faults_of(each.rule.survives))
+        ]
+        return _granted(word, counting, faults, publisher, subscriber)
+
+    connected = under()
+    return Given(word, connected.value, connected.lost, {fault: under(fault) for fault in FAULTS})
+
+
+def _granted(
+    word: Word, rules: Sequence[BoundRule], faults: tuple[str, ...], publisher: QosProfile, subscriber: QosProfile
+) -> Cell:
+    """The strongest need that all rules grant under these faults."""
     least = _least(word)
-    value: int | None = word.nothing  # type: ignore[assignment]
-    results = _asked(link, word, least, publisher, subscriber)
+    results = _asked(rules, word, least, publisher, subscriber, faults)
     lost = tuple(rule for rule, result in results if result is not True)
     if not lost:
-        value = _strongest(word, link, least, publisher, subscriber)
-    elif all(result is not False for _, result in results):
-        value = None
-    faults = [
-        fault
-        for fault in FAULTS
-        if value is not None
-        and value != word.nothing
-        and _survives(fault, word, [b for b in rules if b.rule.survives == fault], value, publisher, subscriber)
-    ]
-    return Given(word, value, tuple(faults), lost)
+        return Cell(_strongest(word, rules, least, faults, publisher, subscriber))
+    return Cell(word.nothing if any(result is False for _, result in results) else None, lost)  # type: ignore[arg-type]
 
 
 def _least(word: Word) -> int:
@@ -99,53 +125,51 @@ def _asked(
     need: int,
     publisher: QosProfile,
     subscriber: QosProfile,
-    faults: tuple[str, ...] = (),
+    faults: tuple[str, ...],
 ) -> list[tuple[Rule, bool | None]]:
     """Ask the rules as if this were needed; False or None where a rule speaks."""
-    pack = publisher.pack
+    values = _asking(subscriber, word, need, faults)
+    spoken = ((bound.rule, ask(bound, publisher.values, values)) for bound in rules)
+    return [(rule, True if said is None else None if rule.doubt else said.outcome.result) for rule, said in spoken]
+
+
+def _asking(subscriber: QosProfile, word: Word, need: int, faults: tuple[str, ...]) -> tuple[Value, ...]:
+    """The values of a subscriber that needs this one word under these faults."""
+    pack = subscriber.pack
     asking: list[Value] = [*subscriber.values]
     for index, nothing in pack.needs.values():
         asking[index] = nothing
     asking[pack.needs[word.name][0]] = need
     asking[pack.vocabulary.indices[NEED, SURVIVES.name]] = faults
-    values = tuple(asking)
-    spoken = ((bound.rule, ask(bound, publisher.values, values)) for bound in rules)
-    return [(rule, True if said is None else None if rule.doubt else said.outcome.result) for rule, said in spoken]
+    return tuple(asking)
 
 
 def _strongest(
-    word: Word, rules: Sequence[BoundRule], least: int, publisher: QosProfile, subscriber: QosProfile
+    word: Word,
+    rules: Sequence[BoundRule],
+    least: int,
+    faults: tuple[str, ...],
+    publisher: QosProfile,
+    subscriber: QosProfile,
 ) -> int:
     """The strongest need that all rules grant; ``least`` is granted."""
     if word.kind == "holds":
         return 1
     index = publisher.pack.needs[word.name][0]
     found = least
+    asking = _asking(subscriber, word, least, faults)
     for bound in rules:
         use = next((use for use in bound.bound.uses if use.index == index), None)
-        for value in () if use is None else turning_points(bound.bound, use, publisher.values, subscriber.values):
-            granted = isinstance(value, int) and word.need.domain.has(value) and word.stronger(value, found)
-            if granted and all(r is True for _, r in _asked(rules, word, value, publisher, subscriber)):  # type: ignore[arg-type]
-                found = value  # type: ignore[assignment]
+        for value in () if use is None else turning_points(bound.bound, use, publisher.values, asking):
+            if not isinstance(value, int) or not word.need.domain.has(value) or not word.stronger(value, found):
+                continue
+            if all(granted is True for _, granted in _asked(rules, word, value, publisher, subscriber, faults)):
+                found = value
     return found
 
 
-def _survives(
-    fault: str,
-    word: Word,
-    rules: Sequence[BoundRule],
-    value: int,
-    publisher: QosProfile,
-    subscriber: QosProfile,
-) -> bool:
-    """Whether the same is given after a fault; of a fault that no rule speaks of nothing is claimed."""
-    return bool(rules) and all(
-        result is True for _, result in _asked(rules, word, value, publisher, subscriber, (fault,))
-    )
-
-
 def over(hops: Sequence[Sequence[Given]], *, carried: bool) -> list[Given]:
-    """Put the guarantees of the hops of a path together; a hop before others never improves what they give.
+    """Put the guarantees of the hops of a path together, per fault; a hop never improves what the others give.
 
     Args:
         hops: what each hop gives, from the publisher on. Of a word that a hop says nothing of, nothing is known.
@@ -155,37 +179,65 @@ def over(hops: Sequence[Sequence[Given]], *, carried: bool) -> list[Given]:
         name: [next((given for given in hop if given.word is word), Given(word, None)) for hop in hops]
         for name, word in WORDS.items()
     }
-    fills = _worst(by_word["latest"][:-1])
     return [
-        _over(word, by_word[name], carried=carried, fills=fills)
+        _over(word, by_word[name], by_word["latest"], carried=carried)
         for name, word in WORDS.items()
         if any(given.value is not None or given.lost for given in by_word[name])
     ]
 
 
-def _over(word: Word, hops: Sequence[Given], *, carried: bool, fills: bool | None) -> Given:
-    nothing = Given(word, word.nothing, (), tuple(rule for given in hops for rule in given.lost))  # type: ignore[arg-type]
+def _over(word: Word, hops: Sequence[Given], latest: Sequence[Given], *, carried: bool) -> Given:
     if len(hops) == 1:
         return hops[0]
+    lost = tuple(rule for given in hops for rule in given.lost)
+
+    def under(fault: str) -> int | None:
+        return _joined(word, _column(hops, fault), _column(latest, fault)[:-1], carried=carried)
+
+    connected = under(LINK)
+    cells = {fault: Cell(under(fault)) for fault in FAULTS}
+    return Given(word, connected, lost if connected in {None, word.nothing} else (), cells)
+
+
+def _column(hops: Sequence[Given], fault: str) -> list[int | None]:
+    """What each hop gives when a fault befalls the path: a restart, of the hop at that end only."""
+    if fault == "subscriber_restart":
+        return [*(given.value for given in hops[:-1]), hops[-1].under(fault)]
+    if fault == "publisher_restart":
+        return [hops[0].under(fault), *(given.value for given in hops[1:])]
+    if fault in faults_of("intermediary_restart"):
+        # A bridge stands between as well: it is a subscriber of the hop before it, a publisher of the one behind.
+        return [
+            _weakest(
+                given.word,
+                [
+                    given.under(fault),
+                    given.value if given is hops[-1] else given.under("subscriber_restart"),
+                    given.value if given is hops[0] else given.under("publisher_restart"),
+                ],
+            )
+            for given in hops
+        ]
+    return [given.under(fault) for given in hops]
+
+
+def _weakest(word: Word, values: Sequence[int | None]) -> int | None:
+    if word.nothing in values:
+        return word.nothing  # type: ignore[return-value]
+    known = [value for value in values if value is not None]
+    if len(known) < len(values):
+        return None
+    return max(known) if word.kind == "at_most" else min(known)
+
+
+def _joined(word: Word, hops: Sequence[int | None], latest: Sequence[int | None], *, carried: bool) -> int | None:
     if word.over == "last hop":
         # What is stored for those who come late has to get there first.
-        filled = fills if word.name == "late_join" else True
-        last = hops[-1]
-        if last.nothing or filled is False:
-            return nothing
-        return replace(last, value=last.value if filled else None, survives=())
-    if any(given.nothing for given in hops) or (word.over == "not over a bridge" and not carried):
-        return nothing
-    values = [given.value for given in hops if given.value is not None]
-    if len(values) < len(hops):
-        return replace(nothing, value=None)
-    survives = tuple(fault for fault in FAULTS if all(fault in given.survives for given in hops))
-    value = min(values) if word.over == "every hop" else min(sum(values), INFINITE)
-    return Given(word, value, survives)
-
-
-def _worst(hops: Sequence[Given]) -> bool | None:
-    """Whether something holds on every hop."""
-    if any(given.value == 0 for given in hops):
-        return False
-    return None if any(given.value is None for given in hops) else True
+        filled = _weakest(WORDS["latest"], latest) if word.name == "late_join" else 1
+        return word.nothing if hops[-1] == word.nothing or filled == 0 else hops[-1] if filled else None  # type: ignore[return-value]
+    if word.over == "not over a bridge" and not carried:
+        return word.nothing  # type: ignore[return-value]
+    together = _weakest(word, hops)
+    if word.over == "every hop" or together is None or together == word.nothing:
+        return together
+    return min(sum(value for value in hops if value is not None), INFINITE)

@@ -9,6 +9,8 @@ are those of every rule.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
+from operator import and_
 from typing import TYPE_CHECKING, Final, Literal
 
 from cqos_core.expression import Literal as Constant
@@ -18,13 +20,23 @@ from cqos_core.problems import InvalidValueError
 from cqos_core.rule import Rule
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
     from cqos_core.expression import Operand
     from cqos_core.policy import Domain, Plain
 
 Kind = Literal["holds", "at_least", "at_most"]
 Over = Literal["every hop", "sum", "last hop", "not over a bridge"]
-FAULTS: Final = ("subscriber_restart", "publisher_restart", "intermediary_restart")
-"""What a guarantee may survive beside a broken link, which is always meant."""
+FAULTS: Final = ("link_outage", "subscriber_restart", "publisher_restart", "broker_stop", "broker_crash")
+"""What may happen to a pair; without any, a guarantee speaks of both ends while they are connected."""
+LINK: Final = "link"
+"""What a rule survives that speaks of connected ends only."""
+_SEVERAL: Final = {LINK: (), "intermediary_restart": ("broker_stop", "broker_crash")}
+_AFTER: Final = {
+    LINK: "",
+    "link_outage": " over a link outage",
+    "intermediary_restart": " after a restart of the broker or relay between them",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +69,14 @@ class Word:
         """Say that the number that is given is enough for what is needed."""
         asked = requested(self.need)
         return given <= asked if self.kind == "at_most" else given >= asked
+
+    def text(self, value: int | None) -> str:
+        """Return ``yes``, ``no``, ``unknown``, ``none``, or a number in the spelling of the need."""
+        if value is None:
+            return "unknown"
+        if self.kind == "holds":
+            return "yes" if value else "no"
+        return "none" if value == self.nothing else self.need.domain.format(value)
 
     def stronger(self, value: int, other: int) -> bool:
         """Whether giving ``value`` is more than giving ``other``."""
@@ -99,16 +119,23 @@ _LISTED: Final = (
 WORDS: Final = {word.name: word for word in _LISTED}
 
 
+def faults_of(survives: str) -> tuple[str, ...]:
+    """Return the faults that a word of ``survives`` names: none for ``link``, both broker faults for ``intermediary_restart``."""
+    return _SEVERAL.get(survives, (survives,) if survives in FAULTS else ())
+
+
 class Faults(Names):
     """A list of faults, in any spelling."""
 
     def parse(self, text: str) -> tuple[str, ...]:
         """Read ``[subscriber_restart]``; what is named twice counts once."""
-        found = dict.fromkeys(map(normalise, super().parse(text)))
-        for name in found:
-            if name not in FAULTS:
+        found: dict[str, None] = {}
+        for name in map(normalise, super().parse(text)):
+            faults = faults_of(name)
+            if not faults:
                 message = f"`{name}` is no fault"
                 raise InvalidValueError(message, self.expected())
+            found |= dict.fromkeys(faults)
         return tuple(found)
 
     def expected(self) -> str:
@@ -120,7 +147,7 @@ SURVIVES: Final = Policy(
     "need.survives",
     Faults(),
     "[]",
-    f"Which faults what it needs must survive, of {', '.join(FAULTS)}; a broken link is always meant.",
+    f"Which faults what it needs must survive, of {', '.join(FAULTS)}; without any, both ends stay connected.",
     _SOURCE,
     level=NEED,
     roles=("subscriber",),
@@ -135,12 +162,60 @@ RELAYED: Final = Policy(
     level=NEED,
     roles=("publisher",),
 )
-NEEDS: Final = (*(word.need for word in _LISTED), SURVIVES, RELAYED)
-"""What a pack that gives guarantees adds to its policies."""
+OUTAGE: Final = Policy(
+    "outage",
+    Duration(),
+    None,
+    "The longest link outage that has to be survived; without it nothing is claimed about a broken link.",
+    _SOURCE,
+    level="option",
+)
+TAKEN_EVERY: Final = Policy(
+    "taken_every",
+    Duration(),
+    None,
+    "How often the program takes samples at the latest, from one time to the next; a fact of the program.",
+    _SOURCE,
+    roles=("subscriber",),
+)
+NEEDS: Final = (*(word.need for word in _LISTED), SURVIVES, RELAYED, OUTAGE)
+"""What a pack that gives guarantees adds to its policies; `TAKEN_EVERY` is added by packs with rules over it."""
 
 
-def _article(fault: str) -> str:
-    return "an" if fault.startswith("i") else "a"
+@dataclass(frozen=True, slots=True)
+class Unaffected:
+    """A guarantee that faults leave as it is, because of a clause; where a rule speaks of a fault, none is needed.
+
+    Attributes:
+        guarantee: the word.
+        faults: of `FAULTS`; over a link outage it holds only where `OUTAGE` is stated.
+        because: why a fault changes nothing.
+        clause: where the standard says so.
+    """
+
+    guarantee: str
+    faults: tuple[str, ...]
+    because: str
+    clause: str
+
+
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """One cell of guarantees and faults that was seen on a running implementation.
+
+    Attributes:
+        guarantee: the word.
+        fault: of `FAULTS`, or ``link`` for connected ends.
+        value: of `RulePack.implementation_option`: ``cyclonedds``.
+        product: for people: ``Cyclone DDS``.
+        version: which one ran: ``11.0.1``.
+    """
+
+    guarantee: str
+    fault: str
+    value: str
+    product: str
+    version: str
 
 
 def gives(
@@ -151,7 +226,7 @@ def gives(
     name: str,
     because: str,
     clause: str = "",
-    survives: str = "link",
+    survives: str = LINK,
     doubt: bool = False,
     fixes: tuple[str, ...] = (),
     help: str = "",  # noqa: A002 - the field's name
@@ -167,7 +242,8 @@ def gives(
         name: the bad pattern in kebab case.
         because: why the guarantee is lost where this does not hold; it follows "because".
         clause: where the standard, or the source of the practice, says so.
-        survives: ``link``, or the one of `FAULTS` of which this speaks: it then counts for those only who ask for that.
+        survives: ``link``, or the fault that this is about: one of `FAULTS`, or ``intermediary_restart`` for both of a broker.
+            It then counts only where the need must survive that. Over a ``link_outage`` nothing holds unless `OUTAGE` is stated.
         doubt: where it does not hold, that leaves the need open rather than unmet, because something decides that no rule sees.
         fixes: policies offered as remedies; empty: every endpoint policy of the sentence.
         help: what to do where no remedy can be computed.
@@ -180,13 +256,16 @@ def gives(
     about = WORDS[word]
     asked = requested(about.need)
     silent = ~as_sentence(asked) if about.kind == "holds" else asked == str(about.need.default)
-    if survives != "link":
-        if survives not in FAULTS:
-            raise ValueError(f"`{survives}` is none of link, {', '.join(FAULTS)}")
-        silent |= ~in_(Constant(survives), requested(SURVIVES))
+    faults = faults_of(survives)
+    if survives != LINK and not faults:
+        raise ValueError(f"`{survives}` is none of {', '.join((*_SEVERAL, *FAULTS))}")
+    if faults:
+        silent |= reduce(and_, (~in_(Constant(fault), requested(SURVIVES)) for fault in faults))
     amount = "" if about.kind == "holds" else f" {{requested need.{word}}}"
-    after = "" if survives == "link" else f" after {_article(survives)} {survives.replace('_', ' ')}"
+    after = _AFTER.get(survives, f" after a {survives.replace('_', ' ')}")
     met = what if what is None or isinstance(what, Sentence) else about.enough(what)
+    if "link_outage" in faults and met is not None:
+        met &= OUTAGE < "infinite"
     does = "may not" if doubt else "does not"
     return Rule(
         silent if met is None else silent | met,
@@ -203,3 +282,36 @@ def gives(
         guarantee=word,
         survives=survives,
     )
+
+
+NOT_STATED: Final = "CQ218"
+"""Code of what `unstated` makes."""
+
+
+def unstated(rules: Iterable[Rule], unaffected: Iterable[Unaffected]) -> Iterator[Rule]:
+    """Yield a rule for every fault that no rule of a guarantee covers, so that it is claimed only with a clause.
+
+    Such a fault leaves the guarantee open, unless the pack states that it is unaffected.
+    """
+    covered: dict[str, set[str]] = {}
+    for rule in rules:
+        if rule.guarantee:
+            covered.setdefault(rule.guarantee, set()).update(faults_of(rule.survives))
+    held = {(each.guarantee, fault) for each in unaffected for fault in each.faults}
+    for word, faults in covered.items():
+        for fault in FAULTS:
+            known = (word, fault) in held
+            if fault in faults or (known and fault != "link_outage"):
+                continue
+            yield gives(
+                word,
+                OUTAGE < "infinite" if known else None,
+                survives=fault,
+                doubt=True,
+                code=NOT_STATED,
+                name="guarantee-not-stated",
+                because="the length of an outage is not stated"
+                if known
+                else "the rule pack states no clause and no run for it",
+                help="state the option `outage`" if known else "",
+            )

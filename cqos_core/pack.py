@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 from cqos_core.evaluate import Bound, Function, Vocabulary, bind, role_of, scope_of
-from cqos_core.guarantee import WORDS
+from cqos_core.guarantee import WORDS, unstated
 from cqos_core.mistakes import Mistake, mistakes, rule_mistakes
 from cqos_core.policy import ENDPOINT, LEVELS, NEED, Policy, normalise
 from cqos_core.problems import PackError, SentenceError
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from cqos_core.codes import CodeInfo
     from cqos_core.evaluate import Use
+    from cqos_core.guarantee import Proof, Unaffected
     from cqos_core.logs import Misfit
     from cqos_core.policy import Plain
     from cqos_core.rule import Rule
@@ -278,6 +279,9 @@ class RulePack:
         read_log: yields what one line of a program's output says of endpoints that do not fit.
         provers: by name of an implementation, the ``"module:object"`` of what runs pairs on it, a `cqos_core.proving.Prover`; the
             first is used where the system names none.
+        unaffected: guarantees that faults leave as they are; a fault with neither this nor a rule leaves a guarantee open.
+        proofs: which guarantees were seen under which faults on a running implementation.
+        implementation_option: the option whose value `proofs` name; empty without proofs.
         source: where the facts come from.
     """
 
@@ -299,6 +303,9 @@ class RulePack:
     codes: tuple[CodeInfo, ...] = ()
     read_log: Callable[[str], Iterable[Misfit]] = no_misfits
     provers: Mapping[str, str] = field(default_factory=dict)
+    unaffected: tuple[Unaffected, ...] = ()
+    proofs: tuple[Proof, ...] = ()
+    implementation_option: str = ""
     source: str = ""
 
     def __post_init__(self) -> None:
@@ -322,6 +329,13 @@ class RulePack:
     bound_rules: tuple[BoundRule, ...] = field(init=False, repr=False, default=())
 
     @cached_property
+    def judging_rules(self) -> tuple[BoundRule, ...]:
+        """The rules, and those that leave a guarantee open under a fault of which the pack says nothing."""
+        found: list[Mistake] = []
+        derived = (_bound(rule, self.vocabulary, found) for rule in unstated(self.rules, self.unaffected))
+        return (*self.bound_rules, *(bound for rules in derived for bound in rules))
+
+    @cached_property
     def vocabulary(self) -> Vocabulary:
         """The policies by index."""
         return Vocabulary(self.policies, self.functions)
@@ -335,7 +349,7 @@ class RulePack:
     def by_scope(self) -> Mapping[str, tuple[BoundRule, ...]]:
         """Rules by scope; meeting conditions under ``meets``. Guarantees come last: they are of pairs that fit."""
         found: dict[str, list[BoundRule]] = {"meets": []}
-        for bound in sorted(self.bound_rules, key=lambda bound: bool(bound.rule.guarantee)):
+        for bound in sorted(self.judging_rules, key=lambda bound: bool(bound.rule.guarantee)):
             found.setdefault("meets" if bound.rule.kind == "meets" else bound.scope, []).append(bound)
         return {scope: tuple(rules) for scope, rules in found.items()}
 
@@ -381,7 +395,7 @@ class RulePack:
     def guaranteed(self) -> Mapping[str, tuple[BoundRule, ...]]:
         """By word of `cqos_core.guarantee`, the rules on which its guarantee rests."""
         found: dict[str, list[BoundRule]] = {}
-        for bound in self.bound_rules:
+        for bound in self.judging_rules:
             if bound.rule.guarantee:
                 found.setdefault(bound.rule.guarantee, []).append(bound)
         return {word: tuple(rules) for word, rules in found.items()}

@@ -43,7 +43,7 @@ class Rule:
         aliases: former codes and names.
         guarantee: the word whose guarantee rests on it (`cqos_core.guarantee`); it then speaks of pairs that fit, and only
             where that is needed.
-        survives: the fault that the guarantee then survives.
+        survives: the fault that the guarantee then survives, in a word of `cqos_core.guarantee.faults_of`.
     """
 
     sentence: Sentence

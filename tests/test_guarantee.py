@@ -14,7 +14,7 @@ from cqos_core.api import context, pair_system
 from cqos_core.checker import check_system
 from cqos_core.expression import offered
 from cqos_core.given import give
-from cqos_core.guarantee import FAULTS, NEEDS, RELAYED, SURVIVES, WORDS, gives
+from cqos_core.guarantee import FAULTS, NEEDS, RELAYED, SURVIVES, WORDS, Unaffected, gives
 from cqos_core.judge import judge_pair
 from cqos_core.report import Severity, Verdict
 from cqos_core.resolve import resolve
@@ -80,8 +80,18 @@ def test_a_number_is_compared_with_what_is_needed():
 
 def test_a_fault_counts_for_those_who_ask_for_it():
     made = rule("latest", offered(CARE) >= "signed", survives="intermediary_restart")
-    assert '~in_("intermediary_restart", requested(need.survives))' in str(made.sentence)
-    assert "after an intermediary restart" in made.says
+    both = '~in_("broker_stop", requested(need.survives)) & ~in_("broker_crash", requested(need.survives))'
+    assert both in str(made.sentence)
+    assert "after a restart of the broker or relay between them" in made.says
+    made = rule("latest", offered(CARE) >= "signed", survives="broker_crash")
+    assert '~in_("broker_crash", requested(need.survives))' in str(made.sentence)
+    assert "after a broker crash" in made.says
+
+
+def test_nothing_holds_over_a_link_outage_whose_length_is_not_stated():
+    made = rule("latest", offered(CARE) >= "signed", survives="link_outage")
+    assert str(made.sentence).endswith('| ((offered(care) >= "signed") & (option(outage) < "infinite"))')
+    assert "over a link outage" in made.says
 
 
 def test_what_nothing_gives_must_not_be_needed():
@@ -94,7 +104,7 @@ def test_there_is_no_other_word():
 
 
 def test_there_is_no_other_fault():
-    with pytest.raises(ValueError, match=r"`flood` is none of link, subscriber_restart, publisher_restart"):
+    with pytest.raises(ValueError, match=r"`flood` is none of link, intermediary_restart, link_outage"):
         rule("latest", None, survives="flood")
 
 
@@ -146,12 +156,62 @@ def test_a_misspelt_need_has_a_suggestion():
 def test_a_fault_that_there_is_not_is_no_silent_yes():
     finding = only(judged({"latest": "true", "survives": "[subscriber_restart, flood]"}, care="signed"), "CQ203")
     assert "`flood` is no fault" in finding.message
-    assert finding.help == "expected a list of subscriber_restart, publisher_restart, intermediary_restart"
+    assert (
+        finding.help
+        == "expected a list of link_outage, subscriber_restart, publisher_restart, broker_stop, broker_crash"
+    )
 
 
 def test_faults_are_read_in_any_spelling():
     report = judged({"latest": "true", "survives": "Publisher Restart"}, care="signed")
     assert "after a publisher restart" in only(report, "POST513").message
+
+
+def test_a_restart_of_what_stands_between_is_both_faults_of_a_broker():
+    needs = SURVIVES.domain
+    assert needs.parse("[intermediary_restart, link_outage]") == ("broker_stop", "broker_crash", "link_outage")
+
+
+def test_a_fault_of_which_a_pack_says_nothing_is_no_silent_yes():
+    report = judged({"latest": "true", "survives": "[broker_crash]"}, care="signed")
+    finding = only(report, "CQ218")
+    assert (report.verdict, finding.severity) == (Verdict.UNKNOWN, Severity.WARNING)
+    assert "needs latest after a broker crash, which publisher `writer` may not give" in finding.message
+
+
+UNAFFECTED = replace(
+    GIVING,
+    unaffected=(Unaffected("latest", ("link_outage", "broker_crash"), "the letter carrier knows the way", "custom"),),
+)
+
+
+@pytest.mark.parametrize(
+    ("fault", "options", "verdict"),
+    [
+        ("broker_crash", {}, "compatible"),
+        ("broker_stop", {}, "unknown"),
+        ("link_outage", {}, "unknown"),
+        ("link_outage", {"outage": "1min"}, "compatible"),
+    ],
+)
+def test_what_a_clause_says_is_unaffected_holds_and_over_an_outage_only_if_that_is_stated(fault, options, verdict):
+    needs: dict[str, Any] = {"latest": True, "survives": [fault]}
+    report = check_pair("post", {"care": "signed"}, {}, options, needs=needs, packs=[UNAFFECTED])
+    assert report.verdict == verdict
+
+
+def test_each_fault_has_a_cell_of_its_own():
+    resolved = resolve(world(writer("box", care="signed"), reader("box")), {"post": UNAFFECTED}.get).endpoints
+    latest = give(resolved[0].profile, resolved[1].profile)[0]
+    assert {fault: latest.word.text(latest.under(fault)) for fault in ("link", *FAULTS)} == {
+        "link": "yes",
+        "link_outage": "unknown",
+        "subscriber_restart": "unknown",
+        "publisher_restart": "no",
+        "broker_stop": "unknown",
+        "broker_crash": "yes",
+    }
+    assert latest.survives == ("broker_crash",)
 
 
 def test_a_word_of_which_a_pack_says_nothing_is_no_silent_yes():
@@ -162,7 +222,8 @@ def test_a_word_of_which_a_pack_says_nothing_is_no_silent_yes():
 @pytest.mark.parametrize("pack", [ROS2, DDS], ids=lambda pack: pack.id)
 def test_our_packs_say_something_of_every_word(pack):
     assert set(pack.guaranteed) == set(WORDS)
-    assert all(bound.rule.clause and bound.scope == "pair" for rules in pack.guaranteed.values() for bound in rules)
+    giving = [bound for bound in pack.bound_rules if bound.rule.guarantee]
+    assert all(bound.rule.clause and bound.scope == "pair" for bound in giving)
 
 
 # Laws over both packs -------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.expression import as_sentence, ceil, offered, requested, topic
-from cqos_core.guarantee import RELAYED, WORDS, gives
+from cqos_core.guarantee import RELAYED, WORDS, Unaffected, gives
 from cqos_dds.advice import BOTH_DURABLE, KEPT_BY_SERVICE
 from cqos_dds.implementations import FAST_DDS, either_is, publisher_is, subscriber_is
 from cqos_dds.policies import (
@@ -527,3 +527,26 @@ TIME: Final = (
 )
 
 GUARANTEES: Final = (*LATEST, FILTERED_LAST, *LOSS_FREE, *ARRIVAL, *LATE, *TIME)
+
+RESTARTS: Final = ("subscriber_restart", "publisher_restart")
+UNAFFECTED: Final = (
+    *(
+        Unaffected(
+            word,
+            ("broker_stop", "broker_crash"),
+            "samples go from writer to reader; a durability service only has what late readers get",
+            "DDS 1.4, 2.2.3.4",
+        )
+        for word in ("latest", "loss_free", "duplicate_free", "ordered", "max_age", "max_gap", "liveness")
+    ),
+    Unaffected(
+        "duplicate_free", ("publisher_restart",), "no writer replays what another one wrote", "DDS 1.4, 2.2.3.4"
+    ),
+    Unaffected("ordered", RESTARTS, "order is kept per writer, and a restart makes a new one", "DDS 1.4, 2.2.3.6"),
+    *(
+        Unaffected(word, ("subscriber_restart",), "a restarted reader is a late reader again", "DDS 1.4, 2.2.3.4")
+        for word in ("late_join", "offline")
+    ),
+    Unaffected("max_age", RESTARTS, "the lifespan travels with each sample", "DDS 1.4, 2.2.3.16"),
+    Unaffected("liveness", ("publisher_restart",), "it is the loss that is noticed", "DDS 1.4, 2.2.3.11"),
+)

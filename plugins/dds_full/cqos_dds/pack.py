@@ -11,7 +11,7 @@ from cqos_dds import partitions
 from cqos_dds.advice import ADVICE
 from cqos_dds.departures import DEPARTURES
 from cqos_dds.dialects import DIALECTS
-from cqos_dds.guarantees import GUARANTEES
+from cqos_dds.guarantees import GUARANTEES, UNAFFECTED
 from cqos_dds.importers.codes import CODES
 from cqos_dds.policies import POLICIES
 from cqos_dds.presets import PRESETS
@@ -53,6 +53,7 @@ PACK: Final = RulePack(
         "in common",
     ),
     not_checked=NOT_CHECKED,
+    unaffected=UNAFFECTED,
     codes=CODES,
     source="OMG DDS 1.4, DDS-XTypes 1.3; sources and manuals of the implementations; Cyclone DDS by running it",
 )

@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.expression import as_sentence, ceil, in_, offered, publisher, requested, subscriber, topic
-from cqos_core.guarantee import RELAYED, WORDS, gives
+from cqos_core.guarantee import RELAYED, WORDS, Unaffected, gives
 from cqos_ros2.policies import (
     DEADLINE,
     DEPTH,
@@ -383,8 +383,26 @@ LATER: Final = (
             ("ROS532", "late_join"),
             ("ROS533", "offline"),
             ("ROS534", "max_gap"),
+            ("ROS535", "duplicate_free"),
+            ("ROS536", "ordered"),
+            ("ROS537", "max_age"),
+            ("ROS538", "liveness"),
         )
     ),
 )
 
 GUARANTEES: Final = (*LATEST, *LOSS_FREE, *ARRIVAL, *LATE, *TIME, *LATER)
+
+RESTARTS: Final = ("subscriber_restart", "publisher_restart")
+UNAFFECTED: Final = (
+    Unaffected(
+        "duplicate_free", ("publisher_restart",), "no publisher replays what another one sent", "DDS 1.4, 2.2.3.4"
+    ),
+    Unaffected("ordered", RESTARTS, "order is kept per publisher, and a restart makes a new one", "DDS 1.4, 2.2.3.6"),
+    *(
+        Unaffected(word, ("subscriber_restart",), "a restarted subscription is a late one again", "DDS 1.4, 2.2.3.4")
+        for word in ("late_join", "offline")
+    ),
+    Unaffected("max_age", RESTARTS, "the lifespan travels with each sample", "DDS 1.4, 2.2.3.16"),
+    Unaffected("liveness", ("publisher_restart",), "it is the loss that is noticed", "DDS 1.4, 2.2.3.11"),
+)
