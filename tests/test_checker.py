@@ -147,6 +147,7 @@ CASES: dict[str, tuple[Any, Any]] = {
     "CQ701": ((world(writer("box", stamp="x")), BROKEN), (world(writer("box")), BROKEN)),
 }
 ELSEWHERE = {
+    "CQ218": "of guarantees under faults: tests/test_guarantee.py",
     "CQ215": "of overlays that only fill in: plugins/ros2/tests",
     "CQ216": "of brokers: plugins/mqtt/tests",
     **dict.fromkeys((f"CQ{number}" for number in range(501, 508)), "of bridges: tests/test_bridging.py"),
