@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import replace
@@ -9,7 +11,7 @@ from datetime import timedelta
 from os import PathLike, fspath
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 from cqos_core.checker import Context, check_system
 from cqos_core.codes import find_code
@@ -22,6 +24,7 @@ from cqos_core.plugins import Plugins, load_plugins
 from cqos_core.policy import INFINITE, Names
 from cqos_core.problems import CqosError, InputError, Problem
 from cqos_core.remarks import suggestion
+from cqos_core.routes import MOST_ENDPOINTS
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System
 from cqos_core.system import Topic as StatedTopic
 from cqos_core.trial import tried_out
@@ -57,7 +60,20 @@ def context(extra_packs: Iterable[RulePack] = (), default_protocol: str | None =
                 return rule
         return None
 
-    return Context(find_pack, find_rule, default_protocol)
+    return Context(find_pack, find_rule, default_protocol, most_endpoints=_most_endpoints())
+
+
+MOST_ENDPOINTS_VARIABLE: Final = "CQOS_MAX_ENDPOINTS"
+"""The environment variable with the number of endpoints that a system may have after bridges added theirs."""
+
+
+def _most_endpoints() -> int:
+    given = os.environ.get(MOST_ENDPOINTS_VARIABLE, "")
+    if not given:
+        return MOST_ENDPOINTS
+    if not re.fullmatch("[1-9][0-9]{0,11}", given):
+        raise CqosError(f"{MOST_ENDPOINTS_VARIABLE} is `{given[:40]}`, expected a number of endpoints from 1")
+    return int(given)
 
 
 def read(*inputs: Input, importer: str | None = None, protocol: str | None = None) -> System:

@@ -6,6 +6,7 @@ needs, the hop that loses it is the one that is reported.
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
@@ -58,10 +59,7 @@ def linked(links: Sequence[Link], resolver: Resolver) -> tuple[Topics, list[Hop]
         meeting = Meetings(by_topic)
         _copy_values(hops, meeting)
         _mark_relayed(hops, meeting)
-        for _ in hops:
-            changed = [hop for hop in hops if _handed_on(hop, meeting)]
-            if not changed:
-                break
+        _hand_on(hops, meeting)
     return by_topic, hops
 
 
@@ -79,7 +77,7 @@ def _copy_values(hops: Iterable[Hop], meeting: Meetings) -> None:
     ]
     for copy, values in changes:
         if values:
-            copy.profile = copy.profile.with_values(values)
+            meeting.replace(copy, copy.profile.with_values(values))
 
 
 class _Copying:
@@ -210,24 +208,39 @@ def _mark_relayed(hops: Iterable[Hop], meeting: Meetings) -> None:
         for copy in () if hop.carries_liveliness else meeting.copies(hop.target):
             index = copy.pack.vocabulary.indices.get((NEED, RELAYED.name))
             if index is not None:
-                copy.profile = copy.profile.with_values({index: 1})
+                meeting.replace(copy, copy.profile.with_values({index: 1}))
+
+
+def _hand_on(hops: Sequence[Hop], meeting: Meetings) -> None:
+    """Hand needs on to the subscriptions before bridges; what one subscription needs concerns the bridges before it."""
+    by_target = {hop.target.id: number for number, hop in enumerate(hops)}
+    waiting = set(range(len(hops)))
+    for _ in hops:
+        changed = [hop for hop in map(hops.__getitem__, sorted(waiting)) if _handed_on(hop, meeting)]
+        alike = {meeting.alike(hop.source): hop.source for hop in changed}
+        before = (publisher.id for source in alike.values() for publisher, _ in meeting.pairs(source))
+        waiting = {by_target[name] for name in before if name in by_target}
 
 
 def _handed_on(hop: Hop, meeting: Meetings) -> bool:
     """Add what is needed behind a bridge to the needs of its subscription; return whether that changed anything."""
     wanted: dict[str, tuple[Plain, Resolved]] = {}
     faults: set[str] = set()
-    for publisher, subscriber in meeting.pairs(hop.target):
+    for publisher, subscriber in meeting.distinct(hop.target):
         faults |= {*_faults_before(subscriber)}
         for word, value in _needed_before(hop, publisher, subscriber):
             if word not in wanted or _more(word, value, wanted[word][0]):
                 wanted[word] = (value, subscriber)
-    changes = [_add_needs(copy, hop.bridge, wanted, faults) for copy in meeting.copies(hop.source)]
+    changes = [_add_needs(copy, hop.bridge, wanted, faults, meeting) for copy in meeting.copies(hop.source)]
     return any(changes)
 
 
 def _add_needs(
-    copy: Resolved, bridge: Bridge, wanted: Mapping[str, tuple[Plain, Resolved]], faults: Iterable[str]
+    copy: Resolved,
+    bridge: Bridge,
+    wanted: Mapping[str, tuple[Plain, Resolved]],
+    faults: Iterable[str],
+    meeting: Meetings,
 ) -> bool:
     values: dict[int, Plain] = {}
     added: dict[int, Stated] = {}
@@ -245,7 +258,7 @@ def _add_needs(
         return False
     fault = copy.pack.vocabulary.indices[NEED, SURVIVES.name]
     values[fault] = tuple(sorted({*faults, *copy.profile.values[fault]}))
-    copy.profile = copy.profile.with_values(values)
+    meeting.replace(copy, copy.profile.with_values(values))
     origin = f"needed by {', '.join(sorted(owners))} behind bridge {bridge.id}"
     copy.layers = (Layer(origin, added), *copy.layers)
     return True
@@ -325,53 +338,95 @@ def _without_effect(system: System, hops: Sequence[Hop]) -> Iterator[Finding]:
 
 
 def _loops(hops: Sequence[Hop], meeting: Meetings) -> list[Finding]:
-    """Report each circle once; a bridge does not take back what it published itself, so one needs two bridges."""
-    by_source = {hop.source.id: hop for hop in hops}
-    after = {
-        hop: [
-            following
-            for _, each in meeting.pairs(hop.target)
-            if (following := by_source.get(each.id)) is not None and following.bridge is not hop.bridge
-        ]
-        for hop in hops
-    }
-    findings = []
-    told: set[frozenset[Hop]] = set()
-    for start in hops:
-        circle = _circle(start, after)
-        if circle and frozenset(circle) not in told:
-            told.add(frozenset(circle))
-            path = "".join(f"`{hop.source.shown}` → {hop.bridge.id} → " for hop in circle)
-            message = (
-                f"what is published on `{start.source.shown}` comes back over bridges: {path}`{start.source.shown}`"
-            )
-            members = [end.id for hop in circle for end in (hop.source, hop.target)]
-            findings.append(core_finding("CQ503", message, place=start.bridge.place, members=sorted(members)))
+    """Report circles; a bridge does not take back what it published itself, so one needs two bridges."""
+    findings: list[Finding] = []
+    for circle in _circles(_Following(hops, meeting)):
+        start = min(circle, key=hops.index)
+        at = circle.index(start)
+        circle = [*circle[at:], *circle[:at]]  # noqa: PLW2901 - the same one, from its first hop
+        named = circle if len(circle) <= _MOST_LISTED else [*circle[:_MOST_LISTED]]
+        path = "".join(f"`{hop.source.shown}` → {hop.bridge.id} → " for hop in named)
+        if len(named) < len(circle):
+            path += f"… {len(circle) - len(named)} more hops … → "
+        message = f"what is published on `{start.source.shown}` comes back over bridges: {path}`{start.source.shown}`"
+        if len(findings) == _MOST_LOOPS:
+            message = f"there are more loops than the {_MOST_LOOPS} that are listed, for instance: {message}"
+        members = [end.id for hop in circle for end in (hop.source, hop.target)]
+        findings.append(core_finding("CQ503", message, place=start.bridge.place, members=sorted(members)))
     return findings
 
 
-def _circle(start: Hop, after: Mapping[Hop, Sequence[Hop]]) -> list[Hop]:
-    """The shortest way from a hop back to itself."""
-    ways = [[start]]
-    seen = {start}
-    while ways:
-        longer = []
-        for way in ways:
-            for hop in after[way[-1]]:
-                if hop is start:
-                    return way
-                if hop not in seen:
-                    seen.add(hop)
-                    longer.append([*way, hop])
-        ways = longer
-    return []
+_MOST_LOOPS: Final = 25
+_MOST_LISTED: Final = 25
+
+
+class _Following:
+    """Which hops follow a hop; those that match the same subscriptions share the answer."""
+
+    def __init__(self, hops: Sequence[Hop], meeting: Meetings) -> None:
+        self.hops = hops
+        self._meeting = meeting
+        self._by_source = {hop.source.id: hop for hop in hops}
+        self._shared: dict[tuple[object, ...], list[Hop]] = {}
+
+    def __call__(self, hop: Hop) -> Iterator[Hop]:
+        alike = self._meeting.alike(hop.target)
+        found = self._shared.get(alike)
+        if found is None:
+            matched = (self._by_source.get(each.id) for _, each in self._meeting.pairs(hop.target))
+            found = self._shared[alike] = [each for each in matched if each is not None]
+        return (each for each in found if each.bridge is not hop.bridge)
+
+
+def _circles(after: _Following) -> Iterator[list[Hop]]:
+    """Yield a shortest circle for every hop that leads back to one before it; at most one more than are listed."""
+    found = 0
+    covered: set[Hop] = set()
+    done: set[Hop] = set()
+    for first in after.hops:
+        if first in done:
+            continue
+        done.add(first)
+        way = {first: after(first)}  # hops in order, each with those that are still to be followed
+        while way:
+            last = next(reversed(way))
+            hop = next(way[last], None)
+            if hop is None:
+                del way[last]
+            elif hop in way:
+                if last not in covered:
+                    circle = _circle(last, after)
+                    covered.update(circle)
+                    yield circle
+                    found += 1
+                    if found > _MOST_LOOPS:
+                        return
+            elif hop not in done:
+                done.add(hop)
+                way[hop] = after(hop)
+
+
+def _circle(start: Hop, after: _Following) -> list[Hop]:
+    """The shortest way from a hop that is on a circle back to itself."""
+    before: dict[Hop, Hop] = {}
+    waiting = deque([start])
+    while start not in before:
+        hop = waiting.popleft()
+        for each in after(hop):
+            if each not in before:
+                before[each] = hop
+                waiting.append(each)
+    way = [start]
+    while (previous := before[way[-1]]) is not start:
+        way.append(previous)
+    return [start, *way[:0:-1]]
 
 
 def _weaker(hops: Sequence[Hop], meeting: Meetings) -> Iterator[Finding]:
     """Note where a bridge gets more than those behind it do; what they say they need is an error of its own."""
     for hop in hops:
-        arriving = [give(publisher.profile, own.profile) for publisher, own in meeting.pairs(hop.source)]
-        behind = [*meeting.pairs(hop.target)]
+        arriving = [give(publisher.profile, own.profile) for publisher, own in meeting.distinct(hop.source)]
+        behind = [*meeting.distinct(hop.target)]
         leaving = [give(own.profile, subscriber.profile) for own, subscriber in behind]
         if not arriving or not leaving:
             continue
@@ -400,11 +455,16 @@ def _into_one(hops: Sequence[Hop], meeting: Meetings) -> Iterator[Finding]:
     for hop in hops:
         together.setdefault((hop.bridge.id, hop.target.pack.id, hop.target.key or ""), []).append(hop)
     for same in together.values():
-        sources = {publisher.key for hop in same for publisher, _ in meeting.pairs(hop.source)}
+        sources = {
+            publisher.key
+            for hop in same
+            for own, group in meeting.groups(hop.source)
+            for publisher in (group if own.is_copy or next(iter(group)).is_copy else [next(iter(group))])
+        }
         stored = [
             each.value
             for hop in same
-            for own, subscriber in meeting.pairs(hop.target)
+            for own, subscriber in meeting.distinct(hop.target)
             for each in give(own.profile, subscriber.profile)
             if each.word.name == "late_join" and each.value
         ]

@@ -16,7 +16,7 @@ from cqos_core.pairing import bridges_of, naming_endpoints
 from cqos_core.remarks import core_finding, plural, suggestion
 from cqos_core.report import Finding, Report, Severity, Side, Verdict
 from cqos_core.resolve import Resolver
-from cqos_core.routes import expanded
+from cqos_core.routes import MOST_ENDPOINTS, expanded
 from cqos_core.system import MESSAGE, PUBLISHER, SUBSCRIBER
 from cqos_core.team import bind_checks, words_asked
 from cqos_core.topic import TopicResult, check_topic
@@ -253,12 +253,16 @@ def _starts(system: System) -> list[Finding]:
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """What a check needs beside the system: the packs, the protocol of endpoints that state none, and the day."""
+    """What a check needs beside the system: the packs, the protocol of endpoints that state none, and the day.
+
+    `most_endpoints` bounds what bridges may make of a system.
+    """
 
     find_pack: Callable[[str], RulePack | None]
     find_rule: RuleFinder
     default_protocol: str | None = None
     today: date | None = None
+    most_endpoints: int = MOST_ENDPOINTS
 
 
 def assemble(
@@ -413,7 +417,7 @@ def check_system(
         context: the packs, and what is assumed where the system says nothing.
         step: told before each topic how many of how many are judged.
     """
-    system, links = expanded(system, context.find_pack, context.default_protocol)
+    system, links = expanded(system, context.find_pack, context.default_protocol, context.most_endpoints)
     teams, problems = bind_checks(system, context.find_pack, context.default_protocol)
     resolver = Resolver(system, context.find_pack, context.default_protocol, words_asked(teams))
     resolved = resolver.run()

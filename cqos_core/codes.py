@@ -182,6 +182,14 @@ _READING = (
         help="write a blank after the colon",
     ),
     CodeInfo(
+        "CQ029",
+        "too-many-endpoints",
+        "error",
+        "Bridges carry so many topics that the system has more endpoints than are allowed.",
+        "A few bridges that rename what they carry can make any number of topics, which would fill time and memory.",
+        help="narrow the patterns of the bridges by `only` and `but`; CQOS_MAX_ENDPOINTS sets the limit of the command",
+    ),
+    CodeInfo(
         "CQ060",
         "stated-differently",
         "warning",
@@ -573,6 +581,14 @@ _MODEL = (
         "One sample reaches a subscription that needs `duplicate_free` over two ways, of which a bridge is at least one.",
         "Each way brings a copy, and the subscription takes both.",
         help="take one of the ways away, or let the application drop what it has seen",
+    ),
+    CodeInfo(
+        "CQ508",
+        "bridge-names-grow",
+        "warning",
+        "A bridge renames topics and gets back under longer names what it carried.",
+        "Each time round the name grows, so there is no end of topics; the checks follow a name round once.",
+        help="narrow the route by `only` or `but`, so that it takes nothing that comes back",
     ),
     CodeInfo(
         "CQ601",

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from functools import reduce
-from operator import and_
+from operator import and_, or_
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Mapping, Sequence
+    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Set as AbstractSet
 
     from cqos_core.pairing import Topic
 
@@ -24,12 +25,43 @@ def connected(topic: Topic, met: Sequence[int]) -> list[int]:
     behind = _behind(topic)
     if not behind:
         return [0] * len(met)
-    reached = [_closure(mask, behind, met) for mask in met]
-    found = [*reached]
-    for index, mask in enumerate(met):
-        origins = _origins(index, topic, behind, met) - {index}
-        if mask and origins:
-            found[index] |= reduce(and_, (reached[origin] for origin in origins))
+    ends = sum(1 << index for index in behind)
+    after = [{publisher for index in _bits(mask & ends) for publisher in behind[index]} for mask in met]
+    reached = [*met]
+    for component in _components(range(len(met)), after):
+        whole = 0
+        for index in component:
+            whole = reduce(or_, (reached[each] for each in after[index]), whole | reached[index])
+        for index in component:
+            reached[index] = whole
+    common = _reached_by_all_origins(topic, behind, after, reached)
+    return [mask | common.get(index, 0) if met[index] else mask for index, mask in enumerate(reached)]
+
+
+def _reached_by_all_origins(
+    topic: Topic, behind: Mapping[int, Collection[int]], after: Sequence[AbstractSet[int]], reached: Sequence[int]
+) -> dict[int, int]:
+    """Per publisher group of ends of bridges only, what everything reaches that it publishes anew, as bits."""
+    here = {endpoint.bridge for source in behind for endpoint in topic.subscribers[source].endpoints}
+    relays = {
+        index
+        for index, members in enumerate(topic.publishers)
+        if all(endpoint.bridge and endpoint.bridge in here for endpoint in members.endpoints)
+    }
+    before: dict[int, list[int]] = {index: [] for index in relays}
+    for index, publishers in enumerate(after):
+        for publisher in publishers & relays:
+            before[publisher].append(index)
+    found: dict[int, int] = {}
+    for component in _components(relays, {index: [e for e in before[index] if e in relays] for index in relays}):
+        origins = [
+            reached[each] if each not in relays else found[each]
+            for index in component
+            for each in before[index]
+            if each not in relays or each in found
+        ]
+        if origins:
+            found.update(dict.fromkeys(component, reduce(and_, origins)))
     return found
 
 
@@ -49,31 +81,42 @@ def _behind(topic: Topic) -> dict[int, set[int]]:
     return found
 
 
-def _closure(mask: int, behind: Mapping[int, Iterable[int]], met: Sequence[int]) -> int:
-    """The subscriber groups that are reached from those of ``mask``, with these."""
-    waiting = [index for index in behind if mask >> index & 1]
-    while waiting:
-        for publisher in behind[waiting.pop()]:
-            new = met[publisher] & ~mask
-            waiting += [index for index in behind if new >> index & 1]
-            mask |= new
-    return mask
+def _bits(mask: int) -> Iterator[int]:
+    while mask:
+        low = mask & -mask
+        yield low.bit_length() - 1
+        mask ^= low
 
 
-def _origins(publisher: int, topic: Topic, behind: Mapping[int, Collection[int]], met: Sequence[int]) -> set[int]:
-    """The publisher groups of whom all comes that a group publishes; one is its own where it is more than ends of bridges."""
-    here = {endpoint.bridge for source in behind for endpoint in topic.subscribers[source].endpoints}
-    found: set[int] = set()
-    seen: set[int] = set()
-    waiting = [publisher]
-    while waiting:
-        index = waiting.pop()
-        if index in seen:
-            continue
-        seen.add(index)
-        if all(endpoint.bridge and endpoint.bridge in here for endpoint in topic.publishers[index].endpoints):
-            sources = sum(1 << source for source, publishers in behind.items() if index in publishers)
-            waiting += [before for before, mask in enumerate(met) if mask & sources]
-        else:
-            found.add(index)
-    return found
+def _components(
+    nodes: Iterable[int], after: Mapping[int, Iterable[int]] | Sequence[Iterable[int]]
+) -> Iterator[list[int]]:
+    """Yield the strongly connected components of a graph, each behind those that it leads to (Tarjan)."""
+    number: dict[int, int] = {}
+    lowest: dict[int, int] = {}
+    stack: list[int] = []
+    waiting: set[int] = set()
+    for first in nodes:
+        way = [] if first in number else [(first, iter(after[first]))]
+        while way:
+            node, rest = way[-1]
+            if node not in number:
+                number[node] = lowest[node] = len(number)
+                stack.append(node)
+                waiting.add(node)
+            for each in rest:
+                if each not in number:
+                    way.append((each, iter(after[each])))
+                    break
+                if each in waiting:
+                    lowest[node] = min(lowest[node], number[each])
+            else:
+                way.pop()
+                if way:
+                    lowest[way[-1][0]] = min(lowest[way[-1][0]], lowest[node])
+                if lowest[node] == number[node]:
+                    component = [stack.pop()]
+                    while component[-1] != node:
+                        component.append(stack.pop())
+                    waiting.difference_update(component)
+                    yield component

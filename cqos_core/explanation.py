@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 def explain_pair(system: System, publisher: str, subscriber: str, where: Context) -> PairReport:
     """Explain one pair of a system that is already read; see `explain`."""
-    whole, links = expanded(system, where.find_pack, where.default_protocol)
+    whole, links = expanded(system, where.find_pack, where.default_protocol, where.most_endpoints)
     resolver = Resolver(whole, where.find_pack, where.default_protocol)
     resolved = resolver.run()
     by_topic, hops = linked(links, resolver)
@@ -101,7 +101,7 @@ def _with_repetition(report: PairReport, offering: Resolved, requesting: Resolve
 
 def endpoints_of(system: System, where: Context) -> list[Resolved]:
     """Return all endpoints of a system, those of bridges too, with their values."""
-    whole, _ = expanded(system, where.find_pack, where.default_protocol)
+    whole, _ = expanded(system, where.find_pack, where.default_protocol, where.most_endpoints)
     return resolve(whole, where.find_pack, where.default_protocol).endpoints
 
 

@@ -5,13 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.expression import Compare, Term
 from cqos_core.pairing import apart
-from cqos_core.system import PUBLISHER
+from cqos_core.policy import is_plain
+from cqos_core.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterator
 
-    from cqos_core.resolved import Resolved
+    from cqos_core.pack import RulePack
+    from cqos_core.policy import Value
+    from cqos_core.resolved import QosProfile, Resolved
     from cqos_core.system import Bridge
 
 Topics = dict[tuple[str, str], list["Resolved"]]
@@ -33,13 +37,17 @@ class Hop:
 
 
 class Meetings:
-    """Who meets whom, whatever wire or key they meet on; an endpoint may be on several, as copies of itself."""
+    """Who meets whom, whatever wire or key they meet on; an endpoint may be on several, as copies of itself.
+
+    Equal endpoints are asked about once: a bridge often stands beside hundreds that nothing tells apart.
+    """
 
     def __init__(self, by_topic: Topics) -> None:
         """Find every copy of every endpoint."""
-        self._copies: dict[str, list[tuple[Resolved, list[Resolved]]]] = {}
-        for beside in by_topic.values():
-            for endpoint in beside:
+        self._copies: dict[str, list[tuple[Resolved, _Beside]]] = {}
+        for endpoints in by_topic.values():
+            beside = _Beside(endpoints)
+            for endpoint in endpoints:
                 self._copies.setdefault(endpoint.id, []).append((endpoint, beside))
 
     def copies(self, endpoint: Resolved) -> list[Resolved]:
@@ -48,14 +56,98 @@ class Meetings:
 
     def beside(self, copy: Resolved) -> list[Resolved]:
         """Return all endpoints on the topic that an endpoint, or this copy of it, is on."""
-        return next(beside for each, beside in self._copies[copy.id] if each is copy)
+        return next(beside.endpoints for each, beside in self._copies[copy.id] if each is copy)
+
+    def groups(self, endpoint: Resolved) -> Iterator[tuple[Resolved, Collection[Resolved]]]:
+        """Yield an endpoint, or a copy of it, with others that it matches; all others of a group have equal values."""
+        for copy, beside in self._copies.get(endpoint.id, ()):
+            for group in beside.matching(copy):
+                yield copy, group
+
+    def distinct(self, endpoint: Resolved) -> Iterator[tuple[Resolved, Resolved]]:
+        """Yield publisher and subscriber of one pair for each group of equal ones that an endpoint matches."""
+        for copy, group in self.groups(endpoint):
+            yield _in_order(copy, next(iter(group)))
 
     def pairs(self, endpoint: Resolved) -> Iterator[tuple[Resolved, Resolved]]:
         """Yield publisher and subscriber of every pair that an endpoint is in."""
-        for copy, beside in self._copies.get(endpoint.id, ()):
-            for other in beside:
-                if other.role == copy.role or (copy.is_copy and other.is_copy):
+        for copy, group in self.groups(endpoint):
+            for other in group:
+                yield _in_order(copy, other)
+
+    def alike(self, endpoint: Resolved) -> tuple[object, ...]:
+        """Return what is equal for endpoints of one role that match the same others."""
+        return tuple((id(beside), copy.profile, copy.is_copy) for copy, beside in self._copies.get(endpoint.id, ()))
+
+    def replace(self, copy: Resolved, profile: QosProfile) -> None:
+        """Give an endpoint, or this copy of it, other values."""
+        beside = next(beside for each, beside in self._copies[copy.id] if each is copy)
+        beside.remove(copy)
+        copy.profile = profile
+        beside.add(copy)
+
+
+def _in_order(copy: Resolved, other: Resolved) -> tuple[Resolved, Resolved]:
+    return (copy, other) if copy.role == PUBLISHER else (other, copy)
+
+
+class _Beside:
+    """The endpoints of one topic, sorted by what a match needs to be equal, and by their values."""
+
+    def __init__(self, endpoints: list[Resolved]) -> None:
+        self.endpoints = endpoints
+        self._groups: dict[str, dict[Value | None, dict[tuple[QosProfile, bool], dict[int, Resolved]]]] | None = None
+        self._index: int | None = None
+
+    def matching(self, copy: Resolved) -> Iterator[Collection[Resolved]]:
+        groups = self._sorted()[SUBSCRIBER if copy.role == PUBLISHER else PUBLISHER]
+        known = self._key(copy)
+        # What is not known may equal anything.
+        keys = list(groups) if known is None else [key for key in (known, None) if key in groups]
+        for key in keys:
+            for (profile, is_copy), group in groups[key].items():
+                if not group or (copy.is_copy and is_copy):
                     continue
-                publisher, subscriber = (copy, other) if copy.role == PUBLISHER else (other, copy)
-                if not apart(publisher.profile, subscriber.profile):
-                    yield publisher, subscriber
+                publisher, subscriber = (copy.profile, profile) if copy.role == PUBLISHER else (profile, copy.profile)
+                if not apart(publisher, subscriber):
+                    yield group.values()
+
+    def remove(self, copy: Resolved) -> None:
+        if self._groups is not None:
+            del self._groups[copy.role][self._key(copy)][copy.profile, copy.is_copy][id(copy)]
+
+    def add(self, copy: Resolved) -> None:
+        if self._groups is not None:
+            same = self._groups[copy.role].setdefault(self._key(copy), {})
+            same.setdefault((copy.profile, copy.is_copy), {})[id(copy)] = copy
+
+    def _sorted(self) -> dict[str, dict[Value | None, dict[tuple[QosProfile, bool], dict[int, Resolved]]]]:
+        if self._groups is None:
+            self._index = max(
+                equal_in_pairs(self.endpoints[0].pack),
+                key=lambda index: len({each.profile.values[index] for each in self.endpoints}),
+                default=None,
+            )
+            self._groups = {PUBLISHER: {}, SUBSCRIBER: {}}
+            for each in self.endpoints:
+                self.add(each)
+        return self._groups
+
+    def _key(self, copy: Resolved) -> Value | None:
+        if self._index is None:
+            return None
+        value: Value = copy.profile.values[self._index]
+        return value if is_plain(value) else None
+
+
+def equal_in_pairs(pack: RulePack) -> list[int]:
+    """Return the policies that a matching condition requires to be equal on both sides, and nothing else, by index."""
+    found = []
+    for bound in pack.by_scope["meets"]:
+        sentence, uses = bound.bound.sentence, bound.bound.uses
+        if isinstance(sentence, Compare) and sentence.op == "==" and len(uses) == 2:  # noqa: PLR2004 - sides
+            one, other = uses
+            both_terms = isinstance(sentence.left, Term) and isinstance(sentence.right, Term)
+            if both_terms and one.index == other.index and one.second != other.second:
+                found.append(one.index)
+    return found

@@ -1,7 +1,9 @@
 """Routes of bridges as endpoints: one that receives and one that sends for every topic that is carried.
 
-Which topics a pattern carries follows from who is there: what somebody publishes before it. Where another bridge stands before
-it, that is what this one publishes, so patterns are followed again until nothing new is carried.
+Which topics a pattern carries follows from who is there: what is published before it. Where another bridge stands before
+it, that is what this one publishes, so patterns are followed again until nothing new is carried. Bridges that make names
+longer and take them back would never come to an end: such a name is not followed, and the circle is reported. How many
+endpoints bridges may make is bounded, whatever a system says.
 """
 
 from __future__ import annotations
@@ -11,8 +13,10 @@ from functools import lru_cache
 from itertools import chain
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.codes import CODES
 from cqos_core.pairing import apart
 from cqos_core.pattern import pattern
+from cqos_core.problems import InputError, Problem
 from cqos_core.resolve import Resolver
 from cqos_core.system import MESSAGE, PUBLISHER, SUBSCRIBER, ImportNote
 
@@ -26,6 +30,8 @@ if TYPE_CHECKING:
 _WITHIN: Final = "/c_qos_within"
 """The topic of endpoints by which the sides of bridges are compared with others."""
 _MOST_NAMED: Final = 10
+MOST_ENDPOINTS: Final = 100_000
+"""How many endpoints a system may have after bridges added theirs, where nothing else is set."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,16 +44,26 @@ class Link:
 
 
 def expanded(
-    system: System, find_pack: Callable[[str], RulePack | None], default: str | None
+    system: System,
+    find_pack: Callable[[str], RulePack | None],
+    default: str | None,
+    most: int = MOST_ENDPOINTS,
 ) -> tuple[System, list[Link]]:
     """Return a system with the endpoints of its bridges, and what links them; without bridges the system itself.
 
+    Args:
+        system: as it was read.
+        find_pack: rule packs by id.
+        default: protocol of participants that state none.
+        most: endpoints that there may be afterwards; bridges of a larger system may add none.
+
     Raises:
         PatternError: a route names topics by an expression that cannot be read.
+        InputError: bridges add more endpoints than are allowed.
     """
     if not system.bridges:
         return system, []
-    growing = _Growing(replace(system, endpoints=list(system.endpoints)))
+    growing = _Growing(replace(system, endpoints=list(system.endpoints)), most)
     patterns: list[tuple[Bridge, Route]] = []
     for bridge in system.bridges.values():
         for route in bridge.routes:
@@ -60,43 +76,132 @@ def expanded(
                 growing.add(bridge, route, topic, route.target.topic or topic)
     if not patterns:
         return growing.whole, growing.links
+    patterns.sort(key=lambda each: each[0].id)
     around = _Around(growing, patterns, find_pack, default)
+    around.look()
+    for (bridge, route), (other, back) in around.growing_pairs(patterns):
+        growing.turn_back(bridge, route, other, back)
     for _ in range(len(patterns) + 1):
         around.look()
         carried = [(bridge, route, *names) for bridge, route in patterns for names in around.carried(bridge, route)]
         if not any([growing.add(*each) for each in carried]):  # noqa: C419 - each of them is added
             break
+        growing.turned_back |= growing.turning
     left_out = [said for each in patterns for said in around.left_out(*each)]
-    return replace(growing.whole, notes=[*system.notes, *left_out]), growing.links
+    return replace(growing.whole, notes=[*system.notes, *left_out, *growing.notes]), growing.links
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Way:
+    """How a name came about: by which route, from and to which name, and how the former did."""
+
+    bridge: Bridge
+    route: Route
+    topic: str
+    other: str
+    previous: _Way | None
+
+    def before(self) -> Iterator[_Way]:
+        """Yield the ways before this one, the last first."""
+        way = self.previous
+        while way is not None:
+            yield way
+            way = way.previous
+
+
+def _longer_names(circle: Sequence[_Way]) -> ImportNote:
+    path = " → ".join(
+        [f"`{circle[0].topic}`", *(f"{each.bridge.id} → `{each.other}`" for each in circle[:_MOST_NAMED])]
+    )
+    first = circle[0].bridge.id
+    message = f"bridge `{first}` gets back under a longer name what it carries, so that names grow without end: {path}"
+    return ImportNote("CQ508", "warning", message, circle[0].route.place, CODES["CQ508"].help)
 
 
 @dataclass(slots=True)
 class _Growing:
-    """A system to which endpoints of bridges are added; ``own`` has the bridge of each."""
+    """A system to which endpoints of bridges are added.
+
+    Attributes:
+        most: endpoints that there may be.
+        own: the bridge of each endpoint that was added.
+        came: by the id of such an endpoint, how its name came about.
+        turning: routes by which names come back longer than they were; what `turned_back` had in the round before.
+        notes: what is to be said of them.
+    """
 
     whole: System
+    most: int
     links: list[Link] = field(default_factory=list)
     own: dict[str, str] = field(default_factory=dict)
+    came: dict[str, _Way] = field(default_factory=dict)
+    turning: set[int] = field(default_factory=set)
+    turned_back: set[int] = field(default_factory=set)
+    notes: list[ImportNote] = field(default_factory=list)
     taken: set[str] = field(init=False)
     done: set[tuple[int, str, str]] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.taken = {endpoint.id for endpoint in self.whole.endpoints}
 
-    def add(self, bridge: Bridge, route: Route, topic: str, other: str) -> bool:
-        """Add the endpoints of one topic, once; return whether they are new."""
+    def add(self, bridge: Bridge, route: Route, topic: str, other: str, origin: str = "") -> bool:
+        """Add the endpoints of one topic, which came about by an endpoint of the id ``origin``; return whether they are new.
+
+        Raises:
+            InputError: there are too many already.
+        """
         question = (id(route), topic, other)
         if question in self.done:
             return False
         self.done.add(question)
+        way = _Way(bridge, route, topic, other, self.came.get(origin))
+        if self._turns_back(way):
+            return False
+        if len(self.whole.endpoints) + 2 > self.most:
+            raise self._too_many(bridge, route)
         _, (behind, *_) = _ends(route)
         ends = [
             self._end(bridge, side, name, unasked=side is behind)
             for side, name in ((route.source, topic), (route.target, other))
         ]
+        self.came.update(dict.fromkeys(ends, way))
         if route.source.kind == MESSAGE:  # a call goes both ways, so that nothing is needed before it or behind it
             self.links.append(Link(bridge, *ends))
         return True
+
+    def _turns_back(self, way: _Way) -> bool:
+        """Whether a name comes back longer to a route that made it; the circle is noted once.
+
+        Routes on such circles carry on nothing that others of them made: else n of them would make n! names.
+        """
+        before = [*way.before()]
+        circle = next((at for at, each in enumerate(before) if each.route is way.route), None)
+        if circle is not None and len(way.other) > len(before[circle].other):
+            if id(way.route) not in self.turning:
+                self.turning.update(id(each.route) for each in before[: circle + 1])
+                self.notes.append(_longer_names([*before[: circle + 1][::-1], way]))
+            return True
+        return id(way.route) in self.turned_back and any(id(each.route) in self.turned_back for each in before)
+
+    def turn_back(self, bridge: Bridge, route: Route, other: Bridge, back: Route) -> None:
+        """Note two routes that make a name longer and longer, whatever it is."""
+        if not self.turned_back & {id(route), id(back)}:
+            self.notes.append(
+                _longer_names(
+                    [
+                        _Way(each, of, "*", of.target.topic or "", None)
+                        for each, of in ((bridge, route), (other, back), (bridge, route))
+                    ]
+                )
+            )
+        self.turned_back |= {id(route), id(back)}
+
+    def _too_many(self, bridge: Bridge, route: Route) -> InputError:
+        message = (
+            f"bridges carry more topics than the limit of {self.most} endpoints in a system allows; "
+            f"it is reached at a route of bridge `{bridge.id}`, with {len(self.own)} endpoints of bridges"
+        )
+        return InputError([Problem("CQ029", message, route.place, CODES["CQ029"].help)])
 
     def _end(self, bridge: Bridge, side: Endpoint, topic: str, *, unasked: bool) -> str:
         does = side.role if side.kind == MESSAGE else side.kind
@@ -142,6 +247,7 @@ class _Around:
         self.stated: dict[str, Endpoint] = {}
         self.there: dict[tuple[RulePack, Role, str], list[Resolved]] = {}
         self.seen = 0
+        self.known: dict[tuple[int, Role], _Known] = {}
 
     def look(self) -> None:
         """Resolve who has come since the last look; interfaces that are more than a topic also as one, for their names."""
@@ -149,6 +255,7 @@ class _Around:
             self.seen = 0
             self.stated.clear()
             self.there.clear()
+            self.known.clear()
             new = self._new()
             system = replace(self.growing.whole, endpoints=[*new, *self.asking.values()])
             self.resolver = Resolver(system, self.find_pack, self.default)
@@ -175,8 +282,33 @@ class _Around:
         ]
         return [*new, *named]
 
-    def carried(self, bridge: Bridge, route: Route) -> Iterator[tuple[str, str]]:
-        """Yield the topics that a route with a pattern carries, each with the name it has on the other side.
+    def growing_pairs(
+        self, patterns: Sequence[tuple[Bridge, Route]]
+    ) -> Iterator[tuple[tuple[Bridge, Route], tuple[Bridge, Route]]]:
+        """Yield two routes of which each takes whatever the other publishes, under a name that gets longer."""
+        whole = [each for each in patterns if each[1].source.kind == MESSAGE and not (each[1].only or each[1].but)]
+        for number, (bridge, route) in enumerate(whole):
+            for other, back in whole[:number]:
+                if other is bridge or _longer(route) + _longer(back) <= 0:
+                    continue
+                there = _through(back, _through(route, route.source.topic or ""))
+                if _through(route, there) and self._reaches(bridge, route, other, back):
+                    yield (other, back), (bridge, route)
+                    break
+
+    def _reaches(self, bridge: Bridge, route: Route, other: Bridge, back: Route) -> bool:
+        """Whether what each of two routes publishes is on the wire that the other listens on."""
+        ends = [
+            (
+                self.within.get((one.id, of.target.participant, PUBLISHER)),
+                self.within.get((two.id, to.source.participant, SUBSCRIBER)),
+            )
+            for (one, of), (two, to) in (((bridge, route), (other, back)), ((other, back), (bridge, route)))
+        ]
+        return all(a is not None and b is not None and a.pack is b.pack and _meet(a, b) for a, b in ends)
+
+    def carried(self, bridge: Bridge, route: Route) -> Iterator[tuple[str, str, str]]:
+        """Yield the topics that a route with a pattern carries, each with the name it has on the other side, and an endpoint.
 
         That is what is published before it, or served behind it. Where those may be somebody who is in no file, it is also
         what is subscribed behind it, or called before it, and nobody there publishes or serves.
@@ -186,13 +318,13 @@ class _Around:
         there, here = _ends(route)
         rests = self.rests(bridge, *there, route.source.kind)
         if there[0].external and not self.somebody_else(bridge, there[0].participant):
-            rests |= self.rests(bridge, *here, route.target.kind) - self.rests(
-                bridge, here[0], there[1], here[2], route.source.kind
-            )
+            wanted = self.rests(bridge, *here, route.target.kind)
+            own = self.rests(bridge, here[0], there[1], here[2], route.source.kind)
+            rests = {rest: name for rest, name in wanted.items() if rest not in own} | rests
         for rest in sorted(rests):
             name = pattern.replace("*", rest, 1)
             if _lets_through(route, name):
-                yield name, other.replace("*", rest, 1)
+                yield name, other.replace("*", rest, 1), rests[rest]
 
     def left_out(self, bridge: Bridge, route: Route) -> Iterator[ImportNote]:
         """Say which topics, services or actions the expressions of a route keep from being carried."""
@@ -211,24 +343,31 @@ class _Around:
             message = f"bridge `{bridge.id}` leaves out {what}{'s' if len(names) > 1 else ''} {listed}{more}"
             yield ImportNote("CQ506", "note", message, route.place)
 
-    def rests(self, bridge: Bridge, side: Endpoint, role: Role, pattern: str, kind: str) -> set[str]:
-        """What the `*` of a pattern stands for in the names on which a side of a bridge can meet somebody of a role.
+    def rests(self, bridge: Bridge, side: Endpoint, role: Role, pattern: str, kind: str) -> dict[str, str]:
+        """What the `*` of a pattern stands for in the names on which a side of a bridge can match somebody of a role.
 
-        The bridge itself does not count: what it publishes it does not take back.
+        Each with the id of the endpoint that has the name. The bridge itself does not count: what it publishes it does not
+        take back.
         """
         asking = self.within.get((bridge.id, side.participant, SUBSCRIBER if role == PUBLISHER else PUBLISHER))
         if asking is None or (role == SUBSCRIBER and asking.pack.meeting.match is not None):
-            return set()  # a filter is no name
+            return {}  # a filter is no name
         before, _, after = pattern.partition("*")
-        return {
-            name[len(before) : len(name) - len(after)]
-            for each in self.there.get((asking.pack, role, kind), ())
-            if len(name := each.key or "") >= len(before) + len(after)
-            and name.startswith(before)
-            and name.endswith(after)
-            and self._bridge_of(each) != bridge.id
-            and _meet(each, asking)
-        }
+        known = self.known.setdefault((id(side), role), _Known())
+        there = self.there.get((asking.pack, role, kind), [])
+        found: dict[str, str] = {}
+        for each in there[known.seen :]:
+            name = each.key or ""
+            if len(name) < len(before) + len(after) or not (name.startswith(before) and name.endswith(after)):
+                continue
+            rest = name[len(before) : len(name) - len(after)]
+            identifier = each.stated_id.removeprefix(f"{_WITHIN}/")
+            if rest in known.rests or self.growing.own.get(identifier) == bridge.id or not _meet(each, asking):
+                continue
+            found[rest] = min(found.get(rest, identifier), identifier)
+        known.rests.update(found)
+        known.seen = len(there)
+        return known.rests
 
     def somebody_else(self, bridge: Bridge, participant: str) -> bool:
         """Whether anybody but the bridge is on the wire that one of its participants is on."""
@@ -250,11 +389,34 @@ class _Around:
         return self.growing.own.get(endpoint.stated_id.removeprefix(f"{_WITHIN}/"))
 
 
+@dataclass(slots=True)
+class _Known:
+    """What a side has seen of who is there: the names that it matches, and how many endpoints it looked at."""
+
+    rests: dict[str, str] = field(default_factory=dict)
+    seen: int = 0
+
+
 def _ends(route: Route) -> tuple[tuple[Endpoint, Role, str], tuple[Endpoint, Role, str]]:
     """Where somebody is whose topics a route carries, in which role and by which names, and where others wait for them."""
     before = (route.source, PUBLISHER, route.source.topic or "")
     behind = (route.target, SUBSCRIBER, route.target.topic or route.source.topic or "")
     return (before, behind) if route.source.kind == MESSAGE else (behind, before)
+
+
+def _longer(route: Route) -> int:
+    """By how many characters a route makes names longer."""
+    source = route.source.topic or ""
+    return len(route.target.topic or source) - len(source)
+
+
+def _through(route: Route, name: str) -> str:
+    """What a route with a pattern makes of a name, itself perhaps with a `*` in it; empty where it does not carry it."""
+    source = route.source.topic or ""
+    before, _, after = source.partition("*")
+    if not name or len(name) < len(before) + len(after) or not (name.startswith(before) and name.endswith(after)):
+        return ""
+    return (route.target.topic or source).replace("*", name[len(before) : len(name) - len(after)], 1)
 
 
 def _meet(one: Resolved, other: Resolved) -> bool:

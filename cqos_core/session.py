@@ -237,7 +237,7 @@ class Session:
             report = check_system(tried, self._context)
             self.judged = report.topics
             return exact_places(report, self._system.sources)
-        system, links = expanded(self._system, find_pack, default)
+        system, links = expanded(self._system, find_pack, default, self._context.most_endpoints)
         teams, problems = bind_checks(system, find_pack, default)
         resolver = self._resolve(system, words_asked(teams))
         buckets, hops = linked(links, resolver)

@@ -110,16 +110,21 @@ def _splits(topic: Topic, judged: Judged) -> list[Made]:
         met_by_any |= met
     alone = _alone(topic.subscribers, lambda index: met_by_any >> index & 1)
     over_bridges = connected(topic, judged.met)
+    ends = _ends_of_bridges(topic.subscribers)
     loud: Drafts = {}
     quiet: Drafts = {}
+    own_bridge = [_of_one_bridge(publisher, ends) for publisher in topic.publishers]
+    left_alone = [_alone([each], judged.met.__getitem__, at) for at, each in enumerate(topic.publishers)]
     for each in judged.kept_apart:
         for index, missed in each.hits.items():
             hit = missed if each.bound.rule.always else missed & ~over_bridges[index]
+            if not hit:
+                continue
             publisher = topic.publishers[index]
-            left = _alone([publisher], lambda _, index=index: judged.met[index])  # type: ignore[misc]
+            left = left_alone[index]
             told = hit if each.bound.rule.always or left.told else hit & alone.told
             # That the ends of one bridge are apart is what it is for, even if nobody else is on one side.
-            own = told & _of_one_bridge(publisher, topic.subscribers)
+            own = told & own_bridge[index]
             if own:
                 _kept_apart(topic, quiet, each, publisher, own, quiet=True)
                 told &= ~own
@@ -136,12 +141,19 @@ def _splits(topic: Topic, judged: Judged) -> list[Made]:
     ]
 
 
-def _of_one_bridge(publisher: Members, subscribers: Sequence[Members]) -> int:
+def _ends_of_bridges(subscribers: Sequence[Members]) -> dict[frozenset[str | None], int]:
+    """The groups of subscribers by the bridges whose ends their endpoints are, as bits."""
+    found: dict[frozenset[str | None], int] = {}
+    for index, members in enumerate(subscribers):
+        bridges = frozenset(bridges_of(members.endpoints))
+        found[bridges] = found.get(bridges, 0) | 1 << index
+    return found
+
+
+def _of_one_bridge(publisher: Members, ends: Mapping[frozenset[str | None], int]) -> int:
     """The groups whose endpoints are all ends of the bridge that all of ``publisher`` are ends of, as bits."""
     bridges = bridges_of(publisher.endpoints)
-    if len(bridges) > 1 or None in bridges:
-        return 0
-    return sum(1 << index for index, members in enumerate(subscribers) if bridges_of(members.endpoints) == bridges)
+    return 0 if len(bridges) > 1 or None in bridges else ends.get(frozenset(bridges), 0)
 
 
 class _Alone(NamedTuple):
@@ -151,8 +163,9 @@ class _Alone(NamedTuple):
     told: int
 
 
-def _alone(groups: Sequence[Members], met: Callable[[int], int]) -> _Alone:
-    left = [(index, members) for index, members in enumerate(groups) if not members.carried and not met(index)]
+def _alone(groups: Sequence[Members], met: Callable[[int], int], first: int = 0) -> _Alone:
+    """The groups that match none; ``met`` is asked by their positions, from ``first`` on."""
+    left = [(at, each) for at, each in enumerate(groups) if not each.carried and not met(first + at)]
     return _Alone(sum(1 << index for index, _ in left), sum(1 << index for index, each in left if not _external(each)))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import sys
 from dataclasses import replace
 
 import pytest
@@ -9,11 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core.api import context
+from cqos_core.checker import check_system
 from cqos_core.explanation import explain_pair
 from cqos_core.expression import as_sentence, offered, requested
 from cqos_core.given import Given, over
 from cqos_core.guarantee import NEEDS, RELAYED, WORDS, gives
 from cqos_core.policy import FromPeers
+from cqos_core.problems import InputError
 from cqos_core.session import Session
 from cqos_core.system import Bridge, Endpoint, Participant, Route
 from tests.worlds import CARE, COPIES, DELAY, POST, checked, codes, only, place, reader, settings, world, writer
@@ -576,3 +580,116 @@ def test_of_many_whose_samples_arrive_twice_one_is_named():
 def test_ways_between_many_bridges_are_found_in_no_time():
     steps = [via(f"{letter}{number}", letter, chr(ord(letter) + 1)) for letter in "abcdefgh" for number in range(9)]
     assert len(repeated(beside(*steps, at="i"))) == 1
+
+
+# --- how much bridges may make ---
+
+
+def longer(number, source="p", target="q"):
+    """A bridge that puts a word before every name, and would take back what others do."""
+    return bridge(f"b{number}", (source, "*"), (target, f"{chr(97 + number % 26)}{number}/*"))
+
+
+def growing(bridges, *parts, **fields):
+    report = check(bridged(*parts, bridges=bridges, abroad=(), **fields))
+    return [finding.message.partition(": ")[2] for finding in report.findings if finding.code == "CQ508"]
+
+
+def test_bridges_that_make_each_other_s_names_longer_are_told_and_not_followed():
+    assert growing([longer(0), longer(1)], writer("x", "p/w")) == ["`*` → b0 → `a0/*` → b1 → `b1/*` → b0 → `a0/*`"]
+
+
+def test_names_that_come_back_longer_over_several_bridges_are_followed_round_once():
+    towns = {f"p{n}": Participant(f"p{n}", settings=settings(town=str(n))) for n in range(3)}
+    ring = [longer(n, f"p{n}", f"p{(n + 1) % 3}") for n in range(3)]
+    assert growing(ring, writer("x", "p0/w"), participants=towns) == [
+        "`x` → b0 → `a0/x` → b1 → `b1/a0/x` → b2 → `c2/b1/a0/x` → b0 → `a0/c2/b1/a0/x`"
+    ]
+
+
+def test_bridges_of_one_direction_that_rename_are_no_circle():
+    towns = {f"p{n}": Participant(f"p{n}", settings=settings(town=str(n))) for n in range(4)}
+    steps = [longer(n, f"p{n}", f"p{n + 1}") for n in range(3)]
+    parts = [writer("x", "p0/w"), reader("c2/b1/a0/x", "p3/r")]
+    assert growing(steps, *parts, participants=towns) == []
+    system = bridged(*parts, bridges=steps, abroad=(), participants=towns)
+    assert "p3/r" in {name for group in check(system).groups for name in group.subscribers}
+
+
+def test_expressions_that_keep_what_comes_back_out_are_no_circle():
+    narrowed = [replace(each, routes=(replace(each.routes[0], but=(".*/.*",)),)) for each in (longer(0), longer(1))]
+    assert growing(narrowed, writer("x", "p/w")) == []
+
+
+def test_a_name_that_gets_shorter_is_no_circle_of_growth():
+    there, back = bridge("b", ("p", "a/*"), ("q", "b/*")), bridge("c", ("q", "b/a/*"), ("p", "*"))
+    assert "CQ508" not in codes(check(bridged(writer("a/a/a/x", "p/w"), bridges=[there, back], abroad=())))
+
+
+@pytest.mark.parametrize("most", [10, 51])
+def test_more_endpoints_than_allowed_are_refused_with_the_limit_and_the_route(most):
+    topics = [writer(f"home/{number}", f"in/{number}") for number in range(26)]
+    system = bridged(*topics, bridges=[bridge("b", ("in", "home/*"), ("out", "far/*"))])
+    with pytest.raises(InputError) as raised:
+        check_system(system, replace(WHERE, most_endpoints=most))
+    (problem,) = raised.value.problems
+    assert problem.code == "CQ029"
+    assert problem.place == place(2)
+    assert f"the limit of {most} endpoints" in problem.message
+    assert "bridge `b`" in problem.message
+
+
+def test_as_many_endpoints_as_allowed_are_taken():
+    topics = [writer(f"home/{number}", f"in/{number}") for number in range(26)]
+    system = bridged(*topics, bridges=[bridge("b", ("in", "home/*"), ("out", "far/*"))])
+    assert check_system(system, replace(WHERE, most_endpoints=78)).findings is not None
+
+
+@pytest.mark.parametrize(
+    ("make", "small", "large"),
+    [
+        (lambda n: bridged(writer("x", "p/w"), bridges=[*map(longer, range(n))], abroad=()), 30, 60),
+        (lambda n: net(n, lambda a, b: a != b), 6, 12),
+        (lambda n: net(n, lambda a, b: b == (a + 1) % n), 30, 60),
+    ],
+    ids=["renaming", "clique", "ring"],
+)
+def test_what_bridges_cost_grows_little_faster_than_their_number(make, small, large):
+    """Counts calls of functions, which do not depend on the machine."""
+
+    def cost(number):
+        system, count = make(number), 0
+
+        def counted(_frame, event, _argument):
+            nonlocal count
+            count += event == "call"
+
+        check(make(number))  # what is remembered of values is the same for both
+        sys.setprofile(counted)
+        try:
+            report = check(system)
+        finally:
+            sys.setprofile(None)
+        assert report.findings
+        return len(system.bridges), count
+
+    (size, calls), (more, many) = cost(small), cost(large)
+    assert math.log(many / calls) / math.log(more / size) <= 1.75, (size, calls, more, many)
+
+
+def net(number, joined):
+    """So many places, in each a writer and a reader of one topic, and bridges between some."""
+    parts = [each for at in range(number) for each in (writer("x", f"p{at}/w"), reader("x", f"p{at}/r"))]
+    bridges = [
+        bridge(f"b{a}_{b}", (f"p{a}", "x"), (f"p{b}", "x"))
+        for a in range(number)
+        for b in range(number)
+        if joined(a, b)
+    ]
+    return bridged(*parts, bridges=bridges, abroad=())
+
+
+def test_every_loop_up_to_a_number_is_listed_and_then_that_there_are_more():
+    messages = [f.message for f in check(net(9, lambda a, b: a != b)).findings if f.code == "CQ503"]
+    assert len(messages) == 26
+    assert sum(message.startswith("there are more loops than the 25") for message in messages) == 1
