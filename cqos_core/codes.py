@@ -476,6 +476,14 @@ _MODEL = (
         help="describe it under `brokers:`, or name one that is there",
     ),
     CodeInfo(
+        "CQ217",
+        "value-not-known",
+        "warning",
+        "The input does not say which value a setting has: a variable is not set, a file is missing, an expression is not read.",
+        "Every verdict that depends on the value is unknown; no default is assumed in its place.",
+        help="state what the message names",
+    ),
+    CodeInfo(
         "CQ218",
         "guarantee-not-stated",
         "warning",

@@ -71,6 +71,10 @@ class Written(NamedTuple):
     here: bool
 
 
+UNREAD: Final = Written("", here=False)
+"""How a value was written that was not understood: perhaps not at all."""
+
+
 Values: TypeAlias = tuple[Any, ...]
 """A value per policy of a vocabulary, then per policy a `Written` or None."""
 
@@ -453,6 +457,16 @@ def _overlaps(left: tuple[str, ...], right: tuple[str, ...]) -> bool:
 _MAXIMUM_RANK: Final = 1_000
 
 
+def _how(second: bool, at: int, asked: Callable[[Written | None], bool]) -> Judge:
+    """Ask how a value was written; unknown where that was not understood."""
+
+    def judge(a: Values, b: Values, s: Signal) -> bool | None:
+        written = (b if second else a)[at]
+        return None if written is UNREAD else asked(written)
+
+    return judge
+
+
 class _Binder:
     """Compiles one sentence; ``open_form`` chooses which of the two forms."""
 
@@ -584,20 +598,16 @@ class _Binder:
         self.asked.add(index)
         second, at = term.scope in _SECOND, self.vocabulary.size + index
         if node.name == "stated_here":
-            return lambda a, b, s: (b if second else a)[at] is not None and (b if second else a)[at].here
+            return _how(second, at, lambda written: written is not None and written.here)
         if len(node.args) == 1:
-            return (lambda a, b, s: b[at] is not None) if second else (lambda a, b, s: a[at] is not None)
+            return _how(second, at, lambda written: written is not None)
         literal = node.args[1]
         if not isinstance(literal, Literal) or not isinstance(literal.value, str):
             message = f"`{node}` compares with a word in quotes"
             raise SentenceError(message)
         word = self.vocabulary.policies[index].word(literal.value)
 
-        def stated_as(a: Values, b: Values, s: Signal) -> bool:
-            written = (b if second else a)[at]
-            return written is not None and written.word == word
-
-        return stated_as
+        return _how(second, at, lambda written: written is not None and written.word == word)
 
     # Aggregates
 

@@ -129,7 +129,8 @@ def effect(
     partners = topic.subscribers if role == PUBLISHER else topic.publishers
     for members in groups:
         profile = members.profile
-        after = intern(pack, changed(profile.values, pack.policies[index], index, pack.vocabulary.size, value))
+        values = changed(profile.values, pack.policies[index], index, pack.vocabulary.size, value)
+        after = intern(pack, values, profile.beside)
         for partner in partners:
             before = _rank_of(profile, partner.profile, role)
             then = _rank_of(after, partner.profile, role)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from cqos_core.evaluate import Values
     from cqos_core.pack import BoundRule
     from cqos_core.resolved import QosProfile
+    from cqos_core.rule import Rule
 
 _CACHE: Final = 200_000
 
@@ -60,26 +61,42 @@ def ask(bound: BoundRule, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> S
     return Spoken(bound, outcome) if speaks else None
 
 
-def verdict_of(spoken: Iterable[Spoken]) -> Verdict:
-    """The verdict that pair-scope ``requires`` rules amount to; other rules never change it."""
-    worst = Verdict.COMPATIBLE
-    for each in spoken:
-        if each.bound.rule.kind != "requires":
-            continue
-        if not each.unknown and not each.bound.rule.doubt:
-            return Verdict.INCOMPATIBLE
-        worst = Verdict.UNKNOWN
-    return worst
+def verdict_by(rule: Rule, *, unknown: bool) -> Verdict:
+    """The verdict that a rule gives a pair that it speaks of; only ``requires`` rules change it."""
+    if rule.kind != "requires":
+        return Verdict.COMPATIBLE
+    return Verdict.UNKNOWN if unknown or rule.doubt else Verdict.INCOMPATIBLE
+
+
+def verdict_of(spoken: Spoken) -> Verdict:
+    """The verdict that a rule gives the pair that it speaks of."""
+    return verdict_by(spoken.bound.rule, unknown=spoken.unknown)
+
+
+def worst(verdicts: Iterable[Verdict]) -> Verdict:
+    """The worst of several verdicts."""
+    return max(verdicts, key=lambda verdict: verdict.rank, default=Verdict.COMPATIBLE)
+
+
+@lru_cache(maxsize=_CACHE)
+def of_end(
+    profile: QosProfile,
+    role: str,  # noqa: ARG001
+    observed: bool,  # noqa: ARG001, FBT001 - a cache key
+    carried: bool,  # noqa: ARG001, FBT001 - likewise
+) -> tuple[tuple[Verdict, tuple[str, ...]], ...]:
+    """What every pair of an endpoint is at best, and the codes of the findings that say so."""
+    return ((Verdict.UNKNOWN, profile.unread),) if profile.unread else ()
 
 
 @lru_cache(maxsize=_CACHE)
 def judge_pair(publisher: QosProfile, subscriber: QosProfile) -> Judgement:
-    """Judge two profiles that meet."""
+    """Judge two profiles that meet, by the rules of pairs alone."""
     spoken: list[Spoken] = []
     refused: bool | None = None
     for bound in publisher.pack.by_scope.get("pair", ()):
         if bound.rule.guarantee:
-            refused = verdict_of(spoken) is Verdict.INCOMPATIBLE if refused is None else refused
+            refused = Verdict.INCOMPATIBLE in map(verdict_of, spoken) if refused is None else refused
             if refused or not subscriber.needs:
                 break
         if passed_over(bound, publisher, subscriber):
@@ -87,7 +104,7 @@ def judge_pair(publisher: QosProfile, subscriber: QosProfile) -> Judgement:
         each = ask(bound, publisher.values, subscriber.values)
         if each is not None:
             spoken.append(each)
-    return Judgement(verdict_of(spoken), tuple(spoken)) if spoken else FITS
+    return Judgement(worst(map(verdict_of, spoken)), tuple(spoken)) if spoken else FITS
 
 
 def passed_over(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> bool:

@@ -115,8 +115,10 @@ class Overlays:
         layer = self._layers.get((id(pack), index))
         if layer is None:
             dialect = pack.dialects.get(overlay.dialect, pack.dialects.get("yaml"))
-            found = self._reader.recognise(pack, (ENDPOINT,), overlay.settings, dialect, overlay.name, "system", [])
-            layer = self._layers[id(pack), index] = Layer(overlay.name, found, overlay="holds")
+            found, unread = self._reader.recognise(
+                pack, (ENDPOINT,), overlay.settings, dialect, overlay.name, "system", []
+            )
+            layer = self._layers[id(pack), index] = Layer(overlay.name, found, overlay="holds", unread=unread)
         return layer
 
     def report(self) -> None:

@@ -62,8 +62,8 @@ class Participants:
         stated = _NOTHING_STATED
         if settings:
             levels, spoken = ("participant", "option"), pack.dialects.get("yaml")
-            own = self._reader.recognise(pack, levels, settings, spoken, owner, "participant", [participant.id])
-            stated = Layer("explicit", own)
+            own, unread = self._reader.recognise(pack, levels, settings, spoken, owner, "participant", [participant.id])
+            stated = Layer("explicit", own, unread=unread)
         layers: tuple[Layer, ...] = (stated, self._options(pack))
         broker = self._broker_of(stated.settings, participant, pack) if self._system.brokers else None
         key = (pack, broker and broker.id, *[layer.texts for layer in layers])
@@ -83,8 +83,9 @@ class Participants:
         layer = self._option_layers.get(id(pack))
         if layer is None:
             stated = self._system.options.get(pack.id, {})
-            found = self._reader.recognise(pack, ("option",), stated, None, f"options of `{pack.id}`", "system", [])
-            layer = self._option_layers[id(pack)] = Layer("option", found)
+            owner = f"options of `{pack.id}`"
+            found, unread = self._reader.recognise(pack, ("option",), stated, None, owner, "system", [])
+            layer = self._option_layers[id(pack)] = Layer("option", found, unread=unread)
         return layer
 
     def _surroundings(
@@ -104,8 +105,10 @@ class Participants:
             pack.policies[index].name: stated.text
             for layer in reversed(layers)
             for index, stated in layer.settings.items()
+            if not stated.setting.unknown
         }
-        return Surroundings(values, texts)
+        every = (*layers, *self._broker_layers(broker, pack))
+        return Surroundings(values, texts, tuple(code for layer in every for code in layer.unread))
 
     def _option(
         self, pack: RulePack, index: int, policy: Policy, layers: Sequence[Layer], participant: Participant
@@ -114,6 +117,10 @@ class Participants:
             stated = layer.settings.get(index)
             if stated is None:
                 continue
+            if stated.setting.unknown:
+                return self._reader.not_known(
+                    pack, policy, PUBLISHER, {}, stated, "option", [], f"option `{policy.name}`"
+                )
             meaning = policy.words.get(normalise(stated.text))
             if isinstance(meaning, OneOf):
                 return depends(pack, policy, meaning.values)
@@ -126,7 +133,7 @@ class Participants:
                     self._reader.say_once("CQ208", message, place, problem.advice())
                     return policy.domain.parse(policy.fallback)
                 self._reader.say_once("CQ203", f"option `{policy.name}`: {problem.message}", place, problem.advice())
-                return Anything(f"option {policy.name} has no valid value", told=True)
+                return Anything(f"option {policy.name} has no valid value", "CQ203")
         if isinstance(policy.default, str):
             return policy.domain.parse(policy.default)
         names = policy.assume or tuple(policy.domain.format(value) for value in policy.domain.candidates())
@@ -150,8 +157,11 @@ class Participants:
         known = self._layers_of_brokers.get((id(pack), broker.id))
         if known is None:
             owner = f"broker `{broker.id}`"
-            own = self._reader.recognise(pack, ("broker",), broker.settings, None, owner, "broker", [broker.id])
-            known = (Layer("explicit", own), *self._profiles_of_broker(broker.profiles, pack, {broker.id}))
+            own, unread = self._reader.recognise(pack, ("broker",), broker.settings, None, owner, "broker", [broker.id])
+            known = (
+                Layer("explicit", own, unread=unread),
+                *self._profiles_of_broker(broker.profiles, pack, {broker.id}),
+            )
             self._layers_of_brokers[id(pack), broker.id] = known
         return known
 
@@ -161,8 +171,10 @@ class Participants:
             preset = pack.preset_names.get(normalise(ref.name))
             if own is not None and own.name not in trail:
                 owner = f"profile `{own.name}`"
-                found = self._reader.recognise(pack, ("broker",), own.settings, None, owner, "profile", [own.name])
-                yield Layer(f"profile {own.name}", found)
+                found, unread = self._reader.recognise(
+                    pack, ("broker",), own.settings, None, owner, "profile", [own.name]
+                )
+                yield Layer(f"profile {own.name}", found, unread=unread)
                 yield from self._profiles_of_broker(own.base, pack, {*trail, own.name})
             elif own is None and preset is not None and pack.presets[preset].level == "broker":
                 yield Layer(f"preset {preset}", preset_settings(preset, pack), counts_as_stated=False)

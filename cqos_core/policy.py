@@ -26,11 +26,16 @@ INFINITE: Final = 2**63 - 1
 class Anything:
     """Any value of the policy's domain; ``cause`` says why it is not known.
 
-    ``told``: the cause is a finding of its own, so that what follows from it need not be reported again.
+    ``code``: of the finding that reports the cause, so that what follows from it needs none of its own.
     """
 
     cause: str
-    told: bool = False
+    code: str = ""
+
+    @property
+    def told(self) -> bool:
+        """Whether the cause is a finding of its own."""
+        return bool(self.code)
 
 
 @dataclass(frozen=True, slots=True)

@@ -99,11 +99,13 @@ class Profiles:
         if layer is None:
             dialect = pack.dialects.get(dialect_name, pack.dialects.get("yaml"))
             owner = f"profile `{own.name}`"
-            found = self._reader.recognise(pack, (ENDPOINT,), own.settings, dialect, owner, "profile", [own.name])
+            found, unread = self._reader.recognise(
+                pack, (ENDPOINT,), own.settings, dialect, owner, "profile", [own.name]
+            )
             preset_name = pack.preset_names.get(normalise(own.name))
             if preset_name is not None:
                 self._shadowing(own.name, preset_name, found, pack, own.place)
-            layer = self._own_layers[key] = Layer(f"profile {own.name}", found)
+            layer = self._own_layers[key] = Layer(f"profile {own.name}", found, unread=unread)
         return layer
 
     def _shadowing(

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.policy import Anything, normalise
+from cqos_core.policy import Anything, Depends, normalise
 from cqos_core.problems import InvalidValueError
 from cqos_core.reading import can_be_stated, fields_of, ignored_by, read_value, spelled
 from cqos_core.remarks import core_finding, suggestion
 from cqos_core.resolved import Stated
+from cqos_core.spelling import distance, folded
+from cqos_core.system import EVERY_OTHER, Cases, Setting
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.pack import Dialect, RulePack
     from cqos_core.policy import Policy, Value
     from cqos_core.report import Finding, Severity
     from cqos_core.resolved import Layer
     from cqos_core.system import Place, Settings
+
+_TYPING_ERRORS: Final = 2
 
 
 class Reader:
@@ -32,7 +37,7 @@ class Reader:
         """Report to ``findings``."""
         self.findings = findings
         self.remarks = 0
-        self._said: set[tuple[str, str, Place | None]] = set()
+        self._causes: dict[tuple[object, ...], tuple[int, dict[str, None]]] = {}
         self._ignored: dict[tuple[Any, ...], str | None] = {}
 
     def say(
@@ -54,10 +59,26 @@ class Reader:
 
     def say_once(self, code: str, message: str, place: Place | None, help_text: str = "") -> None:
         """Report, unless the same is said already."""
-        self.remarks += 1
         finding = core_finding(code, message, place=place, help=help_text or None)
-        if finding not in self.findings:
+        self.say_cause((code, message, place, help_text), finding, ())
+
+    def say_cause(self, cause: tuple[object, ...], finding: Finding, members: Iterable[str]) -> None:
+        """Report a cause once, and of whom all it is the cause; `finish` adds them to the finding."""
+        self.remarks += 1
+        if cause not in self._causes:
+            self._causes[cause] = (len(self.findings), {})
             self.findings.append(finding)
+        position, concerned = self._causes[cause]
+        concerned.update(dict.fromkeys(members))
+        self.findings[position] = min(self.findings[position], finding, key=_where)
+
+    def finish(self) -> None:
+        """Put whom a cause concerns into its finding."""
+        for position, members in self._causes.values():
+            finding = self.findings[position]
+            if len(members) > len(finding.sides[0].members):
+                side = replace(finding.sides[0], members=tuple(sorted(members)))
+                self.findings[position] = replace(finding, sides=(side,))
 
     def recognise(
         self,
@@ -68,11 +89,18 @@ class Reader:
         owner: str,
         role: str,
         members: Sequence[str],
-    ) -> dict[int, Stated]:
-        """Return settings by index of the policy of ``levels`` that each of their names spells; report the other names."""
+    ) -> tuple[dict[int, Stated], tuple[str, ...]]:
+        """Read the names of settings; report those that spell no policy.
+
+        Returns:
+            The settings by index of the policy of ``levels`` that each name spells, and codes of the errors in them.
+        """
         found: dict[int, Stated] = {}
+        misread: dict[str, Setting] = {}
         for name, setting in settings.items():
             if dialect is not None and normalise(name) in dialect.ignore:
+                continue
+            if name == EVERY_OTHER and setting.unknown:
                 continue
             if fields := fields_of(pack, levels, name, setting):
                 found.update(fields)
@@ -81,12 +109,13 @@ class Reader:
             if index is not None and pack.policies[index].derived and not setting.derived:
                 message = f"{owner} states `{name}`, which cannot be stated. {pack.policies[index].doc}"
                 self.say("CQ202", message, setting.place, role, members, "remove it")
+                misread[pack.policies[index].name] = setting
                 continue
             if index is None or not can_be_stated(pack.policies[index]):
                 known = [
                     policy.name.removeprefix("need.")
                     for policy in pack.policies
-                    if policy.level in levels and can_be_stated(policy) and not policy.derived
+                    if policy.level in levels and _may_be_stated(policy)
                 ]
                 self.say(
                     "CQ202",
@@ -96,6 +125,10 @@ class Reader:
                     members,
                     suggestion(name, known),
                 )
+                misread[name] = setting
+                continue
+            if setting.unknown:
+                found[index] = Stated(setting.text, setting, name)
                 continue
             text = spelled(pack.policies[index], setting.text, dialect)
             if text is None:
@@ -104,7 +137,14 @@ class Reader:
                 message = f"{owner} states `{pack.policies[index].name}` twice, as {found[index].text} and as {text}"
                 self.say("CQ209", message, setting.place, role, members)
             found[index] = Stated(text, setting, name)
-        return found
+        for name, setting in misread.items():
+            meant = near_policies(pack, levels, name)
+            unclear = Setting("", setting.place, f"`{name}` is not understood")
+            others = every_policy(pack, levels, unclear, "CQ202")
+            found = {**found, **{i: others[i] for i in meant}} if meant else {**others, **found}
+        if (rest := settings.get(EVERY_OTHER)) is not None and rest.unknown:
+            found = {**every_policy(pack, levels, rest), **found}
+        return found, ("CQ202",) if misread else ()
 
     def value(
         self,
@@ -122,13 +162,22 @@ class Reader:
         member: str | None = None,
     ) -> Value:
         """Return the value of a policy that the nearest of ``layers`` states, else its default; report what is no value."""
-        stated = next((layer.settings[index] for layer in layers if index in layer.settings), None)
+        layer = next((layer for layer in layers if index in layer.settings), None)
+        stated = layer.settings[index] if layer is not None else None
         ignoring = self._ignoring(pack, policy, options)
-        if stated is not None and ignoring is not None:
-            told = next(layer for layer in layers if index in layer.settings)
-            if told.counts_as_stated and not self._is_default(pack, policy, stated.text, role, options, dialect):
-                message = f"{owner} states `{policy.name}`, which {ignoring} ignores"
-                self.say("CQ205", message, stated.setting.place or place, role, [member] if member else [])
+        if (
+            layer is not None
+            and stated is not None
+            and ignoring is not None
+            and layer.counts_as_stated
+            and not stated.setting.unknown
+            and not self._is_default(pack, policy, stated.text, role, options, dialect)
+        ):
+            message = f"{owner} states `{policy.name}`, which {ignoring} ignores"
+            self.say("CQ205", message, stated.setting.place or place, role, [member] if member else [])
+        about, members = (role, [member]) if member else (policy.level, [])
+        if stated is not None and stated.setting.unknown and ignoring is None:
+            return self.not_known(pack, policy, role, options, stated, about, members, owner)
         text = stated.text if stated is not None and ignoring is None else None
         if text is None:
             text = policy.default_for(role)
@@ -142,14 +191,36 @@ class Reader:
             return read_value(pack, policy, text, role, options, dialect)
         except InvalidValueError as problem:
             where = stated.setting.place if stated is not None and stated.setting.place is not None else place
-            message = f"{owner}: `{policy.name}` {problem.message}"
+            kind, _, name = layer.origin.partition(" ") if layer is not None else ("", "", "")
+            whose = f"profile `{name}`" if kind == "profile" else owner
+            message = f"{whose}: `{policy.name}` {problem.message}"
             expected = problem.expected if problem.expected != policy.domain.expected() else policy.expected()
-            self.remarks += 1
-            if ("CQ203", message, where) not in self._said:
-                self._said.add(("CQ203", message, where))
-                about, members = (role, [member]) if member else (policy.level, [])
-                self.say("CQ203", message, where, about, members, problem.advice(expected))
-            return Anything(f"{policy.name} has no valid value", told=True)
+            finding = core_finding("CQ203", message, place=where, role=about, help=problem.advice(expected))
+            self.say_cause(("CQ203", message, where), finding, members)
+            return Anything(f"{policy.name} has no valid value", "CQ203")
+
+    def not_known(
+        self,
+        pack: RulePack,
+        policy: Policy,
+        role: str,
+        options: Mapping[int, Value],
+        stated: Stated,
+        about: str,
+        members: Sequence[str],
+        owner: str,
+    ) -> Value:
+        """Return the value of a setting that was not understood, and report why, unless that is done."""
+        unknown = stated.setting.unknown
+        if isinstance(unknown, Cases):
+            cases = tuple((when, read_value(pack, policy, text, role, options, None)) for when, text in unknown.values)
+            return cases[0][1] if len({value for _, value in cases}) == 1 else Depends(unknown.assumption, cases)
+        if not stated.code:
+            what = f"`{policy.name}`" if stated.name else "what it does not state"
+            message = f"{owner}: {what} is not known: {unknown}"
+            finding = core_finding("CQ217", message, place=stated.setting.place, role=about)
+            self.say_cause(("CQ217", unknown), finding, members)
+        return Anything(unknown, stated.code or "CQ217")
 
     def _is_default(
         self,
@@ -177,3 +248,34 @@ class Reader:
         if key not in self._ignored:
             self._ignored[key] = ignored_by(pack, policy, options)
         return self._ignored[key]
+
+
+def _where(finding: Finding) -> tuple[object, ...]:
+    """The order of findings of one cause, of which the first is reported."""
+    place = finding.place
+    at = ("", 0, 0) if place is None else (place.source, place.line or 0, place.column or 0)
+    return (*at, finding.message)
+
+
+def near_policies(pack: RulePack, levels: tuple[str, ...], name: str) -> set[int]:
+    """Return the policies that a name that spells none may have been meant for: those within two typing errors."""
+    written = folded(name)
+    return {
+        index
+        for level in levels
+        for spelling, index in pack.spellings[level].items()
+        if distance(written, folded(spelling), _TYPING_ERRORS) <= _TYPING_ERRORS and _may_be_stated(pack.policies[index])
+    }
+
+
+def _may_be_stated(policy: Policy) -> bool:
+    return can_be_stated(policy) and not policy.derived
+
+
+def every_policy(pack: RulePack, levels: tuple[str, ...], setting: Setting, code: str = "") -> dict[int, Stated]:
+    """Let a setting that is unknown stand for every policy of ``levels``; ``code`` is that of the finding that says why."""
+    return {
+        index: Stated("", setting, code=code)
+        for index, policy in enumerate(pack.policies)
+        if policy.level in levels and _may_be_stated(policy)
+    }

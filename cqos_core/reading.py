@@ -6,7 +6,7 @@ import json
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.evaluate import Written
+from cqos_core.evaluate import UNREAD, Written
 from cqos_core.policy import (
     LONGEST_REMEMBERED,
     NEED,
@@ -132,7 +132,7 @@ def either(participant: ResolvedParticipant, when: tuple[str, str], then: Value,
     index = pack.vocabulary.indices["option", when[0]]
     option = participant.values[index]
     if not isinstance(option, Depends) or isinstance(otherwise, FromPeers):
-        return Anything(f"it depends on option {when[0]}", told=getattr(option, "told", False))
+        return Anything(f"it depends on option {when[0]}", code=getattr(option, "code", ""))
     expected = pack.policies[index].domain.parse(when[1])
     cases = ((name, then if case == expected else otherwise) for name, case in option.cases)
     return Depends(option.on, tuple((name, _under(value, option.on, name)) for name, value in cases))
@@ -148,6 +148,8 @@ def how_written(policy: Policy, index: int, layers: Sequence[Layer]) -> Written 
     for layer in layers:
         stated = layer.settings.get(index)
         if stated is not None:
+            if isinstance(stated.setting.unknown, str) and stated.setting.unknown:
+                return UNREAD
             return Written(policy.word(stated.text), layer.here) if layer.counts_as_stated else None
     return None
 

@@ -143,6 +143,7 @@ class Resolver:
         self._report_needs()
         self.overlays.report()
         self.participants.report()
+        self.reader.finish()
 
     def _pack_of(self, protocol: str | None) -> RulePack | None:
         if protocol in self._chosen:
@@ -236,7 +237,7 @@ class Resolver:
         for name in dict.fromkeys((written, naming.shown, naming.key)) if self.system.topics else ():
             stated = self.system.topics.get(name) if name is not None else None
             if stated is not None and stated.protocol in {None, pack.id}:
-                settings = self.reader.recognise(
+                settings, unread = self.reader.recognise(
                     pack,
                     ("topic",),
                     stated.settings,
@@ -245,7 +246,7 @@ class Resolver:
                     "topic",
                     [stated.name],
                 )
-                layers.append(Layer("topic", settings))
+                layers.append(Layer("topic", settings, unread=unread))
                 external = external or stated.external
         found = self._topic_layers[key] = ((*layers, *conventional), external)
         return found
@@ -256,7 +257,9 @@ class Resolver:
         self, endpoint: Endpoint, owner: Participant, pack: RulePack, identifier: str, stated_id: str
     ) -> Resolved:
         """Resolve one endpoint with one pack, under the given id; see `Resolved` for the two ids."""
-        return self._resolved(endpoint, self.participants.resolved(owner, pack), identifier, stated_id)
+        resolved = self._resolved(endpoint, self.participants.resolved(owner, pack), identifier, stated_id)
+        self.reader.finish()
+        return resolved
 
     def _resolved(
         self, endpoint: Endpoint, participant: ResolvedParticipant, identifier: str, stated_id: str
@@ -293,8 +296,8 @@ class Resolver:
         stated = (
             *(participant.pack, participant.surroundings),
             *(endpoint.role, endpoint.dialect, endpoint.observed, endpoint.type),
-            tuple([(name, setting.text, setting.derived) for name, setting in endpoint.settings.items()]),
-            tuple([(name, setting.text) for name, setting in endpoint.overlay.items()]),
+            tuple([(name, each.text, each.unknown, each.derived) for name, each in endpoint.settings.items()]),
+            tuple([(name, each.text, each.unknown) for name, each in endpoint.overlay.items()]),
             tuple([(layer.counts_as_stated, layer.texts) for layer in topic_layers]),
         )
         alone = not (endpoint.profiles or endpoint.needs or overlays or self.asked or self.profiles.by_topic)
@@ -309,7 +312,7 @@ class Resolver:
             *stated,
             *(overlays, id(topic_layers), user),
             tuple([(ref.name, ref.scope) for ref in endpoint.profiles]),
-            tuple([(name, setting.text) for name, setting in endpoint.needs.items()]),
+            tuple([(name, setting.text, setting.unknown) for name, setting in endpoint.needs.items()]),
         )
         shared = self._shared.get(signature)
         if shared is None:
@@ -343,18 +346,18 @@ class Resolver:
         pack = participant.pack
         dialect = pack.dialects.get(endpoint.dialect, pack.dialects.get("yaml"))
         owner = f"{endpoint.role} `{identifier}`"
-        overlay = self.reader.recognise(
+        overlay, overlay_unread = self.reader.recognise(
             pack, (ENDPOINT,), endpoint.overlay, dialect, f"overlay of {owner}", endpoint.role, [identifier]
         )
-        explicit = self.reader.recognise(
+        explicit, unread = self.reader.recognise(
             pack, (ENDPOINT,), endpoint.settings, dialect, owner, endpoint.role, [identifier]
         )
         type_index = pack.find(ENDPOINT, "type")
         if endpoint.type is not None and type_index is not None:
             explicit.setdefault(type_index, Stated(endpoint.type, Setting(endpoint.type, endpoint.place)))
-        written = Layer("explicit", explicit, here=True)
+        written = Layer("explicit", explicit, here=True, unread=unread)
         layers = [
-            Layer("overlay", overlay, here=True),
+            Layer("overlay", overlay, here=True, unread=overlay_unread),
             written,
             *self.profiles.layers(endpoint.profiles, pack, user, participant),
         ]
@@ -405,14 +408,16 @@ class Resolver:
                     words[index] = how_written(policy, index, topic_layers)
             else:
                 values.append(participant.values[index])
-        beside = (replace(layer, overlay="may_hold") for extra in possible.values() for layer in extra)
-        return intern(pack, (*values, *words)), (*beside, *layers, needs)
+        beside = [replace(layer, overlay="may_hold") for extra in possible.values() for layer in extra]
+        found = (*beside, *layers, needs)
+        unread = tuple(code for layer in (*found, *topic_layers) for code in layer.unread)
+        return intern(pack, (*values, *words), (*participant.surroundings.unread, *unread)), found
 
     def _needs(self, endpoint: Endpoint, pack: RulePack, owner: str, identifier: str) -> Layer:
         """What the application of an endpoint needs, as far as the pack gives such guarantees."""
         if not pack.needs:
             return Layer("explicit", {})
-        found = self.reader.recognise(
+        found, unread = self.reader.recognise(
             pack, (NEED,), endpoint.needs, None, f"`needs` of {owner}", endpoint.role, [identifier]
         )
         for index, stated in found.items():
@@ -420,7 +425,7 @@ class Resolver:
             if word is not None and word not in pack.guaranteed:
                 message = f"{owner} needs {word}, of which {pack.title} says nothing: it was not compared"
                 self.reader.say("CQ211", message, stated.setting.place, endpoint.role, [identifier])
-        return Layer("explicit", found)
+        return Layer("explicit", found, unread=unread)
 
     def _own_value(
         self,

@@ -9,10 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
-from cqos_core.policy import NO, UNMATCHED, Depends, FromPeers, Policy, Value, is_plain
+from cqos_core.policy import NO, UNMATCHED, Anything, Depends, FromPeers, Policy, Value, is_plain
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from cqos_core.evaluate import Values
     from cqos_core.pack import RulePack
@@ -21,11 +21,17 @@ if TYPE_CHECKING:
 
 
 class Stated(NamedTuple):
-    """A setting after its name was recognised; ``name`` is the one it was written with."""
+    """A setting after its name was recognised.
+
+    Attributes:
+        name: the one it was written with.
+        code: of the finding that reports why the value is not known, where there is one already.
+    """
 
     text: str
     setting: Setting
     name: str = ""
+    code: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +43,7 @@ class Layer:
         counts_as_stated: ``stated(P)`` holds for them.
         assumed: nobody named them: what the protocol gives an endpoint that says nothing.
         overlay: they are laid over the endpoint's own from elsewhere: ``holds``, or ``may_hold`` where that is not known.
+        unread: codes of the errors that report what was stated beside them and is not understood.
     """
 
     origin: str
@@ -45,11 +52,13 @@ class Layer:
     counts_as_stated: bool = True
     assumed: bool = False
     overlay: Literal["no", "holds", "may_hold"] = "no"
+    unread: tuple[str, ...] = ()
 
     @property
-    def texts(self) -> tuple[tuple[int, str], ...]:
+    def texts(self) -> tuple[object, ...]:
         """What they are stated as, without where."""
-        return tuple([(index, stated.text) for index, stated in self.settings.items()])
+        stated = [(index, stated.text, stated.setting.unknown) for index, stated in self.settings.items()]
+        return (*stated, self.unread) if self.unread else tuple(stated)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,6 +71,8 @@ class QosProfile:
         unmatched: indices of policies that the middleware in use does not match on.
         from_peers: indices of values that `settle` takes from the other side.
         needs: the guarantees that are needed.
+        beside: codes of the findings about what was stated beside the values and is not understood.
+        unread: those, and of the findings about values that are not: no pair is compatible by ignorance of either.
     """
 
     pack: RulePack
@@ -70,24 +81,27 @@ class QosProfile:
     unmatched: frozenset[int]
     from_peers: tuple[int, ...]
     needs: frozenset[str] = frozenset()
+    beside: tuple[str, ...] = ()
+    unread: tuple[str, ...] = ()
 
-    def with_values(self, changes: Mapping[int, Value]) -> QosProfile:
-        """Return the interned profile with some values replaced."""
+    def with_values(self, changes: Mapping[int, Value], beside: Iterable[str] = ()) -> QosProfile:
+        """Return the interned profile with some values replaced, and with more beside them that is not understood."""
         values = list(self.values)
         for index, value in changes.items():
             values[index] = value
-        return intern(self.pack, tuple(values))
+        return intern(self.pack, tuple(values), (*self.beside, *beside))
 
 
-_PROFILES: dict[tuple[int, Values], QosProfile] = {}
+_PROFILES: dict[tuple[int, Values, tuple[str, ...]], QosProfile] = {}
 _MAXIMUM_PROFILES: Final = 200_000
 READ: Final[dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]]] = {}
 """What endpoints' texts made earlier, in any system; forgotten with the profiles, or equal ones would be told apart."""
 
 
-def intern(pack: RulePack, values: Values) -> QosProfile:
-    """Return the one `QosProfile` of ``pack`` with these values."""
-    key = (id(pack), values)
+def intern(pack: RulePack, values: Values, beside: Iterable[str] = ()) -> QosProfile:
+    """Return the one `QosProfile` of ``pack`` with these values, and with ``beside`` them what is not understood."""
+    beside = tuple(sorted({*beside})) if beside else ()
+    key = (id(pack), values, beside)
     profile = _PROFILES.get(key)
     if profile is None or profile.pack is not pack:
         if len(_PROFILES) >= _MAXIMUM_PROFILES:
@@ -101,7 +115,9 @@ def intern(pack: RulePack, values: Values) -> QosProfile:
             if policy.enforced and _enforcement(pack, policy, values) == UNMATCHED
         )
         needs = frozenset(name for name, (index, nothing) in pack.needs.items() if values[index] != nothing)
-        profile = _PROFILES[key] = QosProfile(pack, values, bool(opened), unmatched, from_peers, needs)
+        codes = {value.code for index in opened if isinstance(value := values[index], Anything) and value.code}
+        unread = tuple(sorted({*beside, *codes}))
+        profile = _PROFILES[key] = QosProfile(pack, values, bool(opened), unmatched, from_peers, needs, beside, unread)
     return profile
 
 
@@ -127,11 +143,12 @@ def treated(by_value: Mapping[str, str], option: Policy, value: Value) -> str | 
 class Surroundings:
     """What participants give their endpoints: values of options, connection and broker, and the texts of the former two.
 
-    Participants that state the same share it.
+    Participants that state the same share it. ``unread`` has the codes of what is reported of it as not understood.
     """
 
     values: Mapping[int, Value]
     texts: Mapping[str, str]
+    unread: tuple[str, ...] = ()
 
 
 @dataclass(slots=True, eq=False)

@@ -13,7 +13,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.evaluate import NO_SIGNAL, Outcome, Signal
-from cqos_core.judge import Spoken, already_told, ask, judge_endpoint, passed_over
+from cqos_core.judge import Spoken, already_told, ask, judge_endpoint, of_end, passed_over, verdict_by
 from cqos_core.report import Verdict
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 
@@ -185,6 +185,7 @@ def _judge_pairs(shape: Shape, outlines: _Outlines) -> _Pairs:
             if apart.hits:
                 pairs.kept_apart.append(apart)
     pairs.segments = [{(Verdict.COMPATIBLE, ()): met} if met else {} for met in pairs.met]
+    _end_segments(shape, pairs)
     needs = {word for alike in shape.subscribers for word in alike.profile.needs}
     fitting: list[int] | None = None
     for bound in shape.pack.by_scope.get("pair", ()):
@@ -200,8 +201,23 @@ def _judge_pairs(shape: Shape, outlines: _Outlines) -> _Pairs:
                 key = (publisher, spoken.unknown)
                 said[key] = said.get(key, 0) | subscribers.mask
         for (publisher, unknown), mask in said.items():
-            _split_segments(pairs.segments[publisher], bound, mask & asked[publisher], unknown=unknown)
+            verdict = verdict_by(bound.rule, unknown=unknown)
+            _split_segments(pairs.segments[publisher], mask & asked[publisher], verdict, (bound.rule.code,))
     return pairs
+
+
+def _end_segments(shape: Shape, pairs: _Pairs) -> None:
+    """Apply what holds of all pairs of an endpoint: no pair is compatible where one end of it is not understood or refused."""
+    said: dict[tuple[Verdict, tuple[str, ...]], int] = {}
+    for position, alike in enumerate(shape.subscribers):
+        for end in of_end(alike.profile, SUBSCRIBER, alike.observed, alike.carried):
+            said[end] = said.get(end, 0) | 1 << position
+    for position, alike in enumerate(shape.publishers):
+        segments = pairs.segments[position]
+        for verdict, codes in of_end(alike.profile, PUBLISHER, alike.observed, alike.carried):
+            _split_segments(segments, pairs.met[position], verdict, codes)
+        for (verdict, codes), mask in said.items():
+            _split_segments(segments, mask & pairs.met[position], verdict, codes)
 
 
 def _fitting(pairs: _Pairs) -> list[int]:
@@ -317,24 +333,20 @@ def _weight(groups: Sequence[Alike], mask: int) -> int:
 
 
 def _split_segments(
-    segments: dict[tuple[Verdict, tuple[str, ...]], int], bound: BoundRule, mask: int, *, unknown: bool
+    segments: dict[tuple[Verdict, tuple[str, ...]], int], mask: int, verdict: Verdict, codes: tuple[str, ...]
 ) -> None:
-    """Apply what a rule says of some subscribers to the segments of one publisher group."""
-    rule = bound.rule
-    for (verdict, codes), present in list(segments.items()):
+    """Apply what is known of some subscribers to the segments of one publisher group."""
+    for (before, known), present in list(segments.items()):
         hit = present & mask
         if not hit:
             continue
-        worse = verdict
-        if rule.kind == "requires":
-            said = Verdict.UNKNOWN if unknown or rule.doubt else Verdict.INCOMPATIBLE
-            worse = max(verdict, said, key=lambda each: each.rank)
         left = present & ~hit
         if left:
-            segments[verdict, codes] = left
+            segments[before, known] = left
         else:
-            del segments[verdict, codes]
-        key = (worse, (*codes, rule.code))
+            del segments[before, known]
+        worse = max(before, verdict, key=lambda each: each.rank)
+        key = (worse, (*known, *(code for code in codes if code not in known)))
         segments[key] = segments.get(key, 0) | hit
 
 

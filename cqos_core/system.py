@@ -51,19 +51,36 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True)
+class Cases:
+    """A value that is one of a few, depending on an assumption that one reading shares among all settings that name it.
+
+    ``Cases("what the zeros mean", (("they were chosen", "best_effort"), ("nobody edited them", "reliable")))``
+    """
+
+    assumption: str
+    values: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Setting:
     """One stated value, as text in YAML flow spelling (``reliable``, ``2s``, ``[a, b]``, ``{sec: 2, nsec: 0}``).
 
-    ``derived``: a rule pack worked it out; only so does a policy that cannot be stated get a value.
+    Attributes:
+        unknown: why the importer could not read the value (``variable `X` is not set``), or the `Cases` that it may be.
+            The policy is then unknown, and the cause is reported once; `text` is what the file says.
+        derived: a rule pack worked it out; only so does a policy that cannot be stated get a value.
     """
 
     text: str
     place: Place | None = None
+    unknown: str | Cases = ""
     derived: bool = False
 
 
 Settings = dict[str, Setting]
 """Settings by the name they were written with; aliases are resolved later, by the pack."""
+EVERY_OTHER: Final = "*"
+"""The name of an unknown setting that stands for every policy which neither the settings beside it nor nearer ones state."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -94,7 +94,7 @@ def _on_wire(resolver: Resolver, endpoint: Resolved, wire: Wire, name: str, pack
             own_index[wire_index] = index
     return replace(
         resolved,
-        profile=resolved.profile.with_values(changes) if changes else resolved.profile,
+        profile=resolved.profile.with_values(changes, endpoint.profile.unread),
         carried=Carried(endpoint, own_index),
     )
 

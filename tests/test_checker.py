@@ -25,6 +25,7 @@ from cqos_core.system import (
     Overlay,
     Participant,
     Place,
+    Setting,
     TeamRule,
 )
 from tests.worlds import (
@@ -124,6 +125,10 @@ CASES: dict[str, tuple[Any, Any]] = {
         world(writer("box", more={"starts_after": ("writer",)})),
     ),
     "CQ214": (world(*PAIR, overlays=[overlay("mail")]), world(*PAIR, overlays=[overlay("b*")])),
+    "CQ217": (
+        world(replace(writer("box"), settings={"care": Setting("", None, "it is elsewhere")}), reader("box")),
+        world(*PAIR),
+    ),
     "CQ401": (world(reader("box")), world(reader("box", more={"external": True}))),
     "CQ402": (world(writer("box")), world(writer("box"), box("box", external=True))),
     "CQ403": (world(writer("Box"), reader("box")), world(writer("Box"), reader("bx"))),

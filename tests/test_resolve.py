@@ -12,7 +12,18 @@ from cqos_core.checker import check_system
 from cqos_core.policy import INFINITE, Anything, Depends
 from cqos_core.remarks import suggestion
 from cqos_core.resolve import resolve
-from cqos_core.system import Broker, Endpoint, Participant, Place, Profile, ProfileRef, Setting, System
+from cqos_core.system import (
+    EVERY_OTHER,
+    Broker,
+    Cases,
+    Endpoint,
+    Participant,
+    Place,
+    Profile,
+    ProfileRef,
+    Setting,
+    System,
+)
 from tests.worlds import (
     CONTEXT,
     POLICIES,
@@ -475,7 +486,58 @@ def test_an_invalid_value_is_not_known_and_nothing_is_called_compatible():
     report = checked(writer("box", care="express"), reader("box", care="signed"))
     assert report.verdict == "unknown"
     assert codes(report) == ["CQ203"]
-    assert report.groups[0].codes == ("POST101",)
+    assert report.groups[0].codes == ("CQ203", "POST101")
+
+
+def test_a_setting_that_the_importer_could_not_read_makes_its_policy_unknown():
+    open_ = replace(writer("box"), settings={"care": Setting("${CARE}", place(3), "variable `CARE` is not set")})
+    report = checked(open_, reader("box", care="signed"))
+    assert (report.verdict, codes(report)) == ("unknown", ["CQ217"])
+    assert report.groups[0].codes == ("CQ217", "POST101")
+    assert "`care` is not known: variable `CARE` is not set" in report.findings[0].message
+    assert report.findings[0].place == place(3)
+    # Not even where every value would do: what is not understood may be no value at all.
+    assert checked(open_, reader("box", care="plain")).verdict == "unknown"
+
+
+def test_a_nearer_value_wins_over_one_that_was_not_read():
+    base = Profile("p", {"care": Setting("?", None, "the file is missing")})
+    report = checked(base, writer("box", "w", "p", care="signed"), reader("box", care="signed"))
+    assert (report.verdict, codes(report)) == ("compatible", [])
+
+
+def test_an_unread_base_makes_unknown_what_no_nearer_layer_states():
+    base = Profile("p", {EVERY_OTHER: Setting("", place(2), "base profile `B` is not in the input")})
+    report = checked(base, writer("box", "w", "p", care="signed"), reader("box", care="signed", delay="1s"))
+    assert (report.verdict, codes(report)) == ("unknown", ["CQ217"])
+    report = checked(base, writer("box", "w", "p", care="plain"), reader("box", care="signed"))
+    assert report.verdict == "incompatible"
+
+
+def test_one_cause_is_one_finding_whatever_it_concerns():
+    cause = Setting("", place(2), "base profile `B` is not in the input")
+    many = [writer("box", f"w{number}", "p") for number in range(40)]
+    report = checked(Profile("p", {EVERY_OTHER: cause}), *many, reader("box", care="signed"))
+    (finding,) = [each for each in report.findings if each.severity != "note"]
+    assert (finding.code, len(finding.sides[0].members)) == ("CQ217", 40)
+    wrong = Profile("p", {"care": Setting("express", place(2))})
+    (finding,) = [each for each in checked(wrong, *many, reader("box")).findings if each.severity != "note"]
+    assert (finding.code, len(finding.sides[0].members)) == ("CQ203", 40)
+    assert finding.message.startswith("profile `p`: `care`")
+
+
+def test_what_may_be_one_of_a_few_values_depends_on_one_assumption():
+    unclear = Cases("what the zeros mean", (("chosen", "plain"), ("nobody edited them", "signed")))
+    zero = {"care": Setting("0", None, unclear)}
+    ends = replace(writer("box"), settings=zero), replace(reader("box"), settings=zero)
+    assert checked(*ends).verdict == "compatible"
+    report = checked(ends[0], reader("box", care="signed"))
+    assert report.verdict == "unknown"
+    assert dict(only(report, "POST101").worlds) == {
+        "what the zeros mean=chosen": "incompatible",
+        "what the zeros mean=nobody edited them": "compatible",
+    }
+    assert checked(ends[0], reader("box", care="plain")).verdict == "compatible"
 
 
 def test_places_of_what_is_wrong_are_those_where_it_stands():
