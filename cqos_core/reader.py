@@ -97,6 +97,7 @@ class Reader:
         """
         found: dict[int, Stated] = {}
         misread: dict[str, Setting] = {}
+        refused = False
         for name, setting in settings.items():
             if dialect is not None and normalise(name) in dialect.ignore:
                 continue
@@ -109,7 +110,7 @@ class Reader:
             if index is not None and pack.policies[index].derived and not setting.derived:
                 message = f"{owner} states `{name}`, which cannot be stated. {pack.policies[index].doc}"
                 self.say("CQ202", message, setting.place, role, members, "remove it")
-                misread[pack.policies[index].name] = setting
+                refused = True
                 continue
             if index is None or not can_be_stated(pack.policies[index]):
                 known = [
@@ -144,7 +145,7 @@ class Reader:
             found = {**found, **{i: others[i] for i in meant}} if meant else {**others, **found}
         if (rest := settings.get(EVERY_OTHER)) is not None and rest.unknown:
             found = {**every_policy(pack, levels, rest), **found}
-        return found, ("CQ202",) if misread else ()
+        return found, ("CQ202",) if misread or refused else ()
 
     def value(
         self,
@@ -264,7 +265,8 @@ def near_policies(pack: RulePack, levels: tuple[str, ...], name: str) -> set[int
         index
         for level in levels
         for spelling, index in pack.spellings[level].items()
-        if distance(written, folded(spelling), _TYPING_ERRORS) <= _TYPING_ERRORS and _may_be_stated(pack.policies[index])
+        if distance(written, folded(spelling), _TYPING_ERRORS) <= _TYPING_ERRORS
+        and _may_be_stated(pack.policies[index])
     }
 
 

@@ -693,3 +693,31 @@ def test_what_one_system_read_is_not_what_another_says_of_its_topic():
     index = POST.vocabulary.indices["topic", "interval"]
     assert (first[0].profile.values[index], second[0].profile.values[index]) == (10**9, 2 * 10**9)
     assert second[0].written(index) == "2s"
+
+
+def test_a_misspelt_name_makes_unknown_what_it_may_have_meant():
+    near = resolved(writer("box", car="insured", copies="3")).endpoints[0].profile
+    care, copies, delay = (near.values[INDEX[name]] for name in ("care", "copies", "delay"))
+    assert isinstance(care, Anything)
+    assert (copies, delay) == (3, INFINITE)
+    far = resolved(writer("box", wrapping="insured", copies="3")).endpoints[0].profile
+    care, copies, delay = (far.values[INDEX[name]] for name in ("care", "copies", "delay"))
+    assert isinstance(care, Anything)
+    assert isinstance(delay, Anything)
+    assert copies == 3
+
+
+@pytest.mark.parametrize("name", ["car", "wrapping", "care2", "*"])
+@pytest.mark.parametrize("stated", [{}, {"care": "insured"}])
+def test_no_pair_is_compatible_beside_a_name_that_is_not_understood(name, stated):
+    wrong = {name: "signed", **stated}
+    for ends in (
+        [writer("box", **wrong), reader("box", care="plain")],
+        [writer("box", care="insured"), reader("box", **wrong)],
+        [writer("box", "w", "p", care="insured"), reader("box"), profile("p", **wrong)],
+        [writer("box", "a/w", care="insured"), reader("box"), participant("a", towm="1")],
+    ):
+        report = checked(*ends)
+        assert report.verdict == "unknown", str(report)
+        assert "CQ202" in report.groups[0].codes
+    assert checked(writer("box", care="plain"), reader("box", care="signed", wrapping="x")).verdict == "incompatible"
