@@ -22,6 +22,7 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
             (".bpmn", ".bpmn20.xml", ".bpmn2"),
             f"{_CLAIMS}:claims_bpmn",
             "cqos_core.importers.bpmn:read",
+            whole=True,
         )
     )
     register(
@@ -31,6 +32,7 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
             (".yaml", ".yml", ".json"),
             f"{_CLAIMS}:claims_yaml",
             "cqos_core.importers.yaml_system:read",
+            whole=True,
         )
     )
 

@@ -17,6 +17,7 @@ from cqos_core.remarks import core_finding, plural, suggestion
 from cqos_core.report import Finding, Report, Severity, Side, Verdict
 from cqos_core.resolve import Resolver
 from cqos_core.routes import MOST_ENDPOINTS, expanded
+from cqos_core.spelling import typing_errors
 from cqos_core.system import MESSAGE, PUBLISHER, SUBSCRIBER
 from cqos_core.team import bind_checks, words_asked
 from cqos_core.topic import TopicResult, check_topic
@@ -34,10 +35,10 @@ def _partners(
     results: Mapping[tuple[str, str], TopicResult],
     packs: Mapping[str, RulePack],
     endpoints: Iterable[Resolved],
-) -> list[Finding]:
-    """Report endpoints without any partner, and topics whose names nearly agree."""
+) -> tuple[list[Finding], int]:
+    """Report endpoints without any partner, and topics whose names nearly agree; of a part, only count the first."""
     if not any(result.lonely for result in results.values()):
-        return []
+        return [], 0
     kinds = {each.id: each.kind for each in system.endpoints if each.kind != MESSAGE}
     # Who has no partner of its own protocol may well have one on the wire.
     met = {
@@ -57,9 +58,12 @@ def _partners(
         for key, result in results.items()
     }
     lonely = {key: endpoints for key, endpoints in lonely.items() if endpoints}
+    unmatched = sum(map(len, lonely.values())) if system.partial else 0
     near, silenced = _near_misses(lonely, packs)
-    busy = _busy(results, packs) if lonely else {}
     findings = list(near)
+    if system.partial:
+        return findings, unmatched
+    busy = _Busy(results, packs, [key for key in lonely if key not in silenced])
     told = {e.endpoint.template for key in silenced for e in lonely[key] if e.endpoint.alternative}
     for key in sorted(results):
         for role, code in ((SUBSCRIBER, "CQ401"), (PUBLISHER, "CQ402")):
@@ -71,29 +75,44 @@ def _partners(
             if not alone or key in silenced:
                 continue
             told |= {e.endpoint.template for e in alone if e.endpoint.alternative}
-            findings.append(_alone(code, role, alone, kinds, _meant(key, packs, busy)))
-    return findings
+            findings.append(_alone(code, role, alone, kinds, busy.meant(key)))
+    return findings, unmatched
 
 
-def _busy(
-    results: Mapping[tuple[str, str], TopicResult], packs: Mapping[str, RulePack]
-) -> dict[tuple[str, str, str], str]:
-    """Topics on which others meet, by protocol, what is made equal (in words), and their key when it is."""
-    found: dict[tuple[str, str, str], str] = {}
-    for (pack_id, key), result in sorted(results.items()):
-        for words, fold in packs[pack_id].meeting.folds if result.groups else ():
-            found.setdefault((pack_id, words, fold(key)), result.groups[0].topic)
-    return found
+class _Busy:
+    """Topics on which endpoints match, to be suggested for names that nearly agree."""
 
+    def __init__(
+        self,
+        results: Mapping[tuple[str, str], TopicResult],
+        packs: Mapping[str, RulePack],
+        lonely: Sequence[tuple[str, str]],
+    ) -> None:
+        self._packs = packs
+        self._topics: dict[tuple[str, str, str], str] = {}  # by protocol, words of the fold, and folded key
+        self._misspelt: dict[tuple[str, str], str] = {}
+        matched: dict[str, dict[str, str]] = {}
+        for (pack_id, key), result in sorted(results.items()) if lonely else ():
+            if not result.groups:
+                continue
+            topic = result.groups[0].topic
+            matched.setdefault(pack_id, {})[key] = topic
+            for words, fold in packs[pack_id].meeting.folds:
+                self._topics.setdefault((pack_id, words, fold(key)), topic)
+        for pack_id, topics in matched.items():
+            names = [key for other, key in lonely if other == pack_id]
+            for name, near in typing_errors(names, topics).items():
+                self._misspelt[pack_id, name] = topics[near[0]]
 
-def _meant(key: tuple[str, str], packs: Mapping[str, RulePack], busy: Mapping[tuple[str, str, str], str]) -> str | None:
-    """Say which topic on which others meet has nearly the same name."""
-    pack_id, name = key
-    for words, fold in packs[pack_id].meeting.folds:
-        topic = busy.get((pack_id, words, fold(name)))
-        if topic is not None:
-            return f"did you mean `{topic}`? the names {words}"
-    return None
+    def meant(self, key: tuple[str, str]) -> str | None:
+        """Say which topic on which others match has nearly the same name."""
+        pack_id, name = key
+        for words, fold in self._packs[pack_id].meeting.folds:
+            topic = self._topics.get((pack_id, words, fold(name)))
+            if topic is not None:
+                return f"did you mean `{topic}`? the names {words}"
+        topic = self._misspelt.get(key)
+        return None if topic is None else f"did you mean `{topic}`?"
 
 
 # What an endpoint does: one of them, several, and what nobody does on the other side.
@@ -147,6 +166,20 @@ def _near_misses(
                     continue
                 silenced |= {key, *candidates}
                 findings.append(_near_miss(lonely[key], [each for c in candidates for each in lonely[c]], words))
+        offered = {key[1]: key for key in offering if key not in silenced}
+        for name, misspelt in typing_errors([k[1] for k in missing if k not in silenced], offered).items():
+            key = (pack_id, name)
+            candidates = [
+                c
+                for c in (offered[other] for other in misspelt)
+                if c not in silenced
+                and not _of_one_bridge(lonely[key], lonely[c])
+                and _of_one_type(lonely[key], lonely[c])
+            ]
+            if len(candidates) == 1:
+                silenced |= {key, candidates[0]}
+                words = f"differ by a typing error; did you mean `{lonely[candidates[0]][0].shown}`?"
+                findings.append(_near_miss(lonely[key], lonely[candidates[0]], words))
     return findings, silenced
 
 
@@ -154,6 +187,12 @@ def _of_one_bridge(missing: Sequence[Resolved], offering: Sequence[Resolved]) ->
     """Whether all of them are ends of one bridge, which renames what it carries."""
     bridges = bridges_of((*missing, *offering))
     return len(bridges) == 1 and None not in bridges
+
+
+def _of_one_type(missing: Sequence[Resolved], offering: Sequence[Resolved]) -> bool:
+    """Whether any of them may have the type of one on the other side."""
+    types = [{each.endpoint.type for each in side} for side in (missing, offering)]
+    return any(None in side for side in types) or not types[0].isdisjoint(types[1])
 
 
 def _matched(pack: RulePack, offering: Iterable[str], missing: set[str]) -> Mapping[str, Sequence[str]]:
@@ -279,6 +318,7 @@ def assemble(
         [each for result in results.values() for each in result.groups],
         key=lambda each: (each.topic, each.publishers, each.subscribers),
     )
+    partners, unmatched = _partners(system, results, packs, resolved.endpoints)
     plain = [
         *_import_findings(system, context),
         *resolved.findings,
@@ -286,14 +326,14 @@ def assemble(
         *_starts(system),
         *_participant_rules(resolved.endpoints),
         *_collapses(resolved.endpoints),
-        *_partners(system, results, packs, resolved.endpoints),
+        *partners,
         *_unknown_severities(system, context),
     ]
     if not groups:
         count = len(resolved.endpoints)
         message = f"no publisher meets a subscriber among {plural(count, 'endpoint')}, so nothing was compared"
         # Where all partners are elsewhere, that is what one expects.
-        expected = count and all(endpoint.external for endpoint in resolved.endpoints)
+        expected = system.partial or (count and all(endpoint.external for endpoint in resolved.endpoints))
         plain.append(core_finding("CQ404", message, severity=Severity.NOTE if expected else None))
     made += [Made(finding, ("own", index), frozenset()) for index, finding in enumerate(plain)]
     made = with_severities(made, system.severities, context.find_rule)
@@ -311,6 +351,8 @@ def assemble(
         sources=tuple(system.sources),
         endpoints=len(resolved.endpoints),
         topics=_topics(results),
+        partial=system.partial,
+        unmatched=unmatched,
     )
 
 

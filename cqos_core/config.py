@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.encoding import decode
+from cqos_core.ignoring import patterns
 from cqos_core.importers.forms import TEXT, TEXTS, Form, Key, OneOrMore, SettingsMap, Word
 from cqos_core.importers.reading import Reading, shown
 from cqos_core.importers.source import Source
@@ -24,8 +25,9 @@ from cqos_core.problems import InputError, Problem
 from cqos_core.system import Place
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
+    from cqos_core.ignoring import Patterns
     from cqos_core.importers.forms import Entry
     from cqos_core.importers.tree import Node
     from cqos_core.system import Acceptance, Settings, System, TeamRule
@@ -36,11 +38,18 @@ _TABLE: Final = ("tool", "cqos")
 _OURS: Final = re.compile(r"^\s*\[+\s*tool\s*\.\s*[\"']?cqos", re.MULTILINE)
 
 PROTOCOL: Final = Key("protocol", TEXT, "Protocol of systems that state none, like --protocol.")
-SHOW: Final = Key("show", OneOrMore(Word("notes")), "What to show beside errors and warnings, like --show.")
+SHOW: Final = Key(
+    "show", OneOrMore(Word("notes", "not-checked")), "What to show beside errors and warnings, like --show."
+)
 FAIL_ON: Final = Key("fail_on", Word("error", "warning"), "From which severity on the check fails, like --fail-on.")
 FORMAT: Final = Key("format", TEXT, "Format of the output, like --format.")
 BASELINE: Final = Key("baseline", TEXT, "File of known findings, relative to this file, like --baseline.")
 PACKS: Final = Key("packs", TEXTS, "Rule packs in YAML files, relative to this file, like --pack.")
+EXCLUDE: Final = Key(
+    "exclude",
+    TEXTS,
+    "What a search of folders passes over: patterns as in .gitignore, relative to this file, like --exclude.",
+)
 SERVE: Final = Key(
     "serve",
     SettingsMap("a map of options of `cqos serve`"),
@@ -50,7 +59,7 @@ EXTENDS: Final = Key("extends", TEXTS, "Configuration files to start from, relat
 CONFIG: Final = Form(
     "configuration",
     "the configuration",
-    (EXTENDS, PROTOCOL, OPTIONS, SEVERITIES, CHECKS, ACCEPT, PACKS, SHOW, FAIL_ON, FORMAT, BASELINE, SERVE),
+    (EXTENDS, PROTOCOL, OPTIONS, SEVERITIES, CHECKS, ACCEPT, PACKS, EXCLUDE, SHOW, FAIL_ON, FORMAT, BASELINE, SERVE),
 )
 
 
@@ -62,6 +71,7 @@ class Config:
         path: the file, None where there is none.
         options, severities, checks, accept: as in a system file.
         packs, baseline: paths that can be opened from where the process runs.
+        exclude: what a search of folders passes over.
         serve: options of ``cqos serve``, as text.
         sources: the files that were read, with their bytes, for excerpts.
     """
@@ -73,6 +83,7 @@ class Config:
     checks: tuple[TeamRule, ...] = ()
     accept: tuple[Acceptance, ...] = ()
     packs: tuple[str, ...] = ()
+    exclude: tuple[Patterns, ...] = ()
     show: tuple[str, ...] = ()
     fail_on: str | None = None
     format: str | None = None
@@ -108,6 +119,7 @@ class Config:
             checks=(*(check for check in base.checks if check.name not in names), *self.checks),
             accept=(*base.accept, *self.accept),
             packs=tuple(dict.fromkeys((*base.packs, *self.packs))),
+            exclude=(*base.exclude, *self.exclude),
             show=self.show or base.show,
             fail_on=self.fail_on or base.fail_on,
             format=self.format or base.format,
@@ -211,6 +223,7 @@ def _config(path: str, data: bytes, entry: Entry) -> Config:
         checks=tuple(map(team_rule, entry.get(CHECKS) or ())),
         accept=tuple(map(acceptance, entry.get(ACCEPT) or ())),
         packs=tuple(str(folder / pack.text) for pack in entry.get(PACKS) or ()),
+        exclude=_excluded([each.text for each in entry.get(EXCLUDE) or ()], folder),
         show=() if show is None else tuple(show),
         fail_on=entry.get(FAIL_ON),
         format=entry.get(FORMAT),
@@ -218,6 +231,10 @@ def _config(path: str, data: bytes, entry: Entry) -> Config:
         serve=entry.get(SERVE) or {},
         sources={path: data},
     )
+
+
+def _excluded(lines: Sequence[str], folder: Path) -> tuple[Patterns, ...]:
+    return (patterns(lines, str(folder)),) if lines else ()
 
 
 # From TOML to a tree

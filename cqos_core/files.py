@@ -9,13 +9,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO, Final
 
+from cqos_core.ignoring import Ignored
 from cqos_core.importers.source import Source, no_files
 from cqos_core.problems import InputError, Problem
 from cqos_core.system import Place
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
+    from cqos_core.ignoring import Patterns
     from cqos_core.plugins import Plugins
 
 HEAD: Final = 65_536
@@ -102,10 +104,19 @@ def read_stream(name: str, stream: BinaryIO, limit: int | None = None) -> Source
 
 @dataclass(frozen=True, slots=True)
 class File:
-    """One file to read; ``named`` if its path was given, rather than found in a directory."""
+    """One file to read.
+
+    Attributes:
+        folder: the named folder in which it was found; None if its own path was given.
+    """
 
     path: str
-    named: bool = True
+    folder: str | None = None
+
+    @property
+    def named(self) -> bool:
+        """Whether its path was given, rather than found in a folder."""
+        return self.folder is None
 
 
 @dataclass(slots=True)
@@ -114,19 +125,24 @@ class Found:
 
     Attributes:
         files: in order, each once.
-        skipped: how many foreign files were passed over in directories.
-        problems: directories that cannot be searched.
+        skipped: how many foreign files were passed over in folders.
+        not_searched: folders that were passed over: generated, or excluded.
+        problems: folders that cannot be searched.
     """
 
     files: list[File] = field(default_factory=list)
     skipped: int = 0
+    not_searched: list[str] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
 
 
-def find_files(paths: Iterable[str], plugins: Plugins, importer: str | None = None) -> Found:
-    """List the files that ``paths`` name, and those below directories whose endings importers name.
+def find_files(
+    paths: Iterable[str], plugins: Plugins, importer: str | None = None, excluded: Sequence[Patterns] = ()
+) -> Found:
+    """List the files that ``paths`` name, and those below folders whose endings importers name.
 
-    Hidden files and directories are passed over. ``importer`` limits the search to its own endings.
+    Of folders, hidden files, generated folders, and what ``excluded`` or a ``.gitignore`` excludes are passed over.
+    ``importer`` limits the search to its own endings.
     """
     searched = [plugins.importers[importer]] if importer in plugins.importers else plugins.importers.values()
     suffixes = tuple(suffix for info in searched for suffix in info.suffixes)
@@ -134,8 +150,8 @@ def find_files(paths: Iterable[str], plugins: Plugins, importer: str | None = No
     files: dict[str, File] = {}
     for path in paths:
         if os.path.isdir(path):  # noqa: PTH112 - Path.is_dir raises where a path is too long
-            for each in _files_below(path, suffixes, found):
-                files.setdefault(os.path.realpath(each), File(each, named=False))
+            for each in _files_below(path, suffixes, found, Ignored(path, excluded)):
+                files.setdefault(os.path.realpath(each), File(each, path))
         else:
             # The same file named twice is read once; named beats found.
             identity = path if path == STDIN else os.path.realpath(path)
@@ -146,16 +162,19 @@ def find_files(paths: Iterable[str], plugins: Plugins, importer: str | None = No
     return found
 
 
-def _files_below(folder: str, suffixes: tuple[str, ...], found: Found) -> Iterator[str]:
+def _files_below(folder: str, suffixes: tuple[str, ...], found: Found, ignored: Ignored) -> Iterator[str]:
     def unreadable(error: OSError) -> None:
         message = f"the folder cannot be searched: {error.strerror}"
         found.problems.append(Problem("CQ001", message, Place(str(error.filename))))
 
     for inner, folders, names in os.walk(folder, onerror=unreadable):
-        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        ignored.enter(inner)
+        kept = [name for name in sorted(folders) if not ignored(inner, name, is_folder=True)]
+        found.not_searched += [os.path.join(inner, n) for n in sorted(folders) if n not in kept and n[0] != "."]  # noqa: PTH118
+        folders[:] = kept
         for name in sorted(names):
             path = os.path.join(inner, name)  # noqa: PTH118 - a path is shown as the caller began it
-            if name.startswith("."):
+            if ignored(inner, name, is_folder=False):
                 continue
             # Only regular files: opening a pipe would wait for somebody to write into it.
             if name.lower().endswith(suffixes) and os.path.isfile(path):  # noqa: PTH113

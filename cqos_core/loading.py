@@ -15,6 +15,8 @@ from cqos_core.system import Place, System
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
+    from cqos_core.ignoring import Patterns
+
 
 def recognise(
     source: Source, plugins: Plugins, wanted: str | None = None, beside: Collection[str] = ()
@@ -222,6 +224,7 @@ def _read(info: ImporterInfo, source: Source, context: ReadContext, protocol: st
         raise InputError([Problem("CQ702", message, Place(source.name), _PLUGIN_HELP)]) from error
     if system.protocol is None:
         system.protocol = protocol or default_protocol(info.name, plugins)
+    system.partial = not info.whole
     return system
 
 
@@ -263,12 +266,14 @@ class Loaded:
     Attributes:
         outcomes: one per file that was read, or should have been.
         skipped: foreign files passed over in directories.
+        not_searched: folders that were passed over: generated, or excluded.
         parts: files that are no systems of their own, each with one that includes it.
         unsearched: problems of directories that cannot be searched.
     """
 
     outcomes: list[Outcome] = field(default_factory=list)
     skipped: int = 0
+    not_searched: tuple[str, ...] = ()
     parts: dict[str, str] = field(default_factory=dict)
     unsearched: tuple[Problem, ...] = ()
 
@@ -290,7 +295,8 @@ def load_paths(
     switches: Mapping[str, Mapping[str, str]] | None = None,
     stdin: Source | None = None,
     *,
-    protocol: str | None = None,
+    protocol: str | Callable[[str], str | None] | None = None,
+    excluded: Sequence[Patterns] = (),
     step: Callable[[int, int], None] = lambda _done, _all: None,
 ) -> Loaded:
     """Read every path; directories are searched. Nothing is raised: problems are collected.
@@ -300,12 +306,13 @@ def load_paths(
         importer: read all of them with this importer.
         switches: importer switches by importer and name.
         stdin: what ``-`` stands for.
-        protocol: of files that state none.
+        protocol: of files that state none; or what says it of each path.
+        excluded: what a search of folders passes over.
         step: told after each file how many of how many are read.
     """
     plugins = load_plugins()
-    found = find_files(paths, plugins, importer)
-    loaded = Loaded(skipped=found.skipped, unsearched=tuple(found.problems))
+    found = find_files(paths, plugins, importer, excluded)
+    loaded = Loaded(skipped=found.skipped, not_searched=tuple(found.not_searched), unsearched=tuple(found.problems))
     outcomes: dict[int, Outcome] = {}
     waiting = dict(enumerate(found.files))
     done = 0
@@ -328,7 +335,7 @@ def load_paths(
                             importer,
                             switches,
                             opener=no_files if source.name == STDIN_NAME else open_file,
-                            protocol=protocol,
+                            protocol=protocol(file.path) if callable(protocol) else protocol,
                             beside=beside or (),
                         ),
                     )

@@ -46,6 +46,7 @@ def merge(systems: Sequence[System]) -> System:
                 _stated_differently(whole, f"severity of `{rule}`", whole.severities[rule], level, None)
         whole.notes += system.notes
         whole.sources.update(system.sources)
+    whole.partial = all(system.partial for system in systems)
     protocols = {system.protocol for system in systems}
     whole.protocol = protocols.pop() if len(protocols) == 1 else None
     return whole

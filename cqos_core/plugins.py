@@ -94,6 +94,7 @@ class ImporterInfo:
         reader: ``"module:function"``, a `Reader`.
         overlays: what it reads is laid over endpoints of this protocol (a pack's id) and is nothing by itself. Where
             another importer claims the same file, this one reads it beside files of that protocol, else the other.
+        whole: one of its files is a whole system; else a file is a part of one, and its partners are in other files.
     """
 
     name: str
@@ -102,6 +103,7 @@ class ImporterInfo:
     claims: str
     reader: str
     overlays: str = ""
+    whole: bool = False
 
     def load_claim(self) -> Claim:
         """Import the function that recognises the format."""
@@ -144,8 +146,9 @@ class FormatterInfo:
 
     Attributes:
         renderer: ``"module:function"``, from a `Report` and a `Style` to text.
-        for_people: read in a terminal, beside what stands on standard error; several reports follow one another. All
-            others get one report of everything that was checked, with inputs that could not be read as findings.
+        for_people: read in a terminal, beside what stands on standard error, which has the inputs that could not be
+            read. For all others these are findings of the report. Where several systems were checked, the report has
+            them all as its ``parts``.
     """
 
     name: str

@@ -223,6 +223,8 @@ class Report:
     """The result of one check, in an order that depends on nothing but its content.
 
     Attributes:
+        partial: what was checked is a part of a system; partners of its endpoints are in other files.
+        unmatched: how many endpoints of a part have no partner in it; each of them in a whole system is a finding.
         parts: where separate systems were checked in one run, the report of each, for formats that keep them apart.
     """
 
@@ -234,6 +236,8 @@ class Report:
     sources: tuple[str, ...] = ()
     endpoints: int = 0
     topics: int = 0
+    partial: bool = False
+    unmatched: int = 0
     parts: tuple[Report, ...] = field(default=(), compare=False, repr=False)
 
     def __str__(self) -> str:

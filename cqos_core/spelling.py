@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
@@ -78,6 +79,53 @@ def _nearest(word: str, known: tuple[str, ...]) -> str | None:
 
 
 _SHORTEST_START: Final = 3
+
+
+def typing_errors(names: Iterable[str], others: Iterable[str]) -> dict[str, list[str]]:
+    """Return for each of ``names`` the ``others`` that differ from it by a typing error, the nearest first.
+
+    A typing error is a letter too many, too few or wrong, or two that are swapped; in a word of eight letters or more
+    also one that moved. It is in one word of the name, of four letters or more. Digits never differ: numbered names are
+    meant to. The cost grows with the length of all names, not with their pairs.
+    """
+    by_stub: dict[str, list[str]] = {}
+    for other in dict.fromkeys(others):
+        for stub in _stubs(other):
+            by_stub.setdefault(stub, []).append(other)
+    found = {}
+    for name in dict.fromkeys(names):
+        candidates = dict.fromkeys(other for stub in _stubs(name) for other in by_stub.get(stub, ())[:_CROWD])
+        near = sorted((apart, other) for other in candidates if (apart := _mistyped(name, other)))
+        if near:
+            found[name] = [other for _, other in near]
+    return found
+
+
+_CROWD: Final = 8
+"""Names compared of those that become equal by leaving out one letter: where many do, none of them is a typing error."""
+_SHORTEST_WORD: Final = 4
+_LONG_WORD: Final = 8
+_WORD: Final = re.compile(r"[^\W\d]+(?:[-.]?[^\W\d]+)*")
+
+
+def _stubs(name: str) -> set[str]:
+    """Return ``name``, and it without each one of its letters."""
+    if len(name) > _LONGEST:
+        return set()
+    return {name, *(name[:at] + name[at + 1 :] for at, letter in enumerate(name) if not letter.isdigit())}
+
+
+def _mistyped(one: str, other: str) -> int:
+    """How many letters are wrong, where that is a typing error; else 0."""
+    if _WORD.sub("*", one) != _WORD.sub("*", other):
+        return 0
+    words = [pair for pair in zip(_WORD.findall(one), _WORD.findall(other), strict=True) if pair[0] != pair[1]]
+    if len(words) != 1:
+        return 0
+    longest = max(map(len, words[0]))
+    most = 0 if longest < _SHORTEST_WORD else 1 if longest < _LONG_WORD else 2
+    apart = distance(*words[0], most)
+    return apart if apart <= most else 0
 
 
 def folded(name: str) -> str:

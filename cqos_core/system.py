@@ -370,6 +370,7 @@ class System:
         options: option settings by pack id: ``{"ros2": {"rmw": Setting("cyclonedds")}}``.
         severities: rule code or name to ``error``, ``warning``, ``note`` or ``off``.
         sources: the files read, in order, with their bytes, from which formatters cut excerpts.
+        partial: it is a part of a system, so an endpoint without partner is no reason for a warning.
     """
 
     name: str = ""
@@ -387,3 +388,4 @@ class System:
     severities: dict[str, str] = field(default_factory=dict)
     notes: list[ImportNote] = field(default_factory=list)
     sources: dict[str, bytes] = field(default_factory=dict)
+    partial: bool = False

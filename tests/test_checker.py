@@ -294,6 +294,30 @@ def test_where_there_are_two_to_choose_from_none_is_guessed():
     assert "CQ401" in codes(report)
 
 
+@pytest.mark.parametrize(
+    ("published", "subscribed"),
+    [
+        ("letter", "leter"),
+        ("letter", "lettre"),
+        ("mail_box", "mailbox"),
+        ("post/letter", "post/lettre"),
+        ("heap", "hep"),
+    ],
+)
+def test_names_that_differ_by_a_typing_error_are_a_near_miss(published, subscribed):
+    finding = only(checked(writer(published, "w"), reader(subscribed, "r")), "CQ403")
+    assert finding.message.endswith(f"differ by a typing error; did you mean `{published}`?")
+    there = [writer(published, "w1"), reader(published, "r1")]
+    assert only(checked(*there, reader(subscribed, "r2")), "CQ401").help == f"did you mean `{published}`?"
+
+
+def test_a_typing_error_is_no_guess_between_two_topics_or_types():
+    two = checked(writer("letter", "w1"), writer("leater", "w2"), reader("leter", "r"))
+    assert "CQ403" not in codes(two)
+    typed = [replace(writer("letter"), type="Card"), replace(reader("leter"), type="Parcel")]
+    assert "CQ403" not in codes(checked(*typed))
+
+
 def test_who_has_a_partner_misses_nobody():
     report = checked(writer("Box", "w1"), reader("Box", "r1"), reader("box", "r2"))
     assert codes(report) == ["CQ401"]

@@ -183,13 +183,13 @@ class TestProblems:
             """) == [
             (
                 "CQ006 cqos.toml:1: the configuration has no key `pack`; did you mean `packs`? (allowed: extends, protocol,"
-                " options, severities, checks, accept, packs, show, fail_on, format, baseline, serve)"
+                " options, severities, checks, accept, packs, exclude, show, fail_on, format, baseline, serve)"
             ),
             "CQ011 cqos.toml:2: `fail_on` must be error or warning, found `eror`; did you mean `error`?",
-            "CQ011 cqos.toml:3: `show[1]` must be notes, found `all`",
+            "CQ011 cqos.toml:3: `show[1]` must be notes or not-checked, found `all`",
             (
                 "CQ006 cqos.toml:4: the configuration has no key `description` (allowed: extends, protocol, options,"
-                " severities, checks, accept, packs, show, fail_on, format, baseline, serve)"
+                " severities, checks, accept, packs, exclude, show, fail_on, format, baseline, serve)"
             ),
             "CQ009 cqos.toml:7: `format` must be a text, found a list",
             "CQ011 cqos.toml:8: `X` must be error, warning, note or off, found `quiet`",

@@ -1,11 +1,13 @@
 """From paths to sources: what is found, what is refused."""
 
 import os
+from pathlib import Path
 
 import pytest
 
 from cqos_core import files
 from cqos_core.files import File, find_files, read_path
+from cqos_core.ignoring import patterns
 from cqos_core.importers.source import Source
 from cqos_core.loading import load_paths, read_source, recognise
 from cqos_core.plugins import load_plugins
@@ -29,7 +31,7 @@ def folder(tmp_path, monkeypatch):
 
 def test_a_folder_is_searched_for_the_endings_that_importers_name(folder):
     found = find_files(["."], load_plugins())
-    assert found.files == [File(path, named=False) for path in ("./a.bpmn", "./b.yaml", "./deep/d.JSON")]
+    assert found.files == [File(path, ".") for path in ("./a.bpmn", "./b.yaml", "./deep/d.JSON")]
     assert (found.skipped, found.problems) == (1, [])
 
 
@@ -119,3 +121,64 @@ def test_what_is_included_is_no_pipe_that_nobody_writes_to(tmp_path):
     assert problem.code == "CQ001"
     assert problem.message == "cannot be read: it is no regular file"
     assert (problem.place.source, problem.place.line) == (str(system), 2)
+
+
+def write(folder, **texts):
+    for name, text in texts.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+
+
+def test_generated_and_ignored_files_are_not_read(tmp_path, monkeypatch):
+    write(
+        tmp_path,
+        **dict.fromkeys(
+            (
+                *("build/a.yaml", "pkg/install/a.yaml", "log/a.yaml", "web/node_modules/a.yaml"),
+                *("pkg/secret/a.yaml", "pkg/x_test.yaml", "pkg/kept_test.yaml", "pkg/deep/er/b.yaml", "pkg/c.yaml"),
+                "old/a.yaml",
+            ),
+            "x",
+        ),
+        **{".gitignore": "# comment\n*_test.yaml\n!kept_test.yaml\n", "pkg/.gitignore": "/secret/\ndeep/**/b.yaml\n"},
+    )
+    monkeypatch.chdir(tmp_path)
+    found = find_files(["."], load_plugins(), None, [patterns(["old/"], ".")])
+    assert [file.path for file in found.files] == ["./pkg/c.yaml", "./pkg/kept_test.yaml"]
+    assert sorted(found.not_searched) == [
+        *("./build", "./log", "./old", "./pkg/install", "./pkg/secret", "./web/node_modules"),
+    ]
+    assert [file.path for file in find_files(["build"], load_plugins()).files] == ["build/a.yaml"]
+
+
+def test_what_is_ignored_above_a_folder_holds_in_it_as_far_as_the_repository_goes(tmp_path):
+    write(tmp_path, **{".gitignore": "*", "repo/.gitignore": "a.yaml", "repo/pkg/a.yaml": "x", "repo/pkg/b.yaml": "x"})
+    (tmp_path / "repo" / ".git").mkdir()
+    assert [Path(file.path).name for file in find_files([str(tmp_path / "repo/pkg")], load_plugins()).files] == [
+        "b.yaml"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("pattern", "path", "excluded"),
+    [
+        ("a.yaml", "x/y/a.yaml", True),
+        ("/a.yaml", "x/a.yaml", None),
+        ("x/a.yaml", "x/a.yaml", True),
+        ("x/*.yaml", "x/y/a.yaml", None),
+        ("x/**/a.yaml", "x/a.yaml", True),
+        ("**/y/a.yaml", "x/y/a.yaml", True),
+        ("x/**", "x/y/a.yaml", True),
+        ("?.yaml", "a.yaml", True),
+        ("[!a].yaml", "a.yaml", None),
+        ("[ab].yaml", "b.yaml", True),
+        ("[b", "[b", True),
+        ("a.yaml/", "a.yaml", None),
+        ("\\#a", "#a", True),
+        ("a  ", "a", True),
+        ("!a.yaml", "a.yaml", False),
+    ],
+)
+def test_patterns_are_those_of_gitignore(pattern, path, excluded, tmp_path):
+    assert patterns([pattern], str(tmp_path)).decide(str(tmp_path / path), is_folder=False) is excluded

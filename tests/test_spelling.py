@@ -6,7 +6,7 @@ from itertools import product
 import pytest
 
 from cqos_core.remarks import suggestion
-from cqos_core.spelling import distance, nearest
+from cqos_core.spelling import distance, nearest, typing_errors
 
 
 @pytest.mark.parametrize(
@@ -75,3 +75,13 @@ def test_nearest_name(word, known, found):
 
 def test_suggestion_names_the_nearest():
     assert suggestion("dept", ["durability", "depth"]) == "did you mean `depth`? known: depth, durability"
+
+
+def test_numbered_names_and_short_words_are_no_typing_errors():
+    names = ["/cam1/image", "/tf", "/left", "/a/b", "/scan/x"]
+    assert typing_errors(names, ["/cam2/image", "/tg", "/right", "/a/c", "/scan"]) == {}
+
+
+def test_in_a_long_word_a_letter_may_have_moved():
+    assert typing_errors(["/ignd_box"], ["/ding_box"]) == {}
+    assert typing_errors(["/image_wra"], ["/image_raw", "/image_war"]) == {"/image_wra": ["/image_raw", "/image_war"]}

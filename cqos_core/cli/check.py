@@ -6,7 +6,7 @@ import os
 import sys
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
@@ -15,11 +15,14 @@ from cqos_core.checker import check_system
 from cqos_core.cli.parameters import FormatName, Run, color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.selection import counted
 from cqos_core.cli.several import said_once
 from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
 from cqos_core.cli.streams import colored, say, say_problems, width, write_file
+from cqos_core.cli.units import units
 from cqos_core.files import read_path
 from cqos_core.formatters.style import Style
+from cqos_core.formatters.wording import listed
 from cqos_core.plugins import load_plugins
 from cqos_core.problems import CqosError
 from cqos_core.remarks import plural
@@ -31,15 +34,18 @@ if TYPE_CHECKING:
 
     from cqos_core.baseline import Baseline
     from cqos_core.cli.reading import Reader
+    from cqos_core.cli.selection import Counted
     from cqos_core.cli.sinks import Sink
+    from cqos_core.cli.units import Unit
     from cqos_core.config import Config
-    from cqos_core.loading import Loaded
     from cqos_core.problems import Problem
     from cqos_core.report import Report
     from cqos_core.system import System
 
 CLEAN, FINDINGS, UNUSABLE = 0, 1, 2
+_PACKS_STAY = "a service has rule packs of its own: --server does not go with --pack."
 _NAMED = 3  # more paths than this are not repeated
+_NOT_CHECKED = "not-checked"
 _SHOW = {"errors": Severity.ERROR, "warnings": Severity.WARNING, "notes": Severity.NOTE}
 _FAIL = {"error": Severity.ERROR, "warning": Severity.WARNING}
 
@@ -50,7 +56,10 @@ class Wishes:
 
     grouping: str
     show: Severity
-    fail_on: Severity
+    not_checked: bool
+    fail_on: str | None
+    require_pairs: bool
+    counted: Counted
     color: str
     quiet: bool
     write_baseline: str | None
@@ -81,15 +90,24 @@ class Wishes:
 )
 @click.option(
     "--show",
-    type=click.Choice(list(_SHOW)),
-    help="What text formats print in full, the rest is only counted; warnings (and errors) if not given. The other "
-    "formats always hold everything.",
+    type=click.Choice([*_SHOW, _NOT_CHECKED]),
+    multiple=True,
+    help="What text formats print in full, the rest is only counted; warnings (and errors) if not given. Can be "
+    "repeated. The other formats always hold everything.",
 )
+@click.option(
+    "--select",
+    metavar="CODES",
+    multiple=True,
+    help="Report findings of these rules only: codes, beginnings of codes, or names, separated by commas.",
+)
+@click.option("--ignore", metavar="CODES", multiple=True, help="Do not report findings of these rules.")
 @click.option(
     "--fail-on",
     type=click.Choice(list(_FAIL)),
     help="Exit with 1 on findings of this severity or worse; error if not given.",
 )
+@click.option("--require-pairs", is_flag=True, help="Exit with 1 where no pair was compared, also of parts of systems.")
 @click.option("--baseline", metavar="FILE", help="Findings in this file are known and no longer count; new ones do.")
 @click.option(
     "--write-baseline",
@@ -116,8 +134,11 @@ def check(
     reading: ReadingOptions,
     formats: tuple[str, ...],
     outputs: tuple[str, ...],
-    show: str | None,
+    show: tuple[str, ...],
+    select: tuple[str, ...],
+    ignore: tuple[str, ...],
     fail_on: str | None,
+    require_pairs: bool,
     baseline: str | None,
     write_baseline: str | None,
     server: str | None,
@@ -126,14 +147,15 @@ def check(
 ) -> None:
     """Check designs: what fits, what does not, what cannot be known.
 
-    Paths named together are one system, whatever their formats. Of a directory, each file is checked by itself, and
-    files that are no designs are passed over. The path `-` is standard input.
+    Paths named together are one system, whatever their formats. In a folder, each whole system (a system file, a diagram)
+    is checked by itself, and parts of systems (snapshots, recordings, parameters) are put together; all other files are
+    passed over. The path `-` is standard input.
 
     \b
     Examples:
       cqos check system.yaml                         one file
       cqos check robot.yaml station.bpmn             two files, one system
-      cqos check designs/ --fail-on warning          every design below a directory
+      cqos check .                                   whatever lies below this folder
       cqos check model.bpmn --option ros2.rmw=zenoh  under an assumption
       cqos check a.yaml --format full --format sarif --output cqos.sarif
       cat a.yaml | cqos check - --stdin-name a.yaml
@@ -147,16 +169,22 @@ def check(
     sinks = pair_sinks(ctx, formats, outputs, _default_format(config))
     check_targets("--output", (sink.path for sink in sinks if sink.path != STDOUT), paths)
     check_targets("--write-baseline", [] if write_baseline is None else [write_baseline], paths)
+    shown = show or config.show
     wishes = Wishes(
         grouping="each" if each else "together" if together else "",
-        show=_SHOW[show or ("notes" if "notes" in config.show else "warnings")],
-        fail_on=_FAIL[fail_on or config.fail_on or "error"],
+        show=max(
+            (_SHOW[each] for each in shown if each in _SHOW), key=lambda each: each.rank, default=Severity.WARNING
+        ),
+        not_checked=_NOT_CHECKED in shown,
+        fail_on=fail_on,
+        require_pairs=require_pairs,
+        counted=counted(select, ignore, reader.context),
         color=color,
         quiet=quiet,
         write_baseline=write_baseline,
     )
     if server is not None and (reading.pack_files or config.packs):
-        raise click.UsageError("a service has rule packs of its own: --server does not go with --pack.", ctx)
+        raise click.UsageError(_PACKS_STAY, ctx)
     work = _Check(reader, wishes, _known(baseline or config.baseline, write_baseline), server)
     work.run(paths)
     ctx.exit(work.finish(sinks))
@@ -180,17 +208,12 @@ def _known(baseline: str | None, written: str | None) -> Baseline | None:
     return read_baseline(baseline, read_path(baseline).data)
 
 
-@dataclass(frozen=True, slots=True)
-class _Unit:
-    """What is checked as one system.
-
-    Attributes:
-        named: whether all its paths were given, so that the caller expects something to be in them.
-    """
+class _Checked(NamedTuple):
+    """One system that was checked: its path, what was found, and the configuration that holds for it."""
 
     path: str
-    systems: list[System]
-    named: bool
+    report: Report
+    config: Config
 
 
 @dataclass(slots=True)
@@ -198,7 +221,8 @@ class _Check:
     """One run of ``cqos check``.
 
     Attributes:
-        reports: one per system, with the path of its first file.
+        reports: one per system.
+        how: how files were put together as systems.
         empty: what to say of paths in which something was expected, and nothing could be checked.
     """
 
@@ -206,13 +230,15 @@ class _Check:
     wishes: Wishes
     known: Baseline | None
     server: str | None = None
-    reports: list[tuple[str, Report]] = field(default_factory=list)
+    reports: list[_Checked] = field(default_factory=list)
+    how: str = ""
     problems: list[Problem] = field(default_factory=list)
     sources: dict[str, bytes] = field(default_factory=dict)
     empty: list[str] = field(default_factory=list)
     passed_over: int = 0
     skipped: int = 0
     parts: dict[str, str] = field(default_factory=dict)
+    not_searched: tuple[str, ...] = ()
 
     def run(self, paths: Sequence[str]) -> None:
         """Read and check everything."""
@@ -220,45 +246,49 @@ class _Check:
             progress.start("reading")
             loaded = self.reader.load(paths, progress.step)
             self.problems, self.skipped, self.parts = loaded.problems, loaded.skipped, loaded.parts
-            units = _units(loaded, self.wishes.grouping)
+            self.not_searched = loaded.not_searched
+            found, self.how = units(loaded, self.wishes.grouping)
             progress.start("checking")
-            for number, unit in enumerate(units):
+            for number, unit in enumerate(found):
                 # Of a single system, its topics are counted.
-                progress.step(number, len(units))
-                self._check(unit, progress.step if len(units) == 1 else _silent, alone=len(units) == 1)
-        reports = said_once([report for _, report in self.reports], self.reader.config.sources)
-        self.reports = [(path, report) for (path, _), report in zip(self.reports, reports, strict=True)]
-        if not self.problems and not self.empty and not any(report.endpoints for report in reports):
+                progress.step(number, len(found))
+                self._check(unit, progress.step if len(found) == 1 else _silent, alone=len(found) == 1)
+        reports = said_once([each.report for each in self.reports], [each.config.sources for each in self.reports])
+        self.reports = [each._replace(report=new) for each, new in zip(self.reports, reports, strict=True)]
+        if not self.problems and not self.empty and not any(each.endpoints or each.partial for each in reports):
             self.empty.append(f"{', '.join(paths[:_NAMED])}: nothing there could be checked, no endpoint was found")
 
-    def _check(self, unit: _Unit, step: Callable[[int, int], None], *, alone: bool) -> None:
-        system = tried_out(self.reader.whole(unit.systems), self.reader.protocol)
-        report = self._judged(system, step)
-        if not report.endpoints:
+    def _check(self, unit: Unit, step: Callable[[int, int], None], *, alone: bool) -> None:
+        reader = self.reader.nearest(unit.path)
+        system = tried_out(reader.whole(unit.systems), reader.protocol)
+        report = self.wishes.counted(self._judged(system, reader, step))
+        if not report.endpoints and not report.partial:
             if unit.named and (alone or not _only_profiles(system)):
                 self.empty.append(_nothing(unit.path, len(system.endpoints)))
             elif all(finding.code == "CQ404" for finding in report.findings):
                 # Many a diagram in a directory has no signals, and nothing to say about them; profiles are for others.
                 self.passed_over += 1
                 return
-        self.sources |= {**self.reader.config.sources, **system.sources}
-        self.reports.append((unit.path, report))
+        self.sources |= {**reader.config.sources, **system.sources}
+        self.reports.append(_Checked(unit.path, report, reader.config))
 
-    def _judged(self, system: System, step: Callable[[int, int], None]) -> Report:
+    def _judged(self, system: System, reader: Reader, step: Callable[[int, int], None]) -> Report:
         """Check one system, here or where --server says."""
         if self.server is None:
-            return check_system(system, self.reader.context, step)
+            return check_system(system, reader.context, step)
+        if reader.config.packs:
+            raise click.UsageError(_PACKS_STAY)
         # gRPC is slow to import, and most checks need none of it.
         from cqos_core.client import Client
 
         with Client(self.server) as client:
-            return client.check_system(replace(system, protocol=system.protocol or self.reader.protocol))
+            return client.check_system(replace(system, protocol=system.protocol or reader.protocol))
 
     def finish(self, sinks: Sequence[Sink]) -> int:
         """Write everything and return the exit code."""
         found = self.reports
         if self.known is not None:
-            self.reports = [(path, self.known.mark(report, path)) for path, report in found]
+            self.reports = [each._replace(report=self.known.mark(each.report, each.path)) for each in found]
         say_problems(self.problems, self.wishes.color)
         written = self._write(sinks) and self._write_baseline(found)
         self._say_rest()
@@ -266,7 +296,20 @@ class _Check:
             return UNUSABLE
         if self.wishes.write_baseline is not None:
             return CLEAN
-        return FINDINGS if any(report.fails(self.wishes.fail_on) for _, report in self.reports) else CLEAN
+        return FINDINGS if self._nothing_compared() or any(map(self._fails, self.reports)) else CLEAN
+
+    def _fails(self, checked: _Checked) -> bool:
+        return checked.report.fails(_FAIL[self.wishes.fail_on or checked.config.fail_on or "error"])
+
+    def _nothing_compared(self) -> bool:
+        """Whether no pair was compared though it should have been: of a whole system, or because the caller requires it."""
+        if any(each.report.pair_count for each in self.reports):
+            return False
+        if not self.wishes.require_pairs and not any(map(_misses_pairs, self.reports)):
+            return False
+        message = "no pair was compared: no publisher matches a subscriber in what was read"
+        say(message, severity="error", choice=self.wishes.color)
+        return True
 
     def _write(self, sinks: Sequence[Sink]) -> bool:
         """Write every report, files first; return whether all of it could be written."""
@@ -275,7 +318,7 @@ class _Check:
             if self.wishes.quiet and sink.path == STDOUT:
                 continue
             try:
-                sink.write(render(sink, [report for _, report in self.reports], self.problems, self._style(sink)))
+                sink.write(render(sink, [each.report for each in self.reports], self.problems, self._style(sink)))
             except CqosError as error:
                 say(str(error), severity="error", choice=self.wishes.color)
                 written = False
@@ -289,9 +332,10 @@ class _Check:
             width=width(),
             sources=self.sources,
             tool_version=version("cqos"),
+            not_checked=self.wishes.not_checked,
         )
 
-    def _write_baseline(self, found: Sequence[tuple[str, Report]]) -> bool:
+    def _write_baseline(self, found: Sequence[_Checked]) -> bool:
         target = self.wishes.write_baseline
         if target is None:
             return True
@@ -300,7 +344,7 @@ class _Check:
             say(message, severity="error", choice=self.wishes.color)
             return False
         # Only where several systems are checked can one hide behind another's entry.
-        limited = [(path if len(found) > 1 else None, report) for path, report in found]
+        limited = [(each.path if len(found) > 1 else None, each.report) for each in found]
         try:
             write_file(target, write_baseline(target, limited))
         except CqosError as error:
@@ -315,13 +359,17 @@ class _Check:
             say(message, severity="error", choice=self.wishes.color)
         if self.wishes.quiet:
             return
+        if self.how:
+            self._note(self.how)
+        if self.not_searched:
+            self._note(f"not searched: {listed(self.not_searched)}; name such a folder to search it")
         if self.skipped:
             self._note(f"{plural(self.skipped, 'file')} of other formats skipped")
         if self.parts:
             self._note(_parts(self.parts))
         if self.passed_over:
             self._note(f"{plural(self.passed_over, 'file')} without any endpoint passed over")
-        gone = 0 if self.known is None else self.known.gone(path for path, _ in self.reports)
+        gone = 0 if self.known is None else self.known.gone(each.path for each in self.reports)
         if self.known is not None and gone and not self.problems:
             entries = "1 entry" if gone == 1 else f"{gone} entries"
             self._note(f"{entries} of {self.known.path} found no more; write it anew with --write-baseline")
@@ -333,6 +381,14 @@ class _Check:
 
 def _silent(_done: int, _all: int) -> None:
     """Count nothing."""
+
+
+def _misses_pairs(checked: _Checked) -> bool:
+    """Whether the report of a whole system warns that nothing was compared."""
+    return any(
+        finding.code == "CQ404" and finding.accepted is None and finding.severity is not Severity.NOTE
+        for finding in checked.report.findings
+    )
 
 
 def _only_profiles(system: System) -> bool:
@@ -350,16 +406,3 @@ def _nothing(path: str, endpoints: int) -> str:
     if not endpoints:
         return f"{path}: there is no endpoint in it, so nothing was checked"
     return f"{path}: none of its {plural(endpoints, 'endpoint')} could be checked, see the findings"
-
-
-def _units(loaded: Loaded, grouping: str) -> list[_Unit]:
-    """Group what was read into systems: named paths together, found ones each by itself, unless asked otherwise."""
-    read = [(each.file, each.system) for each in loaded.outcomes if each.system is not None]
-    if grouping == "together":
-        joint, alone = read, []
-    elif grouping == "each":
-        joint, alone = [], read
-    else:
-        joint, alone = ([pair for pair in read if pair[0].named is named] for named in (True, False))
-    units = [_Unit(joint[0][0].path, [system for _, system in joint], named=True)] if joint else []
-    return units + [_Unit(file.path, [system], named=file.named) for file, system in alone]

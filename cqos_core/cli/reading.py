@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import os
 import sys
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import click
@@ -13,6 +13,7 @@ import click
 from cqos_core.api import context, with_options
 from cqos_core.cli.parameters import Assignment, AssignmentType, ImporterName, nearest
 from cqos_core.files import STDIN, STDIN_NAME, read_path, read_stream
+from cqos_core.ignoring import patterns
 from cqos_core.loading import load_paths
 from cqos_core.merging import merge
 from cqos_core.plugins import load_plugins
@@ -44,6 +45,7 @@ class ReadingOptions:
     switches: tuple[Assignment, ...]
     message_flows: bool
     stdin_name: str
+    excluded: tuple[str, ...]
     config_file: str | None
     no_config: bool
 
@@ -94,11 +96,19 @@ _OPTIONS = (
         help="What to call standard input (the path `-`) in messages. A path lets it include files beside that.",
     ),
     click.option(
+        "--exclude",
+        "excluded",
+        metavar="PATTERN",
+        multiple=True,
+        help="What a search of folders passes over, as in .gitignore and relative to the working directory. Can be "
+        "repeated. Hidden, generated and ignored files are passed over anyway.",
+    ),
+    click.option(
         "--config",
         "config_file",
         metavar="FILE",
         help="Use this configuration instead of the nearest cqos.toml, or [tool.cqos] of the nearest pyproject.toml, "
-        "in or above the folder of the first path.",
+        "in or above the folder of each system.",
     ),
     click.option("--no-config", is_flag=True, help="Use no configuration file."),
 )
@@ -128,6 +138,7 @@ class Reader:
     config: Config
     context: Context
     switches: Mapping[str, Mapping[str, str]]
+    _nearest: dict[str, Reader] = field(default_factory=dict)
 
     @property
     def protocol(self) -> str | None:
@@ -137,7 +148,32 @@ class Reader:
     def load(self, paths: Sequence[str], step: Callable[[int, int], None] = lambda _done, _all: None) -> Loaded:
         """Read ``paths``; what is wrong with a file is in the result."""
         stdin = self._stdin() if STDIN in paths else None
-        return load_paths(paths, self.options.importer, self.switches, stdin, protocol=self.protocol, step=step)
+        return load_paths(
+            paths,
+            self.options.importer,
+            self.switches,
+            stdin,
+            protocol=lambda path: self.nearest(path).protocol,
+            excluded=(*self.config.exclude, patterns(self.options.excluded, ".")),
+            step=step,
+        )
+
+    def nearest(self, path: str) -> Reader:
+        """Return the reader under the configuration that is nearest to ``path``; this one where the caller chose one.
+
+        Raises:
+            InputError: that configuration cannot be used.
+        """
+        if path == STDIN or self.options.no_config or self.options.config_file is not None:
+            return self
+        folder = _folder_of(path)
+        if folder not in self._nearest:
+            from cqos_core.config import config_for
+
+            config = config_for(folder)
+            same = config.path == self.config.path
+            self._nearest[folder] = self if same else _reader(self.options, config, self.switches)
+        return self._nearest[folder]
 
     def _stdin(self) -> Source:
         if sys.stdin is None:
@@ -162,7 +198,10 @@ def prepare(options: ReadingOptions, paths: Sequence[str]) -> Reader:
         click.UsageError: the command line names something that is not there.
         InputError: the configuration or a rule pack file cannot be used.
     """
-    config = _config(options, paths)
+    return _reader(options, _config(options, paths), _switches(options))
+
+
+def _reader(options: ReadingOptions, config: Config, switches: Mapping[str, Mapping[str, str]]) -> Reader:
     packs = read_packs((*config.packs, *options.pack_files))
     protocol = options.protocol or config.protocol
     where = context(packs, protocol)
@@ -172,7 +211,7 @@ def prepare(options: ReadingOptions, paths: Sequence[str]) -> Reader:
         raise _refused(source, f"there is no rule pack `{protocol}`{nearest(protocol, known)}")
     for assumption in options.assumptions:
         _check_assumption(assumption, where, known)
-    return Reader(options, config, where, _switches(options))
+    return Reader(options, config, where, switches)
 
 
 def _config(options: ReadingOptions, paths: Sequence[str]) -> Config:

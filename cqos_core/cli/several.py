@@ -17,20 +17,29 @@ _UNUSED: Final = "CQ601"
 _ABOUT_CONFIGURATION: Final = frozenset({_UNUSED, "CQ602", "CQ603", "CQ604"})
 
 
-def said_once(reports: Sequence[Report], configuration: Collection[str]) -> list[Report]:
-    """Leave a finding about the files of the ``configuration`` in the first report only that has it.
+def said_once(reports: Sequence[Report], configurations: Sequence[Collection[str]]) -> list[Report]:
+    """Leave a finding about the files of a configuration in the first report only that has it.
 
-    An exception that one of the systems needs is not unused, although the others do not need it.
+    ``configurations`` are the files of that of each report. An exception that one of the systems needs is not unused,
+    although the others under the same configuration do not need it.
     """
-    mine = [{_key(finding) for finding in report.findings if _concerns(finding, configuration)} for report in reports]
+    mine = [
+        {_key(finding) for finding in report.findings if _concerns(finding, files)}
+        for report, files in zip(reports, configurations, strict=True)
+    ]
+    alike: dict[frozenset[str], list[set[tuple[str, str]]]] = {}
+    for keys, files in zip(mine, configurations, strict=True):
+        alike.setdefault(frozenset(files), []).append(keys)
     said: set[tuple[str, str]] = set()
     kept = []
-    for report in reports:
+    for report, files in zip(reports, configurations, strict=True):
         findings = []
         for finding in report.findings:
-            if _concerns(finding, configuration):
+            if _concerns(finding, files):
                 key = _key(finding)
-                if key in said or (finding.code == _UNUSED and not all(key in keys for keys in mine)):
+                if key in said or (
+                    finding.code == _UNUSED and not all(key in keys for keys in alike[frozenset(files)])
+                ):
                     continue
                 said.add(key)
             findings.append(finding)
@@ -72,6 +81,8 @@ def together(reports: Sequence[Report], problems: Sequence[Problem] = ()) -> Rep
         sources=tuple(dict.fromkeys(_sources(reports, problems))),
         endpoints=sum(report.endpoints for report in reports),
         topics=sum(report.topics for report in reports),
+        partial=bool(reports) and all(report.partial for report in reports),
+        unmatched=sum(report.unmatched for report in reports),
         parts=(*parts, *reports),
     )
 

@@ -112,18 +112,17 @@ def check_targets(option: str, targets: Iterable[str], inputs: Iterable[str]) ->
 
 
 def render(sink: Sink, reports: Sequence[Report], problems: Sequence[Problem], style: Style) -> str:
-    """Return what one sink gets: for people report after report, for programs one report of everything.
+    """Return what one sink gets: one report of everything, in which for programs unread inputs are findings.
 
     Raises:
         CqosError: the formatter is a plugin's and failed.
     """
     plugins = load_plugins()
     info = plugins.formatters[sink.format]
-    shown = reports if info.for_people else [together(reports, problems)]
+    if info.for_people and not reports:
+        return ""
     try:
-        renderer = info.load()
-        texts = [renderer(report, style) for report in shown]
-        return ("\n" if any("\n\n" in text for text in texts) else "").join(texts)
+        return _text(info.load()(together(reports, () if info.for_people else problems), style))
     except FAULTS as error:
         owner = plugins.owner("formatters", sink.format)
         if plugins.shipped("formatters", sink.format):
@@ -131,3 +130,9 @@ def render(sink: Sink, reports: Sequence[Report], problems: Sequence[Problem], s
             raise
         keep_traceback(f"formatter `{sink.format}` of {owner}", error)
         raise CqosError(f"formatter `{sink.format}` of {owner} failed: {describe(error)}") from error
+
+
+def _text(rendered: object) -> str:
+    if not isinstance(rendered, str):
+        raise TypeError(f"it returned a {type(rendered).__name__}, no text")
+    return rendered

@@ -8,22 +8,27 @@ from cqos_core.formatters import terminal, wording
 from cqos_core.formatters.places import Places
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from cqos_core.formatters.style import Style
-    from cqos_core.report import Finding, Report
+    from cqos_core.report import Report
 
 
 def render_concise(report: Report, style: Style) -> str:
-    """Return ``file:line:col: error[CODE] message`` for each finding, and one line with the verdict and all counts."""
+    """Return ``file:line:col: error[CODE] message`` for each finding, and for each system the verdict and all counts."""
+    paint = terminal.paint(color=style.color)
+    lines = [line for one in report.parts or (report,) for line in _lines(one, style, paint)]
+    return "\n".join([*lines, *([wording.total(report, style, paint)] if report.parts else [])]) + "\n"
+
+
+def _lines(report: Report, style: Style, paint: terminal.Paint) -> Iterator[str]:
     findings = wording.shown(report, style)
     places = Places(findings, style.sources)
-    paint = terminal.paint(color=style.color)
-
-    def line(finding: Finding) -> str:
+    for finding in findings:
         place = finding.place
         where = wording.heading(report) if place is None else wording.position(places.exact(place))
         head = paint(terminal.clean(f"{finding.severity}[{finding.code}]"), finding.severity)
         accepted = "" if finding.accepted is None else f" (accepted: {finding.accepted})"
         lead = f"{terminal.clean(where)}: " if where else ""
-        return f"{lead}{head} {terminal.clean(finding.message + accepted)}"
-
-    return "\n".join([*map(line, findings), wording.summary(report, style, paint)]) + "\n"
+        yield f"{lead}{head} {terminal.clean(finding.message + accepted)}"
+    yield from wording.verdict(report, style, paint)

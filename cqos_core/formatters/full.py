@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import groupby
 from typing import TYPE_CHECKING
 
@@ -26,19 +26,59 @@ _LABEL = 50  # cells that what is said at a value gets, even if it then begins l
 
 
 def render_full(report: Report, style: Style) -> str:
-    """Return the report as text for a person at a terminal of ``style.width`` columns."""
-    findings = wording.shown(report, style)
-    places = Places(findings, style.sources)
-    page = _Page(style, places, _gutter(findings, places))
-    reasons: set[tuple[str, str]] = set()
-    blocks = []
-    for finding in findings:
-        # A reason is read once; below it, the code is reminder enough.
-        known = (finding.code, finding.because) in reasons
-        reasons.add((finding.code, finding.because))
-        blocks.append("\n".join(page.finding(finding, explain=not known)))
-    blocks.append("\n".join(page.summary(report)))
+    """Return the report as text for a person at a terminal of ``style.width`` columns; the verdict is its last line."""
+    said = _Said()
+    blocks: list[str] = []
+    apart: list[str] = []  # of several systems, each with its verdict
+    for one in report.parts or (report,):
+        findings = wording.shown(one, style)
+        places = Places(findings, style.sources)
+        page = _Page(style, places, _gutter(findings, places), said)
+        found = ["\n".join(page.finding(finding)) for finding in findings]
+        if report.parts and not found and blocks and apart:
+            blocks[-1] += "\n" + "\n".join(page.verdict(one))  # nothing to tell it apart from the line before
+            continue
+        blocks += found
+        apart = ["\n".join(page.verdict(one))] if report.parts else []
+        blocks += apart
+    blocks.append("\n".join(_end(report, style)))
     return "\n\n".join(blocks) + "\n"
+
+
+@dataclass(slots=True)
+class _Said:
+    """What is read once in a run; below it, the code is reminder enough."""
+
+    reasons: set[tuple[str, str]] = field(default_factory=set)
+    notes: set[str] = field(default_factory=set)
+
+    def reason(self, finding: Finding) -> str:
+        """The rule's reason, empty if it was printed before."""
+        key = (finding.code, finding.because)
+        known = key in self.reasons
+        self.reasons.add(key)
+        return "" if known else finding.because
+
+    def fresh(self, notes: Iterable[str]) -> list[str]:
+        """The notes that were not printed before."""
+        new = [note for note in notes if note not in self.notes]
+        self.notes.update(new)
+        return new
+
+
+def _end(report: Report, style: Style) -> Iterator[str]:
+    """Yield what no check can see, and the verdict, or the total of several systems."""
+    paint = terminal.paint(color=style.color)
+    if report.not_checked:
+        listed = "; ".join(report.not_checked)
+        count = f"{plural(len(report.not_checked), 'thing')}, listed with --show not-checked"
+        text = terminal.clean(f"not checked: {listed if style.not_checked else count}")
+        for number, line in enumerate(terminal.wrap(text, style.width - 2)):
+            yield paint(f"{'  ' if number else ''}{line}", "quiet")
+    if report.parts:
+        yield wording.total(report, style, paint)
+    else:
+        yield from wording.verdict(report, style, paint)
 
 
 def _gutter(findings: Iterable[Finding], places: Places) -> int:
@@ -80,37 +120,34 @@ class _Pen:
 class _Page:
     """Draws findings; everything it is given passes `terminal.clean` before it is measured."""
 
-    def __init__(self, style: Style, places: Places, gutter: int) -> None:
+    def __init__(self, style: Style, places: Places, gutter: int, said: _Said) -> None:
         self._style = style
+        self._said = said
         self._paint = terminal.paint(color=style.color)
         self._places = places
         self._indent = " " * gutter
         self._room = max(style.width - gutter - 3, _NARROWEST_EXCERPT)
 
-    def finding(self, finding: Finding, *, explain: bool) -> Iterator[str]:
-        """Yield the lines of one finding; ``explain`` adds the rule's reason."""
+    def finding(self, finding: Finding) -> Iterator[str]:
+        """Yield the lines of one finding."""
         yield self._title(finding)
         yield from self._paragraph("", "", finding.message)
         for number, side in enumerate(finding.sides):
             yield from self._side(side, _Pen("^", finding.severity) if number == 0 else _Pen("-", "frame"), number)
         for sentence in wording.helps(finding):
             yield from self._paragraph("help:", "help", sentence)
-        for sentence in _notes(finding):
+        for sentence in (*_notes(finding), *self._said.fresh(finding.notes)):
             yield from self._paragraph("note:", "title", sentence)
-        if explain and finding.because:
-            yield from self._paragraph("why:", "title", finding.because)
+        if reason := self._said.reason(finding):
+            yield from self._paragraph("why:", "title", reason)
         if finding.accepted is not None:
             yield from self._paragraph("accepted:", "title", finding.accepted)
         clause = f"; {finding.clause}" if finding.clause else ""
         yield from self._paragraph("see:", "quiet", f"cqos rule {finding.code}{clause}")
 
-    def summary(self, report: Report) -> Iterator[str]:
-        """Yield the verdict with all counts, and what was not looked at."""
-        yield wording.summary(report, self._style, self._paint)
-        if report.not_checked:
-            text = terminal.clean(f"not checked: {'; '.join(report.not_checked)}")
-            for number, line in enumerate(terminal.wrap(text, self._style.width - 2)):
-                yield self._paint(f"{'  ' if number else ''}{line}", "quiet")
+    def verdict(self, report: Report) -> Iterator[str]:
+        """Yield the verdict of one of several systems."""
+        yield from wording.verdict(report, self._style, self._paint)
 
     def _title(self, finding: Finding) -> str:
         head = self._paint(terminal.clean(f"{finding.severity}[{finding.code}]"), finding.severity)
@@ -248,4 +285,3 @@ def _notes(finding: Finding) -> Iterator[str]:
     if finding.pairs > 1 or len(topics) > 1:
         pairs = f"{plural(finding.pairs, 'pair')} like this" if finding.pairs else "the same"
         yield pairs + (f" on {wording.listed(topics)}" if topics else "")
-    yield from finding.notes

@@ -74,6 +74,7 @@ def _summary(report: Report, style: Style) -> Json:
         "tool": {"name": "cqos", "version": style.tool_version},
         "system": report.system,
         "verdict": report.verdict.value,
+        "partial": report.partial,
         "counts": _counts(report),
         "sources": list(report.sources),
     }
@@ -90,6 +91,7 @@ def _counts(report: Report) -> Json:
         **{verdict.value: pairs[verdict] for verdict in Verdict},
         **{f"{severity.value}s": report.count(severity) for severity in Severity},
         "accepted": sum(finding.accepted is not None for finding in report.findings),
+        "unmatched": report.unmatched,
     }
 
 
@@ -225,6 +227,10 @@ class _Object:
     def text_or_none(self, key: str) -> str | None:
         return None if self._values.get(key) is None else self.text(key)
 
+    def flag(self, key: str) -> bool:
+        """Whether a key that older reports lack is true."""
+        return self._values.get(key) is True
+
     def number(self, key: str) -> int:
         return self._get(key, int, "a whole number")
 
@@ -274,6 +280,8 @@ def _read_report(report: _Object) -> Report:
         sources=report.texts("sources"),
         endpoints=counts.number("endpoints"),
         topics=counts.number("topics"),
+        partial=report.flag("partial"),
+        unmatched=counts.number_or_none("unmatched") or 0,
     )
 
 

@@ -17,6 +17,7 @@ class Style:
 
     Attributes:
         show: findings up to this severity are printed in full by the text formats (``warning``: notes are counted only).
+        not_checked: list in the text formats what no check of the protocols can see, rather than count it.
         color: ANSI colours; the caller honours ``NO_COLOR`` and whether the stream is a terminal.
         width: columns of the terminal, for the text formats.
         sources: source name to its bytes, for excerpts and exact columns.
@@ -28,3 +29,4 @@ class Style:
     width: int = 100
     sources: Mapping[str, bytes] = field(default_factory=dict)
     tool_version: str = ""
+    not_checked: bool = False

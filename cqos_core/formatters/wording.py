@@ -10,7 +10,7 @@ from cqos_core.remarks import plural
 from cqos_core.report import Severity, Verdict
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.formatters.style import Style
     from cqos_core.formatters.terminal import Paint
@@ -103,8 +103,11 @@ def _assumptions(worlds: Iterable[str]) -> dict[str, str]:
 
 
 def heading(report: Report) -> str:
-    """What was checked: the system's name, else the only source; empty if there is no one name for it."""
-    return report.system or (report.sources[0] if len(report.sources) == 1 else "")
+    """What was checked: the system's name, else the sources; empty where there are none."""
+    if report.system or not report.sources:
+        return report.system
+    more = len(report.sources) - 1
+    return f"{report.sources[0]} and {more} more" if more else report.sources[0]
 
 
 def counts(report: Report, style: Style) -> str:
@@ -119,7 +122,24 @@ def counts(report: Report, style: Style) -> str:
     return ", ".join(parts if report.findings else [*parts, "no findings"])
 
 
-def summary(report: Report, style: Style, paint: Paint) -> str:
-    """Return ``name: verdict: counts``, one line."""
-    name = clean(heading(report))
-    return f"{name + ': ' if name else ''}{paint(report.verdict, report.verdict)}: {counts(report, style)}"
+def verdict(report: Report, style: Style, paint: Paint) -> Iterator[str]:
+    """Yield ``name: verdict: counts``, one line, after one about a part of a system and its endpoints without partner."""
+    name = f"{clean(heading(report))}: " if heading(report) else ""
+    if loose := _loose_ends(report):
+        yield f"{name}{loose}"
+    yield f"{name}{paint(report.verdict, report.verdict)}: {counts(report, style)}"
+
+
+def _loose_ends(report: Report) -> str:
+    if not report.partial or (report.endpoints and not report.unmatched):
+        return ""
+    read = plural(report.endpoints, "endpoint")
+    loose = f"{read} read, {report.unmatched} without partner in it" if report.endpoints else "no endpoint in it"
+    return f"part of a system: {loose}; name the files of the other participants beside it"
+
+
+def total(report: Report, style: Style, paint: Paint) -> str:
+    """Return ``total: 3 systems: 2 compatible, 1 unknown: counts``, one line."""
+    verdicts = [part.verdict for part in report.parts]
+    counted = ", ".join(paint(f"{verdicts.count(each)} {each}", each) for each in reversed(Verdict) if each in verdicts)
+    return f"total: {plural(len(report.parts), 'system')}: {counted}: {counts(report, style)}"

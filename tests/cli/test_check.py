@@ -40,6 +40,16 @@ def test_the_paper_s_incompatibility_is_two_errors(cqos):
         (["clashes.yaml"], 1),
         (["lonely.yaml"], 0),
         (["lonely.yaml", "--fail-on", "warning"], 1),
+        (["unmatched.yaml"], 1),
+        (["unmatched.yaml", "fits.yaml", "--each"], 0),
+        (["unmatched.yaml", "--ignore", "CQ404"], 0),
+        (["clashes.yaml", "--select", "CQ"], 0),
+        (["clashes.yaml", "--select", "ROS1,CQ"], 1),
+        (["clashes.yaml", "--ignore", "ros", "--ignore", "CQ"], 0),
+        (["clashes.yaml", "--select", "nonsense"], 2),
+        (["snapshot.txt"], 0),
+        (["snapshot.txt", "--require-pairs"], 1),
+        (["fits.yaml", "--require-pairs"], 0),
         (["nothing.yaml"], 2),
         (["broken.yaml"], 2),
         (["foreign.yaml"], 2),
@@ -251,7 +261,7 @@ def test_broken_files_of_a_directory_do_not_stop_the_others(cqos, files):
     report = json.loads(done.out)
     assert done.code == 2
     assert report["verdict"] == "incompatible"
-    assert [finding["code"] for finding in report["findings"] if "broken.yaml" in finding["place"]["source"]]
+    assert [finding["code"] for finding in report["findings"] if "broken.yaml" in str(finding["place"])]
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
@@ -510,3 +520,95 @@ def test_advice_of_a_code_is_help_and_its_reason_is_why(cqos, files):
     )
     said = cqos("rule", "CQ401").out
     assert said.index("Why\n") < said.index("What to do\n") < said.index("Mark the topic")
+
+
+# --- wholes and parts ---
+
+DESIGN = "cqos: 1\nprotocol: ros2\nparticipants:\n  nav: {subscribes: {map: {durability: transient_local}}}\n"
+
+
+@pytest.fixture
+def robot(files):
+    """A folder with a whole system and a folder with nothing but a part, which fit together."""
+    for file in files.iterdir():
+        if file.name != "snapshot.txt":
+            file.unlink()
+    (files / "design").mkdir()
+    (files / "design" / "system.yaml").write_text(DESIGN)
+    (files / "seen").mkdir()
+    (files / "snapshot.txt").rename(files / "seen" / "map_server.txt")
+    return files
+
+
+def test_a_part_alone_is_one_line(cqos):
+    done = cqos("check", "snapshot.txt")
+    assert "warning" not in done.out
+    assert "\nsnapshot.txt: part of a system: 1 endpoint read, 1 without partner in it; name the files " in done.out
+    report = json.loads(cqos("check", "snapshot.txt", "--format", "json").out)
+    assert (report["partial"], report["counts"]["unmatched"]) == (True, 1)
+
+
+@pytest.mark.parametrize(
+    "paths",
+    [
+        ["design/system.yaml", "seen"],
+        ["design", "seen"],
+        ["design", "seen/map_server.txt"],
+        ["design/system.yaml", "seen/map_server.txt"],
+        [".", "--together"],
+    ],
+    ids=" ".join,
+)
+def test_named_paths_are_one_system_whatever_they_are(cqos, robot, paths):
+    done = cqos("check", *paths)
+    assert done.code == 0
+    assert "1 pair judged" in done.out.splitlines()[-1]
+
+
+def test_in_a_folder_whole_systems_stand_alone_and_parts_are_put_together(cqos, robot):
+    (robot / "design" / "other.yaml").write_text(DESIGN.replace("nav", "nav2"))
+    (robot / "seen" / "again.txt").write_text((robot / "seen" / "map_server.txt").read_text())
+    done = cqos("check", ".", "--format", "json")
+    report = json.loads(done.out)
+    assert done.code == 1
+    assert report["counts"]["pairs"] == 0
+    assert "checked 2 whole systems, one by one, and 2 parts of systems, put together" in done.err
+    assert "error: no pair was compared" in done.err
+    assert cqos("check", "--each", "seen").out.splitlines()[-1].startswith("total: 2 systems: 2 unknown")
+
+
+def test_what_cannot_be_seen_is_counted_once_and_the_total_is_the_last_line(cqos, files):
+    for number in range(3):
+        (files / f"fits{number}.yaml").write_text(FITS)
+    done = cqos("check", "--each", "fits0.yaml", "fits1.yaml", "fits2.yaml")
+    assert done.out.count("not checked: ") == 1
+    assert done.out.splitlines()[-1].startswith("total: 3 systems: 3 compatible: ")
+    listed = cqos("check", "fits0.yaml", "--show", "not-checked", "--show", "notes").out
+    assert "listed with" not in listed
+    assert "access control" in listed
+
+
+def test_the_nearest_configuration_holds_for_each_system(cqos, files):
+    for name, text in (("alpha", "[severities]\nROS101 = 'note'\n"), ("beta", "")):
+        (files / "robots" / name).mkdir(parents=True)
+        (files / "robots" / name / "system.yaml").write_text(CLASHES)
+        (files / "robots" / name / "cqos.toml").write_text(text)
+    report = json.loads(cqos("check", "robots", "--format", "json").out)
+    severities = {f["place"]["source"]: f["severity"] for f in report["findings"] if f["code"] == "ROS101"}
+    assert severities == {"robots/alpha/system.yaml": "note", "robots/beta/system.yaml": "error"}
+    (files / "robots" / "beta" / "cqos.toml").write_text("nonsense")
+    done = cqos("check", "robots")
+    assert done.code == 2
+    assert "robots/beta/cqos.toml: this is not TOML" in done.err
+
+
+def test_files_can_be_excluded(cqos, files):
+    (files / "designs" / "old").mkdir(parents=True)
+    (files / "designs" / "old" / "clashes.yaml").write_text(CLASHES)
+    (files / "designs" / "fits.yaml").write_text(FITS)
+    assert cqos("check", "designs").code == 1
+    assert cqos("check", "designs", "--exclude", "old/").code == 0
+    (files / "cqos.toml").write_text("exclude = ['/designs/old']")
+    done = cqos("check", "designs")
+    assert done.code == 0
+    assert "note: not searched: designs/old" in done.err

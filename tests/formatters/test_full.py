@@ -167,7 +167,7 @@ def test_a_reason_is_told_once_for_each_rule():
         ({}, "compatible: 2 topics, 2 pairs judged, no findings\n"),
         ({"system": "farm"}, "farm: compatible: 2 topics, 2 pairs judged, no findings\n"),
         ({"sources": ("a.yaml",)}, "a.yaml: compatible: 2 topics, 2 pairs judged, no findings\n"),
-        ({"sources": ("a.yaml", "b.yaml")}, "compatible: 2 topics, 2 pairs judged, no findings\n"),
+        ({"sources": ("a.yaml", "b.yaml")}, "a.yaml and 1 more: compatible: 2 topics, 2 pairs judged, no findings\n"),
         (
             {"findings": (finding(severity=Severity.NOTE),)},
             "compatible: 2 topics, 2 pairs judged, 1 note (shown with --show notes)\n",

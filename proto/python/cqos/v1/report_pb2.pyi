@@ -197,6 +197,8 @@ class Report(_message.Message):
     ENDPOINTS_FIELD_NUMBER: _builtins.int
     TOPICS_FIELD_NUMBER: _builtins.int
     COUNTS_FIELD_NUMBER: _builtins.int
+    PARTIAL_FIELD_NUMBER: _builtins.int
+    UNMATCHED_FIELD_NUMBER: _builtins.int
     verdict: Global___Verdict.ValueType
     """The worst verdict of all pairs; VERDICT_UNKNOWN where there is no pair."""
     system: _builtins.str
@@ -205,6 +207,10 @@ class Report(_message.Message):
     """How many endpoints were judged."""
     topics: _builtins.int
     """How many topics were judged."""
+    partial: _builtins.bool
+    """What was checked is a part of a system; partners of its endpoints are in other files."""
+    unmatched: _builtins.int
+    """How many endpoints of a part have no partner in it; each of them in a whole system is a finding."""
     @_builtins.property
     def groups(self) -> _containers.RepeatedCompositeFieldContainer[Global___Group]:
         """Pairs that were judged alike, by topic."""
@@ -237,10 +243,12 @@ class Report(_message.Message):
         endpoints: _builtins.int = ...,
         topics: _builtins.int = ...,
         counts: Global___Counts | None = ...,
+        partial: _builtins.bool = ...,
+        unmatched: _builtins.int = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["counts", b"counts"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["counts", b"counts", "endpoints", b"endpoints", "findings", b"findings", "groups", b"groups", "not_checked", b"not_checked", "sources", b"sources", "system", b"system", "topics", b"topics", "verdict", b"verdict"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["counts", b"counts", "endpoints", b"endpoints", "findings", b"findings", "groups", b"groups", "not_checked", b"not_checked", "partial", b"partial", "sources", b"sources", "system", b"system", "topics", b"topics", "unmatched", b"unmatched", "verdict", b"verdict"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 

@@ -1,0 +1,64 @@
+"""What ``cqos check`` checks as one system: whole systems, and parts put together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from cqos_core.remarks import plural
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from cqos_core.files import File
+    from cqos_core.loading import Loaded
+    from cqos_core.system import System
+
+    Read = tuple[File, System]
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """What is checked as one system.
+
+    Attributes:
+        path: of its only file, else of the folder or of the first file.
+        named: whether all its paths were given, so that the caller expects something to be in them.
+    """
+
+    path: str
+    systems: list[System]
+    named: bool
+
+
+def units(loaded: Loaded, grouping: str) -> tuple[list[Unit], str]:
+    """Group what was read into systems, and say how, where the paths alone do not tell.
+
+    Named files are one system, with all that is in folders named beside them. A folder that holds nothing but parts is as
+    good as a file. In any other folder whole systems stand alone, and parts are put together. ``grouping`` is ``each`` or
+    ``together`` where the caller decides.
+    """
+    read = [(each.file, each.system) for each in loaded.outcomes if each.system is not None]
+    if grouping == "each":
+        return [_unit([pair]) for pair in read], ""
+    wholes = [pair for pair in read if not pair[1].partial]
+    parts = [pair for pair in read if pair[1].partial]
+    collections = {file.folder for file, _ in wholes}
+    apart = None not in collections and all(file.folder in collections for file, _ in parts)
+    if grouping == "together" or not apart:
+        how = f"{plural(len(read), 'file')} checked as one system; --each checks each by itself"
+        found = any(file.folder is not None for file, _ in read) and wholes and len(read) > 1
+        return ([_unit(read, named=True)] if read else []), how if found and grouping != "together" else ""
+    joint = [_unit(parts, named=len(wholes) == 0)] if parts else []
+    how = ""
+    if wholes and parts:
+        separate = "1 whole system" if len(wholes) == 1 else f"{len(wholes)} whole systems, one by one,"
+        together = "1 part of a system" if len(parts) == 1 else f"{len(parts)} parts of systems, put together"
+        how = f"checked {separate} and {together}; --together checks all as one system"
+    return [*(_unit([pair]) for pair in wholes), *joint], how
+
+
+def _unit(read: Sequence[Read], *, named: bool | None = None) -> Unit:
+    file = read[0][0]
+    folder = file.folder if len(read) > 1 and len({file.folder for file, _ in read}) == 1 else None
+    return Unit(folder or file.path, [system for _, system in read], file.named if named is None else named)
