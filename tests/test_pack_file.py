@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -492,7 +491,6 @@ def mutated(rng: random.Random) -> bytes:
 @given(st.randoms(use_true_random=False))
 def test_any_file_is_a_pack_or_a_list_of_problems(rng):
     data = mutated(rng)
-    started = time.process_time()
     try:
         pack = read_pack(Source("pack.yaml", data))
     except InputError as error:
@@ -504,4 +502,3 @@ def test_any_file_is_a_pack_or_a_list_of_problems(rng):
         if any(policy.name == "care" for policy in pack.policies):
             check_pair(pack.id, {"care": "usual", "delay": "0s"}, {"care": "best"}, packs=[pack])
     assert all(problem.message and problem.place is not None for problem in found)
-    assert time.process_time() - started < 5

@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from cqos_core.importers.detect import claims_bpmn, claims_yaml
+from tests.growth.linear import assert_linear
 
 
 @pytest.mark.parametrize(
@@ -58,19 +59,20 @@ def test_not_claimed(name, head):
 
 
 @pytest.mark.parametrize(
-    "head",
+    ("start", "piece"),
     [
-        b" " * 65536,
-        b"#" * 65536,
-        b"---" * 21845,
-        b"participants:\n" + b" publishe:" * 6000,
-        b"participants:\n" * 4681,
-        b"{participants:" * 4681,
-        b"participants:" + b"{ " * 32000,
+        (b"", b" "),
+        (b"", b"#"),
+        (b"", b"---"),
+        (b"participants:\n", b" publishe:"),
+        (b"", b"participants:\n"),
+        (b"", b"{participants:"),
+        (b"participants:", b"{ "),
     ],
 )
-def test_recognising_nonsense_takes_linear_time(head):
-    assert not claims_yaml("a.yaml", head)
+def test_recognising_nonsense_takes_linear_time(start, piece):
+    assert_linear(lambda size: claims_yaml("a.yaml", (start + piece * size)[:size]), 16_384)
+    assert not claims_yaml("a.yaml", (start + piece * 65_536)[:65_536])
 
 
 LOADED = """

@@ -8,6 +8,7 @@ from cqos_core.loading import read_source
 from cqos_core.merging import merge
 from cqos_ros2.names import address, covers
 from cqos_ros2.pack import PACK
+from tests.growth.linear import assert_linear
 
 DESIGN = """\
 cqos: 1
@@ -51,7 +52,8 @@ class TestNames:
         assert [node for node in covered if not covers(pattern, node)] == []
         assert [node for node in others if covers(pattern, node)] == []
 
-    def test_a_hostile_pattern_takes_no_time(self):
+    def test_the_cost_of_a_hostile_pattern_grows_with_the_name(self):
+        assert_linear(lambda size: covers("/**/a" * 100 + "/b", "/a" * size), 500)
         assert not covers("/**/a" * 500 + "/b", "/a" * 500)
 
     @pytest.mark.parametrize(
