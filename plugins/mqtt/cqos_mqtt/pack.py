@@ -74,5 +74,6 @@ PACK: Final = RulePack(
     complete=sessions.complete,
     not_checked=NOT_CHECKED,
     codes=CODES,
+    provers={"mosquitto": "cqos_mqtt.prove.runner:MOSQUITTO"},
     source="OASIS MQTT 3.1.1 and 5.0, Sparkplug B 3.0; manuals of the brokers; Mosquitto by running it",
 )

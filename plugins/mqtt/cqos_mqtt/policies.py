@@ -290,6 +290,15 @@ KEEP_ALIVE: Final = Policy(
     zero="off",
     stronger="lower",
 )
+STORES_SESSION: Final = Policy(
+    "stores_session",
+    Flag(),
+    None,
+    "Whether the client's part of the session is on disk, so that what is not acknowledged yet is sent again after its program "
+    "was killed. Most libraries keep it in memory only.",
+    "MQTT 3.1.1, 4.1; MQTT 5.0, 4.1",
+    level="participant",
+)
 RECEIVE_MAXIMUM: Final = Policy(
     "receive_maximum",
     Count(1, 65_535),
@@ -535,6 +544,14 @@ QUEUED: Final = Policy(
     level="broker",
     stronger="higher",
 )
+QUEUED_BYTES: Final = Policy(
+    "max_queued_bytes",
+    unlimited(0, unit="bytes"),
+    "unlimited",
+    "How many bytes of payload it keeps for a client that is absent or slow; what comes then is dropped.",
+    "Mosquitto, mosquitto.conf(5), max_queued_bytes",
+    level="broker",
+)
 QUEUES_QOS0: Final = Policy(
     "queue_qos0_messages",
     Flag(),
@@ -551,6 +568,23 @@ PERSISTENCE: Final = Policy(
     "Whether sessions and retained messages are still there after it was restarted.",
     level="broker",
     stronger="higher",
+)
+NOTICES_LATER: Final = Policy(
+    "keep_alive_delay",
+    Duration(bare_unit="s"),
+    "0s",
+    "By how much it notices a silent client later than one and a half keep alives, because it looks only now and then.",
+    "C-QoS, Mosquitto by running it",
+    level="broker",
+)
+AUTOSAVE: Final = Policy(
+    "autosave_interval",
+    Duration(bare_unit="s"),
+    None,
+    "How often it saves sessions, retained and waiting messages, so that a crash loses no more than what came since; 0s: each "
+    "message is saved before it is acknowledged; infinite: it saves only when it ends in good order.",
+    "Mosquitto, mosquitto.conf(5), autosave_interval",
+    level="broker",
 )
 UPGRADES: Final = Policy(
     "upgrade_outgoing_qos",
@@ -645,6 +679,7 @@ POLICIES: Final = (
     CLEAN,
     SESSION_EXPIRY,
     KEEP_ALIVE,
+    STORES_SESSION,
     RECEIVE_MAXIMUM,
     SENDS_AT_ONCE,
     PACKET_SIZE,
@@ -673,8 +708,11 @@ POLICIES: Final = (
     NEWEST,
     INFLIGHT,
     QUEUED,
+    QUEUED_BYTES,
     QUEUES_QOS0,
     PERSISTENCE,
+    NOTICES_LATER,
+    AUTOSAVE,
     UPGRADES,
     ACCESS,
     TOPIC_NAME,

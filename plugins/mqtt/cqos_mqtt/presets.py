@@ -22,7 +22,8 @@ def sparkplug(doc: str, qos: str, *, retain: bool = False) -> Preset:
 
 BROKERS: Final = {
     "mosquitto": a_broker(
-        "Eclipse Mosquitto 2 without configuration (mosquitto.conf(5); receive maximum and topic aliases as it announces them).",
+        "Eclipse Mosquitto 2 without configuration (mosquitto.conf(5); receive maximum and topic aliases as it announces them; "
+        "keep alives are looked at every 6 s, in whole seconds).",
         "eclipse_mosquitto",
         max_queued_messages="1000",
         max_inflight_messages="20",
@@ -30,6 +31,8 @@ BROKERS: Final = {
         topic_alias_maximum="10",
         queue_qos0_messages="false",
         persistence="false",
+        autosave_interval="30min",
+        keep_alive_delay="7s",
     ),
     "hivemq_ce": a_broker(
         "HiveMQ Community Edition (config.xml: defaults of <mqtt> and <restrictions>).",

@@ -16,6 +16,7 @@ from cqos_core.problems import InputError, Problem
 from cqos_core.system import Broker, Place, ProfileRef, Setting, System
 from cqos_mqtt.importers.codes import note
 from cqos_mqtt.importers.mosquitto_bridge import add_bridge
+from cqos_mqtt.kinds import LONGEST
 from cqos_mqtt.sessions import ANYBODY, NOBODY
 
 if TYPE_CHECKING:
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from cqos_core.system import Settings
 
 SWITCH: Final = "broker"
-_FOREVER: Final = 2**32 - 1
 _UNITS: Final = {"h": 3600, "d": 86_400, "w": 7 * 86_400, "m": 30 * 86_400, "y": 365 * 86_400}
 _ACCESS: Final = ("read", "write", "readwrite", "deny")
 
@@ -175,7 +175,13 @@ def _period(text: str) -> tuple[str, str]:
     number, unit = text[:-1], text[-1:]
     if not number.isdecimal() or unit not in _UNITS:
         raise ValueError(f"expected a number with one of {', '.join(_UNITS)} after it")
-    return "session_expiry_interval", f"{min(int(number) * _UNITS[unit], _FOREVER)}s"
+    return "session_expiry_interval", f"{min(int(number) * _UNITS[unit], LONGEST)}s"
+
+
+def _autosave(text: str) -> tuple[str, str]:
+    """Read seconds; 0 saves only at the end."""
+    name, seconds = _number("autosave_interval", 0, LONGEST)(text)
+    return name, "infinite" if int(seconds) == 0 else f"{seconds}s"
 
 
 _DIRECTIVES: Final = {
@@ -189,6 +195,8 @@ _DIRECTIVES: Final = {
     "max_keepalive": _number("server_keep_alive", 10, 65_535),
     "persistence": _flag("persistence"),
     "persistent_client_expiration": _period,
+    "max_queued_bytes": _number("max_queued_bytes", 0, LONGEST, 0),
+    "autosave_interval": _autosave,
     "upgrade_outgoing_qos": _flag("upgrade_outgoing_qos"),
     "max_topic_alias": _number("topic_alias_maximum", 0, 65_535),
 }

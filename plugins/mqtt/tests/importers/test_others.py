@@ -220,6 +220,8 @@ listener 1883
 max_qos 1
 persistence true
 max_queued_messages 5
+max_queued_bytes 1000
+autosave_interval 0
 max_keepalive 120
 acl_file {acl}
 """
@@ -256,6 +258,8 @@ def test_limits_of_the_broker_are_read(house):
         "maximum_qos": "1",
         "persistence": "true",
         "max_queued_messages": "5",
+        "max_queued_bytes": "1000",
+        "autosave_interval": "infinite",
         "server_keep_alive": "120",
     }
     assert json.loads(settings(broker)["acl"])[2:4] == ["deny alice home/secret", "read bob home/+/temperature"]
@@ -277,7 +281,13 @@ def test_an_acl_file_that_is_not_there_is_told(tmp_path):
 
 @pytest.mark.parametrize(
     ("line", "number"),
-    [("max_qos 3", 8), ("persistence yes", 8), ("max_queued_messages -1", 8), ("persistent_client_expiration 2x", 8)],
+    [
+        ("max_qos 3", 10),
+        ("persistence yes", 10),
+        ("max_queued_messages -1", 10),
+        ("persistent_client_expiration 2x", 10),
+        ("autosave_interval 30min", 10),
+    ],
 )
 def test_what_mosquitto_refuses_is_a_located_error(tmp_path, line, number):
     path = tmp_path / "mosquitto.conf"

@@ -1,0 +1,401 @@
+"""Runs one pair on Mosquitto, with exactly the values that were resolved, and injects one fault."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from contextlib import suppress
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.policy import INFINITE
+from cqos_core.proving import FAULTS, Event, Fault, NotRunnableError, Outcome
+from cqos_mqtt import policies as of
+from cqos_mqtt.kinds import LONGEST, Access
+from cqos_mqtt.prove.client import WIDEST, Client, Connection, Publication, Subscription
+from cqos_mqtt.prove.mosquitto import Link, Mosquitto, program, version
+from cqos_mqtt.prove.packets import Message, Will
+from cqos_mqtt.sessions import ANYBODY, NOBODY
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from cqos_core.policy import Plain, Policy
+    from cqos_core.proving import End, Plan
+
+_SECOND: Final = 1_000_000_000
+_READY: Final = 1.0
+"""Seconds within which a client on loopback is connected and subscribed."""
+_QUIET: Final = 0.3
+"""Seconds of silence after which nothing more is expected."""
+_LATER: Final = 0.1
+"""Seconds by which the subscriber connects again later than the publisher, which is the worst of what may happen."""
+_ENDED: Final = 3
+"""Ends of a connection, with no fault injected, after which the broker does not want what it is sent."""
+_SMALLEST: Final = 20
+_HOUR: Final = 3600 * _SECOND
+_FIXED: Final = (
+    (of.WILDCARD_AVAILABLE, 1),
+    (of.SHARED_AVAILABLE, 1),
+    (of.IDENTIFIER_AVAILABLE, 1),
+    (of.GRANTED_QOS, 2),
+    (of.OLDEST, 0),
+    (of.NEWEST, 1),
+)
+"""What no configuration of Mosquitto changes."""
+
+
+class Mosquittos:
+    """Runs pairs on Mosquitto; see `cqos_core.proving.Prover`."""
+
+    title = "Mosquitto"
+    faults = frozenset(FAULTS)
+    assumes: Mapping[str, str] = MappingProxyType({})
+
+    def missing(self) -> str | None:
+        """Say how to install Mosquitto where it is not there."""
+        return None if program() else "Mosquitto is not installed; install the package `mosquitto` of your system"
+
+    def prove(self, plan: Plan, report: Callable[[Event], None] = lambda _event: None) -> Outcome:
+        """Run the plan.
+
+        Raises:
+            NotRunnableError: Mosquitto, or this runner, has no means for something in the plan.
+        """
+        missing = self.missing()
+        if missing:
+            raise NotRunnableError(missing)
+        return asyncio.run(_Run(plan, report).run())
+
+
+MOSQUITTO: Final = Mosquittos()
+
+
+def known(policy: Policy, values: Mapping[str, str]) -> Plain | None:
+    """Return a value as rules have it, by default where it is not stated; None for a fact that is not known."""
+    text = values.get(policy.name, policy.default)
+    if not isinstance(text, str):
+        return None
+    meaning = policy.words.get(policy.word(text), text)
+    return policy.domain.parse(meaning) if isinstance(meaning, str) else None
+
+
+def _number(policy: Policy, values: Mapping[str, str]) -> int | None:
+    """Return a number, a rank, or a flag; None where it is unlimited, endless or not known."""
+    value = known(policy, values)
+    return value if isinstance(value, int) and value != INFINITE else None
+
+
+def _seconds(policy: Policy, values: Mapping[str, str]) -> int | None:
+    """Return whole seconds; None where it is endless or not known."""
+    value = _number(policy, values)
+    return None if value is None else value // _SECOND
+
+
+def configuration(values: Mapping[str, str]) -> list[str]:
+    """Write the values of a broker as lines of mosquitto.conf.
+
+    Raises:
+        NotRunnableError: Mosquitto cannot be configured so.
+    """
+    for policy, only in _FIXED:
+        if known(policy, values) != only:
+            raise NotRunnableError(
+                f"Mosquitto cannot be configured with {policy.name} {values[policy.name]}: it always has "
+                f"{policy.domain.format(only)}"
+            )
+    lines = [
+        f"max_qos {known(of.MAXIMUM_QOS, values)}",
+        f"retain_available {_flag(of.RETAIN_AVAILABLE, values)}",
+        f"queue_qos0_messages {_flag(of.QUEUES_QOS0, values)}",
+        f"upgrade_outgoing_qos {_flag(of.UPGRADES, values)}",
+        f"persistence {_flag(of.PERSISTENCE, values)}",
+    ]
+    for name, policy in _LIMITS.items():
+        value = known(policy, values)
+        if value is not None:
+            lines.append(f"{name} {_number(policy, values) or 0}")
+    size = _number(of.BROKER_PACKET_SIZE, values)
+    if size is not None:
+        if size < _SMALLEST:
+            raise NotRunnableError(f"Mosquitto takes no maximum_packet_size below {_SMALLEST}, got {size}")
+        lines.append(f"max_packet_size {size}")
+    longest = _seconds(of.SERVER_KEEP_ALIVE, values)
+    if longest is not None:
+        lines.append(f"max_keepalive {longest}")
+    if known(of.AUTOSAVE, values) is not None:
+        saved = _seconds(of.AUTOSAVE, values)
+        if saved == 0:
+            raise NotRunnableError("Mosquitto does not save each message before it acknowledges it (autosave_interval)")
+        lines.append(f"autosave_interval {saved or 0}")
+    kept = _number(of.BROKER_SESSION_EXPIRY, values)
+    if kept is not None:
+        if kept % _HOUR or not kept:
+            raise NotRunnableError("Mosquitto counts persistent_client_expiration in whole hours")
+        lines.append(f"persistent_client_expiration {kept // _HOUR}h")
+    return lines
+
+
+_LIMITS: Final = {
+    "max_queued_messages": of.QUEUED,
+    "max_queued_bytes": of.QUEUED_BYTES,
+    "max_inflight_messages": of.INFLIGHT,
+    "max_topic_alias": of.BROKER_ALIASES,
+}
+
+
+def _flag(policy: Policy, values: Mapping[str, str]) -> str:
+    return "true" if known(policy, values) else "false"
+
+
+def access_list(values: Mapping[str, str]) -> list[str]:
+    """Write the access control of a broker as lines of an acl_file."""
+    text = values.get(of.ACCESS.name)
+    entries = [entry.split(" ", 2) for entry in Access().parse(text)] if text else []
+    lines = [f"topic {access} {written}" for access, user, written in entries if user == NOBODY]
+    for access, user, written in entries:
+        if user not in {ANYBODY, NOBODY}:
+            lines += [f"user {user}", f"topic {access} {written}"]
+    return lines + [f"pattern {access} {written}" for access, user, written in entries if user == ANYBODY]
+
+
+def _or(value: int | None, endless: int) -> int:
+    return endless if value is None else value
+
+
+def connection(end: End, role: str, patience: float = 0.0) -> Connection:
+    """Return what the client of an end says when it connects."""
+    values = end.participant
+    written = known(of.WILL_TOPIC, values)
+    will = None
+    if written:
+        will = Will(
+            str(written),
+            str(known(of.WILL_PAYLOAD, values) or "gone").encode(),
+            _number(of.WILL_QOS, values) or 0,
+            bool(known(of.WILL_RETAIN, values)),
+            _or(_seconds(of.WILL_DELAY, values), LONGEST),
+            _seconds(of.WILL_EXPIRY, values),
+        )
+    name, user = known(of.CLIENT_ID, values), known(of.USERNAME, values)
+    return Connection(
+        f"cqos-{role}" if name is None else str(name),
+        five=values.get(of.VERSION.name, "5.0") == "5.0",
+        clean=bool(known(of.CLEAN, values)),
+        session_expiry=_or(_seconds(of.SESSION_EXPIRY, values), LONGEST),
+        keep_alive=_seconds(of.KEEP_ALIVE, values) or 0,
+        receive_maximum=_number(of.RECEIVE_MAXIMUM, values) or WIDEST,
+        maximum_packet_size=_number(of.PACKET_SIZE, values),
+        sends_at_once=_number(of.SENDS_AT_ONCE, values) or WIDEST,
+        username=None if user is None else str(user),
+        will=will,
+        stores_session=bool(known(of.STORES_SESSION, values)),
+        patience=patience,
+    )
+
+
+class _Run:
+    """One run of one plan."""
+
+    def __init__(self, plan: Plan, report: Callable[[Event], None]) -> None:
+        if known(of.IS_WILL, plan.publisher.values):
+            raise NotRunnableError(
+                "a Will is published by the broker and not by its client, so no samples can be sent on it"
+            )
+        self.plan = plan
+        self.report = report
+        self.began = time.monotonic()
+        self.events: list[Event] = []
+        self.sent: list[int] = []
+        self.arrived: list[int] = []
+        self.last = self.began
+        self.ends = {"publisher": 0, "subscriber": 0}
+        self.slow = plan.fault.seconds if plan.fault is not None and plan.fault.kind == "slow_reader" else 0.0
+        self.disturbed = False
+        self.reasons: dict[str, str] = {}
+        self.taken = {"publisher": False, "subscriber": False}
+        self.broker = Mosquitto(configuration(plan.broker), access_list(plan.broker))
+        self.links = {role: Link(self.broker.port) for role in ("publisher", "subscriber")}
+        self.clients: dict[str, Client] = {}
+
+    async def run(self) -> Outcome:
+        """Start everything, send, and stop everything."""
+        try:
+            await self.broker.start()
+            for link in self.links.values():
+                await link.start()
+            async with asyncio.timeout(self.plan.patience):
+                await self._send_and_wait()
+        except TimeoutError:
+            self._tell("link", "patience", f"the run ends after {self.plan.patience:g} s")
+        finally:
+            for client in self.clients.values():
+                await client.stop()
+            for link in self.links.values():
+                await link.close()
+            await self.broker.close()
+        return Outcome(
+            f"Mosquitto {version()}",
+            tuple(self.events),
+            None if self.reasons else all(self.taken.values()),
+            tuple(self.sent),
+            tuple(self.arrived),
+            not_created=self.reasons,
+        )
+
+    async def _send_and_wait(self) -> None:
+        plan = self.plan
+        await self._start("publisher")
+        for number in range(plan.early):
+            self._publish(number)
+            await asyncio.sleep(plan.period)
+        await self._start("subscriber")
+        fault: asyncio.Task[None] | None = None
+        middle = plan.early + (plan.samples - plan.early) // 2
+        for number in range(plan.early, plan.samples):
+            if number == middle and plan.fault is not None and plan.fault.kind != "slow_reader":
+                fault = asyncio.create_task(self._inject(plan.fault))
+                await asyncio.sleep(0)
+            await self.clients["publisher"].running.wait()
+            self._publish(number)
+            await asyncio.sleep(plan.period)
+        if fault is not None:
+            await fault
+            await asyncio.sleep(2 * _LATER)
+        self.last = time.monotonic()
+        while time.monotonic() - self.last < _QUIET + self.slow:
+            if max(self.ends.values()) >= _ENDED and not self.disturbed:
+                return
+            await asyncio.sleep(0.02)
+
+    async def _start(self, role: str) -> None:
+        """Start the client of one end, and wait until the broker has taken it, or does not."""
+        plan = self.plan
+        if role == "publisher":
+            client = Client(connection(plan.publisher, role), self.links[role].port, self._teller(role))
+        else:
+            client = Client(
+                connection(plan.subscriber, role, _LATER),
+                self.links[role].port,
+                self._teller(role),
+                self._deliver,
+                self._subscription(),
+                self.slow,
+            )
+        self.clients[role] = client
+        client.start()
+        await self._settled(role)
+
+    async def _settled(self, role: str) -> None:
+        with suppress(TimeoutError):
+            await asyncio.wait_for(self.clients[role].settled.wait(), _READY)
+
+    def _subscription(self) -> Subscription:
+        values = self.plan.subscriber.values
+        return Subscription(
+            self.plan.filter or self.plan.topic,
+            _number(of.QOS, values) or 0,
+            bool(known(of.NO_LOCAL, values)),
+            bool(known(of.RETAIN_AS_PUBLISHED, values)),
+            _number(of.RETAIN_HANDLING, values) or 0,
+            _number(of.SUBSCRIPTION_ID, values),
+        )
+
+    def _publish(self, number: int) -> None:
+        values = self.plan.publisher.values
+        size = _number(of.PAYLOAD, values)
+        payload = str(number).encode()
+        if size is not None:
+            if size < len(payload):
+                raise NotRunnableError(f"samples of {size} bytes cannot be told apart; the smallest has {len(payload)}")
+            payload = payload.ljust(size)
+        publication = Publication(
+            self.plan.topic,
+            payload,
+            _number(of.QOS, values) or 0,
+            bool(known(of.RETAIN, values)),
+            _seconds(of.EXPIRY, values),
+            _number(of.TOPIC_ALIAS, values),
+        )
+        self.sent.append(number)
+        self._tell("publisher", "sent", number=number)
+        self.clients["publisher"].publish(publication)
+
+    def _deliver(self, message: Message) -> None:
+        written = message.payload.strip()
+        if not written.isdigit():
+            self._tell("subscriber", "arrived", f"QoS {message.qos}: {written.decode(errors='replace')}")
+            return
+        number = int(written)
+        self.arrived.append(number)
+        self.last = time.monotonic()
+        text = f"QoS {message.qos}" + (", retained" if message.retain else "")
+        self._tell("subscriber", "arrived", text, number)
+
+    # Faults
+
+    async def _inject(self, fault: Fault) -> None:
+        self.disturbed = True
+        if fault.kind == "link_outage":
+            await self._cut(fault.seconds)
+        elif fault.kind in {"broker_stop", "broker_crash"}:
+            crash = fault.kind == "broker_crash"
+            self._tell("broker", "killed" if crash else "stopped")
+            await self.broker.end(crash=crash)
+            await asyncio.sleep(fault.seconds)
+            await self.broker.start()
+            self._tell("broker", "started")
+        else:
+            await self._restart(fault.kind.removesuffix("_restart"), fault.seconds)
+
+    async def _cut(self, seconds: float) -> None:
+        """Cut both links: the broker sees the connections break, the clients see nothing until the links are back."""
+        self._tell("link", "cut")
+        for link in self.links.values():
+            link.silent = link.cut = True
+            link.break_off(towards_broker=True, towards_client=False)
+        await asyncio.sleep(seconds)
+        for link in self.links.values():
+            link.silent = link.cut = False
+            link.break_off(towards_broker=False, towards_client=True)
+        self._tell("link", "restored")
+        await asyncio.sleep(_LATER)
+
+    async def _restart(self, role: str, seconds: float) -> None:
+        """Kill a client while one sample is on its way, and start it again."""
+        link, client = self.links[role], self.clients[role]
+        link.silent = True
+        await asyncio.sleep(1.5 * self.plan.period)
+        await client.kill()
+        link.break_off(towards_broker=True, towards_client=True)
+        self._tell(role, "killed")
+        await asyncio.sleep(seconds)
+        link.silent = False
+        if known(of.GENERATED_ID, (self.plan.publisher if role == "publisher" else self.plan.subscriber).participant):
+            client.rename(f"cqos-{role}-again")
+        client.start()
+        self._tell(role, "started")
+        await self._settled(role)
+
+    # The timeline
+
+    def _teller(self, role: str) -> Callable[[str, str], None]:
+        def tell(what: str, text: str) -> None:
+            if what == "connected":
+                self.taken[role] = True
+                self._tell(role, "matched", text)
+                return
+            if what == "disconnected" and not self.disturbed:
+                self.ends[role] += 1
+                if self.ends[role] == _ENDED:
+                    self.reasons[role] = self.clients[role].refusal or "the broker ends the connection"
+            if what == "refused" and not self.disturbed:
+                self.reasons.setdefault(role, text)
+            self._tell(role, what, text)
+
+        return tell
+
+    def _tell(self, who: str, what: str, text: str = "", number: int | None = None) -> None:
+        event = Event(time.monotonic() - self.began, who, what, number, text)
+        self.events.append(event)
+        self.report(event)
