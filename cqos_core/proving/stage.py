@@ -143,7 +143,7 @@ class _Stage:
             self.cast.begin[fault.kind]()
             self.happen(*_BEGINS[fault.kind])
         else:
-            self.processes[SUBSCRIBER].write("cut")
+            self.write_both("cut")
             self.happen("link", "cut")
         until = time.monotonic() + fault.seconds
         if gone == PUBLISHER:
@@ -159,7 +159,7 @@ class _Stage:
             self.cast.finish[fault.kind]()
             self.happen(*_FINISHES[fault.kind])
         else:
-            self.processes[SUBSCRIBER].write("restore")
+            self.write_both("restore")
             self.happen("link", "restored")
         self.send(after, plan.samples)
 
@@ -186,6 +186,11 @@ class _Stage:
         self.wait(lambda: self.done > before, _START + (end - first) * (self.plan.period + 0.5))
         if self.done == before:
             raise CqosError(f"the publisher of `{self.plan.topic}` on {self.cast.by} did not send in time")
+
+    def write_both(self, line: str) -> None:
+        """Give both ends a line."""
+        for process in self.processes.values():
+            process.write(line)
 
     def until_created(self, role: str) -> None:
         """Wait until an end says that it is there, or that it is refused."""

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 _SECOND: Final = 1_000_000_000
 _SETTLE: Final = 0.5
-_RECOVER: Final = 2.0
 
 
 class Implementation(ABC):
@@ -29,6 +28,8 @@ class Implementation(ABC):
 
     title: ClassVar[str]
     name: ClassVar[str]
+    recover: ClassVar[float] = 2.0
+    """Seconds after which a writer has sent again what was lost."""
     faults: ClassVar[frozenset[str]] = frozenset(
         {"link_outage", "subscriber_restart", "publisher_restart", "slow_reader"}
     )
@@ -66,7 +67,7 @@ class Implementation(ABC):
             self._program(plan, plan.publisher, shared | {"role": PUBLISHER}),
             self._program(plan, plan.subscriber, shared | {"role": SUBSCRIBER}),
             settle=_SETTLE,
-            recover=_RECOVER,
+            recover=self.recover,
         )
         return run(plan, cast, report)
 
