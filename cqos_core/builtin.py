@@ -67,6 +67,7 @@ def register_commands(register: Callable[[CommandInfo], None]) -> None:
     for name, summary in (
         ("check", "Check designs: what fits, what does not, what cannot be known."),
         ("explain", "Explain one publisher and one subscriber, policy by policy."),
+        ("prove", "Run pairs on real middleware, before the fix and after it."),
         ("convert", "Write a system in another form: as a design in YAML, as parameters, as code."),
         ("diff", "Say what two systems say differently about the same topics and endpoints."),
         ("rule", "Say what a rule or code means, why, and what to do."),

@@ -52,20 +52,36 @@ def explain_pair(system: System, publisher: str, subscriber: str, where: Context
             f"publisher `{offering.id}` is on {offering.pack.id} topic `{offering.shown}` and subscriber `{requesting.id}` on "
             f"{requesting.pack.id} topic `{requesting.shown}`: they never meet"
         )
-    topic = group(everybody)
-    settle(topic)
-    pair = Topic(
-        topic.key,
-        topic.shown,
-        topic.pack,
-        [_only(topic.publishers, offering.id)],
-        [_only(topic.subscribers, requesting.id)],
-    )
+    pair = _settled(everybody, offering, requesting)
     report = _pair_report(
         pair,
         [f for f in resolved.findings if not f.endpoints or set(f.endpoints) & {offering.id, requesting.id}],
     )
     return _with_repetition(report, offering, requesting, arrivals) if hops else report
+
+
+def settled_pair(system: System, publisher: str, subscriber: str, where: Context) -> tuple[Topic, Resolver]:
+    """Return a topic with these two endpoints alone, their values settled among all others, and what resolved them.
+
+    Raises:
+        CqosError: there is no such endpoint, or the two never meet on one topic.
+    """
+    whole, links = expanded(system, where.find_pack, where.default_protocol)
+    resolver = Resolver(whole, where.find_pack, where.default_protocol)
+    endpoints = resolver.run().endpoints
+    by_topic, _ = linked(links, resolver)
+    offering, requesting = _find(endpoints, publisher, PUBLISHER), _find(endpoints, subscriber, SUBSCRIBER)
+    everybody = _meeting_place(by_topic, offering, requesting)
+    if everybody is None:
+        raise CqosError(f"`{publisher}` and `{subscriber}` do not meet on one topic")
+    return _settled(everybody, offering, requesting), resolver
+
+
+def _settled(everybody: Sequence[Resolved], offering: Resolved, requesting: Resolved) -> Topic:
+    topic = group(everybody)
+    settle(topic)
+    ends = [_only(topic.publishers, offering.id)], [_only(topic.subscribers, requesting.id)]
+    return Topic(topic.key, topic.shown, topic.pack, *ends)
 
 
 def _with_repetition(report: PairReport, offering: Resolved, requesting: Resolved, arrivals: Arrivals) -> PairReport:

@@ -39,23 +39,24 @@ def topics(resolver: Resolver) -> dict[tuple[str, str], list[Resolved]]:
         wire = endpoint.pack.wire
         if wire is None or endpoint.key is None or wire.protocol not in protocols:
             continue
-        name = wire.topic(endpoint.key, _plain_texts(endpoint))
+        name = wire.topic(endpoint.key, plain_texts(endpoint))
         beside = found.get((wire.protocol, name)) if name is not None else None
         if name is not None and beside:
-            beside.append(_on_wire(resolver, endpoint, wire, name, beside[0].pack))
+            beside.append(on_wire(resolver, endpoint, wire, name, beside[0].pack))
             mixed[wire.protocol, name] = None
     for key in mixed:
         _share_facts(found[key])
     return found
 
 
-def _plain_texts(endpoint: Resolved) -> dict[str, str]:
-    """What is known for certain of an endpoint: texts by policy name."""
+def plain_texts(endpoint: Resolved) -> dict[str, str]:
+    """Return what is known for certain of an endpoint: texts by policy name."""
     pairs = zip(endpoint.pack.policies, endpoint.profile.values, strict=False)
     return {policy.name: policy.domain.format(value) for policy, value in pairs if is_plain(value)}
 
 
-def _on_wire(resolver: Resolver, endpoint: Resolved, wire: Wire, name: str, pack: RulePack) -> Resolved:
+def on_wire(resolver: Resolver, endpoint: Resolved, wire: Wire, name: str, pack: RulePack) -> Resolved:
+    """Return a copy of an endpoint as it is on topic ``name`` of the wire, with the values of the wire's ``pack``."""
     own, values, stated = endpoint.pack, endpoint.profile.values, endpoint.endpoint
     settings = {name: Setting(text) for name, text in wire.fixed.items()}
     opened: dict[int, Value] = {}
@@ -135,7 +136,7 @@ def _layer(index: int, value: Value, carried: Resolved) -> Layer:
 
 def _owner(endpoint: Resolved, wire: Wire) -> Participant:
     """The participant as the wire's pack sees it."""
-    texts = _plain_texts(endpoint)
+    texts = plain_texts(endpoint)
     settings = {
         wire_name: Setting(wire.words.get(texts[own], texts[own]))
         for own, wire_name in wire.options.items()

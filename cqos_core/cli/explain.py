@@ -99,7 +99,7 @@ def explain(
     if not ids:
         emit(_endpoints_as_json(endpoints) if form == "json" else _endpoints_as_text(endpoints, color))
         ctx.exit(_UNUSABLE if loaded.problems else _OK)
-    ends = _ends(ids, endpoints)
+    ends = ends_of(ids, endpoints)
     if ends is None:
         near = _near(ids, endpoints)
         if near or not endpoints:
@@ -134,7 +134,7 @@ def _split(arguments: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]
     return arguments[:-2], arguments[-2:]
 
 
-def _ends(ids: Sequence[str], endpoints: Sequence[Resolved]) -> tuple[Resolved, Resolved] | None:
+def ends_of(ids: Sequence[str], endpoints: Sequence[Resolved]) -> tuple[Resolved, Resolved] | None:
     """Find both endpoints, in whichever order they are named; say so where that cannot be done."""
     by_id = {endpoint.id: endpoint for endpoint in endpoints}
     roles = [by_id[name].role if name in by_id else None for name in ids]

@@ -1,4 +1,4 @@
-"""One end of a pair on Cyclone DDS, as a program: it reads settings and commands as `cqos_core.proving.stage` writes them."""
+"""One end of a pair on Cyclone DDS, as a program: it reads settings and commands as `cqos_dds.prove.stage` writes them."""
 
 import ctypes
 import sys

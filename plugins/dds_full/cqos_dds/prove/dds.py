@@ -10,9 +10,9 @@ from uuid import uuid4
 
 from cqos_core.policy import INFINITE
 from cqos_core.proving import NotRunnableError
-from cqos_core.proving.stage import Cast, Program, run
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 from cqos_dds.prove.settings import encoded, parsed
+from cqos_dds.prove.stage import Cast, Program, run
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -36,7 +36,7 @@ class Implementation(ABC):
 
     @property
     def assumes(self) -> Mapping[str, str]:
-        """Options with which the pack judges as this implementation behaves, with the type that the programs send."""
+        """Options with which the pack judges as this implementation behaves, for the type that the programs send."""
         return {"implementation": self.name, "extensibility": "final"}
 
     @abstractmethod

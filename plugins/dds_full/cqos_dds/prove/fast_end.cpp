@@ -1,4 +1,4 @@
-// One end of a pair on Fast DDS 2: it reads settings and commands as cqos_core/proving/stage.py writes them.
+// One end of a pair on Fast DDS 2: it reads settings and commands as cqos_dds/prove/stage.py writes them.
 
 #include <atomic>
 #include <chrono>
@@ -408,9 +408,11 @@ static DomainParticipant* join()
         peer.port = static_cast<uint32_t>(7400 + 250 * domain + 10 + 2 * index);
         builtin.initialPeersList.push_back(peer);
     }
+    // A program that starts again is found within half a second, rather than within three.
+    builtin.discovery_config.leaseDuration_announcementperiod = Duration_t(0, 500000000);
     if (has("lease"))
     {
-        const long long third = number("lease", 0) / 3;
+        const long long third = std::min(number("lease", 0) / 3, 500000000LL);
         builtin.discovery_config.leaseDuration = duration("lease");
         builtin.discovery_config.leaseDuration_announcementperiod =
             Duration_t(static_cast<int32_t>(third / 1000000000), static_cast<uint32_t>(third % 1000000000));

@@ -2,8 +2,8 @@
 
 A program reads lines from its standard input: first ``set NAME VALUE`` for each setting and ``start``, then commands:
 ``send FIRST LAST MILLISECONDS``, ``cut``, ``restore``. It ends when its input ends, so that it never outlives the command.
-It writes one line for each event: ``WHAT NUMBER TEXT``, with ``-`` where the event has no number, and ``done - `` after each
-``send``. `docs/packs.md` lists the events.
+It writes one line for each event: ``WHAT NUMBER TEXT``, with ``-`` where the event has no number, and ``done -`` after each
+``send``.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.problems import CqosError
-from cqos_core.proving.plan import Event, Outcome
+from cqos_core.proving import Event, Outcome
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from types import TracebackType
     from typing import IO, Self
 
-    from cqos_core.proving.plan import Plan
+    from cqos_core.proving import Plan
 
 _START: Final = 10.0
 """Seconds that a program may take until its end is created, on a machine that is busy."""
@@ -44,18 +44,12 @@ class Program:
     environment: Mapping[str, str] = field(default_factory=dict)
 
 
-def nothing(seconds: float) -> None:
-    """Do nothing about a fault that only the ends know of."""
-
-
 @dataclass(frozen=True, slots=True)
 class Cast:
-    """The programs of one run, and how faults beside them are injected.
+    """The programs of one run.
 
     Attributes:
         by: the implementation with its version.
-        begin: by kind of fault, what makes it begin beside the ends (cut the proxy, stop the broker).
-        finish: by kind of fault, what ends it.
         settle: seconds without an event after which the two are taken not to match, or nothing more to arrive.
         recover: the same after a fault, when lost samples are sent again late.
     """
@@ -63,10 +57,8 @@ class Cast:
     by: str
     publisher: Program
     subscriber: Program
-    begin: Mapping[str, Callable[[], None]] = field(default_factory=dict)
-    finish: Mapping[str, Callable[[], None]] = field(default_factory=dict)
-    settle: float = 0.5
-    recover: float = 2.0
+    settle: float
+    recover: float
 
 
 def run(plan: Plan, cast: Cast, report: Callable[[Event], None] = lambda _event: None) -> Outcome:
@@ -139,9 +131,6 @@ class _Stage:
         if gone is not None:
             self.processes[gone].kill()
             self.happen(gone, "killed")
-        elif fault.kind in self.cast.begin:
-            self.cast.begin[fault.kind]()
-            self.happen(*_BEGINS[fault.kind])
         else:
             self.write_both("cut")
             self.happen("link", "cut")
@@ -155,9 +144,6 @@ class _Stage:
             self.start(gone)
             self.until_created(gone)
             self.wait(lambda: self.matched(since=gone), self.cast.recover)
-        elif fault.kind in self.cast.finish:
-            self.cast.finish[fault.kind]()
-            self.happen(*_FINISHES[fault.kind])
         else:
             self.write_both("restore")
             self.happen("link", "restored")
@@ -287,18 +273,6 @@ class _Stage:
             tuple(named),
             refused,
         )
-
-
-_BEGINS: Final = {
-    "link_outage": ("link", "cut"),
-    "broker_stop": ("broker", "stopped"),
-    "broker_crash": ("broker", "killed"),
-}
-_FINISHES: Final = {
-    "link_outage": ("link", "restored"),
-    "broker_stop": ("broker", "started"),
-    "broker_crash": ("broker", "started"),
-}
 
 
 class _Process:

@@ -1,0 +1,341 @@
+"""``cqos prove``: a pair on the middleware itself, before the fix and after it."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from cqos_core.cli.explain import ends_of
+from cqos_core.cli.parameters import color_option, debug_option, nearest
+from cqos_core.cli.progress import Progress
+from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
+from cqos_core.cli.streams import colored, emit, say, say_problems, write_file
+from cqos_core.explanation import endpoints_of
+from cqos_core.formatters.terminal import clean, paint
+from cqos_core.loading import STDIN
+from cqos_core.problems import CqosError, InvalidValueError
+from cqos_core.proving.plan import FAULTS, Fault
+from cqos_core.remarks import plural
+from cqos_core.report import Severity
+from cqos_core.system import PUBLISHER, SUBSCRIBER
+from cqos_core.trial import tried_out
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from cqos_core.checker import Context
+    from cqos_core.proving.plan import Event, Outcome
+    from cqos_core.proving.runs import Trial
+    from cqos_core.report import Finding, Remedy, Report
+    from cqos_core.system import System
+
+_OK, _DISAGREES, _UNUSABLE = 0, 1, 2
+_PAIR = 2
+
+
+class _FaultType(click.ParamType):
+    """``link_outage=2s``."""
+
+    name = "fault"
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:  # noqa: ARG002
+        return "FAULT=TIME"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        from cqos_core.policy import INFINITE, Duration
+
+        if isinstance(value, Fault):
+            return value
+        kind, _, text = value.partition("=")
+        if kind not in FAULTS:
+            self.fail(f"there is no fault `{kind}`{nearest(kind, FAULTS)}", param, ctx)
+        try:
+            nanoseconds = Duration().parse(text or "1s")
+        except InvalidValueError as error:
+            self.fail(f"{kind}: {error.message}; {error.advice()}", param, ctx)
+        if not isinstance(nanoseconds, int) or nanoseconds == INFINITE:
+            self.fail(f"{kind} takes a time, such as {kind}=2s, found {text!r}", param, ctx)
+        return Fault(kind, nanoseconds / 1_000_000_000)
+
+
+@click.command(
+    epilog="Exit codes: 0 every run did what C-QoS says, 1 one did not, 2 wrong usage, input that cannot be read, or a pair "
+    "that cannot be run here, 3 internal error."
+)
+@click.argument("arguments", nargs=-1, required=True, metavar="PATH... [CODE | PUBLISHER SUBSCRIBER]")
+@click.option(
+    "--on",
+    metavar="NAME",
+    default="",
+    help="Run on this implementation: cyclonedds, fastdds or mosquitto. Without it, on the one that the options name.",
+)
+@click.option(
+    "--fault",
+    type=_FaultType(),
+    help=f"Inject a fault in the middle of the run: {', '.join(FAULTS)}. For instance link_outage=2s.",
+)
+@click.option("--record", metavar="FILE", help="Write all runs with their timelines as JSON; `-` is standard output.")
+@reading_options
+@color_option
+@debug_option
+@click.pass_context
+def prove(
+    ctx: click.Context,
+    *,
+    arguments: tuple[str, ...],
+    on: str,
+    fault: Fault | None,
+    record: str | None,
+    reading: ReadingOptions,
+    color: str,
+) -> None:
+    """Run pairs on real middleware: show what arrives, then apply the fix and show it again.
+
+    Starts a publisher and a subscriber with exactly the resolved values of a pair, as processes of their own on loopback.
+    With CODE, the first pair of that finding runs; with two ids, that pair; with neither, one pair of each error.
+
+    \b
+    Examples:
+      cqos prove system.yaml                                   one pair of each error, before and after the fix
+      cqos prove system.yaml ROS101 --on fastdds
+      cqos prove system.yaml lidar/publisher/scan nav/subscriber/scan --fault link_outage=2s
+    """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    from cqos_core.proving.runs import named
+
+    paths, asked = _split(arguments)
+    reader = prepare(reading, paths)
+    with Progress() as progress:
+        progress.start("reading")
+        loaded = reader.load(paths, progress.step)
+    say_problems(loaded.problems, color)
+    if not loaded.systems:
+        ctx.exit(_UNUSABLE)
+    system = named(tried_out(reader.whole([each for _, each in loaded.systems]), reader.protocol), reader.context)
+    chosen = _chosen(system, asked, reader.context)
+    if chosen is None:
+        ctx.exit(_UNUSABLE)
+    session = _Session(reader.context, on, fault, color, record == STDIN)
+    for publisher, subscriber, finding in chosen:
+        session.prove(system, publisher, subscriber, finding)
+    session.end(record)
+    ctx.exit(_UNUSABLE if session.failed or loaded.problems else _DISAGREES if session.wrong else _OK)
+
+
+def _split(arguments: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Tell paths from what follows them: a code, or two ids."""
+    number = 1
+    while number < len(arguments) and (arguments[number] == STDIN or os.path.exists(arguments[number])):  # noqa: PTH110
+        number += 1
+    paths, asked = tuple(arguments[:number]), tuple(arguments[number:])
+    if len(asked) > _PAIR:
+        raise click.UsageError(
+            f"{', '.join(f'`{each}`' for each in asked)} are no paths; after the paths come one code, or the ids of a "
+            "publisher and a subscriber"
+        )
+    return paths, asked
+
+
+def _chosen(system: System, asked: Sequence[str], where: Context) -> list[tuple[str, str, Finding | None]] | None:
+    """Return the pairs to run, each with the finding that it stands for; None where there is no such thing."""
+    from cqos_core.checker import check_system
+
+    if len(asked) == _PAIR:
+        ends = ends_of(asked, endpoints_of(system, where))
+        return None if ends is None else [(ends[0].id, ends[1].id, None)]
+    report = check_system(system, where)
+    if asked:
+        found = [each for each in report.findings if _spells(asked[0], each) and _pair_of(each, report)]
+        if not found:
+            codes = dict.fromkeys(each.code for each in report.findings if _pair_of(each, report))
+            known = f"the findings about pairs are {', '.join(codes)}" if codes else "there are no findings about pairs"
+            say(f"there is no finding {asked[0]} about a pair here; {known}", severity="error")
+            return None
+        found = found[:1]
+    else:
+        found = [each for each in report.findings if each.severity is Severity.ERROR and _pair_of(each, report)]
+        if not found:
+            say("no pair has an error; name a publisher and a subscriber to run them", severity="note")
+    pairs: dict[tuple[str, str], Finding] = {}
+    for each in found:
+        pair = _pair_of(each, report)
+        if pair is not None:
+            pairs.setdefault(pair, each)
+    return [(*pair, finding) for pair, finding in pairs.items()]
+
+
+def _spells(text: str, finding: Finding) -> bool:
+    return text.lower() in {finding.code.lower(), finding.name.lower()}
+
+
+def _pair_of(finding: Finding, report: Report) -> tuple[str, str] | None:
+    """Return the first pair of which a finding speaks; of one about an endpoint, the first pair it is an end of."""
+    ends = {
+        role: [m for side in finding.sides if side.role == role for m in side.members]
+        for role in (PUBLISHER, SUBSCRIBER)
+    }
+    if ends[PUBLISHER] and ends[SUBSCRIBER]:
+        return ends[PUBLISHER][0], ends[SUBSCRIBER][0]
+    alone = {*ends[PUBLISHER], *ends[SUBSCRIBER]}
+    for group in report.groups if alone else ():
+        if finding.code in group.codes or alone & {*group.publishers, *group.subscribers}:
+            for pair in ((p, s) for p in group.publishers for s in group.subscribers):
+                if alone & set(pair):
+                    return pair
+    return None
+
+
+class _Session:
+    """The runs of one command."""
+
+    def __init__(self, where: Context, on: str, fault: Fault | None, color: str, quiet: bool) -> None:  # noqa: FBT001
+        self.where, self.on, self.fault, self.color, self.quiet = where, on, fault, color, quiet
+        self.paint = paint(color=colored(color, sys.stdout))
+        self.runs: list[dict[str, Any]] = []
+        self.wrong = 0
+        self.failed = 0
+        self.fixes = 0
+
+    def prove(self, system: System, publisher: str, subscriber: str, finding: Finding | None) -> None:
+        """Run one pair, and once more with its fixes if it has errors."""
+        from cqos_core.proving import runs
+
+        try:
+            trial = runs.prepare(system, publisher, subscriber, self.where, self.on, self.fault)
+            self.show(
+                f"publisher `{clean(publisher)}`, subscriber `{clean(subscriber)}` on {trial.protocol} topic "
+                f"`{clean(trial.topic)}`"
+            )
+            self.run(trial, ())
+            mended = (
+                None
+                if finding is None and trial.report.verdict == "compatible"
+                else runs.fixed(trial, self.where, finding)
+            )
+            if mended is not None:
+                self.fixes += 1
+                self.run(*mended)
+        except CqosError as error:
+            self.failed += 1
+            say(f"{publisher} and {subscriber}: {error}", severity="error", choice=self.color)
+        self.show("")
+
+    def run(self, trial: Trial, fixes: Sequence[Remedy]) -> None:
+        """Run a pair and show what happened."""
+        from cqos_core.proving import runs
+
+        codes = dict.fromkeys(each.code for each in trial.report.findings if each.severity is Severity.ERROR)
+        said = f"{trial.report.verdict} ({', '.join(codes)})" if codes else str(trial.report.verdict)
+        with Progress() as progress:
+            progress.start(f"running on {trial.prover.title}")
+            outcome = trial.run()
+        for fix in fixes:
+            self.show(f"  with the fix: {clean(fix.text)}")
+        self.show(f"  on {outcome.by}, C-QoS says {said}")
+        for line in timeline(outcome.events):
+            self.show(f"    {clean(line)}")
+        self.show(self.paint(f"  {clean(runs.summary(outcome))}", "title"))
+        wrong = runs.disagreements(trial, outcome, self.where)
+        for each in wrong:
+            say(each, severity="error", choice=self.color)
+        if wrong:
+            self.wrong += 1
+            file = case_file(trial, outcome)
+            say(f"this is a case to report to the authors of the rule pack: {file}", severity="help", choice=self.color)
+        self.runs.append(_recorded(trial, outcome, fixes, wrong))
+
+    def show(self, line: str) -> None:
+        """Write a line of the result."""
+        if not self.quiet:
+            emit(line + "\n")
+
+    def end(self, record: str | None) -> None:
+        """Write the total, and the record."""
+        if self.runs:
+            told = "all as C-QoS says" if not self.wrong else f"{self.wrong} not as C-QoS says"
+            self.show(f"{plural(len(self.runs), 'run')}: {told}")
+        if record is not None:
+            text = json.dumps({"version": 1, "runs": self.runs}, indent=2) + "\n"
+            emit(text) if record == STDIN else write_file(record, text)
+
+
+def timeline(events: Iterable[Event]) -> list[str]:
+    """Return a line for each event; samples that follow each other are one line."""
+    lines: list[tuple[float, str, str, str, list[int]]] = []
+    open_lines: dict[tuple[str, str], list[int]] = {}
+    for event in events:
+        if event.number is None:
+            open_lines.clear()
+        key = (event.who, event.what)
+        if event.number is not None and key in open_lines:
+            open_lines[key].append(event.number)
+            continue
+        numbers = [] if event.number is None else [event.number]
+        if numbers:
+            open_lines[key] = numbers
+        lines.append((event.at, event.who, event.what.replace("_", " "), event.text if not numbers else "", numbers))
+    return [
+        f"{at:7.3f} s  {who:<10}  {what}{f' {_ranges(numbers)}' if numbers else ''}{f': {text}' if text else ''}"
+        for at, who, what, text, numbers in lines
+    ]
+
+
+def _ranges(numbers: Sequence[int]) -> str:
+    """Return ``0 to 4, 6``: numbers in their order, runs of them as ranges."""
+    parts: list[list[int]] = []
+    for number in numbers:
+        if parts and parts[-1][-1] + 1 == number:
+            parts[-1].append(number)
+        else:
+            parts.append([number])
+    return ", ".join(f"{part[0]} to {part[-1]}" if len(part) > 1 else str(part[0]) for part in parts)
+
+
+def case_file(trial: Trial, outcome: Outcome) -> Path:
+    """Write the case of a disagreement into the current folder, as a case file of the pack, and return its name."""
+    codes = [each.code for each in trial.report.findings if each.severity is Severity.ERROR]
+    rule = codes[0] if codes else trial.plan.protocol.upper()
+    name = re.sub(r"[^A-Za-z0-9]+", "-", f"{rule} {trial.publisher} {trial.subscriber}").strip("-")[:80]
+    file = Path(f"cqos-prove-{name}.yml")
+    plan = trial.plan
+    case = {
+        "name": f"seen on {outcome.by}",
+        "offered": dict(plan.publisher.values),
+        "requested": dict(plan.subscriber.values),
+        "options": dict(plan.subscriber.participant),
+        "expect": "ok" if outcome.arrived else "error",
+    }
+    from cqos_core.proving.runs import summary
+
+    head = f"# C-QoS says {trial.report.verdict}; {outcome.by}: {summary(outcome)}\n"
+    write_file(str(file), head + json.dumps({"rule": rule, "cases": [case]}, indent=2) + "\n")
+    return file
+
+
+def _recorded(trial: Trial, outcome: Outcome, fixes: Sequence[Remedy], wrong: Sequence[str]) -> dict[str, Any]:
+    plan = asdict(trial.plan)
+    return {
+        "publisher": trial.publisher,
+        "subscriber": trial.subscriber,
+        "topic": trial.topic,
+        "protocol": trial.protocol,
+        "verdict": trial.report.verdict.value,
+        "codes": sorted({each.code for each in trial.report.findings if each.severity is Severity.ERROR}),
+        "fixes": [fix.text for fix in fixes],
+        "plan": plan,
+        "on": outcome.by,
+        "matched": outcome.matched,
+        "refused": list(outcome.refused),
+        "not_created": dict(outcome.not_created),
+        "sent": list(outcome.sent),
+        "arrived": list(outcome.arrived),
+        "agrees": not wrong,
+        "disagreements": list(wrong),
+        "events": [asdict(each) for each in outcome.events],
+    }

@@ -1,0 +1,335 @@
+"""From a pair of a system to a plan for a prover, and from the outcome back to what C-QoS says of the pair."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.api import with_options
+from cqos_core.explanation import explain_pair, settled_pair
+from cqos_core.exporters.contract import ExportContext, judged
+from cqos_core.policy import ENDPOINT, Depends, is_plain
+from cqos_core.proving.plan import End, NotRunnableError, Plan
+from cqos_core.report import Severity, Verdict
+from cqos_core.system import Place, Setting
+from cqos_core.wire import on_wire, plain_texts
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from cqos_core.checker import Context
+    from cqos_core.pack import RulePack
+    from cqos_core.pairing import Members, Topic
+    from cqos_core.policy import Value
+    from cqos_core.proving.plan import Event, Fault, Outcome, Prover
+    from cqos_core.report import Finding, PairReport, Remedy
+    from cqos_core.resolved import Resolved
+    from cqos_core.system import Endpoint, System
+
+_ROUNDS: Final = 10
+"""Fixes that one pair may take."""
+_HERE: Final = Place("the command line", path="cqos prove")
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A pair that is ready to run.
+
+    Attributes:
+        system: with the assumptions under which the pack judges as the implementation behaves.
+        topic, protocol: where the two meet, as messages name it.
+        report: what C-QoS says of the pair under these assumptions.
+        on: the name of the prover.
+    """
+
+    system: System
+    publisher: str
+    subscriber: str
+    topic: str
+    protocol: str
+    report: PairReport
+    plan: Plan
+    prover: Prover
+    on: str
+
+    def run(self, report: Callable[[Event], None] = lambda _event: None) -> Outcome:
+        """Run the pair."""
+        return self.prover.prove(self.plan, report)
+
+
+def named(system: System, where: Context) -> System:
+    """Return a system whose endpoints have the ids that reports give them, so that fixes find them."""
+    endpoints = judged(system, ExportContext(where.find_pack, where.default_protocol)).endpoints
+    return replace(system, endpoints=[replace(each.endpoint, id=each.id) for each in endpoints])
+
+
+def prepare(
+    system: System, publisher: str, subscriber: str, where: Context, on: str = "", fault: Fault | None = None
+) -> Trial:
+    """Choose a prover for a pair and plan its run.
+
+    Args:
+        system: whose endpoints the two are.
+        publisher: its id.
+        subscriber: its id.
+        where: the packs.
+        on: the name of the prover; without it the one that the options of the pair name, or the pack's first.
+        fault: what goes wrong in the middle of the run.
+
+    Raises:
+        CqosError: there is no such endpoint, or the two never meet.
+        NotRunnableError: no prover runs this pair.
+    """
+    topic, _ = settled_pair(system, publisher, subscriber, where)
+    pack, ends, packs = _on_the_wire(system, publisher, subscriber, where)
+    name, prover = _choose(pack, ends, on)
+    assumed = _with_facts(_assuming(system, pack, packs, name, prover, where), topic, subscriber, fault, where)
+    report = explain_pair(assumed, publisher, subscriber, where)
+    if report.hops:
+        hops = "; ".join(f"`{hop.publisher}` and `{hop.subscriber}`" for hop in report.hops)
+        raise NotRunnableError(f"the two meet over bridges only; name the ends of one hop: {hops}")
+    pack, ends, _ = _on_the_wire(assumed, publisher, subscriber, where)
+    broker = _texts(ends[0], "broker") or _texts(ends[1], "broker")
+    plan = Plan(
+        pack.id,
+        ends[0].key or topic.key,
+        *(End(each.id, _texts(each, ENDPOINT), _texts(each, "participant", "option")) for each in ends),
+        filter=ends[1].endpoint.topic if ends[1].carried is None else "",
+        facts={**_texts(ends[1], "topic"), **_texts(ends[0], "topic")},
+        broker=broker,
+        fault=fault,
+    )
+    return Trial(assumed, publisher, subscriber, topic.shown, topic.pack.id, report, plan, prover, name)
+
+
+def _on_the_wire(
+    system: System, publisher: str, subscriber: str, where: Context
+) -> tuple[RulePack, tuple[Resolved, Resolved], list[RulePack]]:
+    """Return the pack that has provers for a pair, the two as it sees them, and all packs in play."""
+    topic, resolver = settled_pair(system, publisher, subscriber, where)
+    ends = _as_settled(topic.publishers[0]), _as_settled(topic.subscribers[0])
+    carried_by = [end.carried.endpoint.pack for end in ends if end.carried is not None]
+    packs = list({pack.id: pack for pack in (topic.pack, *carried_by)}.values())
+    pack = topic.pack
+    if pack.provers:
+        return pack, ends, packs
+    wire = pack.wire
+    below = None if wire is None else where.find_pack(wire.protocol)
+    if wire is None or below is None or not below.provers:
+        lacking = "" if wire is None else f"; install the rule pack `{wire.protocol}`, which runs them"
+        raise NotRunnableError(f"{pack.title} has no implementation on which pairs can be run{lacking}")
+    names = [wire.topic(end.key or "", plain_texts(end)) for end in ends]
+    if None in names:
+        raise NotRunnableError(
+            f"with these options, `{topic.shown}` of {pack.title} is not carried by {below.title}, which runs pairs"
+        )
+    carried = tuple(on_wire(resolver, end, wire, name or "", below) for end, name in zip(ends, names, strict=True))
+    return below, (carried[0], carried[1]), [*packs, below]
+
+
+def _as_settled(members: Members) -> Resolved:
+    return replace(members.first, profile=members.profile)
+
+
+def _choose(pack: RulePack, ends: Sequence[Resolved], on: str) -> tuple[str, Prover]:
+    if on and on not in pack.provers:
+        raise NotRunnableError(f"{pack.title} has no `{on}` to run pairs on; it has {', '.join(pack.provers)}")
+    for name in pack.provers:
+        prover = _load(pack, name)
+        if name == on or (not on and all(_fits(end, prover.assumes) for end in ends)):
+            return name, prover
+    stated = {
+        f"{option} {plain_texts(end).get(option, 'unknown')}"
+        for name in pack.provers
+        for end in ends
+        for option in _load(pack, name).assumes
+    }
+    raise NotRunnableError(
+        f"no pair can be run with {' and '.join(sorted(stated))}; `--on` {' or '.join(pack.provers)} runs it there"
+    )
+
+
+def _load(pack: RulePack, name: str) -> Prover:
+    module, _, attribute = pack.provers[name].partition(":")
+    prover: Prover = getattr(importlib.import_module(module), attribute)
+    return prover
+
+
+def _fits(end: Resolved, assumes: Mapping[str, str]) -> bool:
+    """Whether the options of an end are, or may be, those of an implementation."""
+    for option, text in assumes.items():
+        index = end.pack.find("option", option)
+        if index is None or end.written(index) is None:
+            continue
+        wanted = end.pack.policies[index].domain.parse(text)
+        if not _may_be(end.profile.values[index], wanted):
+            return False
+    return True
+
+
+def _may_be(value: Value, wanted: Value) -> bool:
+    if isinstance(value, Depends):
+        return any(_may_be(case, wanted) for _, case in value.cases)
+    return value == wanted if is_plain(value) else True
+
+
+def _assuming(
+    system: System, pack: RulePack, packs: Sequence[RulePack], name: str, prover: Prover, where: Context
+) -> System:
+    """Lay the options of an implementation over a system, and over participants that state others."""
+    for each in packs:
+        options = dict(prover.assumes) if each is pack else {}
+        if each is not pack and each.wire is not None:
+            options = {own: name for own, below in each.wire.options.items() if below in prover.assumes}
+        if not options:
+            continue
+        system = with_options(system, {each.id: options}, where, _HERE)
+        own = {each.find("option", option) for option in options}
+        participants = {
+            key: replace(
+                participant,
+                settings={n: s for n, s in participant.settings.items() if each.find("option", n) not in own},
+            )
+            for key, participant in system.participants.items()
+        }
+        system = replace(system, participants=participants)
+    return system
+
+
+def _with_facts(system: System, topic: Topic, subscriber: str, fault: Fault | None, where: Context) -> System:
+    """State what the fault makes true, so that guarantees are checked with it."""
+    if fault is None:
+        return system
+    text = f"{fault.seconds * 1000:g}ms"
+    pack = topic.subscribers[0].first.carried.endpoint.pack if topic.subscribers[0].first.carried else topic.pack
+    if fault.kind == "slow_reader" and pack.find(ENDPOINT, "taken_every") is not None:
+        return with_setting(system, (subscriber,), "taken_every", text)
+    if fault.kind == "link_outage" and pack.find("option", "outage") is not None:
+        return with_options(system, {pack.id: {"outage": text}}, where, _HERE)
+    return system
+
+
+def _texts(end: Resolved, *levels: str) -> dict[str, str]:
+    """Return the values of some levels that are known."""
+    found = {}
+    for policy, value in zip(end.pack.policies, end.profile.values, strict=False):
+        if (
+            policy.level in levels
+            and is_plain(value)
+            and (policy.level != ENDPOINT or end.endpoint.role in policy.roles)
+        ):
+            found[policy.name] = policy.domain.format(value)  # type: ignore[arg-type]
+    return found
+
+
+# Fixes
+
+
+def fixed(trial: Trial, where: Context, first: Finding | None = None) -> tuple[Trial, tuple[Remedy, ...]] | None:
+    """Apply to a pair the first fix of each error that it has, until it has none.
+
+    Args:
+        trial: the pair.
+        where: the packs.
+        first: the finding whose fix is applied first.
+
+    Returns:
+        The pair with the fixes, and these; None where it has no fix.
+    """
+    applied: list[Remedy] = []
+    current = trial
+    for _ in range(_ROUNDS):
+        errors = [each for each in current.report.findings if each.severity is Severity.ERROR]
+        if first is not None and not applied:
+            errors.insert(0, first)
+        remedy = next((fix for each in errors for fix in each.remedies if _can_be_applied(fix, current.system)), None)
+        if remedy is None or remedy in applied:
+            break
+        applied.append(remedy)
+        changed = with_setting(current.system, remedy.members, remedy.policy, remedy.value)
+        current = prepare(changed, trial.publisher, trial.subscriber, where, trial.on, trial.plan.fault)
+        if current.report.verdict is not Verdict.INCOMPATIBLE and all(
+            each.severity is not Severity.ERROR for each in current.report.findings
+        ):
+            break
+    return (current, tuple(applied)) if applied else None
+
+
+def _can_be_applied(remedy: Remedy, system: System) -> bool:
+    return {each.id for each in system.endpoints}.issuperset(remedy.members)
+
+
+def with_setting(system: System, members: Sequence[str], policy: str, value: str) -> System:
+    """Return a system with one value laid over some of its endpoints."""
+
+    def changed(endpoint: Endpoint) -> Endpoint:
+        if endpoint.id not in members:
+            return endpoint
+        return replace(endpoint, overlay={**endpoint.overlay, policy: Setting(value, _HERE)})
+
+    return replace(system, endpoints=[changed(each) for each in system.endpoints])
+
+
+# What reality says
+
+
+def summary(outcome: Outcome) -> str:
+    """Return what happened in one line: ``20 sent, 0 arrived, refused for RELIABILITY``."""
+    parts = [f"{len(outcome.sent)} sent, {len(set(outcome.arrived))} arrived"]
+    if outcome.repeated:
+        parts.append(f"{len(outcome.repeated)} more than once")
+    if not outcome.ordered:
+        parts.append("out of order")
+    parts += [f"no {role} was created ({reason or 'no reason given'})" for role, reason in outcome.not_created.items()]
+    if outcome.refused:
+        parts.append(f"refused for {', '.join(each.upper() for each in outcome.refused)}")
+    elif outcome.matched is False:
+        parts.append("never connected")
+    return ", ".join(parts)
+
+
+def disagreements(trial: Trial, outcome: Outcome, where: Context) -> list[str]:
+    """Return each sentence of the report that the run contradicts; an unknown verdict contradicts nothing."""
+    report = trial.report
+    connected = outcome.matched is True and not outcome.not_created
+    if report.verdict is Verdict.COMPATIBLE and not connected:
+        return [f"C-QoS says compatible, {outcome.by} did not connect the two: {summary(outcome)}"]
+    refusing = [
+        each.code
+        for each in report.findings
+        if each.verdict is Verdict.INCOMPATIBLE and not getattr(where.find_rule(each.code), "guarantee", "")
+    ]
+    if report.verdict is Verdict.INCOMPATIBLE and refusing and connected and outcome.arrived:
+        codes = ", ".join(dict.fromkeys(refusing))
+        return [f"C-QoS says incompatible ({codes}), {outcome.by} connected the two: {summary(outcome)}"]
+    return _broken(trial, outcome) if connected else []
+
+
+def _broken(trial: Trial, outcome: Outcome) -> list[str]:
+    """Return the guarantees that the run did not keep."""
+    fault = trial.plan.fault
+    found = []
+    for guarantee in trial.report.guarantees:
+        kept = kept_by(guarantee.word, guarantee.value, trial.plan, outcome)
+        survives = fault is None or fault.kind in {"slow_reader", *guarantee.survives}
+        if kept is False and survives:
+            after = "" if fault is None else f" with {fault}"
+            found.append(f"C-QoS says {guarantee.word} {guarantee.value}{after}, the run shows: {summary(outcome)}")
+    return found
+
+
+def kept_by(word: str, value: str, plan: Plan, outcome: Outcome) -> bool | None:
+    """Return whether a run kept a guarantee; None where a run shows nothing about it, or nothing was guaranteed."""
+    if value in {"no", "unknown", "none", "0"}:
+        return None
+    early = {number for number in outcome.sent if number < plan.early}
+    if word == "late_join":
+        return len(early & set(outcome.arrived)) >= min(int(value), len(early)) if value.isdigit() and early else None
+    checks: Mapping[str, Callable[[], bool]] = {
+        "loss_free": lambda: not set(outcome.lost) - early,
+        "duplicate_free": lambda: not outcome.repeated,
+        "ordered": lambda: outcome.ordered,
+        "latest": lambda: not outcome.sent or outcome.sent[-1] in outcome.arrived,
+    }
+    return checks[word]() if word in checks else None
