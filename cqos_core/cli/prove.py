@@ -18,8 +18,8 @@ from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit, say, say_problems, write_file
 from cqos_core.explanation import endpoints_of
+from cqos_core.files import STDIN
 from cqos_core.formatters.terminal import clean, paint
-from cqos_core.loading import STDIN
 from cqos_core.problems import CqosError, InvalidValueError
 from cqos_core.proving.plan import FAULTS, Fault
 from cqos_core.remarks import plural
@@ -36,11 +36,15 @@ if TYPE_CHECKING:
     from cqos_core.report import Finding, Remedy, Report
     from cqos_core.system import System
 
+    _Faults = click.ParamType[Fault]
+else:
+    _Faults = click.ParamType  # generic since click 8.5 only
+
 _OK, _DISAGREES, _UNUSABLE = 0, 1, 2
 _PAIR = 2
 
 
-class _FaultType(click.ParamType):
+class _FaultType(_Faults):
     """``link_outage=2s``."""
 
     name = "fault"
@@ -60,7 +64,7 @@ class _FaultType(click.ParamType):
             nanoseconds = Duration().parse(text or "1s")
         except InvalidValueError as error:
             self.fail(f"{kind}: {error.message}; {error.advice()}", param, ctx)
-        if not isinstance(nanoseconds, int) or nanoseconds == INFINITE:
+        if nanoseconds == INFINITE:
             self.fail(f"{kind} takes a time, such as {kind}=2s, found {text!r}", param, ctx)
         return Fault(kind, nanoseconds / 1_000_000_000)
 
@@ -74,7 +78,7 @@ class _FaultType(click.ParamType):
     "--on",
     metavar="NAME",
     default="",
-    help="Run on this implementation: cyclonedds, fastdds or mosquitto. Without it, on the one that the options name.",
+    help="Run on this implementation, for instance fastdds. Without it, on the one that the options of the pair name.",
 )
 @click.option(
     "--fault",

@@ -91,11 +91,15 @@ def prepare(
         raise NotRunnableError(f"the two meet over bridges only; name the ends of one hop: {hops}")
     pack, ends, _ = _on_the_wire(assumed, publisher, subscriber, where)
     broker = _texts(ends[0], "broker") or _texts(ends[1], "broker")
+    offering, requesting = (
+        End(each.id, _texts(each, ENDPOINT), _texts(each, "participant", "option")) for each in ends
+    )
     plan = Plan(
         pack.id,
         ends[0].key or topic.key,
-        *(End(each.id, _texts(each, ENDPOINT), _texts(each, "participant", "option")) for each in ends),
-        filter=ends[1].endpoint.topic if ends[1].carried is None else "",
+        offering,
+        requesting,
+        filter=(ends[1].endpoint.topic or "") if ends[1].carried is None else "",
         facts={**_texts(ends[1], "topic"), **_texts(ends[0], "topic")},
         broker=broker,
         fault=fault,
@@ -219,7 +223,7 @@ def _texts(end: Resolved, *levels: str) -> dict[str, str]:
             and is_plain(value)
             and (policy.level != ENDPOINT or end.endpoint.role in policy.roles)
         ):
-            found[policy.name] = policy.domain.format(value)  # type: ignore[arg-type]
+            found[policy.name] = policy.domain.format(value)
     return found
 
 

@@ -129,7 +129,7 @@ class _Stage:
         self.until_arrived()
         gone = {"publisher_restart": PUBLISHER, "subscriber_restart": SUBSCRIBER}.get(fault.kind)
         if gone is not None:
-            self.processes[gone].kill()
+            self.processes[gone].end()
             self.happen(gone, "killed")
         else:
             self.write_both("cut")
@@ -323,15 +323,11 @@ class _Process:
     def _input(self) -> Any:
         return self.process.stdin
 
-    def kill(self) -> None:
-        """Kill the program."""
+    def end(self) -> None:
+        """Kill the program; what it has written is still read."""
         self.killed = True
         self.process.kill()
         self.process.wait()
-
-    def end(self) -> None:
-        """Kill the program and forget it."""
-        self.kill()
         with suppress(BrokenPipeError):  # what was not read is of no use any more
             self._input.close()
         for thread in self.threads:

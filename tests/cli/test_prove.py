@@ -1,0 +1,92 @@
+"""``cqos prove``, from outside: pairs run on Cyclone DDS, as processes of their own."""
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+if os.environ.get("CI") != "true":
+    pytest.importorskip("cyclonedds", reason="cyclonedds is not installed: pip install cyclonedds")
+
+BPMN = Path(__file__).resolve().parents[2] / "examples" / "smart_agriculture_incompatible.bpmn"
+PAIR = """cqos: 1
+protocol: dds
+participants:
+  robot:
+    publishes: {scan: {reliability: %s, history: keep_all}}
+  nav:
+    subscribes: {scan: {reliability: reliable, history: keep_all}}
+"""
+ENDS = ("robot/publisher/scan", "nav/subscriber/scan")
+
+
+@pytest.fixture
+def pair(files):
+    """Write a system of one pair whose publisher has this reliability; return the file's name."""
+
+    def write(reliability):
+        (files / "pair.yaml").write_text(PAIR % reliability, encoding="utf-8")
+        return "pair.yaml"
+
+    return write
+
+
+def test_a_pair_that_is_refused_runs_again_with_its_fix(cqos, pair):
+    done = cqos("prove", pair("best_effort"), "--record", "runs.json")
+    assert (done.code, done.err) == (0, "")
+    lines = [line.strip() for line in done.out.splitlines()]
+    assert "20 sent, 0 arrived, refused for RELIABILITY" in lines
+    assert "with the fix: offer reliability `reliable` on robot/publisher/scan" in lines
+    assert "20 sent, 20 arrived" in lines
+    assert lines[-1] == "2 runs: all as C-QoS says"
+    first, second = json.loads(Path("runs.json").read_text(encoding="utf-8"))["runs"]
+    assert (first["verdict"], first["refused"], first["arrived"]) == ("incompatible", ["reliability"], [])
+    assert (second["verdict"], second["matched"], second["arrived"]) == ("compatible", True, list(range(20)))
+    assert first["plan"]["publisher"]["values"]["reliability"] == "best_effort"
+
+
+def test_a_node_of_ros_runs_as_it_is_on_the_wire_of_dds(cqos):
+    done = cqos("prove", BPMN, "ROS101", "--record", "-")
+    first, second = json.loads(done.out)["runs"]
+    assert (done.code, first["refused"], len(second["arrived"])) == (0, ["reliability"], 20)
+    assert len(second["fixes"]) == 2
+
+
+def test_a_link_that_is_cut_loses_nothing_of_a_reliable_pair(cqos, pair):
+    done = cqos("prove", pair("reliable"), *ENDS, "--fault", "link_outage=300ms")
+    assert (done.code, done.err) == (0, "")
+    assert "link        cut" in done.out
+    assert "20 sent, 20 arrived" in done.out
+
+
+def test_what_a_killed_subscriber_misses_is_shown(cqos, pair):
+    done = cqos("prove", pair("reliable"), *ENDS, "--fault", "subscriber_restart=200ms")
+    assert done.code == 0
+    assert "subscriber  killed" in done.out
+    assert "20 sent, 14 arrived" in done.out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("DDS102",), "there is no finding DDS102 about a pair here; the findings about pairs are DDS101"),
+        (("robot/publisher/scam", ENDS[1]), "there is no endpoint `robot/publisher/scam`; did you mean"),
+        (("a", "b", "c"), "`a`, `b`, `c` are no paths"),
+        (("--fault", "link_outag=1s"), "there is no fault `link_outag`; did you mean `link_outage`?"),
+        (("--fault", "link_outage=often"), "link_outage:"),
+        (("--on", "mosquitto"), "DDS has no `mosquitto` to run pairs on; it has cyclonedds, fastdds"),
+        (("--fault", "broker_stop=1s"), "Cyclone DDS has no broker_stop; it runs link_outage, "),
+        (("--option", "dds.implementation=connext"), "`--on` cyclonedds or fastdds runs it there"),
+    ],
+)
+def test_what_cannot_run_is_said(cqos, pair, arguments, said):
+    done = cqos("prove", pair("best_effort"), *arguments)
+    assert done.code == 2
+    assert said in done.err.replace("\n", " ")
+
+
+def test_without_errors_nothing_runs(cqos, pair):
+    done = cqos("prove", pair("reliable"))
+    assert (done.code, done.out) == (0, "")
+    assert "no pair has an error; name a publisher and a subscriber to run them" in done.err
