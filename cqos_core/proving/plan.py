@@ -71,7 +71,7 @@ class Plan:
         early: how many of them are sent before the subscriber starts.
         period: seconds between two samples.
         fault: what is injected once half of the samples that are not early have been sent. A slow reader is slow throughout.
-        patience: seconds after which the run ends, whatever is still missing.
+        patience: seconds after which the run ends once both ends are there, whatever is still missing.
     """
 
     protocol: str

@@ -81,6 +81,7 @@ class _Stage:
         self.lines: SimpleQueue[tuple[str, _Process, list[str] | None]] = SimpleQueue()
         self.processes: dict[str, _Process] = {}
         self.began = time.monotonic()
+        self.ready = self.began  # when both ends were there
         self.done = 0  # commands to send that were completed
         self.faulty = plan.fault is not None and plan.fault.kind != "slow_reader"
 
@@ -109,6 +110,7 @@ class _Stage:
             self.start(PUBLISHER)
             self.until_created(PUBLISHER)
         self.until_created(SUBSCRIBER)
+        self.ready = time.monotonic()
         if self.refused():
             return
         self.wait(lambda: self.matched() or self.happened("incompatible"), self.cast.settle * 3)
@@ -192,7 +194,7 @@ class _Stage:
     def until_quiet(self) -> None:
         """Wait until all arrived and nothing arrives twice, or nothing more is expected."""
         slow = self.plan.fault.seconds if self.plan.fault and self.plan.fault.kind == "slow_reader" else 0.0
-        end = self.began + self.plan.patience
+        end = self.ready + self.plan.patience
         quiet = self.cast.recover if self.faulty and self.matched() else self.cast.settle
         while (now := time.monotonic()) < end:
             seen = len(self.events)
