@@ -25,6 +25,7 @@ from cqos_core.policy import INFINITE, Names
 from cqos_core.problems import CqosError, InputError, Problem
 from cqos_core.remarks import suggestion
 from cqos_core.routes import MOST_ENDPOINTS
+from cqos_core.spelling import Known
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System
 from cqos_core.system import Topic as StatedTopic
 from cqos_core.trial import tried_out
@@ -119,7 +120,8 @@ def read(*inputs: Input, importer: str | None = None, protocol: str | None = Non
 
 def faults(system: System) -> list[Problem]:
     """Say what is wrong with a system that a program put together, such as importers never make it."""
-    found = [problem for endpoint in system.endpoints for problem in faults_of(endpoint, system.participants)]
+    known = Known(system.participants)
+    found = [problem for endpoint in system.endpoints for problem in faults_of(endpoint, system.participants, known)]
     for name, each in system.participants.items():
         if each.id != name:
             found.append(Problem("CQ011", f"participant `{each.id}` is kept under another id, `{name}`", each.place))
@@ -127,12 +129,14 @@ def faults(system: System) -> list[Problem]:
     return found
 
 
-def faults_of(endpoint: Endpoint, participants: Mapping[str, Participant]) -> Iterator[Problem]:
+def faults_of(
+    endpoint: Endpoint, participants: Mapping[str, Participant], known: Known | None = None
+) -> Iterator[Problem]:
     """Say what is wrong with an endpoint: its participant is missing, it has no role, or what it states is no setting."""
     name, where = f"endpoint `{endpoint.id}`", endpoint.place
     if endpoint.participant not in participants:
         message = f"{name} belongs to participant `{endpoint.participant}`, which is not there"
-        yield Problem("CQ011", message, where, suggestion(endpoint.participant, participants))
+        yield Problem("CQ011", message, where, suggestion(endpoint.participant, known or Known(participants)))
     if endpoint.role not in {PUBLISHER, SUBSCRIBER}:
         yield Problem("CQ011", f"{name} has the role `{endpoint.role}`", where, f"allowed: {PUBLISHER}, {SUBSCRIBER}")
     for settings in (endpoint.settings, endpoint.overlay, endpoint.needs):

@@ -20,6 +20,7 @@ from cqos_core.remarks import core_finding, suggestion
 from cqos_core.report import Severity, Side
 from cqos_core.resolved import Layer, Stated
 from cqos_core.settle import PUBLISHERS_FIRST, START_ORDER, SUBSCRIBERS_FIRST, combine, lone
+from cqos_core.spelling import Known
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Setting
 from cqos_core.wire import topics
 
@@ -319,6 +320,7 @@ def bridge_findings(system: System, hops: Sequence[Hop], by_topic: Topics) -> li
 
 
 def _without_effect(system: System, hops: Sequence[Hop]) -> Iterator[Finding]:
+    known = Known(system.participants)
     used = {(hop.bridge.id, hop.source.endpoint.participant, hop.source.endpoint.place) for hop in hops}
     for bridge in system.bridges.values():
         for number, route in enumerate(bridge.routes, 1):
@@ -327,7 +329,7 @@ def _without_effect(system: System, hops: Sequence[Hop]) -> Iterator[Finding]:
             ]
             for name in unknown:
                 message = f"bridge `{bridge.id}` is to have a side in participant `{name}`, which there is not"
-                advice = suggestion(name, system.participants)
+                advice = suggestion(name, known)
                 yield core_finding("CQ501", message, place=route.place, help=advice)
             source = route.source
             # Where the other side is in no file, a pattern may well match nothing here.

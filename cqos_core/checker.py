@@ -17,7 +17,7 @@ from cqos_core.remarks import core_finding, plural, suggestion
 from cqos_core.report import Finding, Report, Severity, Side, Verdict
 from cqos_core.resolve import Resolver
 from cqos_core.routes import MOST_ENDPOINTS, expanded
-from cqos_core.spelling import typing_errors
+from cqos_core.spelling import Known, typing_errors
 from cqos_core.system import MESSAGE, PUBLISHER, SUBSCRIBER
 from cqos_core.team import bind_checks, words_asked
 from cqos_core.topic import TopicResult, check_topic
@@ -281,12 +281,13 @@ def _starts(system: System) -> list[Finding]:
     everybody: list[Participant | Endpoint] = [*system.participants.values(), *system.endpoints]
     stating = [each for each in everybody if each.starts_after]
     known = {each.id for each in everybody} if stating else set()
+    names = Known(known)
     findings = []
     for stated in stating:
         for name in stated.starts_after:
             if name not in known:
                 message = f"`{stated.id}` starts after `{name}`, which is neither a participant nor an endpoint"
-                findings.append(core_finding("CQ213", message, place=stated.place, help=suggestion(name, known)))
+                findings.append(core_finding("CQ213", message, place=stated.place, help=suggestion(name, names)))
     return findings
 
 

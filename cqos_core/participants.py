@@ -9,7 +9,7 @@ from cqos_core.policy import Anything, OneOf, normalise
 from cqos_core.problems import InvalidValueError
 from cqos_core.profiles import preset_settings
 from cqos_core.reading import depends
-from cqos_core.remarks import suggestion
+from cqos_core.remarks import listed, suggestion
 from cqos_core.report import Severity
 from cqos_core.resolved import Layer, ResolvedParticipant, Surroundings
 from cqos_core.system import PUBLISHER
@@ -216,6 +216,6 @@ class Participants:
             more = f" and {len(ids) - 1} more" if len(ids) > 1 else ""
             verb = "do" if more else "does"
             message = f"`{ids[0]}`{more} {verb} not say which of several brokers {'they connect' if more else 'it connects'} to"
-            advice = f"state `broker:` with one of {', '.join(sorted(self._system.brokers))}"
+            advice = f"state `broker:` with one of {listed(sorted(self._system.brokers))}"
             place = participants[ids[0]].place
             self._reader.say("CQ216", message, place, "participant", ids, advice, Severity.WARNING)

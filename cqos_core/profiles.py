@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from cqos_core.policy import ENDPOINT, normalise
 from cqos_core.remarks import suggestion
 from cqos_core.resolved import Layer, Stated
+from cqos_core.spelling import Known
 from cqos_core.system import Setting
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ class Profiles:
         self._system = system
         self._reader = reader
         self._layers: dict[tuple[int, User, str, Scope], tuple[tuple[Layer, ProfileRef | None], ...]] = {}
+        self._names: dict[int, Known] = {}
         self._own_layers: dict[tuple[int, str, str], Layer] = {}
         self.by_topic = any(ref.scope.by_topic for profile in system.profiles.values() for ref in profile.base)
 
@@ -126,15 +128,21 @@ class Profiles:
     def _preset(self, ref: ProfileRef, pack: RulePack) -> Layer | None:
         name = pack.preset_names.get(normalise(ref.name))
         if name is None or pack.presets[name].level != ENDPOINT:
-            parts = {each.name for own in self._system.profiles.values() for each in own.base if each.scope.part}
-            presets = (name for name, each in pack.presets.items() if each.level == ENDPOINT)
-            known = (*(name for name in self._system.profiles if name not in parts), *presets)
             message = f"profile `{ref.name}` is neither defined nor a preset of {pack.title}"
             # A text at an endpoint is a profile, at a topic it is a type.
             meant = f"a type is written `{{type: {ref.name}}}`; " if "/" in ref.name else ""
-            self._reader.say_once("CQ204", message, ref.place, meant + suggestion(ref.name, known))
+            self._reader.say_once("CQ204", message, ref.place, meant + suggestion(ref.name, self._known(pack)))
             return None
         return Layer(f"preset {name}", preset_settings(name, pack), counts_as_stated=False)
+
+    def _known(self, pack: RulePack) -> Known:
+        """The names that an endpoint may use."""
+        known = self._names.get(id(pack))
+        if known is None:
+            parts = {each.name for own in self._system.profiles.values() for each in own.base if each.scope.part}
+            presets = (name for name, each in pack.presets.items() if each.level == ENDPOINT)
+            known = self._names[id(pack)] = Known((*self._system.profiles.keys() - parts, *presets))
+        return known
 
     def _check_available(self, ref: ProfileRef, pack: RulePack, participant: ResolvedParticipant) -> None:
         name = pack.preset_names[normalise(ref.name)]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from cqos_core.codes import CODES
 from cqos_core.report import Finding, Severity, Side
-from cqos_core.spelling import nearest
+from cqos_core.spelling import Known
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -44,9 +44,18 @@ def plural(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
-def suggestion(name: str, known: Iterable[str]) -> str:
-    """``did you mean X? known: …`` for a name that is not among ``known``."""
-    names = sorted(known)
-    near = nearest(name, names)
+def listed(names: Sequence[str], most: int = 40) -> str:
+    """Return ``a, b, c``, or of many names the first and how many more there are."""
+    more = [f"and {len(names) - most} more"] if len(names) > most else []
+    return ", ".join([*names[:most], *more])
+
+
+def suggestion(name: str, known: Iterable[str] | Known) -> str:
+    """``did you mean X? known: …`` for a name that is not among ``known``.
+
+    Where many names are looked up in many, make `Known` once.
+    """
+    known = known if isinstance(known, Known) else Known(known)
+    near = known.nearest(name)
     hint = f"did you mean `{near}`? " if near else ""
-    return f"{hint}known: {', '.join(names) or 'none'}"
+    return f"{hint}known: {listed(known.names) or 'none'}"

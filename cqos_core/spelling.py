@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
 _LONGEST: Final = 60
 """Characters of the longest name that is compared: longer ones are no typing errors of a known name."""
@@ -81,6 +81,41 @@ def _nearest(word: str, known: tuple[str, ...]) -> str | None:
 _SHORTEST_START: Final = 3
 
 
+class Known:
+    """Names that exist; made once where many others are looked up in them.
+
+    Attributes:
+        names: each once, sorted.
+    """
+
+    def __init__(self, names: Iterable[str]) -> None:
+        """Keep ``names``."""
+        self.names = tuple(sorted(set(names)))
+
+    def nearest(self, word: str) -> str | None:
+        """Return the name that ``word`` was probably meant to be; of many names only those that one or two letters change."""
+        if len(self.names) <= _FEW:
+            return nearest(word, self.names)
+        stubs = _stubs(folded(word), digits=True)
+        return nearest(word, dict.fromkeys(name for stub in stubs for name in self._by_stub.get(stub, ())[:_CROWD]))
+
+    @cached_property
+    def _by_stub(self) -> dict[str, list[str]]:
+        return _by_stub(self.names, folded, digits=True)
+
+
+_FEW: Final = 200
+"""Names that are all compared."""
+
+
+def _by_stub(names: Iterable[str], spelled: Callable[[str], str] = str, **how: bool) -> dict[str, list[str]]:
+    found: dict[str, list[str]] = {}
+    for name in names:
+        for stub in _stubs(spelled(name), **how):
+            found.setdefault(stub, []).append(name)
+    return found
+
+
 def typing_errors(names: Iterable[str], others: Iterable[str]) -> dict[str, list[str]]:
     """Return for each of ``names`` the ``others`` that differ from it by a typing error, the nearest first.
 
@@ -88,10 +123,7 @@ def typing_errors(names: Iterable[str], others: Iterable[str]) -> dict[str, list
     also one that moved. It is in one word of the name, of four letters or more. Digits never differ: numbered names are
     meant to. The cost grows with the length of all names, not with their pairs.
     """
-    by_stub: dict[str, list[str]] = {}
-    for other in dict.fromkeys(others):
-        for stub in _stubs(other):
-            by_stub.setdefault(stub, []).append(other)
+    by_stub = _by_stub(dict.fromkeys(others))
     found = {}
     for name in dict.fromkeys(names):
         candidates = dict.fromkeys(other for stub in _stubs(name) for other in by_stub.get(stub, ())[:_CROWD])
@@ -108,11 +140,11 @@ _LONG_WORD: Final = 8
 _WORD: Final = re.compile(r"[^\W\d]+(?:[-.]?[^\W\d]+)*")
 
 
-def _stubs(name: str) -> set[str]:
-    """Return ``name``, and it without each one of its letters."""
+def _stubs(name: str, *, digits: bool = False) -> set[str]:
+    """Return ``name``, and it without each one of its letters, or of its ``digits`` too."""
     if len(name) > _LONGEST:
         return set()
-    return {name, *(name[:at] + name[at + 1 :] for at, letter in enumerate(name) if not letter.isdigit())}
+    return {name, *(name[:at] + name[at + 1 :] for at, letter in enumerate(name) if digits or not letter.isdigit())}
 
 
 def _mistyped(one: str, other: str) -> int:

@@ -14,7 +14,7 @@ from cqos_core.formatters.style import Style
 from cqos_core.logs import misfits
 from cqos_core.misfits import explain_misfits
 from cqos_core.plugins import load_plugins
-from cqos_core.system import Overlay, Setting
+from cqos_core.system import Endpoint, Overlay, Participant, Setting, System
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -130,6 +130,21 @@ def unknown_profiles(n: int) -> Model:
     return checked(document("ros2", participants={"a": {"publishes": publishes}}, profiles=profiles))
 
 
+def unknown_participants(n: int) -> Model:
+    """A system made by a program, whose endpoints are of participants with other names."""
+    system = System("growing", "ros2", participants={f"p{i}": Participant(f"p{i}") for i in range(n)})
+    system.endpoints = [Endpoint(id=f"e{i}", role="publisher", topic="t", participant=f"q{i}") for i in range(n)]
+
+    def work() -> int:
+        try:
+            cqos.check(system)
+        except cqos.InputError as error:
+            return len(str(error))
+        raise AssertionError
+
+    return Model(n * 10, work)
+
+
 def unknown_settings(n: int) -> Model:
     publishes = {f"/t{i}": {f"reliabilty{i}": "reliable"} for i in range(n)}
     return checked(document("ros2", participants={"a": {"publishes": publishes}}))
@@ -205,6 +220,8 @@ MODELS: Final = {
     overlays: 200,
     team_checks: 100,
     topics: 400,
+    unknown_participants: 300,
+    unknown_profiles: 300,
     unknown_settings: 200,
 }
 """Each with its smallest size that takes long enough to be measured."""
