@@ -157,14 +157,16 @@ def _open_options(endpoint: Resolved, wire: Wire, pack: RulePack) -> dict[int, V
     """Options that depend on something, in the wire's terms, so that both ends vary together."""
     found: dict[int, Value] = {}
     for own_name, wire_name in wire.options.items():
-        index = endpoint.pack.vocabulary.indices["option", own_name]
-        wire_index = next(
-            (i for level in ("option", "participant") if (i := pack.find(level, wire_name)) is not None), None
-        )
-        value = endpoint.profile.values[index]
-        if wire_index is not None and not is_plain(value):
+        index, wire_index = _of_participant(endpoint.pack, own_name), _of_participant(pack, wire_name)
+        value = None if index is None else endpoint.profile.values[index]
+        if index is not None and wire_index is not None and not is_plain(value):
             found[wire_index] = _translated(value, endpoint.pack.policies[index], pack.policies[wire_index], wire.words)
     return found
+
+
+def _of_participant(pack: RulePack, name: str) -> int | None:
+    """Index of an option or a participant's setting."""
+    return next((i for level in ("option", "participant") if (i := pack.find(level, name)) is not None), None)
 
 
 def _translated(value: Value, own: Policy, wire: Policy, words: Mapping[str, str]) -> Value:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from cqos_core.expression import all_equal, ceil, count, offered, requested, stated, topic, total
-from cqos_core.rule import forbids
+from cqos_core.rule import forbids, requires
 from cqos_dds.implementations import FAST_DDS, is_on, publisher_is, subscriber_is
 from cqos_dds.policies import (
     ACCESS_SCOPE,
@@ -183,12 +183,15 @@ PAIRS: Final = (
         severity="note",
         fixes=("history.depth",),
     ),
-    forbids(
-        (offered(TYPE) != requested(TYPE)) & offered(TYPE_INFORMATION) & requested(TYPE_INFORMATION),
+    requires(
+        ~(stated(offered(TYPE)) & stated(requested(TYPE)))
+        | (offered(TYPE) == requested(TYPE))
+        | ~(offered(TYPE_INFORMATION) & requested(TYPE_INFORMATION)),
         code="DDS213",
+        doubt=True,
         name="type-names-differ",
         says="{publisher} has type {offered type}, {subscriber} has {requested type}: whether one can be read as the other is not known",
-        because="both ends announce their types in full, so these are compared member by member and their names are not",
+        because="both ends announce their types in full and compare them member by member, as type_consistency says",
         clause="DDS-XTypes 1.3, 7.6.3.4",
         fixes=("type",),
     ),
@@ -225,8 +228,8 @@ ENDPOINTS: Final = (
         (offered(OWNERSHIP) == "exclusive") & (offered(LEASE) == "infinite") & (offered(DEADLINE) == "infinite"),
         code="DDS332",
         name="exclusive-without-failover",
-        because="with neither a lease nor a deadline nobody notices that the owner is gone, so no other writer takes over",
-        clause="DDS 1.4, 2.2.3.9.2",
+        because="with neither a lease nor a deadline another writer takes over only when the lease of the owner's participant has run out",
+        clause="DDS 1.4, 2.2.3.9.2; DDSI-RTPS 2.5, 8.5.3.2",
         severity="note",
         fixes=("ownership",),
         help="state a lease duration or a deadline, after which another writer takes over",
@@ -263,7 +266,7 @@ ENDPOINTS: Final = (
         (offered(LIVELINESS) >= "manual_by_participant") & (offered(LEASE) == "infinite"),
         code="DDS336",
         name="manual-no-lease",
-        because="without a lease duration liveliness can never be lost, so asserting it has no effect",
+        because="without a lease duration only the loss of the whole participant is noticed, so asserting liveliness has no effect",
         clause="DDS 1.4, 2.2.3.11",
         severity="note",
         fixes=("liveliness",),
@@ -378,7 +381,7 @@ ENDPOINTS: Final = (
         DURABLE & KEEPS_ALL & (MAX_SAMPLES == "unlimited") & (MAX_PER_INSTANCE == "unlimited"),
         code="DDS348",
         name="durable-keep-all",
-        because="what is kept for late readers grows without bound unless resource limits are set",
+        because="what each writer keeps for late readers grows without bound unless resource limits are set",
         clause="DDS 1.4, 2.2.3.18",
         severity="note",
         fixes=("history",),

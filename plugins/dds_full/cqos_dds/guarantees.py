@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.expression import as_sentence, ceil, offered, requested, topic
-from cqos_core.guarantee import RELAYED, WORDS, Unaffected, gives
+from cqos_core.expression import as_sentence, ceil, offered, publisher, requested, subscriber, topic
+from cqos_core.guarantee import OUTAGE, RELAYED, TAKEN_EVERY, WORDS, Unaffected, gives
 from cqos_dds.advice import BOTH_DURABLE, KEPT_BY_SERVICE
 from cqos_dds.implementations import FAST_DDS, either_is, publisher_is, subscriber_is
 from cqos_dds.policies import (
@@ -33,6 +33,7 @@ from cqos_dds.policies import (
     MAX_SAMPLES,
     ORDERED,
     OWNERSHIP,
+    PARTICIPANT_LEASE,
     PERIOD,
     RELIABILITY,
     RESEND_ROUND_TRIPS,
@@ -42,6 +43,7 @@ from cqos_dds.policies import (
     SERVICE_MAX_PER_INSTANCE,
     SERVICE_MAX_SAMPLES,
     SERVICE_RUNS,
+    SIZE,
     TIME_BASED_FILTER,
 )
 
@@ -61,6 +63,11 @@ IN_WRITER: Final = (offered(DURABILITY) == "transient_local") | publisher_is(*FA
 KEPT: Final = BOTH_DURABLE & (IN_WRITER | SERVICE_RUNS)
 OUTLIVES: Final = (offered(DURABILITY) >= "transient") & (requested(DURABILITY) >= "transient") & SERVICE_RUNS
 RESENT_IN: Final = ceil(RESEND_ROUND_TRIPS * ROUND_TRIP, topic(PERIOD)) + DEPTH_MARGIN
+# What the program has not taken yet waits in the reader's history too, and a keep_last one replaces it.
+WAITING: Final = ceil(RESEND_ROUND_TRIPS * ROUND_TRIP + requested(TAKEN_EVERY), topic(PERIOD)) + DEPTH_MARGIN
+# The silence is as long as the outage and what is left of a period before and after it.
+SILENCE: Final = OUTAGE + topic(PERIOD) + topic(PERIOD)
+STILL_MATCHED: Final = (publisher(PARTICIPANT_LEASE) > SILENCE) & (subscriber(PARTICIPANT_LEASE) > SILENCE)
 ONE_OF_EACH: Final = "which other writers write the instance is not seen in one pair"
 
 
@@ -108,6 +115,8 @@ STORE_SPANS: Final = (KEPT_BY_SERVICE & SERVICE_SPANS) | (~KEPT_BY_SERVICE & spa
 STORE_KEEPS_ALL: Final = (KEPT_BY_SERVICE & (offered(SERVICE_HISTORY) == "keep_all")) | (
     ~KEPT_BY_SERVICE & (offered(HISTORY) == "keep_all")
 )
+# What no reader has acknowledged, in bytes, at which a writer of Cyclone DDS begins to wait (its default).
+CYCLONE_HOLDS: Final = 500_000
 STORE: Final = ("history.depth", "history", "durability_service.history_depth", "durability_service.history_kind")
 RUN_SERVICE: Final = "set the option `durability_service_runs` where a service keeps what is transient or persistent"
 DURABLE: Final = f"let both ends be durable and reliable; {RUN_SERVICE}"
@@ -180,13 +189,13 @@ LOSS_FREE: Final = (
     ),
     gives(
         "loss_free",
-        (requested(HISTORY) == "keep_all") | (requested(DEPTH) >= RESENT_IN),
+        (requested(HISTORY) == "keep_all") | (requested(DEPTH) >= WAITING),
         code="DDS506",
         name="loss-by-shallow-reader",
-        because="samples that wait for one that is sent again push out older ones that nobody has taken yet",
+        because="a keep_last reader replaces the oldest samples that the program has not taken",
         clause="DDS 1.4, 2.2.3.18",
         fixes=("history.depth", "history"),
-        help=STATE_TIMES,
+        help=f"{STATE_TIMES}, and at the reader `taken_every`: how often the program takes samples",
     ),
     gives(
         "loss_free",
@@ -487,11 +496,12 @@ TIME: Final = (
     ),
     gives(
         "max_gap",
-        (offered(OWNERSHIP) == "exclusive") & ((offered(LEASE) <= MAX_GAP) | (requested(DEADLINE) <= MAX_GAP)),
+        (offered(OWNERSHIP) == "exclusive")
+        & ((offered(LEASE) <= MAX_GAP) | (publisher(PARTICIPANT_LEASE) <= MAX_GAP) | (requested(DEADLINE) <= MAX_GAP)),
         survives="publisher_restart",
         code="DDS535",
         name="gap-while-writer-restarts",
-        because="nothing arrives while the writer is away, unless another exclusive writer takes over once its lease or the deadline is over",
+        because="nothing arrives while the writer is away, unless another exclusive writer takes over once its lease, that of its participant or the deadline is over",
         clause="DDS 1.4, 2.2.3.9.2",
         help="let a second exclusive writer stand by, with a lease or a deadline within that time",
     ),
@@ -508,11 +518,12 @@ TIME: Final = (
     ),
     gives(
         "liveness",
-        offered(LEASE),
+        WORDS["liveness"].enough(offered(LEASE)) | WORDS["liveness"].enough(publisher(PARTICIPANT_LEASE)),
         code="DDS537",
         name="loss-of-writer-unnoticed",
-        because="a writer counts as alive until its lease has run out, and without one for ever",
-        clause="DDS 1.4, 2.2.3.11",
+        because="a writer counts as alive until its lease, or that of its participant, has run out",
+        clause="DDS 1.4, 2.2.3.11; DDSI-RTPS 2.5, 8.5.3.2",
+        fixes=("liveliness.lease_duration",),
         help="with liveliness automatic only a dead process is noticed, with manual_by_topic a program that hangs as well",
     ),
     gives(
@@ -526,7 +537,108 @@ TIME: Final = (
     ),
 )
 
-GUARANTEES: Final = (*LATEST, FILTERED_LAST, *LOSS_FREE, *ARRIVAL, *LATE, *TIME)
+# What a broken link costs: shorter than the participant leases, both ends stay matched and lost samples are sent again;
+# longer, the match ends, and begins anew as for a late reader. All of it was seen by running Cyclone DDS.
+OVER_AN_OUTAGE: Final = (
+    gives(
+        "latest",
+        KEPT | (topic(PERIOD) < "infinite"),
+        survives="link_outage",
+        code="DDS540",
+        name="latest-lost-in-outage",
+        because="what is written while the link is down for longer than a participant lease reaches only a durable reader",
+        clause="DDSI-RTPS 2.5, 8.5.3.2; DDS 1.4, 2.2.3.4",
+        help=f"{STATE_PERIOD} if its writer writes again and again; else let both ends be durable",
+    ),
+    gives(
+        "loss_free",
+        STILL_MATCHED | KEPT,
+        survives="link_outage",
+        code="DDS541",
+        name="loss-in-outage",
+        because="after an outage longer than a participant lease a reader that is not durable gets only what is written then",
+        clause="DDSI-RTPS 2.5, 8.5.3.2; DDS 1.4, 2.2.3.4",
+        fixes=("durability",),
+        help=f"{STATE_PERIOD}; let both ends be durable, or set `participant_lease` of both participants to more than the outage",
+    ),
+    gives(
+        "loss_free",
+        (STILL_MATCHED & spans(offered, SILENCE)) | (~STILL_MATCHED & STORE_KEEPS_ALL),
+        survives="link_outage",
+        code="DDS542",
+        name="outage-longer-than-writer-keeps",
+        because="the writer keeps less than is written while the link is down",
+        clause="DDS 1.4, 2.2.3.18",
+        fixes=("history.depth", "history", "durability_service.history_kind"),
+        help=STATE_PERIOD,
+    ),
+    gives(
+        "loss_free",
+        (requested(HISTORY) == "keep_all") | (STILL_MATCHED & lasts(requested(DEPTH), SILENCE)),
+        survives="link_outage",
+        code="DDS543",
+        name="outage-longer-than-reader-keeps",
+        because="what was written while the link was down arrives at once, and a keep_last reader replaces the oldest of it",
+        clause="DDS 1.4, 2.2.3.18",
+        fixes=("history.depth", "history"),
+        help=STATE_PERIOD,
+    ),
+    gives(
+        "loss_free",
+        ~publisher_is("cyclonedds")
+        | (offered(MAX_BLOCKING_TIME) == "infinite")
+        | (topic(SIZE) * ceil(SILENCE, topic(PERIOD)) <= CYCLONE_HOLDS),
+        survives="link_outage",
+        doubt=True,
+        code="DDS544",
+        name="outage-over-watermark",
+        because="a writer of Cyclone DDS with 500 kB that no reader has acknowledged waits for max_blocking_time and then does not write",
+        clause="Cyclone DDS, Internal/Watermarks/WhcHigh",
+        fixes=("reliability.max_blocking_time",),
+        help="state the `size` and the `period` of the topic",
+    ),
+    gives(
+        "duplicate_free",
+        STILL_MATCHED | ~KEPT,
+        survives="link_outage",
+        code="DDS545",
+        name="replayed-after-outage",
+        because="a durable reader that is matched again gets again what it got before",
+        clause="DDSI-RTPS 2.5, 8.5.3.2; DDS 1.4, 2.2.3.4",
+        help="let the application tell by the content what it has had before",
+    ),
+    gives(
+        "ordered",
+        STILL_MATCHED | ~KEPT,
+        survives="link_outage",
+        code="DDS546",
+        name="disorder-after-outage",
+        because="what a durable reader gets again when it is matched again comes after newer samples",
+        clause="DDSI-RTPS 2.5, 8.5.3.2; DDS 1.4, 2.2.3.4",
+    ),
+    gives(
+        "max_gap",
+        OUTAGE + topic(PERIOD) <= MAX_GAP,
+        survives="link_outage",
+        code="DDS547",
+        name="gap-in-outage",
+        because="nothing arrives while the link is down",
+        clause="DDS 1.4, 2.2.3.7",
+        help=STATE_PERIOD,
+    ),
+    gives(
+        "max_gap",
+        None,
+        survives="link_outage",
+        doubt=True,
+        code="DDS548",
+        name="gap-after-outage",
+        because="no policy says how soon samples arrive again once the link is back",
+        clause="DDS 1.4, 2.2.3.7",
+    ),
+)
+
+GUARANTEES: Final = (*LATEST, FILTERED_LAST, *LOSS_FREE, *ARRIVAL, *LATE, *TIME, *OVER_AN_OUTAGE)
 
 RESTARTS: Final = ("subscriber_restart", "publisher_restart")
 UNAFFECTED: Final = (
@@ -547,6 +659,12 @@ UNAFFECTED: Final = (
         Unaffected(word, ("subscriber_restart",), "a restarted reader is a late reader again", "DDS 1.4, 2.2.3.4")
         for word in ("late_join", "offline")
     ),
-    Unaffected("max_age", RESTARTS, "the lifespan travels with each sample", "DDS 1.4, 2.2.3.16"),
-    Unaffected("liveness", ("publisher_restart",), "it is the loss that is noticed", "DDS 1.4, 2.2.3.11"),
+    Unaffected("late_join", ("link_outage",), "what is kept stays with the writer or the service", "DDS 1.4, 2.2.3.4"),
+    Unaffected("max_age", ("link_outage", *RESTARTS), "the lifespan travels with each sample", "DDS 1.4, 2.2.3.16"),
+    Unaffected(
+        "liveness",
+        ("link_outage", "publisher_restart"),
+        "a writer that is silent for its lease counts as lost, whatever silences it",
+        "DDS 1.4, 2.2.3.11",
+    ),
 )

@@ -39,8 +39,12 @@ def as_the_standard_says(writer: Names, reader: Names) -> bool:
 
 
 def as_cyclone_dds_does(writer: Names, reader: Names) -> bool:
-    """Compare with ``*`` and ``?`` only; brackets are plain characters."""
-    return _some(writer or NO_NAME, reader or NO_NAME, _has_star_or_mark, _star_and_mark)
+    """Compare with ``*`` and ``?`` only, byte by byte in UTF-8; brackets are plain characters."""
+    return _some(_in_bytes(writer), _in_bytes(reader), _has_star_or_mark, _star_and_mark)
+
+
+def _in_bytes(names: Names) -> Names:
+    return tuple(name.encode("utf-8", "surrogatepass").decode("latin-1") for name in names or NO_NAME)
 
 
 def as_opendds_does(writer: Names, reader: Names) -> bool:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from cqos_core.guarantee import TAKEN_EVERY
 from cqos_core.policy import Anything, Choice, Count, Duration, Flag, Names, PerRole, Policy, Text, by_option
 from cqos_dds.implementations import FAST_DDS, IMPLEMENTATION
 from cqos_dds.kinds import Representations, choice, duration, length, number
@@ -601,6 +602,28 @@ DEPTH_MARGIN: Final = Policy(
     level="option",
 )
 
+PARTICIPANT_LEASE: Final = Policy(
+    "participant_lease",
+    duration(),
+    "of_implementation",
+    "How long a participant counts as alive after its last message; then its writers and readers are no longer matched.",
+    "DDSI-RTPS 2.5, 8.5.3.2 and 9.6.2.2; configuration of the implementations",
+    level="participant",
+    aliases=("participant_lease_duration", "participant_liveliness_lease_duration"),
+    words={
+        "of_implementation": by_option(
+            "implementation",
+            Anything("the participant lease of the implementation is not known"),
+            standard="100s",
+            cyclonedds="10s",
+            **dict.fromkeys(FAST_DDS, "20s"),
+            opendds="300s",
+            connext="100s",
+            dust="100s",
+        )
+    },
+)
+
 POLICIES: Final = (
     RELIABILITY,
     MAX_BLOCKING_TIME,
@@ -647,6 +670,7 @@ POLICIES: Final = (
     GROUP_DATA,
     TOPIC_DATA,
     ANNOUNCEMENT_PERIOD,
+    TAKEN_EVERY,
     TOPIC_TYPE,
     KEYED,
     PERIOD,
@@ -659,4 +683,5 @@ POLICIES: Final = (
     ROUND_TRIP,
     RESEND_ROUND_TRIPS,
     DEPTH_MARGIN,
+    PARTICIPANT_LEASE,
 )

@@ -319,7 +319,7 @@ MEETING: Final = (
         PUBLISHER_MEETS | SUBSCRIBER_MEETS,
         code="DDS403",
         name="partition-split",
-        because="they share no partition, and neither side is told",
+        because="they share no partition, which is no incompatibility, so no status reports it",
         clause="DDS 1.4, 2.2.3.13",
     ),
     meets(

@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.expression import as_sentence, ceil, in_, offered, publisher, requested, subscriber, topic
-from cqos_core.guarantee import RELAYED, WORDS, Unaffected, gives
+from cqos_core.guarantee import OUTAGE, RELAYED, TAKEN_EVERY, WORDS, Unaffected, gives
 from cqos_ros2.policies import (
     DEADLINE,
     DEPTH,
@@ -22,6 +22,7 @@ from cqos_ros2.policies import (
     KEYED,
     LEASE,
     LIFESPAN,
+    PARTICIPANT_LEASE,
     PERIOD,
     RELIABILITY,
     RESEND_ROUND_TRIPS,
@@ -55,6 +56,12 @@ NEVER_DROPPED: Final = (
     | (~BETWEEN_BRIDGES & (WAITS | (RELIABLE & KEPT)))
 )
 RESENT_IN: Final = ceil(RESEND_ROUND_TRIPS * ROUND_TRIP, topic(PERIOD)) + DEPTH_MARGIN
+
+# What the program has not taken yet waits in the subscription's history too, and a keep_last one replaces it.
+WAITING: Final = ceil(RESEND_ROUND_TRIPS * ROUND_TRIP + requested(TAKEN_EVERY), topic(PERIOD)) + DEPTH_MARGIN
+# The silence is as long as the outage and what is left of a period before and after it.
+SILENCE: Final = OUTAGE + topic(PERIOD) + topic(PERIOD)
+STILL_MATCHED: Final = (publisher(PARTICIPANT_LEASE) > SILENCE) & (subscriber(PARTICIPANT_LEASE) > SILENCE)
 
 RMW_ZENOH: Final = "rmw_zenoh, docs/design.md and rmw_publisher_data.cpp"
 DROPPED: Final = (
@@ -129,13 +136,14 @@ LOSS_FREE: Final = (
     ),
     gives(
         "loss_free",
-        has_room(requested(HISTORY) == "keep_all", requested(DEPTH), RESENT_IN),
+        has_room(requested(HISTORY) == "keep_all", requested(DEPTH), WAITING),
         code="ROS506",
         name="loss-by-shallow-subscription",
-        because="samples that wait for one that is sent again push out older ones that nobody has taken yet",
+        because="a keep_last subscription replaces the oldest samples that the program has not taken",
         clause="DDS 1.4, 2.2.3.18",
         fixes=("depth", "history"),
-        help="state the `period` of the topic and the option `round_trip_time`",
+        help="state the `period` of the topic, the option `round_trip_time`, and at the subscription `taken_every`: how often "
+        "the program takes samples",
     ),
     gives(
         "loss_free",
@@ -275,11 +283,13 @@ TIME: Final = (
     ),
     gives(
         "liveness",
-        offered(LEASE),
+        WORDS["liveness"].enough(offered(LEASE))
+        | (~OVER_ZENOH & WORDS["liveness"].enough(publisher(PARTICIPANT_LEASE))),
         code="ROS521",
         name="loss-of-publisher-unnoticed",
-        because="a publisher counts as alive until its lease has run out, and without one for ever",
-        clause="DDS 1.4, 2.2.3.11",
+        because="a publisher counts as alive until its lease, or that of its node's participant, has run out",
+        clause="DDS 1.4, 2.2.3.11; DDSI-RTPS 2.5, 8.5.3.2",
+        fixes=("liveliness_lease_duration",),
         help="with liveliness automatic only a dead process is noticed, with manual_by_topic a program that hangs as well",
     ),
     gives(
@@ -391,7 +401,117 @@ LATER: Final = (
     ),
 )
 
-GUARANTEES: Final = (*LATEST, *LOSS_FREE, *ARRIVAL, *LATE, *TIME, *LATER)
+# What a broken link costs: shorter than the participant leases, both ends stay matched and lost samples are sent again;
+# longer, the match ends, and begins anew as for a late subscription.
+ENDS_MATCH: Final = "DDSI-RTPS 2.5, 8.5.3.2; DDS 1.4, 2.2.3.4"
+OVER_AN_OUTAGE: Final = (
+    gives(
+        "latest",
+        KEPT | (topic(PERIOD) < "infinite"),
+        survives="link_outage",
+        code="ROS539",
+        name="latest-lost-in-outage",
+        because="what is sent while the link is down for longer than a participant lease reaches only a transient_local subscription",
+        clause=ENDS_MATCH,
+        help="state the `period` of the topic if its publisher sends again and again; else let both ends be transient_local",
+    ),
+    gives(
+        "loss_free",
+        STILL_MATCHED | KEPT,
+        survives="link_outage",
+        code="ROS540",
+        name="loss-in-outage",
+        because="after an outage longer than a participant lease a volatile subscription gets only what is sent then",
+        clause=ENDS_MATCH,
+        fixes=("durability",),
+        help="state the `period` of the topic; let both ends be transient_local, or set `participant_lease` of both nodes to "
+        "more than the outage",
+    ),
+    gives(
+        "loss_free",
+        (STILL_MATCHED & spans(offered(HISTORY) == "keep_all", offered(DEPTH), SILENCE)) | (~STILL_MATCHED & KEEPS_ALL),
+        survives="link_outage",
+        code="ROS541",
+        name="outage-longer-than-publisher-keeps",
+        because="the publisher keeps less than is sent while the link is down",
+        clause="DDS 1.4, 2.2.3.18",
+        fixes=("depth", "history"),
+        help="state the `period` of the topic",
+    ),
+    gives(
+        "loss_free",
+        (requested(HISTORY) == "keep_all") | (STILL_MATCHED & (requested(DEPTH) * topic(PERIOD) >= SILENCE)),
+        survives="link_outage",
+        code="ROS542",
+        name="outage-longer-than-subscription-keeps",
+        because="what was sent while the link was down arrives at once, and a keep_last subscription replaces the oldest of it",
+        clause="DDS 1.4, 2.2.3.18",
+        fixes=("depth", "history"),
+        help="state the `period` of the topic",
+    ),
+    gives(
+        "duplicate_free",
+        STILL_MATCHED | ~KEPT,
+        survives="link_outage",
+        code="ROS543",
+        name="replayed-after-outage",
+        because="a transient_local subscription that is matched again gets again what it got before",
+        clause=ENDS_MATCH,
+        help="let the application tell by the content what it has had before",
+    ),
+    gives(
+        "ordered",
+        STILL_MATCHED | ~KEPT,
+        survives="link_outage",
+        code="ROS544",
+        name="disorder-after-outage",
+        because="what a transient_local subscription gets again when it is matched again comes after newer samples",
+        clause=ENDS_MATCH,
+    ),
+    gives(
+        "max_gap",
+        OUTAGE + topic(PERIOD) <= MAX_GAP,
+        survives="link_outage",
+        code="ROS545",
+        name="gap-in-outage",
+        because="nothing arrives while the link is down",
+        clause="DDS 1.4, 2.2.3.7",
+        help="state the `period` of the topic",
+    ),
+    gives(
+        "max_gap",
+        None,
+        survives="link_outage",
+        doubt=True,
+        code="ROS546",
+        name="gap-after-outage",
+        because="no policy says how soon samples arrive again once the link is back",
+        clause="DDS 1.4, 2.2.3.7",
+    ),
+    *(
+        gives(
+            word,
+            STRAIGHT,
+            survives="link_outage",
+            doubt=True,
+            code=code,
+            name=f"{word.replace('_', '-')}-over-outage-of-relay",
+            because="how the micro-ROS agent and Zenoh routers take up a link that was down is not known",
+            clause="rmw_zenoh, docs/design.md; rmw_microxrcedds",
+        )
+        for code, word in (
+            ("ROS547", "latest"),
+            ("ROS548", "loss_free"),
+            ("ROS549", "duplicate_free"),
+            ("ROS550", "ordered"),
+            ("ROS551", "late_join"),
+            ("ROS552", "max_age"),
+            ("ROS553", "liveness"),
+        )
+    ),
+)
+
+GUARANTEES: Final = (*LATEST, *LOSS_FREE, *ARRIVAL, *LATE, *TIME, *LATER, *OVER_AN_OUTAGE)
 
 RESTARTS: Final = ("subscriber_restart", "publisher_restart")
 UNAFFECTED: Final = (

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from cqos_core.guarantee import TAKEN_EVERY
 from cqos_core.policy import (
     Anything,
     Choice,
@@ -400,6 +401,24 @@ DEPTH_MARGIN: Final = Policy(
     level="option",
 )
 
+PARTICIPANT_LEASE: Final = Policy(
+    "participant_lease",
+    Duration(),
+    "of_middleware",
+    "How long a node's participant counts as alive after its last message; then its endpoints are no longer matched.",
+    "DDSI-RTPS 2.5, 8.5.3.2; configuration of the middlewares",
+    level="participant",
+    words={
+        "of_middleware": by_option(
+            "rmw",
+            Anything("the participant lease of the middleware is not known"),
+            cyclonedds="10s",
+            fastdds="20s",
+            connext="100s",
+        )
+    },
+)
+
 POLICIES: Final = (
     HISTORY,
     DEPTH,
@@ -414,6 +433,7 @@ POLICIES: Final = (
     RAW_SETTINGS,
     INTRA_PROCESS,
     INTERFACE,
+    TAKEN_EVERY,
     TOPIC_NAME,
     TOPIC_TYPE,
     PERIOD,
@@ -432,4 +452,5 @@ POLICIES: Final = (
     ROUND_TRIP,
     RESEND_ROUND_TRIPS,
     DEPTH_MARGIN,
+    PARTICIPANT_LEASE,
 )

@@ -42,13 +42,14 @@ WIRE: Final = Wire(
         # What rmw_cyclonedds keeps for late readers; by Cyclone DDS alone that would be one sample.
         "history": ("history", "durability_service.history_kind"),
         "depth": ("history.depth", "durability_service.history_depth"),
+        "taken_every": "taken_every",
     },
-    options={"domain": "domain", "rmw": "implementation"},
+    options={"domain": "domain", "rmw": "implementation", "participant_lease": "participant_lease"},
     facts={
         name: name
         for name in (
             *("period", "latched", "keyed", "size"),
-            *("round_trip_time", "resend_round_trips", "reliable_depth_margin"),
+            *("outage", "round_trip_time", "resend_round_trips", "reliable_depth_margin"),
         )
     },
     words={"manual_by_node": "manual_by_participant", "micro_ros": "fastdds"},
