@@ -237,12 +237,12 @@ NO_LOSS = {"needs": {"loss_free": True}}
     ("node", "program"),
     [
         (
-            {"subscribes": {"/chatter": {"depth": 10, **NO_LOSS}}},
+            {"subscribes": {"/chatter": {"depth": 10, "taken_every": "10ms", **NO_LOSS}}},
             {"publishes": {"rt/chatter": SURE | {"history.depth": 10}}},
         ),
         (
             {"publishes": {"/chatter": {"depth": 10}}},
-            {"subscribes": {"rt/chatter": SURE | {"history.depth": 10} | NO_LOSS}},
+            {"subscribes": {"rt/chatter": SURE | {"history.depth": 10, "taken_every": "10ms"} | NO_LOSS}},
         ),
     ],
 )
@@ -267,7 +267,7 @@ def test_what_the_topic_on_the_wire_states_itself_counts_there(stated: str, verd
     options = {"ros2": {"round_trip_time": "10ms"}}
     topics = {"/chatter": {"period": "1s"}, "rt/chatter": {"period": stated, "protocol": "dds"}}
     node = {"publishes": {"/chatter": {"depth": 5}}}
-    program = {"subscribes": {"rt/chatter": SURE | {"history.depth": 5} | NO_LOSS}}
+    program = {"subscribes": {"rt/chatter": SURE | {"history.depth": 5, "taken_every": "0s"} | NO_LOSS}}
     assert judged(node, program, options=options, topics=topics).verdict == verdict
 
 

@@ -116,7 +116,7 @@ TABLE = {
         False,
     ),
 }
-BESIDE = {"type", "type_information", "liveliness.announcement_period"}
+BESIDE = {"type", "type_information", "liveliness.announcement_period", "taken_every"}
 """What an endpoint has beside the policies of the standard."""
 FIELDS = {
     f"{policy}.{field}".rstrip("."): (policy, field) for policy, (fields, *_) in TABLE.items() for field in fields
