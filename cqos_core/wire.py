@@ -158,8 +158,10 @@ def _open_options(endpoint: Resolved, wire: Wire, pack: RulePack) -> dict[int, V
     found: dict[int, Value] = {}
     for own_name, wire_name in wire.options.items():
         index, wire_index = _of_participant(endpoint.pack, own_name), _of_participant(pack, wire_name)
-        value = None if index is None else endpoint.profile.values[index]
-        if index is not None and wire_index is not None and not is_plain(value):
+        if index is None or wire_index is None:
+            continue
+        value = endpoint.profile.values[index]
+        if not is_plain(value):
             found[wire_index] = _translated(value, endpoint.pack.policies[index], pack.policies[wire_index], wire.words)
     return found
 
