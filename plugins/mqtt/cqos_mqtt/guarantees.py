@@ -17,17 +17,22 @@ from cqos_core.expression import (
     offered,
     publisher,
     requested,
+    stated,
     subscriber,
     topic,
 )
-from cqos_core.guarantee import RELAYED, WORDS, gives
+from cqos_core.guarantee import OUTAGE, RELAYED, TAKEN_EVERY, WORDS, Unaffected, gives
 from cqos_mqtt.policies import (
+    AUTOSAVE,
     BROKER_RECEIVE_MAXIMUM,
     BROKER_SESSION_EXPIRY,
+    BURST,
     CLEAN,
     EXPIRY,
     INFLIGHT,
+    IS_WILL,
     KEEP_ALIVE,
+    NOTICES_LATER,
     OVERLAPPING,
     PERIOD,
     PERSISTENCE,
@@ -41,7 +46,9 @@ from cqos_mqtt.policies import (
     SERVER_KEEP_ALIVE,
     SESSION_EXPIRY,
     SHARED,
+    STORES_SESSION,
     SUBSCRIBED,
+    WILL_ALLOWED,
     WILL_DELAY,
     WILL_TOPIC,
 )
@@ -54,23 +61,58 @@ LIVENESS: Final = requested(WORDS["liveness"].need)
 
 GETS_RETAINED: Final = offered(RETAIN) & (requested(RETAIN_HANDLING) != "do_not_send") & ~requested(SHARED)
 COMES_BACK: Final = keeps_session(subscriber) & ~subscriber(CLEAN)
+# A Will is sent by the broker, so no session of its client matters to it.
+SENDER_COMES_BACK: Final = offered(IS_WILL) | (keeps_session(publisher) & ~publisher(CLEAN))
 # In 3.1.1 a session that is kept has no end of its own, but a broker may put one to it (3.1.2.4).
 WAITS_LONG_ENOUGH: Final = (OFFLINE <= broker(BROKER_SESSION_EXPIRY)) & (
     in_3_1_1(subscriber) | (OFFLINE <= subscriber(SESSION_EXPIRY))
 )
+BRIDGES_OUTAGE: Final = (OUTAGE <= broker(BROKER_SESSION_EXPIRY)) & (
+    in_3_1_1(subscriber) | (OUTAGE <= subscriber(SESSION_EXPIRY))
+)
+SENDER_BRIDGES_OUTAGE: Final = offered(IS_WILL) | (
+    (OUTAGE <= broker(BROKER_SESSION_EXPIRY)) & (in_3_1_1(publisher) | (OUTAGE <= publisher(SESSION_EXPIRY)))
+)
+NOT_REPLAYED: Final = (
+    ~offered(RETAIN)
+    | (requested(RETAIN_HANDLING) == "do_not_send")
+    | (COMES_BACK & (requested(RETAIN_HANDLING) == "send_if_new"))
+)
+# A client whose session goes on need not subscribe again, so only a client with a new session certainly gets what is retained.
+FOUND_AGAIN: Final = (GETS_RETAINED & ~COMES_BACK) | (COMES_BACK & (EFFECTIVE >= "1"))
+SAVED_AT_ONCE: Final = broker(AUTOSAVE) == "0s"
+ROOM: Final = least(subscriber(RECEIVE_MAXIMUM), broker(INFLIGHT)) + broker(QUEUED)
 # A broker replaces the keep alive of 5.0 only: to a client of 3.1.1 it cannot say so, and Mosquitto leaves it; seen by
 # running it.
 PINGS_EVERY: Final = least(publisher(KEEP_ALIVE), broker(SERVER_KEEP_ALIVE))
 PINGS: Final = (publisher(KEEP_ALIVE) < "infinite") | (~in_3_1_1(publisher) & (PINGS_EVERY < "infinite"))
-NEVER_EXPIRES: Final = offered(EXPIRY) == "infinite"
-# The Will comes after one and a half keep alives and its delay, which the end of the session cuts short. All of it twice.
-TOLD_AFTER: Final = 3 * PINGS_EVERY + 2 * least(publisher(WILL_DELAY), publisher(SESSION_EXPIRY))
-TOLD_IN_TIME: Final = (in_3_1_1(publisher) & (3 * publisher(KEEP_ALIVE) <= 2 * LIVENESS)) | (
-    ~in_3_1_1(publisher) & (TOLD_AFTER <= 2 * LIVENESS)
+NEVER_EXPIRES: Final = (offered(EXPIRY) == "infinite") | in_3_1_1(publisher)
+TAKEN_IN_TIME: Final = NEVER_EXPIRES | (requested(TAKEN_EVERY) <= offered(EXPIRY))
+# The Will comes after one and a half keep alives, what the broker needs to notice, and the delay of the Will, which the end of
+# the session cuts short. All of it twice.
+TOLD_AFTER: Final = (
+    3 * PINGS_EVERY + 2 * broker(NOTICES_LATER) + 2 * least(publisher(WILL_DELAY), publisher(SESSION_EXPIRY))
 )
+TOLD_IN_TIME: Final = (
+    in_3_1_1(publisher) & (3 * publisher(KEEP_ALIVE) + 2 * broker(NOTICES_LATER) <= 2 * LIVENESS)
+) | (~in_3_1_1(publisher) & (TOLD_AFTER <= 2 * LIVENESS))
 
 SHARES: Final = "each message goes to one member of a share group only"
 FORGETS: Final = "the broker loses its sessions and messages when it is restarted without persistence"
+CRASHES: Final = "a broker that crashes loses what it has not saved yet, also messages that it has acknowledged"
+SAVING: Final = "Mosquitto, mosquitto.conf(5), autosave_interval"
+SAVE: Final = "use a broker that saves each message before it acknowledges it, and state `autosave_interval: 0s` of it"
+ENDS: Final = (
+    "the session of the subscriber ends with its connection, so what is published before it subscribes again is lost"
+)
+UNSENT: Final = (
+    "the session of the publisher ends with its connection, so a message on its way at that moment is not sent again"
+)
+UNSTORED: Final = "a client that keeps its part of the session in memory only forgets it when its program is killed"
+STORE: Final = "state `stores_session` of the client: whether its library keeps unacknowledged messages on disk"
+REPLAYED: Final = "a retained message is sent once more when the client subscribes again"
+EXPIRED: Final = "a message that waits in the broker for longer than its expiry is dropped"
+SESSION_CLAUSE: Final = "MQTT 3.1.1, 4.1 and MQTT-4.4.0-1; MQTT 5.0, 4.1 and MQTT-4.4.0-1"
 
 GUARANTEES: Final = (
     gives(
@@ -93,7 +135,7 @@ GUARANTEES: Final = (
     ),
     gives(
         "loss_free",
-        keeps_session(publisher),
+        SENDER_COMES_BACK,
         survives="publisher_restart",
         code="MQTT414",
         name="publisher-session-lost",
@@ -119,6 +161,110 @@ GUARANTEES: Final = (
         clause="MQTT 3.1.1, 4.1; MQTT 5.0, 4.1",
     ),
     gives(
+        "loss_free",
+        publisher(STORES_SESSION) | offered(IS_WILL),
+        survives="publisher_restart",
+        code="MQTT422",
+        name="publisher-session-in-memory",
+        because=UNSTORED,
+        clause=SESSION_CLAUSE,
+        help=STORE,
+    ),
+    gives(
+        "loss_free",
+        COMES_BACK & BRIDGES_OUTAGE,
+        survives="link_outage",
+        code="MQTT418",
+        name="session-ends-with-link",
+        because="the session of the subscriber does not outlast the outage, so what is published meanwhile is lost",
+        clause=SESSION_CLAUSE,
+    ),
+    gives(
+        "loss_free",
+        SENDER_COMES_BACK & SENDER_BRIDGES_OUTAGE,
+        survives="link_outage",
+        code="MQTT419",
+        name="publisher-session-ends-with-link",
+        because="the session of the publisher does not outlast the outage, so messages on their way at the break are not sent again",
+        clause=SESSION_CLAUSE,
+    ),
+    gives(
+        "loss_free",
+        (broker(QUEUED) == "unlimited") | (ceil(OUTAGE, topic(PERIOD)) <= broker(QUEUED)),
+        survives="link_outage",
+        code="MQTT420",
+        name="queue-overflow-in-outage",
+        because="more messages come during the outage than the broker keeps for a client, and it drops the rest",
+        clause="C-QoS, limits of brokers",
+        help="state `period` of the topic and `max_queued_messages` of the broker",
+    ),
+    gives(
+        "loss_free",
+        NEVER_EXPIRES | (OUTAGE <= offered(EXPIRY)),
+        survives="link_outage",
+        code="MQTT421",
+        name="expires-in-outage",
+        because=EXPIRED,
+        clause="MQTT 5.0, MQTT-3.3.2-5",
+        fixes=("message_expiry_interval",),
+    ),
+    gives(
+        "loss_free",
+        COMES_BACK,
+        survives="intermediary_restart",
+        code="MQTT423",
+        name="session-ends-with-broker",
+        because=ENDS,
+        clause=SESSION_CLAUSE,
+    ),
+    gives(
+        "loss_free",
+        SENDER_COMES_BACK,
+        survives="intermediary_restart",
+        code="MQTT424",
+        name="publisher-session-ends-with-broker",
+        because=UNSENT,
+        clause=SESSION_CLAUSE,
+    ),
+    gives(
+        "loss_free",
+        SAVED_AT_ONCE,
+        survives="broker_crash",
+        code="MQTT425",
+        name="loss-with-broker-crash",
+        because=CRASHES,
+        clause=SAVING,
+        help=SAVE,
+    ),
+    gives(
+        "loss_free",
+        TAKEN_IN_TIME,
+        code="MQTT426",
+        name="expires-before-it-is-taken",
+        because=EXPIRED,
+        clause="MQTT 5.0, MQTT-3.3.2-5",
+        fixes=("message_expiry_interval",),
+        help="state `taken_every` of the subscription, no longer than the expiry",
+    ),
+    gives(
+        "loss_free",
+        ~stated(topic(BURST)) | (topic(BURST) <= ROOM),
+        code="MQTT706",
+        name="burst-overflows-queue",
+        because="more messages may come at once than the broker keeps for a connected client, and it drops the rest",
+        clause="C-QoS, limits of brokers",
+        help="a larger `max_queued_messages`, or fewer messages at once",
+    ),
+    gives(
+        "loss_free",
+        ~stated(requested(TAKEN_EVERY)) | (ceil(requested(TAKEN_EVERY), topic(PERIOD)) <= ROOM),
+        code="MQTT707",
+        name="slow-subscriber-overflows-queue",
+        because="more messages come from one take to the next than the broker keeps for a connected client, and it drops the rest",
+        clause="C-QoS, limits of brokers",
+        help="state `period` of the topic and `max_queued_messages` of the broker, or take messages more often",
+    ),
+    gives(
         "latest",
         (offered(QOS) >= "1") & ((GRANTED >= "1") | GETS_RETAINED),
         code="MQTT108",
@@ -138,14 +284,100 @@ GUARANTEES: Final = (
     ),
     gives(
         "latest",
-        GETS_RETAINED | (COMES_BACK & (EFFECTIVE >= "1")),
+        TAKEN_IN_TIME,
+        code="MQTT326",
+        name="latest-expires",
+        because=EXPIRED,
+        clause="MQTT 5.0, MQTT-3.3.2-5",
+        fixes=("message_expiry_interval",),
+        help="state `taken_every` of the subscription, no longer than the expiry",
+    ),
+    gives(
+        "latest",
+        (GETS_RETAINED & ~(COMES_BACK & BRIDGES_OUTAGE))
+        | (
+            COMES_BACK
+            & BRIDGES_OUTAGE
+            & (EFFECTIVE >= "1")
+            & ((broker(QUEUED) == "unlimited") | (ceil(OUTAGE, topic(PERIOD)) <= broker(QUEUED)))
+        ),
+        survives="link_outage",
+        code="MQTT320",
+        name="latest-lost-in-outage",
+        because="what is published during the outage waits only in a session that outlasts it, or as a retained message for a client "
+        "that subscribes again",
+        clause=SESSION_CLAUSE,
+        fixes=("retain", "retain_handling"),
+    ),
+    gives(
+        "latest",
+        SENDER_COMES_BACK & SENDER_BRIDGES_OUTAGE,
+        survives="link_outage",
+        code="MQTT321",
+        name="latest-not-sent-after-outage",
+        because="the session of the publisher does not outlast the outage, so messages on their way at the break are not sent again",
+        clause=SESSION_CLAUSE,
+    ),
+    gives(
+        "latest",
+        NEVER_EXPIRES | (OUTAGE <= offered(EXPIRY)),
+        survives="link_outage",
+        code="MQTT322",
+        name="latest-expires-in-outage",
+        because=EXPIRED,
+        clause="MQTT 5.0, MQTT-3.3.2-5",
+        fixes=("message_expiry_interval",),
+    ),
+    gives(
+        "latest",
+        GETS_RETAINED & ((requested(RETAIN_HANDLING) == "send") | ~COMES_BACK),
         survives="subscriber_restart",
         code="MQTT317",
         name="latest-not-kept",
-        because="what was published before a client subscribes reaches it only as a retained message, or in a session that it "
-        "comes back to",
-        clause="MQTT 3.1.1, MQTT-3.3.1-6; MQTT 5.0, 3.3.1.3",
+        because="a program that was started again is sent the newest message once more only if that is retained, and not with "
+        "retain_handling send_if_new in a session that goes on",
+        clause="MQTT 3.1.1, MQTT-3.3.1-6; MQTT 5.0, 3.3.1.3 and MQTT-3.3.1-10",
         fixes=("retain", "retain_handling"),
+    ),
+    gives(
+        "latest",
+        NEVER_EXPIRES | (topic(PERIOD) <= offered(EXPIRY)),
+        survives="subscriber_restart",
+        code="MQTT327",
+        name="latest-expires-before-restart",
+        because="the retained message may expire before the next one comes, and then the broker has none",
+        clause="MQTT 5.0, MQTT-3.3.2-5",
+        fixes=("message_expiry_interval",),
+    ),
+    gives(
+        "latest",
+        SENDER_COMES_BACK & (publisher(STORES_SESSION) | offered(IS_WILL)),
+        survives="publisher_restart",
+        code="MQTT323",
+        name="latest-lost-with-publisher",
+        because="a message on its way when the publisher is killed is sent again only from a session that both sides have kept",
+        clause=SESSION_CLAUSE,
+        help=STORE,
+    ),
+    gives(
+        "latest",
+        FOUND_AGAIN & SENDER_COMES_BACK,
+        survives="intermediary_restart",
+        code="MQTT324",
+        name="latest-not-found-after-broker",
+        because="a message on its way when the broker ends arrives only if the publisher's session goes on, and then the subscriber's "
+        "session, or a retained message for a new one",
+        clause=SESSION_CLAUSE,
+    ),
+    gives(
+        "latest",
+        SAVED_AT_ONCE,
+        survives="broker_crash",
+        code="MQTT325",
+        name="latest-lost-with-broker-crash",
+        because=CRASHES,
+        clause=SAVING,
+        help=SAVE,
     ),
     gives(
         "latest",
@@ -173,6 +405,83 @@ GUARANTEES: Final = (
         because="another filter of the same client matches the topic too, and a broker may send a message once for each",
         clause="MQTT 3.1.1, MQTT-3.3.5-1; MQTT 5.0, MQTT-3.3.4-2",
         help="one filter that covers both, or one client for each",
+    ),
+    gives(
+        "duplicate_free",
+        NOT_REPLAYED,
+        survives="link_outage",
+        code="MQTT109",
+        name="retained-again-after-outage",
+        because=REPLAYED,
+        clause="MQTT 3.1.1, MQTT-3.3.1-6; MQTT 5.0, MQTT-3.3.1-9 and MQTT-3.3.1-10",
+        fixes=("retain_handling",),
+    ),
+    gives(
+        "duplicate_free",
+        ~offered(RETAIN) | (requested(RETAIN_HANDLING) == "do_not_send") | BRIDGES_OUTAGE,
+        survives="link_outage",
+        code="MQTT110",
+        name="retained-in-new-session",
+        because="the session ends before the outage does, and in a new one a retained message is sent once more",
+        clause="MQTT 5.0, MQTT-3.3.1-10",
+    ),
+    gives(
+        "duplicate_free",
+        (offered(QOS) == "0") | (SENDER_COMES_BACK & SENDER_BRIDGES_OUTAGE),
+        survives="link_outage",
+        code="MQTT111",
+        name="sent-again-in-new-session",
+        because="a library that sends a message of QoS 2 again in a new session sends one that the broker does not know as the same",
+        clause=SESSION_CLAUSE,
+    ),
+    gives(
+        "duplicate_free",
+        NOT_REPLAYED,
+        survives="subscriber_restart",
+        code="MQTT112",
+        name="retained-again-after-restart",
+        because=REPLAYED,
+        clause="MQTT 3.1.1, MQTT-3.3.1-6; MQTT 5.0, MQTT-3.3.1-9 and MQTT-3.3.1-10",
+        fixes=("retain_handling",),
+    ),
+    gives(
+        "duplicate_free",
+        (EFFECTIVE == "0") | ~COMES_BACK | subscriber(STORES_SESSION),
+        survives="subscriber_restart",
+        code="MQTT113",
+        name="identifiers-in-memory",
+        because=UNSTORED + ", so it takes a message of QoS 2 that is sent again for a new one",
+        clause="MQTT 3.1.1, 4.1 and 4.3.3; MQTT 5.0, 4.1 and 4.3.3",
+        help=STORE,
+    ),
+    gives(
+        "duplicate_free",
+        NOT_REPLAYED,
+        survives="intermediary_restart",
+        code="MQTT114",
+        name="retained-again-after-broker",
+        because=REPLAYED,
+        clause="MQTT 3.1.1, MQTT-3.3.1-6; MQTT 5.0, MQTT-3.3.1-9 and MQTT-3.3.1-10",
+        fixes=("retain_handling",),
+    ),
+    gives(
+        "duplicate_free",
+        (offered(QOS) == "0") | (broker(PERSISTENCE) & SENDER_COMES_BACK),
+        survives="intermediary_restart",
+        code="MQTT115",
+        name="duplicates-after-broker",
+        because="a broker that has lost its sessions takes a message of QoS 2 that is sent again for a new one",
+        clause=SESSION_CLAUSE,
+    ),
+    gives(
+        "duplicate_free",
+        ((offered(QOS) == "0") & ~broker(QUEUES_QOS0)) | SAVED_AT_ONCE,
+        survives="broker_crash",
+        code="MQTT116",
+        name="duplicates-after-broker-crash",
+        because="a broker that crashes comes back with an older state, and sends again what it had delivered since",
+        clause=SAVING,
+        help=SAVE,
     ),
     gives(
         "ordered",
@@ -261,6 +570,35 @@ GUARANTEES: Final = (
         clause="MQTT 3.1.1, 4.1; MQTT 5.0, 4.1",
     ),
     gives(
+        "late_join",
+        SAVED_AT_ONCE,
+        survives="broker_crash",
+        code="MQTT328",
+        name="retained-lost-with-broker-crash",
+        because=CRASHES,
+        clause=SAVING,
+        help=SAVE,
+    ),
+    gives(
+        "late_join",
+        (requested(RETAIN_HANDLING) != "send_if_new") | ~COMES_BACK,
+        survives="subscriber_restart",
+        code="MQTT329",
+        name="retained-not-sent-to-old-session",
+        because="with retain_handling send_if_new a session that goes on is not sent the retained message again",
+        clause="MQTT 5.0, MQTT-3.3.1-10",
+        fixes=("retain_handling",),
+    ),
+    gives(
+        "offline",
+        ~requested(SHARED),
+        code="MQTT427",
+        name="offline-of-a-share",
+        because="a member of a share group that is away finds its share of the messages when it comes back, and not all of them",
+        clause="MQTT 5.0, 4.8.2",
+        help="subscribe without `$share`",
+    ),
+    gives(
         "offline",
         keeps_session(subscriber),
         code="MQTT401",
@@ -321,6 +659,16 @@ GUARANTEES: Final = (
         clause="MQTT 3.1.1, 4.1; MQTT 5.0, 4.1",
     ),
     gives(
+        "offline",
+        SAVED_AT_ONCE,
+        survives="broker_crash",
+        code="MQTT428",
+        name="session-lost-with-broker-crash",
+        because=CRASHES,
+        clause=SAVING,
+        help=SAVE,
+    ),
+    gives(
         "max_age",
         (offered(EXPIRY) < "infinite") & ~in_3_1_1(publisher),
         code="MQTT501",
@@ -349,7 +697,9 @@ GUARANTEES: Final = (
     ),
     gives(
         "liveness",
-        (publisher(WILL_TOPIC) != "") & call("hears", publisher(WILL_TOPIC), subscriber(SUBSCRIBED)),
+        (publisher(WILL_TOPIC) != "")
+        & publisher(WILL_ALLOWED)
+        & call("hears", publisher(WILL_TOPIC), subscriber(SUBSCRIBED)),
         code="MQTT505",
         name="liveness-without-will",
         because="only a Will tells that a client is lost, to those who subscribe to its topic",
@@ -361,7 +711,7 @@ GUARANTEES: Final = (
         ~PINGS | TOLD_IN_TIME,
         code="MQTT506",
         name="liveness-too-slow",
-        because="a loss is noticed after one and a half keep alives, and told after the delay of the Will",
+        because="the broker notices a loss after one and a half keep alives at the earliest, and sends the Will after its delay",
         clause="MQTT 3.1.1, MQTT-3.1.2-24; MQTT 5.0, MQTT-3.1.2-22 and MQTT-3.1.2-21",
     ),
     gives(
@@ -380,4 +730,44 @@ GUARANTEES: Final = (
         because="what is noticed is the loss of the bridge, not that of who publishes on its other side",
         clause="C-QoS, guarantees",
     ),
+    gives(
+        "liveness",
+        None,
+        survives="intermediary_restart",
+        code="MQTT512",
+        name="no-will-while-broker-is-down",
+        because="a publisher that dies while the broker is down leaves no Will",
+        clause="MQTT 3.1.1, 3.1.2.5; MQTT 5.0, 3.1.2.5",
+    ),
 )
+
+IN_ORDER: Final = "what is sent again is sent in the order in which it was sent first"
+UNAFFECTED: Final = (
+    Unaffected(
+        "duplicate_free",
+        ("publisher_restart",),
+        "a publisher sends again only within its session, under an identifier that the broker knows",
+        "MQTT 3.1.1, MQTT-4.4.0-1 and 4.3.3; MQTT 5.0, MQTT-4.4.0-1 and 4.3.3",
+    ),
+    Unaffected(
+        "ordered",
+        ("link_outage", "subscriber_restart", "publisher_restart"),
+        IN_ORDER,
+        "MQTT 3.1.1, MQTT-4.6.0-1 to MQTT-4.6.0-4; MQTT 5.0, MQTT-4.6.0-1 to MQTT-4.6.0-4",
+    ),
+    Unaffected(
+        "late_join",
+        ("link_outage", "publisher_restart"),
+        "the broker keeps a retained message, also while no client is connected",
+        "MQTT 3.1.1, 3.1.2.4 and 3.3.1.3; MQTT 5.0, 3.3.1.3 and 4.1",
+    ),
+    Unaffected("offline", ("subscriber_restart",), "a restart is an absence", "MQTT 3.1.1, 4.1; MQTT 5.0, 4.1"),
+    Unaffected("max_age", ("subscriber_restart",), "the broker drops expired messages", "MQTT 5.0, MQTT-3.3.2-5"),
+    Unaffected(
+        "liveness",
+        ("publisher_restart",),
+        "it is the loss that is noticed",
+        "MQTT 3.1.1, MQTT-3.1.2-8; MQTT 5.0, MQTT-3.1.2-7",
+    ),
+)
+"""What faults leave as it is."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from cqos_core.guarantee import TAKEN_EVERY
 from cqos_core.policy import Anything, Choice, Count, Duration, Flag, Names, Policy, Text
 from cqos_mqtt.kinds import Access, Seconds, quality, unlimited
 
@@ -191,6 +192,15 @@ CLOSING: Final = Policy(
     derived=True,
 )
 
+RESERVED: Final = Policy(
+    "reserved_topic",
+    Flag(),
+    "false",
+    "Whether the topic is one on which only the broker itself publishes, `$SYS/…`; derived from the topic.",
+    "MQTT 3.1.1, 4.7.2; MQTT 5.0, 4.7.2",
+    roles=PUBLICATION,
+    derived=True,
+)
 MAY_PUBLISH: Final = Policy(
     "may_publish",
     Flag(),
@@ -392,6 +402,15 @@ WILL_EXPIRY: Final = Policy(
     "MQTT 5.0, 3.1.3.2.4",
     level="participant",
     aliases=("will.expiry",),
+)
+WILL_ALLOWED: Final = Policy(
+    "will_allowed",
+    Flag(),
+    "true",
+    "Whether the access control of the broker lets the client publish its Will; derived from the broker's `acl`.",
+    "Mosquitto, mosquitto.conf(5), acl_file",
+    level="participant",
+    derived=True,
 )
 # What follows from all clients together; filled in.
 SAME_ID: Final = Policy(
@@ -662,6 +681,7 @@ POLICIES: Final = (
     RETAIN_HANDLING,
     SUBSCRIPTION_ID,
     NEEDS_RETAIN_FLAG,
+    TAKEN_EVERY,
     SHARED,
     WILDCARDS,
     OVERLAPPING,
@@ -669,6 +689,7 @@ POLICIES: Final = (
     MIXED_QOS,
     IS_WILL,
     CLOSING,
+    RESERVED,
     MAY_PUBLISH,
     CONTROLLED,
     READABLE,
@@ -690,6 +711,7 @@ POLICIES: Final = (
     WILL_RETAIN,
     WILL_DELAY,
     WILL_EXPIRY,
+    WILL_ALLOWED,
     SAME_ID,
     SESSION,
     SUBSCRIBED,

@@ -63,6 +63,7 @@ from cqos_mqtt.policies import (
     READABLE,
     RECEIVE_MAXIMUM,
     REPEATED,
+    RESERVED,
     RETAIN,
     RETAIN_AS_PUBLISHED,
     RETAIN_AVAILABLE,
@@ -407,6 +408,16 @@ SESSIONS: Final = (
         severity="error",
         fixes=("message_expiry_interval",),
     ),
+    forbids(
+        in_3_1_1(publisher) & stated(offered(TOPIC_ALIAS)),
+        code="MQTT413",
+        name="topic-alias-not-in-3-1-1",
+        says="{endpoint} of MQTT 3.1.1 states topic alias {topic_alias}",
+        because="MQTT 3.1.1 has no topic aliases, so it cannot be sent",
+        clause="MQTT 5.0, 3.3.2.3.4",
+        severity="error",
+        fixes=("topic_alias",),
+    ),
 )
 
 MAX_AGE: Final = WORDS["max_age"].need
@@ -549,6 +560,15 @@ FILTERS: Final = (
         clause="MQTT 3.1.1, MQTT-3.3.1-9; MQTT 5.0, MQTT-3.3.1-12 and MQTT-3.3.1-13",
         fixes=("retain_as_published",),
     ),
+    requires(
+        ~offered(RESERVED),
+        code="MQTT622",
+        name="published-to-sys",
+        says="{endpoint} publishes below `$SYS/`, where only the broker publishes",
+        because="brokers drop or refuse what clients publish there",
+        clause="MQTT 3.1.1, 4.7.2; MQTT 5.0, 4.7.2; Mosquitto by running it",
+        help="publish to a topic that does not begin with `$SYS/`",
+    ),
     meets(
         offered(MAY_PUBLISH)
         & (
@@ -590,7 +610,9 @@ FLOW: Final = (
         clause="MQTT 3.1.1, MQTT-4.6.0-6; MQTT 5.0, MQTT-4.6.0-5",
     ),
     forbids(
-        (EFFECTIVE >= "1") & (topic(BURST) > least(subscriber(RECEIVE_MAXIMUM), broker(INFLIGHT)) + broker(QUEUED)),
+        ~as_sentence(requested(WORDS["loss_free"].need))
+        & (EFFECTIVE >= "1")
+        & (topic(BURST) > least(subscriber(RECEIVE_MAXIMUM), broker(INFLIGHT)) + broker(QUEUED)),
         code="MQTT704",
         name="queue-overflow",
         says="`{topic}` may bring {burst} messages at once, more than the broker keeps for {subscriber}",

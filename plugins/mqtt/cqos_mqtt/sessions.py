@@ -38,6 +38,9 @@ if TYPE_CHECKING:
 
 WILL: Final = "will"
 """The kind of the endpoint that a Will is."""
+BY_BROKER: Final = "broker"
+"""The kind of an endpoint on which the broker itself publishes."""
+RESERVED: Final = "$SYS/"
 ANYBODY: Final = "*"
 NOBODY: Final = "-"
 """Who in a line of access control: every client, and those who give no name."""
@@ -56,6 +59,8 @@ def complete(
     for position, endpoint in enumerate(endpoints):
         if endpoint.role == SUBSCRIBER and endpoint.topic is not None:
             _of_the_filter(endpoint.topic, of_endpoints.setdefault(position, {}))
+        elif (endpoint.topic or "").startswith(RESERVED) and endpoint.kind != BY_BROKER:
+            of_endpoints.setdefault(position, {})["reserved_topic"] = _TRUE
         by_client.setdefault(endpoint.participant, []).append((position, endpoint))
     for client, own in by_client.items():
         facts = _of_the_client(client, [endpoint for _, endpoint in own])
@@ -63,14 +68,21 @@ def complete(
             of_participants.setdefault(client, {}).update(facts)
         if len(own) > 1:
             _of_several(own, of_endpoints)
+    wills = list(_wills(participants, by_client))
+    sent = {each.participant: each for each in wills}
     clients = {each.id: each for each in participants}
-    for client, own in by_client.items():
-        rights = _rights(clients[client], brokers) if brokers else None
-        if rights is not None:
-            for position, endpoint in own:
-                of_endpoints.setdefault(position, {}).update(_allowed(endpoint, rights))
+    for client, participant in clients.items():
+        rights = _rights(participant, brokers) if brokers else None
+        if rights is None:
+            continue
+        for position, endpoint in by_client.get(client, ()):
+            of_endpoints.setdefault(position, {}).update(_allowed(endpoint, rights))
+        if client in sent:
+            allowed = _allowed(sent[client], rights)
+            sent[client].settings.update(allowed)
+            of_participants.setdefault(client, {})["will_allowed"] = allowed["may_publish"]
     kept = {position: facts for position, facts in of_endpoints.items() if facts}
-    return Completion(of_participants, kept, tuple(_wills(participants, by_client)))
+    return Completion(of_participants, kept, tuple(wills))
 
 
 def _rights(client: Participant, brokers: Mapping[str, Broker]) -> list[tuple[str, str]] | None:

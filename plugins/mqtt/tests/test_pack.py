@@ -107,7 +107,7 @@ def test_loss_and_duplicates_are_two_properties(published, granted, loss_free, d
 # Filters as meeting
 
 FARM: dict[str, dict[str, Any]] = {
-    "station": {"publishes": {"farm/a/weather": {}, "farm/b/weather": {}, "$SYS/x": {}}},
+    "station": {"publishes": {"farm/a/weather": {}, "farm/b/weather": {}, "$x/y": {}}},
     "display": {"subscribes": {"farm/+/weather": {}}},
     "one": {"subscribes": {"farm/a/weather": {}}},
     "all": {"subscribes": {"#": {}}},
