@@ -4,6 +4,7 @@
 python3 dev.py demo             check two example diagrams, one that fits and one that does not
 python3 dev.py test [ARGS]      all checks: lint, types, import contracts, tests (ARGS go to pytest; --cov adds coverage)
 python3 dev.py lint             the same without the tests
+python3 dev.py conformance      run 200 random pairs on each implementation of DDS, and all examples; record what comes out
 python3 dev.py explore [ARGS]   property tests with new random examples, and many of them (ARGS go to pytest)
 python3 dev.py run -- ARGS      the command `cqos` with ARGS
 python3 dev.py setup            only set up (the others do that by themselves, when something changed)
@@ -60,14 +61,22 @@ class TroubleError(Exception):
 
 def main(arguments: list[str]) -> int:
     """Run one command; return the exit code."""
-    commands = {"demo": demo, "test": test, "explore": explore, "lint": lint, "run": run, "setup": setup_everything}
+    commands = {
+        "demo": demo,
+        "test": test,
+        "explore": explore,
+        "lint": lint,
+        "conformance": conformance,
+        "run": run,
+        "setup": setup_everything,
+    }
     name, *rest = arguments or ["--help"]
     if name in {"-h", "--help", "help"}:
         print(__doc__)
         return 0 if arguments else 2
     if name not in commands:
         raise TroubleError(f"there is no command {name!r}; there are {', '.join(commands)}")
-    if rest and name in {"demo", "lint", "setup"}:
+    if rest and name in {"demo", "lint", "conformance", "setup"}:
         raise TroubleError(f"{name} takes no arguments, found {' '.join(rest)!r}")
     return commands[name](rest[1:] if rest[:1] == ["--"] else rest)
 
@@ -115,6 +124,14 @@ def lint(_: list[str]) -> int:
     """Run the static checks; return 1 if any fails."""
     setup(everything=True)
     return run_steps(lint_steps())
+
+
+def conformance(_: list[str]) -> int:
+    """Run many pairs on the middleware itself and record what comes out; return 1 if any differs from its verdict."""
+    setup(everything=True)
+    have_programs()
+    command = [tool("python"), "-m", "tests.conformance.proofs", "200", "2026"]
+    return subprocess.run(command, cwd=ROOT, env=environment(), check=False).returncode
 
 
 def run(arguments: list[str]) -> int:
@@ -326,8 +343,10 @@ def install_venv_module() -> None:
         raise TroubleError(advice)
 
 
-# Programs that some tests run, the package of the system that has them, and what is left out without.
+# Programs and headers that some tests need, the package of the system that has them, and what is left out without.
 PROGRAMS = (
+    ("g++", "g++", "no pair runs on Fast DDS"),
+    ("fastrtps/config.h", "libfastrtps-dev", "no pair runs on Fast DDS"),
     ("mosquitto", "mosquitto", "the MQTT pack is not compared with Mosquitto"),
     ("npm", "npm", "the .proto files are not linted, and the modeler's client in JavaScript is not run"),
 )
@@ -335,13 +354,17 @@ SYSTEM_FOLDERS = "/usr/sbin:/usr/local/sbin:/opt/homebrew/sbin"
 
 
 def have_programs() -> None:
-    """Install the programs that tests run where we may, else say what is left out."""
+    """Install the programs and headers that tests need where we may, else say what is left out."""
     for program, package, left_out in PROGRAMS:
-        if shutil.which(program) or shutil.which(program, path=SYSTEM_FOLDERS):
+        if (
+            shutil.which(program)
+            or shutil.which(program, path=SYSTEM_FOLDERS)
+            or Path("/usr/include", program).is_file()
+        ):
             continue
         apt_get = shutil.which("apt-get")
         if apt_get is not None and os.geteuid() == 0:  # type: ignore[attr-defined,unused-ignore]
-            print(f"dev.py: installing {package}, which tests run ...", file=sys.stderr, flush=True)
+            print(f"dev.py: installing {package}, which tests need ...", file=sys.stderr, flush=True)
             if installed_by(apt_get, package):
                 continue
         message = f"dev.py: {program} is not installed, so {left_out} (apt-get install {package})"

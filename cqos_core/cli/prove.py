@@ -245,6 +245,8 @@ class _Session:
         for line in timeline(outcome.events):
             self.show(f"    {clean(line)}")
         self.show(self.paint(f"  {clean(runs.summary(outcome))}", "title"))
+        for code, message in runs.not_seen(trial, outcome):
+            self.show(f"  this run does not show {code}: {clean(message)}")
         wrong = runs.disagreements(trial, outcome, self.where)
         for each in wrong:
             say(each, severity="error", choice=self.color)
@@ -272,18 +274,16 @@ class _Session:
 def timeline(events: Iterable[Event]) -> list[str]:
     """Return a line for each event; samples that follow each other are one line."""
     lines: list[tuple[float, str, str, str, list[int]]] = []
-    open_lines: dict[tuple[str, str], list[int]] = {}
+    growing: dict[tuple[str, str, str], list[int]] = {}
     for event in events:
+        key = (event.who, event.what, event.text)
         if event.number is None:
-            open_lines.clear()
-        key = (event.who, event.what)
-        if event.number is not None and key in open_lines:
-            open_lines[key].append(event.number)
+            growing.clear()
+        elif key in growing:
+            growing[key].append(event.number)
             continue
-        numbers = [] if event.number is None else [event.number]
-        if numbers:
-            open_lines[key] = numbers
-        lines.append((event.at, event.who, event.what.replace("_", " "), event.text if not numbers else "", numbers))
+        numbers = growing.setdefault(key, [event.number]) if event.number is not None else []
+        lines.append((event.at, event.who, event.what.replace("_", " "), event.text, numbers))
     return [
         f"{at:7.3f} s  {who:<10}  {what}{f' {_ranges(numbers)}' if numbers else ''}{f': {text}' if text else ''}"
         for at, who, what, text, numbers in lines

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 _ROUNDS: Final = 10
 """Fixes that one pair may take."""
+_SAMPLES: Final = 20
+_MOST_EARLY: Final = 100
 _HERE: Final = Place("the command line", path="cqos prove")
 
 
@@ -82,18 +84,19 @@ def prepare(
         NotRunnableError: no prover runs this pair.
     """
     topic, _ = settled_pair(system, publisher, subscriber, where)
-    pack, ends, packs = _on_the_wire(system, publisher, subscriber, where)
+    pack, ends = _on_the_wire(system, publisher, subscriber, where)
     name, prover = _choose(pack, ends, on)
-    assumed = _with_facts(_assuming(system, pack, packs, name, prover, where), topic, subscriber, fault, where)
+    assumed = _with_facts(_assuming(system, pack, ends, name, prover), topic, subscriber, fault, where)
     report = explain_pair(assumed, publisher, subscriber, where)
     if report.hops:
         hops = "; ".join(f"`{hop.publisher}` and `{hop.subscriber}`" for hop in report.hops)
         raise NotRunnableError(f"the two meet over bridges only; name the ends of one hop: {hops}")
-    pack, ends, _ = _on_the_wire(assumed, publisher, subscriber, where)
+    pack, ends = _on_the_wire(assumed, publisher, subscriber, where)
     broker = _texts(ends[0], "broker") or _texts(ends[1], "broker")
     offering, requesting = (
         End(each.id, _texts(each, ENDPOINT), _texts(each, "participant", "option")) for each in ends
     )
+    early = _early(topic)
     plan = Plan(
         pack.id,
         ends[0].key or topic.key,
@@ -102,6 +105,8 @@ def prepare(
         filter=(ends[1].endpoint.topic or "") if ends[1].carried is None else "",
         facts={**_texts(ends[1], "topic"), **_texts(ends[0], "topic")},
         broker=broker,
+        samples=early + _SAMPLES,
+        early=early,
         fault=fault,
     )
     return Trial(assumed, publisher, subscriber, topic.shown, topic.pack.id, report, plan, prover, name)
@@ -109,15 +114,13 @@ def prepare(
 
 def _on_the_wire(
     system: System, publisher: str, subscriber: str, where: Context
-) -> tuple[RulePack, tuple[Resolved, Resolved], list[RulePack]]:
-    """Return the pack that has provers for a pair, the two as it sees them, and all packs in play."""
+) -> tuple[RulePack, tuple[Resolved, Resolved]]:
+    """Return the pack that has provers for a pair, and the two as it sees them."""
     topic, resolver = settled_pair(system, publisher, subscriber, where)
     ends = _as_settled(topic.publishers[0]), _as_settled(topic.subscribers[0])
-    carried_by = [end.carried.endpoint.pack for end in ends if end.carried is not None]
-    packs = list({pack.id: pack for pack in (topic.pack, *carried_by)}.values())
     pack = topic.pack
     if pack.provers:
-        return pack, ends, packs
+        return pack, ends
     wire = pack.wire
     below = None if wire is None else where.find_pack(wire.protocol)
     if wire is None or below is None or not below.provers:
@@ -129,7 +132,7 @@ def _on_the_wire(
             f"with these options, `{topic.shown}` of {pack.title} is not carried by {below.title}, which runs pairs"
         )
     carried = tuple(on_wire(resolver, end, wire, name or "", below) for end, name in zip(ends, names, strict=True))
-    return below, (carried[0], carried[1]), [*packs, below]
+    return below, (carried[0], carried[1])
 
 
 def _as_settled(members: Members) -> Resolved:
@@ -178,27 +181,22 @@ def _may_be(value: Value, wanted: Value) -> bool:
     return value == wanted if is_plain(value) else True
 
 
-def _assuming(
-    system: System, pack: RulePack, packs: Sequence[RulePack], name: str, prover: Prover, where: Context
-) -> System:
-    """Lay the options of an implementation over a system, and over participants that state others."""
-    for each in packs:
-        options = dict(prover.assumes) if each is pack else {}
-        if each is not pack and each.wire is not None:
-            options = {own: name for own, below in each.wire.options.items() if below in prover.assumes}
-        if not options:
-            continue
-        system = with_options(system, {each.id: options}, where, _HERE)
-        own = {each.find("option", option) for option in options}
-        participants = {
-            key: replace(
-                participant,
-                settings={n: s for n, s in participant.settings.items() if each.find("option", n) not in own},
-            )
-            for key, participant in system.participants.items()
-        }
-        system = replace(system, participants=participants)
-    return system
+def _assuming(system: System, pack: RulePack, ends: Sequence[Resolved], name: str, prover: Prover) -> System:
+    """State the options of an implementation at the participants of both ends, in place of what they state."""
+    participants = dict(system.participants)
+    for end in ends:
+        own = end if end.carried is None else end.carried.endpoint
+        owner = participants.get(own.endpoint.participant)
+        options = dict(prover.assumes)
+        if own.pack is not pack:
+            wire = own.pack.wire.options if own.pack.wire is not None else {}
+            options = {option: name for option, below in wire.items() if below in prover.assumes}
+        if owner is not None:  # ends of bridges have no participant that states anything
+            indices = {own.pack.find("option", option) for option in options}
+            kept = {n: s for n, s in owner.settings.items() if own.pack.find("option", n) not in indices}
+            stated = {option: Setting(text, _HERE) for option, text in options.items()}
+            participants[owner.id] = replace(owner, settings={**kept, **stated})
+    return replace(system, participants=participants)
 
 
 def _with_facts(system: System, topic: Topic, subscriber: str, fault: Fault | None, where: Context) -> System:
@@ -212,6 +210,13 @@ def _with_facts(system: System, topic: Topic, subscriber: str, fault: Fault | No
     if fault.kind == "link_outage" and pack.find("option", "outage") is not None:
         return with_options(system, {pack.id: {"outage": text}}, where, _HERE)
     return system
+
+
+def _early(topic: Topic) -> int:
+    """Return how many samples are sent before the subscriber starts: as many as it needs of them."""
+    index, nothing = topic.pack.needs.get("late_join", (0, None))
+    needed = topic.subscribers[0].profile.values[index]
+    return min(needed, _MOST_EARLY) if nothing is not None and isinstance(needed, int) else 0
 
 
 def _texts(end: Resolved, *levels: str) -> dict[str, str]:
@@ -241,23 +246,23 @@ def fixed(trial: Trial, where: Context, first: Finding | None = None) -> tuple[T
     Returns:
         The pair with the fixes, and these; None where it has no fix.
     """
-    applied: list[Remedy] = []
+    applied: dict[tuple[object, ...], Remedy] = {}
     current = trial
     for _ in range(_ROUNDS):
         errors = [each for each in current.report.findings if each.severity is Severity.ERROR]
         if first is not None and not applied:
             errors.insert(0, first)
         remedy = next((fix for each in errors for fix in each.remedies if _can_be_applied(fix, current.system)), None)
-        if remedy is None or remedy in applied:
+        if remedy is None or (change := (remedy.members, remedy.policy, remedy.value)) in applied:
             break
-        applied.append(remedy)
+        applied[change] = remedy
         changed = with_setting(current.system, remedy.members, remedy.policy, remedy.value)
         current = prepare(changed, trial.publisher, trial.subscriber, where, trial.on, trial.plan.fault)
         if current.report.verdict is not Verdict.INCOMPATIBLE and all(
             each.severity is not Severity.ERROR for each in current.report.findings
         ):
             break
-    return (current, tuple(applied)) if applied else None
+    return (current, tuple(applied.values())) if applied else None
 
 
 def _can_be_applied(remedy: Remedy, system: System) -> bool:
@@ -308,6 +313,16 @@ def disagreements(trial: Trial, outcome: Outcome, where: Context) -> list[str]:
         codes = ", ".join(dict.fromkeys(refusing))
         return [f"C-QoS says incompatible ({codes}), {outcome.by} connected the two: {summary(outcome)}"]
     return _broken(trial, outcome) if connected else []
+
+
+def not_seen(trial: Trial, outcome: Outcome) -> list[tuple[str, str]]:
+    """Return code and message of each error about a pair that the middleware connects all the same.
+
+    What is not guaranteed need not be lost in a run that is this short.
+    """
+    if trial.report.verdict is not Verdict.INCOMPATIBLE or not outcome.arrived:
+        return []
+    return [(each.code, each.message) for each in trial.report.findings if each.verdict is Verdict.INCOMPATIBLE]
 
 
 def _broken(trial: Trial, outcome: Outcome) -> list[str]:

@@ -54,6 +54,7 @@ WIRE: Final = Wire(
     },
     words={"manual_by_node": "manual_by_participant", "micro_ros": "fastdds"},
     # What rmw_cyclonedds and rmw_fastrtps write and read; of their types they announce the names only.
-    fixed={"data_representation": "[xcdr1]", "type_information": "false"},
+    # rmw_fastrtps announces liveliness within two thirds of the lease, whatever that is; 0s stands for it.
+    fixed={"data_representation": "[xcdr1]", "type_information": "false", "liveliness.announcement_period": "0s"},
     type=type_name,
 )

@@ -97,14 +97,18 @@ static long long number(const std::string& name, long long otherwise)
     return has(name) ? std::stoll(settings[name]) : otherwise;
 }
 
-static Duration_t duration(const std::string& name)
+static Duration_t seconds(long long nanoseconds)
 {
-    long long nanoseconds = std::stoll(settings[name]);
     if (nanoseconds == INFINITE)
     {
         return c_TimeInfinite;
     }
     return Duration_t(static_cast<int32_t>(nanoseconds / 1000000000), static_cast<uint32_t>(nanoseconds % 1000000000));
+}
+
+static Duration_t duration(const std::string& name)
+{
+    return seconds(std::stoll(settings[name]));
 }
 
 static int length(const std::string& name, int otherwise)
@@ -277,6 +281,13 @@ static void common(Qos& qos)
     {
         qos.liveliness().lease_duration = duration("liveliness.lease_duration");
     }
+    if (has("liveliness.announcement_period"))
+    {
+        const long long lease = number("liveliness.lease_duration", INFINITE);
+        qos.liveliness().announcement_period = number("liveliness.announcement_period", 0) != 0
+                                               ? duration("liveliness.announcement_period")
+                                               : seconds(lease == INFINITE ? lease : lease / 3 * 2);
+    }
     if (has("ownership"))
     {
         qos.ownership().kind = is("ownership", "exclusive") ? EXCLUSIVE_OWNERSHIP_QOS : SHARED_OWNERSHIP_QOS;
@@ -414,8 +425,7 @@ static DomainParticipant* join()
     {
         const long long third = std::min(number("lease", 0) / 3, 500000000LL);
         builtin.discovery_config.leaseDuration = duration("lease");
-        builtin.discovery_config.leaseDuration_announcementperiod =
-            Duration_t(static_cast<int32_t>(third / 1000000000), static_cast<uint32_t>(third % 1000000000));
+        builtin.discovery_config.leaseDuration_announcementperiod = seconds(third);
     }
     return DomainParticipantFactory::get_instance()->create_participant(static_cast<uint32_t>(domain), qos);
 }

@@ -1,0 +1,138 @@
+"""Random pairs and the pair errors of the examples, run by the provers of the packs: does reality agree with each verdict?
+
+python -m tests.conformance.proofs 200 2026      run so many pairs on each implementation of DDS, and record what comes out
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.api import context, pair_system, read
+from cqos_core.checker import check_system
+from cqos_core.problems import CqosError
+from cqos_core.proving import NotRunnableError
+from cqos_core.proving.runs import disagreements, fixed, named, prepare, summary
+from cqos_core.system import PUBLISHER, SUBSCRIBER
+from tests.conformance.comparison import random_pairs
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from cqos_core.proving import Outcome
+    from cqos_core.proving.runs import Trial
+    from cqos_core.system import System
+
+ROOT: Final = Path(__file__).resolve().parents[2]
+RECORDED: Final = Path(__file__).with_name("proofs.json")
+IMPLEMENTATIONS: Final = ("cyclonedds", "fastdds")
+LIMIT: Final = 5.0
+"""Seconds that one run may take."""
+_AT_ONCE: Final = 2
+
+
+@dataclass(frozen=True)
+class Proof:
+    """One run, and what it contradicts."""
+
+    name: str
+    trial: Trial
+    outcome: Outcome
+    seconds: float
+    wrong: list[str]
+
+    def __str__(self) -> str:
+        """Say what was run, and what happened."""
+        return (
+            f"{self.name} on {self.outcome.by}: C-QoS says {self.trial.report.verdict}, {summary(self.outcome)} "
+            f"({self.seconds:.1f} s){''.join(f'; {each}' for each in self.wrong)}"
+        )
+
+
+def prove(name: str, trial: Trial) -> Proof:
+    """Run one pair."""
+    began = time.monotonic()
+    outcome = trial.run()
+    return Proof(name, trial, outcome, time.monotonic() - began, disagreements(trial, outcome, context()))
+
+
+def random_trials(number: int, seed: int, implementation: str) -> Iterator[tuple[str, Trial]]:
+    """Plan random pairs of the DDS pack."""
+    for position, (offered, requested) in enumerate(random_pairs(number, seed)):
+        system = pair_system("dds", offered, requested, {}, {}, {})
+        name = f"pair {position} of seed {seed}: {offered}, {requested}"
+        yield name, prepare(system, PUBLISHER, SUBSCRIBER, context(), implementation)
+
+
+def example_trials(file: Path, implementation: str = "") -> Iterator[tuple[str, Trial]]:
+    """Plan one pair of each pair error of an example, and the same with its fixes."""
+    where = context()
+    system = named(read(file), where)
+    for publisher, subscriber in pair_errors(system):
+        name = f"{file.name} {publisher} {subscriber}"
+        try:
+            trial = prepare(system, publisher, subscriber, where, implementation)
+        except NotRunnableError as error:
+            sys.stderr.write(f"{name}: {error}\n")
+            continue
+        yield name, trial
+        repaired = fixed(trial, where)
+        if repaired is not None:
+            yield f"{name}, fixed", repaired[0]
+
+
+def pair_errors(system: System) -> list[tuple[str, str]]:
+    """Return one pair of each group of pairs that are incompatible."""
+    report = check_system(system, context())
+    return [(group.publishers[0], group.subscribers[0]) for group in report.groups if group.verdict == "incompatible"]
+
+
+def proofs(trials: Iterable[tuple[str, Trial]]) -> Iterator[Proof]:
+    """Run pairs, a few at a time."""
+    planned = list(trials)
+    for _, trial in planned[:1]:
+        trial.run()  # what is compiled on first use is compiled now
+    with ThreadPoolExecutor(_AT_ONCE) as pool:
+        yield from pool.map(lambda each: prove(*each), planned)
+
+
+def record(number: int, seed: int) -> int:
+    """Run random pairs of each implementation and all examples; write down what comes out, and return how many differ."""
+    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True)
+    recorded: dict[str, object] = {"commit": commit.stdout.strip(), "seed": seed}
+    wrong = 0
+    rows = {name: random_trials(number, seed, name) for name in IMPLEMENTATIONS}
+    rows["examples"] = (each for file in sorted((ROOT / "examples").iterdir()) for each in _planned(file))
+    for name, trials in rows.items():
+        found = list(proofs(trials))
+        for each in found:
+            if each.wrong or each.seconds > LIMIT:
+                sys.stderr.write(f"{each}\n")
+        wrong += sum(bool(each.wrong) for each in found)
+        recorded[name] = {
+            "by": sorted({each.outcome.by for each in found}),
+            "pairs": len(found),
+            "connected": sum(each.outcome.matched is True for each in found),
+            "not created": sum(bool(each.outcome.not_created) for each in found),
+            "agree": sum(not each.wrong for each in found),
+            "slowest": round(max(each.seconds for each in found), 1),
+        }
+    RECORDED.write_text(json.dumps(recorded, indent=2) + "\n", encoding="utf-8")
+    return wrong
+
+
+def _planned(file: Path) -> Iterator[tuple[str, Trial]]:
+    try:
+        yield from example_trials(file)
+    except CqosError as error:
+        sys.stderr.write(f"{file.name}: {error}\n")
+
+
+if __name__ == "__main__":
+    sys.exit(1 if record(*map(int, sys.argv[1:3])) else 0)
