@@ -236,7 +236,10 @@ def test_dev_script_can_tell_an_old_python_that_it_is_too_old():
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        (["tset"], "dev.py: there is no command 'tset'; there are demo, test, explore, lint, run, setup\n"),
+        (
+            ["tset"],
+            "dev.py: there is no command 'tset'; there are demo, test, explore, lint, conformance, run, setup\n",
+        ),
         (["demo", "--fast"], "dev.py: demo takes no arguments, found '--fast'\n"),
     ],
 )

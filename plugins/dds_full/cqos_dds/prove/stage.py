@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from cqos_core.proving import Plan
 
-_START: Final = 10.0
+_START: Final = 60.0
 """Seconds that a program may take until its end is created, on a machine that is busy."""
 _END: Final = 2.0
 _TAIL: Final = 20  # lines of a program's errors that are shown
