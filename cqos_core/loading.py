@@ -11,6 +11,7 @@ from cqos_core.importers.source import Opener, ReadContext, Source, no_files
 from cqos_core.plugins import FAULTS, ImporterInfo, Plugins, load_plugins
 from cqos_core.problems import CqosError, InputError, Problem, describe, keep_traceback
 from cqos_core.system import Place, System
+from cqos_core.unread import unread
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -107,14 +108,7 @@ def read_source(
     plugins = load_plugins()
     info = recognise(source, plugins, importer, {*beside, *_stated(protocol)})
     if info is None:
-        if not source.data.strip():
-            raise InputError([Problem("CQ003", "the file is empty", Place(source.name))])
-        known = ", ".join(sorted(plugins.importers))
-        message = "no installed importer recognises this format"
-        advice = f"installed: {known}; choose one with --from"
-        if source.name.lower().endswith((".yaml", ".yml", ".json")):
-            advice += "; a system file begins with `cqos: 1`"
-        raise InputError([Problem("CQ003", message, Place(source.name), advice)])
+        raise InputError([unread(source, plugins)])
 
     def included(source: Source, protocols: frozenset[str]) -> System | None:
         found = recognise(source, plugins, None, {*protocols, *_stated(protocol)})

@@ -94,6 +94,8 @@ class ImporterInfo:
         reader: ``"module:function"``, a `Reader`.
         overlays: what it reads is laid over endpoints of this protocol (a pack's id) and is nothing by itself. Where
             another importer claims the same file, this one reads it beside files of that protocol, else the other.
+        declines: ``"module:function"``; says of a name and first bytes that no importer claims what the file is, and what
+            to do instead, as two texts; None where it does not know.
         whole: one of its files is a whole system; else a file is a part of one, and its partners are in other files.
     """
 
@@ -104,6 +106,7 @@ class ImporterInfo:
     reader: str
     overlays: str = ""
     whole: bool = False
+    declines: str = ""
 
     def load_claim(self) -> Claim:
         """Import the function that recognises the format."""

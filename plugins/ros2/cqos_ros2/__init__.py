@@ -24,7 +24,8 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
         for name, summary, suffixes, module in importers:
             claim = f"cqos_ros2.importers.{detect}:claims_{name}"
             over = "ros2" if name == "fastdds" else ""
-            register(ImporterInfo(name, summary, suffixes, claim, f"cqos_ros2.importers.{module}:read", over))
+            reader = f"cqos_ros2.importers.{module}:read"
+            register(ImporterInfo(name, summary, suffixes, claim, reader, over, declines=_DECLINED.get(name, "")))
 
 
 @hookimpl
@@ -34,6 +35,10 @@ def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
         register(ExporterInfo(name, summary, suffix, f"cqos_ros2.exporters.{name}:write", settings))
 
 
+_DECLINED = {
+    "rosbag2": "cqos_ros2.importers.declined:recording",
+    "qos_overrides": "cqos_ros2.importers.declined:parameters",
+}
 _WRITTEN = (
     ("qos_overrides", "`qos_overrides` parameters, to start nodes with", ".yaml", ()),
     ("rosbag2_overrides", "QoS overrides of ros2 bag play or record", ".yaml", ("side=player|recorder",)),

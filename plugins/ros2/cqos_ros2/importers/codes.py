@@ -17,9 +17,10 @@ OBSERVED: Final = (
     CodeInfo(
         "ROS901",
         "topic-without-name",
-        "error",
+        "note",
         "A snapshot of a topic does not say which topic it is of.",
-        "`ros2 topic info` does not print the name. Put it above, as in `### /chatter`, name the file after it, or give "
+        "`ros2 topic info` does not print the name. The snapshot's endpoints are matched with each other, but not with those "
+        "of other files. Put the name above, as in `### /chatter`, name the file after it, or give "
         "`--switch topic_info.topic=/chatter`.",
     ),
     CodeInfo(

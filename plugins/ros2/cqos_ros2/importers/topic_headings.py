@@ -22,6 +22,7 @@ _HEADING: Final = re.compile(
 _LONGEST: Final = 300
 _VALUED_OPTIONS: Final = frozenset({"--spin-time"})
 _FILE_PREFIX: Final = re.compile(r"(?:ros2[_-]*)?(?:topic[_-]*)?info[_-]+|(?:ros2[_-]*)?topic[_-]+", re.IGNORECASE)
+_FILE_SUFFIX: Final = re.compile(r".*[_-](?:dump|info|log|out|output|qos|snapshot|verbose)", re.IGNORECASE)
 _SAYS_NOTHING: Final = frozenset(
     (
         *("", "dump", "graph", "info", "log", "out", "output", "qos", "ros2", "snapshot"),
@@ -76,9 +77,22 @@ def full_name(text: str) -> str | None:
 
 
 def named_by_file(source: str) -> str | None:
-    """Guess the topic from the name of a file: ``scan.txt``, ``ros2_topic_info__robot__scan.txt``."""
+    """Guess the topic from the name of a file: ``scan.txt``, ``ros2_topic_info__robot__scan.txt``.
+
+    ``map_info.txt`` tells no topic: it may be information on ``/map``, or a snapshot of ``/map_info``.
+    """
     stem = PurePath(source).name.strip("<>").split(".")[0]
     if stem.lower() in _SAYS_NOTHING:
         return None
     rest = _FILE_PREFIX.sub("", stem, count=1) if _FILE_PREFIX.match(stem) else stem
-    return None if rest.lower() in _SAYS_NOTHING else full_name(rest.strip("_").replace("__", "/"))
+    return (
+        None
+        if rest.lower() in _SAYS_NOTHING or _FILE_SUFFIX.fullmatch(rest)
+        else full_name(rest.strip("_").replace("__", "/"))
+    )
+
+
+def unnamed(source: str, line: int) -> str:
+    """Return a name for a topic whose name is not known, which no other topic has."""
+    stem = re.sub(r"[^A-Za-z0-9]+", "_", source).strip("_")
+    return f"/unnamed/in_{stem}/line_{line}" if stem else f"/unnamed/line_{line}"

@@ -1,8 +1,8 @@
 """Reads what ``ros2 topic info --verbose`` prints, from Foxy to Rolling: a snapshot of who publishes and subscribes.
 
 A file may hold many snapshots, with whatever a terminal shows around them. The command does not print the name of the
-topic, so it is taken from the line above (see `topic_headings`), else from a switch, else from the file's name. What is
-not printed stays unknown.
+topic, so it is taken from the line above (see `topic_headings`), else from a switch, else from the file's name. One without
+any name is a topic by itself. What is not printed stays unknown.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from cqos_core.problems import InputError, Problem
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System
 from cqos_ros2.importers.codes import note
 from cqos_ros2.importers.switches import read_switches
-from cqos_ros2.importers.topic_headings import full_name, heading, named_by_file
+from cqos_ros2.importers.topic_headings import full_name, heading, named_by_file, unnamed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -53,7 +53,7 @@ def read(source: Source, context: ReadContext) -> System:
     """Read a file of snapshots.
 
     Raises:
-        InputError: there is no snapshot in it, or one that belongs to no topic or to no side.
+        InputError: there is no snapshot in it, or one that belongs to no side.
     """
     topic = _topic(context)
     reading = Reading(source, [], [])
@@ -203,7 +203,7 @@ class _Scanner:
 
 
 def _name(snapshots: list[_Snapshot], switch: str | None, reading: Reading) -> None:
-    """Give a snapshot that has no topic the one of the switch, or of the file's name; there can be one only."""
+    """Give a snapshot that has no topic the one of the switch, or of the file's name, if there is one only; else its own."""
     nameless = [snapshot for snapshot in snapshots if snapshot.topic is None]
     if switch is not None and len(nameless) == 1:
         nameless.pop().topic = Setting(switch)
@@ -214,10 +214,12 @@ def _name(snapshots: list[_Snapshot], switch: str | None, reading: Reading) -> N
         message = f"the snapshot is taken to be of `{guess}`, after the name of the file"
         reading.notes.append(note("ROS902", message, only.place))
     for snapshot in nameless:
-        advice = "put its name above, as in `### /chatter`"
+        advice = "to match it with other files, put its name above, as in `### /chatter`"
         if len(nameless) == 1:
             advice += ", or give `--switch topic_info.topic=/chatter`"
-        reading.problem("ROS901", "nothing says which topic this snapshot is of", snapshot.place, advice)
+        message = "nothing says which topic this snapshot is of, so only its own endpoints are matched with each other"
+        snapshot.topic, snapshot.guessed = Setting(unnamed(reading.source.name, snapshot.place.line or 1)), True
+        reading.notes.append(note("ROS901", message, snapshot.place, advice=advice))
 
 
 class _Writer:

@@ -243,6 +243,8 @@ def test_lines_that_say_nothing(line):
         ("info-chatter.txt", "/chatter"),
         ("camera.info.txt", "/camera"),
         ("dump.txt", None),
+        ("map_info.txt", None),
+        ("map-snapshot.txt", None),
         ("ros2_topic_info.txt", None),
         ("ros2_topic_info_dump.txt", None),
         ("2024-01-01.txt", None),
@@ -271,15 +273,21 @@ def test_the_switch_names_the_one_topic_without_a_name():
     assert snapshot(whole(), "chatter.txt", topic="/given").notes == []
 
 
-def test_a_snapshot_without_a_name_is_refused():
-    assert problems(whole(block(), counts=(1, 0))) == [("ROS901", 1, 7)]
-    assert problems(whole() * 2, name="chatter.txt") == [("ROS901", 1, 7), ("ROS901", 7, 7)]
-    assert problems(whole() * 2, topic="/given") == [("ROS901", 1, 7), ("ROS901", 7, 7)]
+def test_a_snapshot_without_a_name_is_a_topic_of_its_own():
+    def topics(*arguments, **options):
+        system = snapshot(*arguments, **options)
+        return [endpoint.topic for endpoint in system.endpoints], [line[:12] for line in said(system)]
+
+    one = whole(block(), counts=(1, 0))
+    assert topics(one, "map_info.txt") == (["/unnamed/in_map_info_txt/line_1"], ["ROS901 note "])
+    two = ["/unnamed/in_chatter_txt/line_1", "/unnamed/in_chatter_txt/line_20"]
+    assert topics(one * 2, "chatter.txt") == (two, ["ROS901 note "] * 2)
     assert full_name("/a//b") is None
 
 
 def test_of_a_list_of_topics_none_is_the_one_that_follows():
-    assert problems(f"$ ros2 topic list\n/chatter\n\n/rosout\n\n{whole()}") == [("ROS901", 6, 7)]
+    (line,) = said(snapshot(f"$ ros2 topic list\n/chatter\n\n/rosout\n\n{whole()}"))
+    assert line.startswith("ROS901 note 6:7")
     assert snapshot(f"$ ros2 topic list\n/chatter\n/rosout\n$ ros2 topic info /chatter -v\n{whole()}").notes == []
 
 
