@@ -61,7 +61,8 @@ def context(extra_packs: Iterable[RulePack] = (), default_protocol: str | None =
                 return rule
         return None
 
-    return Context(find_pack, find_rule, default_protocol, most_endpoints=_most_endpoints())
+    known = frozenset({*plugins.packs, *extra})
+    return Context(find_pack, find_rule, default_protocol, known, most_endpoints=_most_endpoints())
 
 
 MOST_ENDPOINTS_VARIABLE: Final = "CQOS_MAX_ENDPOINTS"
@@ -339,6 +340,17 @@ def pair_system(
     return system
 
 
+def _are_maps(given: Mapping[str, object]) -> None:
+    """Refuse what is no map of settings, and say how a preset is named."""
+    for name, stated in given.items():
+        if stated is None or isinstance(stated, Mapping):
+            continue
+        message = f"`{name}` must map names of settings to values, found {stated!r}"
+        if isinstance(stated, str) and name in {"offered", "requested"}:
+            message += f"; a preset is named by {name}={{'profile': {stated!r}}}"
+        raise TypeError(message)
+
+
 def check_pair(
     protocol: str,
     offered: Mapping[str, SettingValue] | None = None,
@@ -366,6 +378,7 @@ def check_pair(
     Raises:
         CqosError: no installed pack has this id.
     """
+    _are_maps({"offered": offered, "requested": requested, "options": options, "topic": topic, "needs": needs})
     system = pair_system(protocol, offered or {}, requested or {}, options or {}, topic or {}, needs or {})
     packs = list(packs)
     where = context(packs)

@@ -301,6 +301,7 @@ class Context:
     find_pack: Callable[[str], RulePack | None]
     find_rule: RuleFinder
     default_protocol: str | None = None
+    known_packs: frozenset[str] = frozenset()
     today: date | None = None
     most_endpoints: int = MOST_ENDPOINTS
 
@@ -462,7 +463,7 @@ def check_system(
     """
     system, links = expanded(system, context.find_pack, context.default_protocol, context.most_endpoints)
     teams, problems = bind_checks(system, context.find_pack, context.default_protocol)
-    resolver = Resolver(system, context.find_pack, context.default_protocol, words_asked(teams))
+    resolver = Resolver(system, context.find_pack, context.default_protocol, words_asked(teams), context.known_packs)
     resolved = resolver.run()
     by_topic, hops = linked(links, resolver)
     results = {}

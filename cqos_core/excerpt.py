@@ -8,6 +8,8 @@ for the places that are really shown. Places in XML are found by the `element` i
 - ``qos:policy[2]``: the second such tag that follows the element's own start tag;
 - ``qos:policy[2]/@reliability``: an attribute of it.
 
+In other formats a path that ends with a colon, ``reliability:``, is the key of the value that begins at the place.
+
 Paths use the prefixes of `NAMESPACES`, whatever the file calls them.
 """
 
@@ -37,6 +39,7 @@ NAMESPACES = {
 """The prefixes that paths of places use, and what they stand for."""
 
 _WIDEST = 200
+_ABOVE = 3  # lines above a value in which its key may stand
 
 # Everything in which something that looks like a tag is none, then start tags. Possessive: linear on any input.
 _TAG = re.compile(
@@ -80,13 +83,41 @@ def exact(places: Iterable[Place], sources: Mapping[str, bytes]) -> dict[Place, 
     found = {place: place for place in places}
     by_source: dict[str, list[Place]] = {}
     for place in found:
-        if place.line is not None and place.column is None and place.source in sources:
+        if place.line is not None and (place.column is None or _names_key(place)) and place.source in sources:
             by_source.setdefault(place.source, []).append(place)
     for name, wanted in by_source.items():
         lines = _lines(sources[name])
         if _is_xml(lines.text):
             found |= _find(wanted, lines)
+        else:
+            found |= {place: _key(place, lines) for place in wanted if _names_key(place)}
     return found
+
+
+def key_of(place: Place | None, name: str) -> Place | None:
+    """Return the place of the key ``name`` of the value at ``place``, as far as the format has such a thing."""
+    if place is None or place.path is not None or place.column is None:
+        return place
+    return replace(place, path=f"{name}:")
+
+
+def _names_key(place: Place) -> bool:
+    return place.column is not None and place.path is not None and place.path.endswith(":")
+
+
+def _key(place: Place, lines: Lines) -> Place:
+    """Find the last key of that name before the value, on its line or the nearest one above that has it."""
+    name = re.escape((place.path or "")[:-1])
+    key = re.compile(rf"""(?<![\w.-])(?P<quote>["']?)(?P<name>{name})(?P=quote)\s*[:=]""")
+    number, end = place.line or 1, (place.column or 1) - 1
+    for line in range(number, max(0, number - _ABOVE), -1):
+        if lines.start(line) is None:
+            continue
+        text = lines.line(line)
+        found = list(key.finditer(text, 0, end if line == number else len(text)))
+        if found:
+            return replace(place, line=line, column=found[-1].start("name") + 1, path=None)
+    return replace(place, path=None)
 
 
 def span(place: Place, sources: Mapping[str, bytes]) -> Excerpt | None:

@@ -351,6 +351,11 @@ class Duration(Domain):
             raise InvalidValueError(message, self.expected())
         if re.fullmatch(r"\+?[\d.]+(?:e[+-]?\d+)?", text, re.IGNORECASE):
             return self._bare(text, self.bare_unit)
+        rate = _RATE.fullmatch(text)
+        if rate is not None and (hertz := Decimal(rate["number"])) > 0:
+            period = self.format(round(_SECOND / (hertz * _RATES[rate["unit"].lower()])))
+            message = f"`{text}` is a rate, not a duration; its period is {period}"
+            raise InvalidValueError(message, self.expected(), period)
         message = f"`{text}` is not a duration"
         raise InvalidValueError(message, self.expected())
 
@@ -395,6 +400,9 @@ class Duration(Domain):
 
 
 _LARGEST_EXPONENT: Final = 30
+_SECOND: Final = 1_000_000_000
+_RATES: Final = {"hz": 1, "khz": 1_000}
+_RATE: Final = re.compile(r"(?P<number>\d{1,9}(?:\.\d{1,9})?)\s*(?P<unit>k?hz)", re.IGNORECASE)
 
 
 def _nanoseconds(number: str, unit: int, text: str) -> int:

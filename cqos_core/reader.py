@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.excerpt import key_of
 from cqos_core.policy import Anything, Depends, normalise
 from cqos_core.problems import InvalidValueError
 from cqos_core.reading import can_be_stated, fields_of, ignored_by, read_value, spelled
@@ -121,7 +122,7 @@ class Reader:
                 self.say(
                     "CQ202",
                     f"{owner} states `{name}`, which {pack.title} does not know",
-                    setting.place,
+                    key_of(setting.place, name),
                     role,
                     members,
                     suggestion(name, known),

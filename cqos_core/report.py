@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from html import escape
+from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -218,7 +219,7 @@ class Group:
         return len(self.publishers) * len(self.subscribers)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Report:
     """The result of one check, in an order that depends on nothing but its content.
 
@@ -246,9 +247,24 @@ class Report:
         judged = "1 pair" if self.pair_count == 1 else f"{self.pair_count} pairs"
         return "\n".join([f"{head}, {judged} judged", *map(str, self.findings)])
 
+    def __repr__(self) -> str:
+        counts = [f"{self.pair_count} pairs", *(f"{self.count(each)} {each}s" for each in Severity)]
+        name = f" {self.system!r}" if self.system else ""
+        return f"<Report{name}: {self.verdict}, {', '.join(counts)}>"
+
     def _repr_pretty_(self, printer: _Printer, cycle: bool) -> None:  # noqa: ARG002, FBT001 - as IPython calls it
         """Show it so where a notebook ends a cell with it."""
         printer.text(str(self))
+
+    def _repr_html_(self) -> str:
+        """Show it so in a notebook with HTML."""
+        return _as_html(str(self).partition("\n")[0], self.findings)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the report as plain data with the keys of the JSON report."""
+        from cqos_core.report_form import document
+
+        return document(self)
 
     @property
     def pairs(self) -> Iterator[Pair]:
@@ -272,7 +288,7 @@ class Report:
         return any(f.severity.rank <= level.rank and f.accepted is None for f in self.findings)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class PairReport:
     """The result of judging one offer against one request (`cqos_core.check_pair`).
 
@@ -291,9 +307,28 @@ class PairReport:
         """Give the verdict, and each finding on a line of its own."""
         return "\n".join([str(self.verdict), *map(str, self.findings)])
 
+    def __repr__(self) -> str:
+        return f"<PairReport: {self.verdict}, {len(self.findings)} findings>"
+
+    def _repr_html_(self) -> str:
+        """Show it so in a notebook with HTML."""
+        return _as_html(str(self.verdict), self.findings)
+
     def _repr_pretty_(self, printer: _Printer, cycle: bool) -> None:  # noqa: ARG002, FBT001 - as IPython calls it
         """Show it so where a notebook ends a cell with it."""
         printer.text(str(self))
+
+
+_SHOWN: Final = 100  # findings in a notebook
+
+
+def _as_html(head: str, findings: tuple[Finding, ...]) -> str:
+    rows = "".join(
+        f"<tr><td>{each.severity}</td><td>{each.code}</td><td>{escape(each.message)}</td><td>{escape(str(each.place or ''))}</td></tr>"
+        for each in findings[:_SHOWN]
+    )
+    more = f"<p>{len(findings) - _SHOWN} more findings</p>" if len(findings) > _SHOWN else ""
+    return f"<p><b>{escape(head)}</b></p>" + (f"<table>{rows}</table>{more}" if rows else "")
 
 
 @dataclass(frozen=True, slots=True)

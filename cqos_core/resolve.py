@@ -20,7 +20,7 @@ from cqos_core.policy import ENDPOINT, NEED, Policy, Value, normalise
 from cqos_core.profiles import Profiles, User, preset_settings
 from cqos_core.reader import Reader
 from cqos_core.reading import either, how_written
-from cqos_core.remarks import plural
+from cqos_core.remarks import plural, suggestion
 from cqos_core.report import Finding, Severity, Side
 from cqos_core.resolved import (
     READ,
@@ -35,7 +35,7 @@ from cqos_core.resolved import (
 from cqos_core.system import Setting
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Mapping, Sequence
 
     from cqos_core.evaluate import Written
     from cqos_core.pack import NameProblem, Naming, RulePack
@@ -62,12 +62,17 @@ class Resolver:
         find_pack: Callable[[str], RulePack | None],
         default: str | None,
         asked: Mapping[int, frozenset[int]] | None = None,
+        known: Collection[str] = (),
     ) -> None:
-        """Resolve ``system`` with the packs that ``find_pack`` finds, ``default`` where it states no protocol."""
+        """Resolve ``system`` with the packs that ``find_pack`` finds, ``default`` where it states no protocol.
+
+        ``known`` are the packs to suggest for a protocol without one.
+        """
         self.system = system
         self.find_pack = find_pack
         self.default = default
         self.asked = asked or {}
+        self.known = known
         self.result = ResolvedSystem(system)
         self.reader = Reader(self.result.findings)
         self.profiles = Profiles(system, self.reader)
@@ -184,7 +189,11 @@ class Resolver:
                 if protocol
                 else f"no protocol is stated for {plural(len(ids), 'endpoint')}, so nothing judges them"
             )
-            help_text = None if protocol else "state `protocol:` in the file, or give --protocol ID"
+            help_text = (
+                f"{suggestion(protocol, self.known)}; `cqos packs` lists them"
+                if protocol
+                else "state `protocol:` in the file, or give --protocol ID"
+            )
             self.reader.say("CQ201", message, endpoints[0].place, "endpoint", ids, help_text)
 
     def _report_needs(self) -> None:

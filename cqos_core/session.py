@@ -276,7 +276,9 @@ class Session:
             if not resolver.result.findings and not resolver.clashes:
                 return resolver
         # A finding may belong to something that several endpoints share, so that only a fresh start tells who has it now.
-        resolver = Resolver(system, self._context.find_pack, self._context.default_protocol, asked)
+        resolver = Resolver(
+            system, self._context.find_pack, self._context.default_protocol, asked, self._context.known_packs
+        )
         resolver.run()
         self._resolver = resolver
         self._resolved = {}

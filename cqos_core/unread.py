@@ -37,7 +37,7 @@ def unread(source: Source, plugins: Plugins) -> Problem:
     """Say what ``source``, which no importer claims, is as far as that is known, and which command or option takes it."""
     what, advice = _known(source, plugins) or (
         "no installed importer recognises this format",
-        _general(source, plugins),
+        _general(source),
     )
     return Problem("CQ003", what, Place(source.name), advice)
 

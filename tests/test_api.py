@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 import pickle
 import re
 import subprocess
@@ -373,3 +374,23 @@ def test_packs_of_the_caller_win_over_installed_ones_of_their_id():
     found = context([other]).find_pack("ros2")
     assert found is other
     assert checked(writer("box"), reader("box")).verdict == "compatible"
+
+
+def test_text_where_settings_are_expected_is_answered_with_how_a_preset_is_named() -> None:
+    with pytest.raises(TypeError, match=r"a preset is named by offered=\{'profile': 'sensor_data'\}"):
+        cqos.check_pair("ros2", offered="sensor_data")  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="`topic` must map names of settings to values, found 3"):
+        cqos.check_pair("ros2", topic=3)  # type: ignore[arg-type]
+
+
+def test_a_report_is_short_in_a_prompt_a_table_in_a_notebook_and_plain_data_for_programs() -> None:
+    pair = cqos.check_pair("ros2", {"reliability": "best_effort"}, {"reliability": "reliable"})
+    assert repr(pair) == f"<PairReport: incompatible, {len(pair.findings)} findings>"
+    assert "<td>ROS101</td>" in pair._repr_html_()
+    text = b"cqos: 1\nsystem: <farm>\nprotocol: ros2\nparticipants: {a: {publishes: {t: sensor_data}}, b: {subscribes: {t: {}}}}\n"
+    report = cqos.check(text)
+    assert repr(report).startswith("<Report '<farm>': incompatible, 1 pairs, 1 errors, ")
+    assert "&lt;farm&gt;: incompatible" in report._repr_html_()
+    document = report.to_dict()
+    assert document == json.loads(json.dumps(document))
+    assert (document["verdict"], document["counts"]["pairs"]) == ("incompatible", 1)

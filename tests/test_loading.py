@@ -95,7 +95,7 @@ def test_an_importer_that_fails_to_look_claims_nothing(monkeypatch):
 def test_what_nobody_reads_is_told_with_what_could():
     (problem,) = problems_of(read_source, Source("x", b"hello"))
     assert problem.code == "CQ003"
-    assert (problem.help or "").startswith("installed: ")
+    assert (problem.help or "").startswith("`cqos packs` lists")
     (problem,) = problems_of(read_source, Source("x", b"hello"), "nonsense")
     assert "there is no importer `nonsense`" in problem.message
 

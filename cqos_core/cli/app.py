@@ -11,7 +11,7 @@ import click
 
 from cqos_core.cli import INTERRUPTED
 from cqos_core.cli.parameters import Run, debug_option
-from cqos_core.cli.streams import say, say_problems
+from cqos_core.cli.streams import say, say_problems, width
 from cqos_core.plugins import FAULTS, load_plugins
 from cqos_core.problems import CqosError, InputError, describe, keep_traceback
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 USAGE = 2
 INTERNAL = 3
+_WIDEST_HELP = 120  # wider lines are hard to read
 _BROKEN_PIPE = 141  # as shells report a command that wrote to nobody
 
 
@@ -75,7 +76,7 @@ class Commands(click.Group):
 
 @click.group(
     cls=Commands,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": _WIDEST_HELP},
     epilog="Exit codes: 0 clean, 1 findings at or above the fail level, 2 wrong usage or input that cannot be "
     "read, 3 internal error.",
 )
@@ -112,7 +113,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: list[str], this: Run) -> int:
     try:
-        with cli.make_context("cqos", arguments, obj=this) as ctx:
+        with cli.make_context("cqos", arguments, obj=this, terminal_width=min(width(), _WIDEST_HELP)) as ctx:
             cli.invoke(ctx)
     except click.exceptions.Exit as request:
         return request.exit_code

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from dataclasses import dataclass, field, replace
-from importlib.metadata import version
+from importlib.metadata import metadata, version
 from typing import TYPE_CHECKING, NamedTuple
 
 import click
@@ -333,6 +333,8 @@ class _Check:
             sources=self.sources,
             tool_version=version("cqos"),
             not_checked=self.wishes.not_checked,
+            folder=os.getcwd(),  # noqa: PTH109 - text
+            documentation=_documentation(),
         )
 
     def _write_baseline(self, found: Sequence[_Checked]) -> bool:
@@ -377,6 +379,12 @@ class _Check:
     def _note(self, text: str) -> None:
         if not self.wishes.quiet:
             say(text, severity="note", choice=self.wishes.color)
+
+
+def _documentation() -> str:
+    """The URL of the documentation, as the distribution states it; empty where it states none."""
+    urls = (text.partition(",") for text in metadata("cqos").get_all("Project-URL") or ())
+    return next((url.strip() for label, _, url in urls if label.strip().lower() == "documentation"), "")
 
 
 def _silent(_done: int, _all: int) -> None:

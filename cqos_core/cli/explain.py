@@ -28,14 +28,16 @@ from cqos_core.system import PUBLISHER, SUBSCRIBER
 from cqos_core.trial import tried_out
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
+    from cqos_core.pack import RulePack
     from cqos_core.report import Fact, Guarantee, HopReport, PairReport, PolicyComparison
     from cqos_core.resolved import Resolved
     from cqos_core.system import Place
 
 _OK, _FINDINGS, _UNUSABLE = 0, 1, 2
 _SCREEN = 24  # endpoints that are listed below an error
+_PAIRS = 5  # pairs that are listed where names leave several
 _HEADER = ("policy", "offered", "requested", "verdict", "rules")
 _VERDICT = _HEADER.index("verdict")
 
@@ -69,7 +71,8 @@ def explain(
     """Explain one publisher and one subscriber, policy by policy.
 
     The last two arguments are the ids of the endpoints, all before them are paths, which are taken together as one
-    system. Without ids, the endpoints are listed topic by topic.
+    system. The name of a participant is enough where it leaves one pair. Without ids, the endpoints are listed topic by
+    topic.
 
     \b
     Examples:
@@ -142,12 +145,64 @@ def ends_of(ids: Sequence[str], endpoints: Sequence[Resolved]) -> tuple[Resolved
         return by_id[ids[1]], by_id[ids[0]]
     if roles == [PUBLISHER, SUBSCRIBER]:
         return by_id[ids[0]], by_id[ids[1]]
+    sides = [_of_name(name, by_id, endpoints) for name in ids]
+    if None in roles and all(sides):
+        return _only_pair(ids, sides[0], sides[1])
     for name, role in zip(ids, roles, strict=True):
-        if role is None:
+        if role is None and not _of_name(name, by_id, endpoints):
             say(f"there is no endpoint `{name}`{nearest(name, by_id, listed=False)}", severity="error")
     if None not in roles:
         say(f"both are {roles[0]}s; a pair is a publisher and a subscriber", severity="error")
     return None
+
+
+def _of_name(name: str, by_id: Mapping[str, Resolved], endpoints: Sequence[Resolved]) -> list[Resolved]:
+    """The endpoints that ``name`` may mean: the one of that id, or those of the participant of that name."""
+    if name in by_id:
+        return [by_id[name]]
+    whole = [each for each in endpoints if each.endpoint.participant == name]
+    return whole or [each for each in endpoints if each.endpoint.participant.rpartition("/")[2] == name]
+
+
+def _only_pair(
+    ids: Sequence[str], one: Sequence[Resolved], other: Sequence[Resolved]
+) -> tuple[Resolved, Resolved] | None:
+    """Return the only pair among endpoints of two participants; say so where there is none, or more than one."""
+    both = (*one, *other)
+    packs = {each.pack.id: each.pack for each in both}.values()
+    topics = {keys for pack in packs for keys in _matches(pack, both)}
+    pairs = [
+        (publisher, subscriber)
+        for side, opposite in ((one, other), (other, one))
+        for publisher in side
+        for subscriber in opposite
+        if (publisher.role, subscriber.role) == (PUBLISHER, SUBSCRIBER)
+        and publisher.pack is subscriber.pack
+        and (publisher.key == subscriber.key or (publisher.key, subscriber.key) in topics)
+    ]
+    if len(pairs) == 1:
+        return pairs[0]
+    if pairs:
+        shown = "; ".join(f"{publisher.id} {subscriber.id}" for publisher, subscriber in pairs[:_PAIRS])
+        more = f"; and {len(pairs) - _PAIRS} more" if len(pairs) > _PAIRS else ""
+        say(
+            f"{len(pairs)} pairs are between `{ids[0]}` and `{ids[1]}`, name one of them: {shown}{more}",
+            severity="error",
+        )
+    else:
+        say(f"no publisher matches a subscriber between `{ids[0]}` and `{ids[1]}`", severity="error")
+    return None
+
+
+def _matches(pack: RulePack, endpoints: Sequence[Resolved]) -> Iterable[tuple[str, str]]:
+    """Pairs of different keys that match, in protocols whose subscribers have filters."""
+    if pack.meeting.match is None:
+        return ()
+    keys = {
+        role: {each.key for each in endpoints if each.pack is pack and each.role == role and each.key is not None}
+        for role in (PUBLISHER, SUBSCRIBER)
+    }
+    return pack.meeting.match(sorted(keys[PUBLISHER]), keys[SUBSCRIBER])
 
 
 def _near(ids: Sequence[str], endpoints: Sequence[Resolved]) -> Sequence[Resolved]:

@@ -65,6 +65,10 @@ class ImporterName(_Registered):
 
     name, kind, noun = "importer", "importers", "importer"
 
+    def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:  # noqa: ARG002
+        """Say what it is: there are too many to list."""
+        return "FORMAT"
+
 
 class ExporterName(_Registered):
     """The name of an exporter."""
@@ -154,5 +158,5 @@ color_option = click.option(
     type=click.Choice(COLOR_CHOICES),
     default="auto",
     show_default=True,
-    help="Colours in text; `auto` asks the terminal and the variable NO_COLOR.",
+    help="Colours in text; `auto` asks the terminal and the variables NO_COLOR and FORCE_COLOR.",
 )

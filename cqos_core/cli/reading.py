@@ -55,7 +55,7 @@ _OPTIONS = (
         "--from",
         "importer",
         type=ImporterName(),
-        help="Read every file with this importer; without it, each file's format is detected.",
+        help="Read every file as this format; without it, each file's format is detected. `cqos packs` lists the formats.",
     ),
     click.option(
         "--protocol",

@@ -22,14 +22,23 @@ if TYPE_CHECKING:
     from cqos_core.problems import Problem
 
 COLOR_CHOICES = ("auto", "always", "never")
+_EXCERPTS = 20  # problems of one run that are shown with their line
+_SHOWN_BYTES = 16 * 1024 * 1024
 _ROLES = {"warning", "note", "help"}
 
 
 def colored(choice: str, stream: TextIO | None) -> bool:
-    """Whether to write colours to ``stream``: ``auto`` asks the terminal and the variables ``NO_COLOR`` and ``TERM``."""
+    """Whether to write colours to ``stream``.
+
+    ``auto`` asks the variables ``NO_COLOR`` and ``FORCE_COLOR``, then the terminal and ``TERM``.
+    """
     if choice != "auto":
         return choice == "always"
-    return is_terminal(stream) and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+    if os.environ.get("NO_COLOR"):
+        return False
+    if forced := os.environ.get("FORCE_COLOR"):
+        return forced != "0"
+    return is_terminal(stream) and os.environ.get("TERM") != "dumb"
 
 
 def is_terminal(stream: TextIO | None) -> bool:
@@ -58,12 +67,33 @@ def say(text: str, *, severity: str = "", head: str = "", choice: str = "auto", 
 
 
 def say_problems(problems: Iterable[Problem], choice: str = "auto") -> None:
-    """Write what is wrong with inputs to standard error, each with its place and what to do."""
-    for problem in problems:
-        where = "" if problem.place is None else f"{problem.place}: "
+    """Write what is wrong with inputs to standard error, each with its place, the line there, and what to do."""
+    # Most runs have no problem to show, and `--help` has none.
+    from cqos_core.formatters.full import render_excerpt
+    from cqos_core.formatters.style import Style
+
+    sources: dict[str, bytes] = {}
+    style = Style(color=colored(choice, sys.stderr), width=width(), sources=sources)
+    for number, problem in enumerate(problems):
+        place = problem.place
+        where = "" if place is None else f"{place}: "
         say(f"{where}{problem.message}", head=f"error[{problem.code}]", choice=choice)
+        if place is not None and place.line is not None and number < _EXCERPTS:
+            if place.source not in sources and (data := _content(place.source)) is not None:
+                sources[place.source] = data
+            if excerpt := render_excerpt(place, style):
+                say(excerpt, choice=choice, lines=True)
         if problem.help is not None:
             say(f"  help: {problem.help}", choice=choice)
+
+
+def _content(path: str) -> bytes | None:
+    """The bytes of a file that a problem is about; None where it is no file of readable size."""
+    try:
+        file = Path(path)
+        return file.read_bytes() if file.is_file() and file.stat().st_size <= _SHOWN_BYTES else None
+    except (OSError, ValueError):
+        return None
 
 
 def emit(text: str) -> None:

@@ -45,6 +45,16 @@ def render_full(report: Report, style: Style) -> str:
     return "\n\n".join(blocks) + "\n"
 
 
+def render_excerpt(place: Place, style: Style) -> str:
+    """Return the line of a place with what is meant underlined, as findings show it; empty without its source."""
+    places = Places((), style.sources)
+    excerpt = places.excerpt(place)
+    if excerpt is None:
+        return ""
+    page = _Page(style, places, max(2, len(str(excerpt.line))), _Said())
+    return "\n".join(page.excerpt(excerpt))
+
+
 @dataclass(slots=True)
 class _Said:
     """What is read once in a run; below it, the code is reminder enough."""
@@ -197,6 +207,10 @@ class _Page:
             yield f"{self._indent}{self._paint(arrow, 'frame')} {'  '.join(parts)}"
         if first.excerpt is not None:
             yield from self._excerpt(first.excerpt, marks, pen)
+
+    def excerpt(self, excerpt: Excerpt) -> Iterator[str]:
+        """Yield the line of something that is wrong, underlined."""
+        yield from self._excerpt(excerpt, [_Mark(None, "", "", excerpt)], _Pen("^", "error"))
 
     def _excerpt(self, excerpt: Excerpt, marks: list[_Mark], pen: _Pen) -> Iterator[str]:
         bar = self._paint(f"{self._indent} |", "frame")

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import json
 import re
-from collections import Counter
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from cqos_core import report_form
 from cqos_core.formatters.places import Places
 from cqos_core.problems import CqosError
 from cqos_core.report import Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
+from cqos_core.report_form import VERSION
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Place
 
 if TYPE_CHECKING:
@@ -20,9 +21,6 @@ if TYPE_CHECKING:
 
     from cqos_core.formatters.style import Style
     from cqos_core.system import Role
-
-VERSION = 1
-"""Of the format; a number that a reader does not know means that it must not go on."""
 
 _SURROGATE = re.compile("[\ud800-\udfff]")
 _ROLES: tuple[Role, ...] = (PUBLISHER, SUBSCRIBER)
@@ -35,13 +33,7 @@ Json = dict[str, Any]
 def render_json(report: Report, style: Style) -> str:
     """Return the report as one JSON document, indented."""
     places = Places(report.findings, style.sources)
-    document = {
-        **_summary(report, style),
-        "groups": [_group(group) for group in report.groups],
-        "findings": [_finding(finding, places) for finding in report.findings],
-        "not_checked": list(report.not_checked),
-    }
-    return dump(document, indent=2) + "\n"
+    return dump(report_form.document(report, style.tool_version, places.exact), indent=2) + "\n"
 
 
 def render_jsonl(report: Report, style: Style) -> str:
@@ -50,12 +42,16 @@ def render_jsonl(report: Report, style: Style) -> str:
 
 
 def _lines(report: Report, style: Style) -> Iterator[Json]:
-    yield {"kind": "summary", **_summary(report, style), "not_checked": list(report.not_checked)}
+    yield {
+        "kind": "summary",
+        **report_form.summary(report, style.tool_version),
+        "not_checked": list(report.not_checked),
+    }
     for group in report.groups:
-        yield {"kind": "group", **_group(group)}
+        yield {"kind": "group", **report_form.group(group)}
     places = Places(report.findings, style.sources)
     for finding in report.findings:
-        yield {"kind": "finding", **_finding(finding, places)}
+        yield {"kind": "finding", **report_form.finding(finding, places.exact)}
 
 
 def dump(document: Json, indent: int | None = None) -> str:
@@ -63,118 +59,6 @@ def dump(document: Json, indent: int | None = None) -> str:
     text = json.dumps(document, ensure_ascii=False, allow_nan=False, indent=indent)
     # A name from a damaged input may hold half of a character, which UTF-8 cannot write but JSON can escape.
     return _SURROGATE.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
-
-
-# --- from a report to JSON ---
-
-
-def _summary(report: Report, style: Style) -> Json:
-    return {
-        "version": VERSION,
-        "tool": {"name": "cqos", "version": style.tool_version},
-        "system": report.system,
-        "verdict": report.verdict.value,
-        "partial": report.partial,
-        "counts": _counts(report),
-        "sources": list(report.sources),
-    }
-
-
-def _counts(report: Report) -> Json:
-    pairs: Counter[Verdict] = Counter()
-    for group in report.groups:
-        pairs[group.verdict] += group.pairs
-    return {
-        "topics": report.topics,
-        "endpoints": report.endpoints,
-        "pairs": report.pair_count,
-        **{verdict.value: pairs[verdict] for verdict in Verdict},
-        **{f"{severity.value}s": report.count(severity) for severity in Severity},
-        "accepted": sum(finding.accepted is not None for finding in report.findings),
-        "unmatched": report.unmatched,
-    }
-
-
-def _group(group: Group) -> Json:
-    return {
-        "topic": group.topic,
-        "protocol": group.protocol,
-        "verdict": group.verdict.value,
-        "pairs": group.pairs,
-        "internal": group.internal,
-        "codes": list(group.codes),
-        "publishers": list(group.publishers),
-        "subscribers": list(group.subscribers),
-    }
-
-
-def _finding(finding: Finding, places: Places) -> Json:
-    return {
-        "code": finding.code,
-        "name": finding.name,
-        "source": finding.source,
-        "severity": finding.severity.value,
-        "verdict": None if finding.verdict is None else finding.verdict.value,
-        "message": finding.message,
-        "topic": finding.topic,
-        "more_topics": list(finding.more_topics),
-        "pairs": finding.pairs,
-        "place": _place(finding.place, places),
-        "sides": [_side(side, places) for side in finding.sides],
-        "remedies": [_remedy(remedy) for remedy in finding.remedies],
-        "help": finding.help,
-        "notes": list(finding.notes),
-        "worlds": {world: verdict.value for world, verdict in sorted(finding.worlds.items())},
-        "because": finding.because,
-        "clause": finding.clause,
-        "accepted": finding.accepted,
-    }
-
-
-def _side(side: Side, places: Places) -> Json:
-    return {
-        "role": side.role,
-        "label": side.label,
-        "members": list(side.members),
-        "facts": [_fact(fact, places) for fact in side.facts],
-        "place": _place(side.place, places),
-        "templates": list(side.templates),
-    }
-
-
-def _fact(fact: Fact, places: Places) -> Json:
-    return {
-        "policy": fact.policy,
-        "value": fact.value,
-        "origin": fact.origin,
-        "place": _place(fact.place, places),
-    }
-
-
-def _remedy(remedy: Remedy) -> Json:
-    return {
-        "text": remedy.text,
-        "role": remedy.role,
-        "members": list(remedy.members),
-        "policy": remedy.policy,
-        "value": remedy.value,
-        "kind": remedy.kind,
-        "mends": remedy.mends,
-        "breaks": remedy.breaks,
-    }
-
-
-def _place(place: Place | None, places: Places) -> Json | None:
-    if place is None:
-        return None
-    exact = places.exact(place)
-    return {
-        "source": exact.source,
-        "line": exact.line,
-        "column": exact.column,
-        "element": exact.element,
-        "path": exact.path,
-    }
 
 
 # --- and back ---

@@ -27,14 +27,18 @@ Json = dict[str, Any]
 
 def render_sarif(report: Report, style: Style) -> str:
     """Return the report as a SARIF log with one run; accepted findings are suppressed results."""
-    rules = _rules(report)
+    rules = _rules(report, style)
     numbers = {rule["id"]: number for number, rule in enumerate(rules)}
     places = Places(report.findings, style.sources)
     run: Json = {
         "tool": {"driver": {"name": "C-QoS", **_version(style), "rules": rules}},
         "columnKind": "unicodeCodePoints",
-        "artifacts": [{"location": {"uri": uri}} for uri in dict.fromkeys(map(_uri, report.sources))],
-        "results": [_Result(report, finding, places).build(numbers[finding.code]) for finding in report.findings],
+        "artifacts": [
+            {"location": {"uri": uri}} for uri in dict.fromkeys(_uri(source, style) for source in report.sources)
+        ],
+        "results": [
+            _Result(report, finding, places, style).build(numbers[finding.code]) for finding in report.findings
+        ],
         "properties": {
             "verdict": report.verdict.value,
             "topics": report.topics,
@@ -50,15 +54,15 @@ def _version(style: Style) -> Json:
     return {"version": style.tool_version} if style.tool_version else {}
 
 
-def _rules(report: Report) -> list[Json]:
+def _rules(report: Report, style: Style) -> list[Json]:
     """Describe each rule once, as far as its findings tell."""
     by_code: dict[str, list[Finding]] = {}
     for finding in report.findings:
         by_code.setdefault(finding.code, []).append(finding)
-    return [_rule(code, findings) for code, findings in sorted(by_code.items())]
+    return [_rule(code, findings, style) for code, findings in sorted(by_code.items())]
 
 
-def _rule(code: str, findings: list[Finding]) -> Json:
+def _rule(code: str, findings: list[Finding], style: Style) -> Json:
     """Say what all findings of a code agree on; the rules that a team writes itself share one code."""
     names = {finding.name for finding in findings}
     reasons = {finding.because for finding in findings if finding.because}
@@ -70,11 +74,22 @@ def _rule(code: str, findings: list[Finding]) -> Json:
         rule["fullDescription"] = {"text": reasons.pop()}
     clauses = sorted({finding.clause for finding in findings if finding.clause})
     help_lines = [f"See `cqos rule {code}`.", *(f"Clause: {clause}" for clause in clauses)]
-    return {**rule, "help": {"text": "\n".join(help_lines)}}
+    markdown = "\n\n".join([*_reason(rule), *help_lines])
+    rule["help"] = {"text": "\n".join(help_lines), "markdown": markdown}
+    if style.documentation:
+        rule["helpUri"] = f"{style.documentation.rstrip('/')}/rules/{code}"
+    return rule
 
 
-def _uri(source: str) -> str:
-    """Return a reference to a file as the caller wrote it: relative stays relative, so that it fits the repository."""
+def _reason(rule: Json) -> list[str]:
+    """The rule's reason as a paragraph, if all its findings have the same."""
+    return [rule["fullDescription"]["text"]] if "fullDescription" in rule else []
+
+
+def _uri(source: str, style: Style) -> str:
+    """Return a reference to a file, relative below the folder of the run, so that it fits the repository."""
+    if style.folder and source.startswith(style.folder.rstrip(os.sep) + os.sep):
+        source = source[len(style.folder.rstrip(os.sep)) + 1 :]
     path = source.replace(os.sep, "/").removeprefix("./")
     escaped = quote(path.encode("utf-8", "surrogatepass"))
     if path.startswith("/"):
@@ -86,7 +101,8 @@ def _uri(source: str) -> str:
 class _Result:
     """Builds one result; places are those of the finding's report."""
 
-    def __init__(self, report: Report, finding: Finding, places: Places) -> None:
+    def __init__(self, report: Report, finding: Finding, places: Places, style: Style) -> None:
+        self._style = style
         self._report = report
         self._finding = finding
         self._places = places
@@ -128,7 +144,7 @@ class _Result:
         if place is not None:
             location["physicalLocation"] = self._physical(place)
         elif len(self._report.sources) == 1:
-            location["physicalLocation"] = {"artifactLocation": {"uri": _uri(self._report.sources[0])}}
+            location["physicalLocation"] = {"artifactLocation": {"uri": _uri(self._report.sources[0], self._style)}}
         # Ids are unique in one source only, and names in a location must be unique.
         logical = list(islice(dict.fromkeys(self._logical(place)), _MEMBERS))
         if logical:
@@ -144,7 +160,7 @@ class _Result:
             yield place.element, "element"
 
     def _physical(self, place: Place) -> Json:
-        physical: Json = {"artifactLocation": {"uri": _uri(place.source)}}
+        physical: Json = {"artifactLocation": {"uri": _uri(place.source, self._style)}}
         exact = self._places.exact(place)
         if exact.line is not None:
             physical["region"] = {"startLine": exact.line, **self._columns(place, exact.column)}

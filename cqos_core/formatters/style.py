@@ -21,6 +21,8 @@ class Style:
         color: ANSI colours; the caller honours ``NO_COLOR`` and whether the stream is a terminal.
         width: columns of the terminal, for the text formats.
         sources: source name to its bytes, for excerpts and exact columns.
+        folder: absolute; paths below it are written relative to it in formats that need relative ones.
+        documentation: URL of the documentation, for formats that link to rules; empty where there is none.
         tool_version: of C-QoS, for formats that name their tool.
     """
 
@@ -30,3 +32,5 @@ class Style:
     sources: Mapping[str, bytes] = field(default_factory=dict)
     tool_version: str = ""
     not_checked: bool = False
+    folder: str = ""
+    documentation: str = ""

@@ -505,14 +505,16 @@ FLAT_SETTING = AnySetting(maps=False)
 class SettingsMap(Shape["Settings"]):
     """A map of settings and nothing else."""
 
-    def __init__(self, expected: str, shape: Shape[Setting] = SETTING) -> None:
+    def __init__(self, expected: str, shape: Shape[Setting] = SETTING, *, advice: str = "") -> None:
         super().__init__(expected)
         self.shape = shape
+        self.advice = advice
 
     def read(self, node: Node, reading: Reading, name: str) -> Settings | None:
         """Read every setting; a refused one is left out."""
         if not isinstance(node, MappingNode):
-            self.refuse(node, reading, name, _missing_blank(node))
+            advice = self.advice.format(name=name, found=node.text) if isinstance(node, ScalarNode) else ""
+            self.refuse(node, reading, name, _missing_blank(node) or advice or None)
             return None
         read = {
             key.text: self.shape.read(value, reading, key.text)

@@ -177,7 +177,10 @@ DEFAULT_PROTOCOL: Final = Key("protocol", TEXT, "Protocol of the participants in
 ALL_OBSERVED: Final = Key("observed", FLAG, "The whole file is a snapshot of a running system or a recording.")
 OPTIONS: Final = Key(
     "options",
-    MapOf(SettingsMap("a map of options"), "a map from packs to options"),
+    MapOf(
+        SettingsMap("a map of options", advice="options are by rule pack: `options: {{PACK: {{{name}: {found}}}}}`"),
+        "a map from packs to options",
+    ),
     "What is assumed about the deployment, by rule pack: `{ros2: {rmw: cyclonedds}}`.",
 )
 PROFILES: Final = Key("profiles", MapOf(PROFILE_FORM, "a map of profiles", empty=True), "Named bundles of settings.")

@@ -26,7 +26,11 @@ class Done(NamedTuple):
 
 def environment(**changes):
     """The environment of a run: nothing in it that changes how text looks."""
-    left = {name: value for name, value in os.environ.items() if name not in {"NO_COLOR", "COLUMNS", "CQOS_DEBUG"}}
+    left = {
+        name: value
+        for name, value in os.environ.items()
+        if name not in {"NO_COLOR", "FORCE_COLOR", "COLUMNS", "CQOS_DEBUG"}
+    }
     return left | changes
 
 

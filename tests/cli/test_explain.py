@@ -151,3 +151,16 @@ def test_long_values_are_broken_in_a_narrow_terminal(cqos, monkeypatch, columns,
     verdict = lines[0].index("verdict")
     assert max(map(len, lines)) <= widest
     assert all(line[verdict - 1 : verdict].strip() == "" for line in lines)
+
+
+def test_names_of_participants_are_enough_for_the_only_pair(cqos, files):
+    whole = cqos("explain", "lonely.yaml", "lidar/publisher/scan", "planner/subscriber/scan")
+    for names in (["lidar", "planner"], ["planner", "lidar"], ["lidar", "planner/subscriber/scan"]):
+        done = cqos("explain", "lonely.yaml", *names)
+        assert (done.code, done.out) == (whole.code, whole.out)
+    text = (files / "lonely.yaml").read_text().replace("{scan: default}", "{scan: default, map: default}")
+    (files / "two.yaml").write_text(text)
+    done = cqos("explain", "two.yaml", "lidar", "planner")
+    assert done.code == 2
+    assert "2 pairs are between `lidar` and `planner`, name one of them: lidar/publisher/" in done.err
+    assert "no publisher matches a subscriber" in cqos("explain", "lonely.yaml", "lidar", "lidar").err

@@ -147,6 +147,8 @@ def test_nobody_gets_colours_who_wants_none(files, arguments, environ):
 def test_colours_can_be_had_anyway(real):
     assert "\x1b[" not in real("check", "clashes.yaml").out
     assert "\x1b[" in real("check", "clashes.yaml", "--color", "always", NO_COLOR="1").out
+    assert "\x1b[" in real("check", "clashes.yaml", FORCE_COLOR="1").out
+    assert "\x1b[" not in real("check", "clashes.yaml", FORCE_COLOR="1", NO_COLOR="1").out
 
 
 # --- progress ---

@@ -1,0 +1,29 @@
+"""SARIF: links to rules, and paths that fit a repository."""
+
+import json
+
+from cqos_core.formatters.sarif import render_sarif
+from cqos_core.formatters.style import Style
+from cqos_core.report import Finding, Report, Severity, Side, Verdict
+from cqos_core.system import Place
+
+
+def run(style, source="/repo/a/b.yaml"):
+    side = Side("publisher", ("p",), place=Place(source, 1, 1))
+    finding = Finding("X101", "a-rule", Severity.ERROR, "m", sides=(side,), because="it breaks", clause="Y 1.2")
+    (found,) = json.loads(render_sarif(Report(Verdict.UNKNOWN, findings=(finding,), sources=(source,)), style))["runs"]
+    return found
+
+
+def test_rules_link_to_the_documentation_where_there_is_one():
+    (rule,) = run(Style(documentation="https://example.org/docs/"))["tool"]["driver"]["rules"]
+    assert rule["helpUri"] == "https://example.org/docs/rules/X101"
+    assert rule["help"]["markdown"] == "it breaks\n\nSee `cqos rule X101`.\n\nClause: Y 1.2"
+    assert "helpUri" not in run(Style())["tool"]["driver"]["rules"][0]
+
+
+def test_paths_below_the_folder_of_the_run_are_relative():
+    for style, uri in ((Style(folder="/repo"), "a/b.yaml"), (Style(folder="/re"), "file:///repo/a/b.yaml")):
+        found = run(style)
+        assert found["artifacts"][0]["location"]["uri"] == uri
+        assert found["results"][0]["locations"][0]["physicalLocation"]["artifactLocation"]["uri"] == uri
