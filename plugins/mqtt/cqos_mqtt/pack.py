@@ -8,6 +8,7 @@ from cqos_core.evaluate import Function
 from cqos_core.guarantee import NEEDS
 from cqos_core.pack import Convention, Dialect, Meeting, RulePack
 from cqos_mqtt import filters, names, sessions
+from cqos_mqtt.evidence import PROOFS
 from cqos_mqtt.guarantees import GUARANTEES, UNAFFECTED
 from cqos_mqtt.importers.codes import CODES
 from cqos_mqtt.policies import POLICIES
@@ -74,6 +75,7 @@ PACK: Final = RulePack(
     complete=sessions.complete,
     not_checked=NOT_CHECKED,
     unaffected=UNAFFECTED,
+    proofs=PROOFS,
     codes=CODES,
     provers={"mosquitto": "cqos_mqtt.prove.runner:MOSQUITTO"},
     source="OASIS MQTT 3.1.1 and 5.0, Sparkplug B 3.0; manuals of the brokers; Mosquitto by running it",

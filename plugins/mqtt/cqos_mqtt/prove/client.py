@@ -128,9 +128,14 @@ class Client:
         if self._writer is not None:
             self._writer.transport.abort()
         await self._end()
-        self.waiting.clear()
         if not self.connection.stores_session:
+            self.waiting.clear()
             self.session = Session()
+
+    def freeze(self) -> None:
+        """Fall silent, as a program that hangs: the connection stays."""
+        if self._task is not None:
+            self._task.cancel()
 
     def rename(self, client_id: str) -> None:
         """Come back under another id."""

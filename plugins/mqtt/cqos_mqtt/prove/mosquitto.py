@@ -50,7 +50,8 @@ class Mosquitto:
             lines.append(f"acl_file {folder / 'acl'}")
         self.configuration = folder / "mosquitto.conf"
         self.configuration.write_text("\n".join((*lines, *directives)) + "\n", encoding="utf-8")
-        self.process: subprocess.Popen[str] | None = None
+        self.log = folder / "log"
+        self.process: subprocess.Popen[bytes] | None = None
 
     async def start(self) -> None:
         """Start it, and wait until it answers.
@@ -58,12 +59,10 @@ class Mosquitto:
         Raises:
             NotRunnableError: it does not start.
         """
-        self.process = subprocess.Popen(  # noqa: ASYNC220, S603
-            [program() or "mosquitto", "-c", str(self.configuration)],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+        with self.log.open("wb") as log:
+            self.process = subprocess.Popen(  # noqa: ASYNC220, S603
+                [program() or "mosquitto", "-c", str(self.configuration)], stdout=subprocess.DEVNULL, stderr=log
+            )
         until = time.monotonic() + _PATIENCE
         while self.process.poll() is None:
             try:
@@ -75,7 +74,7 @@ class Mosquitto:
             else:
                 return
         await self.end()
-        said = self.process.stderr.read() if self.process.stderr is not None else ""
+        said = self.log.read_text(encoding="utf-8", errors="replace")
         raise NotRunnableError(f"Mosquitto does not start: {said.strip()[-300:] or 'it gives no reason'}")
 
     async def end(self, *, crash: bool = False) -> None:
@@ -93,8 +92,6 @@ class Mosquitto:
     async def close(self) -> None:
         """Stop it for good and remove what it saved."""
         await self.end()
-        if self.process is not None and self.process.stderr is not None:
-            self.process.stderr.close()
         self.folder.cleanup()
 
 

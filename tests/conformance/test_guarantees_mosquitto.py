@@ -1,0 +1,364 @@
+"""What the MQTT pack promises under each fault, against a Mosquitto on which the fault is injected."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import asynccontextmanager
+from dataclasses import replace
+from itertools import product
+from typing import TYPE_CHECKING, Any, Self
+
+import pytest
+
+from cqos_core import check, read
+from cqos_core.api import context
+from cqos_core.proving import Fault
+from cqos_core.proving.runs import disagreements, kept_by, named, prepare
+from cqos_mqtt.pack import PACK
+from cqos_mqtt.prove.client import Client, Connection, Publication, Subscription
+from cqos_mqtt.prove.mosquitto import Mosquitto, program
+from cqos_mqtt.prove.packets import Message, Will
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+MISSING = program() is None
+if MISSING and os.environ.get("CI") == "true":
+    raise RuntimeError("Mosquitto is not installed, and where CI runs it has to be: apt-get install mosquitto")
+pytestmark = [
+    pytest.mark.skipif(MISSING, reason="Mosquitto is not installed: apt-get install mosquitto"),
+    pytest.mark.xdist_group("mosquitto"),
+]
+
+AT_ONCE = 8
+"""Runs at the same time: they mostly wait."""
+KEPT = {"clean_start": False, "session_expiry_interval": 3600, "stores_session": True}
+LIMITS = {"max_queued_messages": 5, "max_inflight_messages": 3}
+Design = dict[str, Any]
+
+
+def design(
+    publication: Design,
+    subscription: Design,
+    publisher: Design | None = None,
+    subscriber: Design | None = None,
+    **more: Any,
+) -> Design:
+    return {
+        "cqos": 1,
+        "protocol": "mqtt",
+        "options": {"mqtt": {"protocol_version": more.pop("version", "5.0")}},
+        "brokers": {"main": {"profile": "mosquitto", "persistence": True, **more.pop("broker", {})}},
+        "topics": {"t": {"period": "20ms"}},
+        "participants": {
+            "p": {"client": {"client_id": "p", **(publisher or {})}, "publishes": {"t": publication}},
+            "s": {"client": {"client_id": "s", **(subscriber or {})}, "subscribes": {"t": subscription}},
+        },
+    }
+
+
+NEW_ONLY = {"qos": 2, "retain_handling": "send_if_new"}
+RETAINED = {"qos": 2, "retain": True}
+OLD = {"clean_start": False, "stores_session": True}
+DESIGNS = {
+    "sessions that go on": design({"qos": 2}, {"qos": 2}, KEPT, KEPT),
+    "sessions of 3.1.1 that go on": design({"qos": 2}, {"qos": 2}, OLD, OLD, version="3.1.1"),
+    "retained, a new session of the subscriber": design({"qos": 1, "retain": True}, {"qos": 1}, KEPT),
+    "retained, sent to new subscriptions": design(RETAINED, NEW_ONLY, KEPT, KEPT),
+    "one at a time": design(
+        {"qos": 1}, {"qos": 1}, {**KEPT, "max_inflight_messages": 1}, {**KEPT, "receive_maximum": 1}
+    ),
+    "new sessions, QoS 2": design({"qos": 2}, {"qos": 2}),
+    "new sessions, QoS 0, retained": design({"qos": 0, "retain": True}, {"qos": 0}),
+    "a broker that forgets": design({"qos": 2}, {"qos": 2}, KEPT, KEPT, broker={"persistence": False}),
+    "an expiry": design({"qos": 1, "message_expiry_interval": 60}, {"qos": 1}, KEPT, KEPT),
+}
+FAULTS = (None, *(Fault(kind, 0.4) for kind in ("link_outage", "subscriber_restart", "publisher_restart")))
+BROKER_FAULTS = tuple(Fault(kind, 0.2) for kind in ("broker_stop", "broker_crash"))
+SLOW = Fault("slow_reader", 0.3)
+LOSSES = {
+    ("new sessions, QoS 2", "link_outage"),
+    ("new sessions, QoS 2", "subscriber_restart"),
+    ("new sessions, QoS 2", "publisher_restart"),
+    ("new sessions, QoS 2", "broker_stop"),
+    ("a broker that forgets", "broker_stop"),
+    ("new sessions, QoS 2", "broker_crash"),
+    ("sessions that go on", "broker_crash"),
+    ("a short queue", "slow_reader"),
+}
+"""Where something must be lost: the other side of the boundary, seen as well."""
+SHORT = design({"qos": 1}, {"qos": 1}, KEPT, KEPT, broker=LIMITS)
+RUNS = [
+    *product(DESIGNS.items(), (*FAULTS, *BROKER_FAULTS)),
+    (("sessions that go on", DESIGNS["sessions that go on"]), SLOW),
+    (("an expiry", DESIGNS["an expiry"]), SLOW),
+    (("a short queue", SHORT), SLOW),
+]
+
+
+def run(case: tuple[tuple[str, Design], Fault | None]) -> tuple[list[str], set[tuple[str, str]], tuple[int, ...]]:
+    """Run one design under one fault: what the run contradicts, the guarantees that it kept, what was lost."""
+    (name, own), fault = case
+    where = context(())
+    system = named(read(json.dumps(own).encode(), importer="yaml"), where)
+    trial = prepare(system, "p/publisher/t", "s/subscriber/t", where, "mosquitto", fault)
+    trial = replace(trial, plan=replace(trial.plan, early=3, patience=10.0))
+    outcome = trial.run()
+    kept = {
+        (each.word, "link" if fault is None else fault.kind)
+        for each in trial.report.guarantees
+        if (fault is None or fault.kind in each.survives) and kept_by(each.word, each.value, trial.plan, outcome)
+    }
+    told = [f"{name}, {fault}: {each}" for each in disagreements(trial, outcome, where)]
+    early = range(trial.plan.early)
+    return told, kept, tuple(number for number in outcome.lost if number not in early)
+
+
+def test_what_is_promised_holds_under_every_fault():
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        results = list(pool.map(run, RUNS))
+    assert [line for told, _, _ in results for line in told] == []
+    lossy = {
+        (name, fault.kind) for ((name, _), fault), (_, _, lost) in zip(RUNS, results, strict=True) if fault and lost
+    }
+    assert LOSSES <= lossy
+    seen = {cell for _, kept, _ in results for cell in kept}
+    assert seen == {(proof.guarantee, proof.fault) for proof in PACK.proofs} - ELSEWHERE
+    assert {proof.version for proof in PACK.proofs} == {"2.0.11"}
+
+
+ELSEWHERE = {
+    *(("offline", fault) for fault in ("link", "subscriber_restart", "broker_stop")),
+    *(("liveness", fault) for fault in ("link", "publisher_restart")),
+    ("max_age", "link"),
+}
+"""Cells that the tests below and those of `test_mosquitto.py` show."""
+
+
+# What a run of one pair does not show
+
+
+async def while_still(still: Callable[[], object], patience: float = 5.0) -> None:
+    """Wait as long as something still is so."""
+    async with asyncio.timeout(patience):
+        while still():  # noqa: ASYNC110 - brokers and clients have no event for everything
+            await asyncio.sleep(0.01)
+
+
+class Watched:
+    """A client that remembers what arrived and what it was told."""
+
+    def __init__(self, broker: Mosquitto, name: str, subscription: Subscription | None = None, **more: Any) -> None:
+        self.arrived: list[Message] = []
+        self.told: list[str] = []
+        every = more.pop("every", 0.0)
+        self.client = Client(
+            Connection(name, **more),
+            broker.port,
+            lambda what, text: self.told.append(f"{what} {text}".strip()),
+            self.arrived.append,
+            subscription,
+            every,
+        )
+
+    async def __aenter__(self) -> Self:
+        self.client.start()
+        await asyncio.wait_for(self.client.settled.wait(), 5)
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await self.client.kill()
+
+    async def get(self, number: int, patience: float = 5.0) -> list[str]:
+        """Wait for so many messages, and a little for more that should not come."""
+        await while_still(lambda: len(self.arrived) < number, patience)
+        await asyncio.sleep(0.2)
+        return [message.payload.decode() for message in self.arrived]
+
+    def publish(self, topic: str, payload: str = "x", qos: int = 1, **more: Any) -> None:
+        self.client.publish(Publication(topic, payload.encode(), qos, **more))
+
+
+@asynccontextmanager
+async def running(*directives: str, access: tuple[str, ...] = ()):
+    broker = Mosquitto(directives, access)
+    try:
+        await broker.start()
+        yield broker
+    finally:
+        await broker.close()
+
+
+STAYS: dict[str, Any] = {"clean": False, "session_expiry": 3600}
+
+
+def codes(own: Design) -> set[str]:
+    return {each.code for each in check(json.dumps(own).encode(), importer="yaml").findings if each.severity != "note"}
+
+
+def test_a_member_of_a_share_that_is_away_finds_its_share_only():
+    """The fact behind MQTT427."""
+
+    async def show() -> tuple[list[str], list[str]]:
+        own = Subscription("$share/g/t", 1)
+        async with running() as broker, Watched(broker, "p") as p, Watched(broker, "there", own, **STAYS) as there:
+            async with Watched(broker, "away", own, **STAYS):
+                pass
+            for number in range(10):
+                p.publish("t", str(number))
+            at_once = await there.get(5)
+            async with Watched(broker, "away", own, **STAYS) as away:
+                return at_once, await away.get(5)
+
+    at_once, later = asyncio.run(show())
+    assert sorted(at_once + later, key=int) == [str(number) for number in range(10)]
+    assert len(at_once) == len(later) == 5
+
+
+@pytest.mark.parametrize(
+    ("directives", "number"),
+    [
+        (("max_queued_messages 5", "max_inflight_messages 3"), 5),
+        (("max_queued_messages 0", "max_queued_bytes 100"), 10),
+        (("max_queued_messages 5", "max_queued_bytes 40"), 4),
+    ],
+)
+def test_the_queue_is_one_for_all_topics_of_a_client(directives, number):
+    async def show() -> list[str]:
+        own = Subscription("q/#", 1)
+        async with running(*directives) as broker, Watched(broker, "p") as p:
+            async with Watched(broker, "s", own, **STAYS):
+                pass
+            for each in range(30):
+                p.publish(f"q/{each % 3}", f"{each:010d}")
+            await while_still(lambda: p.client.session.unacknowledged or p.client.waiting)
+            async with Watched(broker, "s", own, **STAYS) as s:
+                return await s.get(number)
+
+    assert asyncio.run(show()) == [f"{each:010d}" for each in range(number)]
+
+
+@pytest.mark.parametrize("crash", [False, True])
+def test_what_waits_for_a_client_survives_a_stop_and_no_crash(crash):
+    """The facts behind MQTT417 and MQTT428; without a fault, `test_mosquitto.py` asks for every kind of session."""
+
+    async def show() -> list[str]:
+        own = Subscription("t", 1)
+        async with running("persistence true") as broker, Watched(broker, "p") as p:
+            async with Watched(broker, "s", own, **STAYS):
+                pass
+            p.publish("t", "waits")
+            await while_still(lambda: p.client.session.unacknowledged)
+            await broker.end(crash=crash)
+            await broker.start()
+            async with Watched(broker, "s", own, **STAYS) as s:
+                return await s.get(not crash)
+
+    assert asyncio.run(show()) == ([] if crash else ["waits"])
+    own = design({"qos": 1}, {"qos": 1}, {}, KEPT)
+    fault = "broker_crash" if crash else "broker_stop"
+    own["participants"]["s"]["subscribes"]["t"]["needs"] = {"offline": "1s", "survives": [fault]}
+    assert ("MQTT428" in codes(own)) is crash
+
+
+@pytest.mark.parametrize(("handling", "kept", "again"), [(0, True, 1), (1, True, 0), (1, False, 1), (2, False, 0)])
+def test_who_is_sent_a_retained_message_again(handling, kept, again):
+    """The facts behind MQTT317 and MQTT112."""
+
+    async def show() -> int:
+        own = Subscription("t", 1, handling=handling)
+        more = STAYS if kept else {}
+        async with running() as broker, Watched(broker, "p") as p:
+            p.publish("t", "old", retain=True)
+            await while_still(lambda: p.client.session.unacknowledged)
+            async with Watched(broker, "s", own, **more) as s:
+                await s.get(handling < 2)
+            async with Watched(broker, "s", own, **more) as s:
+                return len(await s.get(again))
+
+    assert asyncio.run(show()) == again
+    words = ("send", "send_if_new", "do_not_send")
+    own = design({"qos": 1, "retain": True}, {"qos": 1, "retain_handling": words[handling]}, {}, KEPT if kept else {})
+    for need, unmet in (("latest", not again), ("duplicate_free", bool(again))):
+        own["participants"]["s"]["subscribes"]["t"]["needs"] = {need: True, "survives": ["subscriber_restart"]}
+        wanted = {"latest": "MQTT317", "duplicate_free": "MQTT112"}[need]
+        assert (wanted in codes(own)) is unmet, need
+
+
+def test_no_will_tells_of_a_publisher_that_dies_while_the_broker_is_down():
+    """The fact behind MQTT512; a broker that is stopped sends the Wills of all who are connected, dead or alive."""
+
+    async def show(*, crash: bool) -> list[str]:
+        async with running("persistence false") as broker, Watched(broker, "w", Subscription("gone", 1)) as watching:
+            async with Watched(broker, "p", will=Will("gone", b"p", 1, False, 0, None)) as p:
+                await broker.end(crash=crash)
+                await while_still(lambda: "disconnected" not in p.told)
+            await broker.start()
+            await while_still(lambda: watching.told.count("connected new session") < 2)
+            return await watching.get(0)
+
+    assert asyncio.run(show(crash=True)) == []
+    assert asyncio.run(show(crash=False)) == ["p"]
+
+
+def test_access_control_holds_for_wills():
+    async def show(topic: str) -> list[str]:
+        rights = ("topic write ok/#", "topic read #")
+        async with running(access=rights) as broker, Watched(broker, "w", Subscription("#", 1)) as watching:
+            async with Watched(broker, "p", will=Will(topic, b"p", 1, False, 0, None)):
+                pass
+            return await watching.get(topic == "ok/p")
+
+    for topic, sent in (("ok/p", ["p"]), ("no/p", [])):
+        assert asyncio.run(show(topic)) == sent
+        own = design({}, {"qos": 1, "needs": {"liveness": "5min"}}, {"will": {"topic": topic}, "username": "p"})
+        own["brokers"]["main"]["acl"] = ["write p ok/#", "write p t", "read * #"]
+        own["participants"]["s"]["subscribes"]["+/p"] = {}
+        assert ("MQTT505" in codes(own)) is (not sent)
+
+
+@pytest.mark.parametrize("five", [False, True])
+def test_what_clients_publish_to_sys_is_dropped(five):
+    """The fact behind MQTT622."""
+
+    async def show() -> list[str]:
+        own = Subscription("$SYS/own/#", 1)
+        async with running() as broker, Watched(broker, "s", own) as s, Watched(broker, "p", five=five) as p:
+            p.publish("$SYS/own/x")
+            return await s.get(0)
+
+    assert asyncio.run(show()) == []
+
+
+def test_messages_expire_before_a_slow_program_takes_them():
+    """The fact behind MQTT426."""
+
+    async def show() -> list[str]:
+        own = Subscription("t", 1)
+        more: dict[str, Any] = {"receive_maximum": 1, "every": 2.2}
+        async with running() as broker, Watched(broker, "s", own, **more) as s, Watched(broker, "p") as p:
+            for number in range(3):
+                p.publish("t", str(number), expiry=1)
+            return await s.get(1, 8.0)
+
+    assert asyncio.run(show()) == ["0"]
+
+
+def test_mosquitto_notices_a_silent_client_late_and_within_what_the_preset_says():
+    """The fact behind `keep_alive_delay`."""
+
+    async def show() -> float:
+        async with running() as broker, Watched(broker, "w", Subscription("gone", 1)) as watching:
+            p = Watched(broker, "p", keep_alive=1, will=Will("gone", b"p", 1, False, 0, None))
+            async with p:
+                p.client.freeze()
+                began = asyncio.get_running_loop().time()
+                await watching.get(1, 10.0)
+                return asyncio.get_running_loop().time() - began - 0.2
+
+    delay = 7.0
+    assert PACK.presets["mosquitto"].settings["keep_alive_delay"] == f"{delay:g}s"
+    assert 1.5 < asyncio.run(show()) <= 1.5 + delay
