@@ -269,8 +269,9 @@ _READING = (
         "all-qos-zero",
         "note",
         "All eight QoS attributes of the event are 0.",
-        "Some modelers write 0 everywhere into events that nobody has edited, so reliability and durability may be "
-        "defaults rather than choices.",
+        "Some modelers write 0 everywhere into events that were never edited. So reliability is best_effort or the default, "
+        "and durability transient_local or the default, alike on all such events; verdicts hold under both readings.",
+        help="choose a value for reliability and durability, or remove the attributes",
     ),
     CodeInfo(
         "CQ039",

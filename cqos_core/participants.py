@@ -119,7 +119,7 @@ class Participants:
                 continue
             if stated.setting.unknown:
                 return self._reader.not_known(
-                    pack, policy, PUBLISHER, {}, stated, "option", [], f"option `{policy.name}`"
+                    pack, policy, PUBLISHER, {}, None, stated, "option", [], f"option `{policy.name}`"
                 )
             meaning = policy.words.get(normalise(stated.text))
             if isinstance(meaning, OneOf):

@@ -99,10 +99,11 @@ class Reader:
         found: dict[int, Stated] = {}
         misread: dict[str, Setting] = {}
         refused = False
+        not_known = [
+            each for name, each in settings.items() if each.unknown and _may_be_any(pack, levels, name, dialect)
+        ]
         for name, setting in settings.items():
-            if dialect is not None and normalise(name) in dialect.ignore:
-                continue
-            if name == EVERY_OTHER and setting.unknown:
+            if setting in not_known or (dialect is not None and normalise(name) in dialect.ignore):
                 continue
             if fields := fields_of(pack, levels, name, setting):
                 found.update(fields)
@@ -144,8 +145,8 @@ class Reader:
             unclear = Setting("", setting.place, f"`{name}` is not understood")
             others = every_policy(pack, levels, unclear, "CQ202")
             found = {**found, **{i: others[i] for i in meant}} if meant else {**others, **found}
-        if (rest := settings.get(EVERY_OTHER)) is not None and rest.unknown:
-            found = {**every_policy(pack, levels, rest), **found}
+        for setting in not_known:
+            found = {**every_policy(pack, levels, setting), **found}
         return found, ("CQ202",) if misread or refused else ()
 
     def value(
@@ -179,7 +180,7 @@ class Reader:
             self.say("CQ205", message, stated.setting.place or place, role, [member] if member else [])
         about, members = (role, [member]) if member else (policy.level, [])
         if stated is not None and stated.setting.unknown and ignoring is None:
-            return self.not_known(pack, policy, role, options, stated, about, members, owner)
+            return self.not_known(pack, policy, role, options, dialect, stated, about, members, owner)
         text = stated.text if stated is not None and ignoring is None else None
         if text is None:
             text = policy.default_for(role)
@@ -207,6 +208,7 @@ class Reader:
         policy: Policy,
         role: str,
         options: Mapping[int, Value],
+        dialect: Dialect | None,
         stated: Stated,
         about: str,
         members: Sequence[str],
@@ -215,14 +217,19 @@ class Reader:
         """Return the value of a setting that was not understood, and report why, unless that is done."""
         unknown = stated.setting.unknown
         if isinstance(unknown, Cases):
-            cases = tuple((when, read_value(pack, policy, text, role, options, None)) for when, text in unknown.values)
+            spelt = ((when, spelled(policy, text, dialect) if text else None) for when, text in unknown.values)
+            default = policy.default_for(role) or ""
+            cases = tuple(
+                (when, read_value(pack, policy, text or default, role, options, None)) for when, text in spelt
+            )
             return cases[0][1] if len({value for _, value in cases}) == 1 else Depends(unknown.assumption, cases)
-        if not stated.code:
+        code = stated.code or stated.setting.reported
+        if not code:
             what = f"`{policy.name}`" if stated.name else "what it does not state"
             message = f"{owner}: {what} is not known: {unknown}"
             finding = core_finding("CQ217", message, place=stated.setting.place, role=about)
             self.say_cause(("CQ217", unknown), finding, members)
-        return Anything(unknown, stated.code or "CQ217")
+        return Anything(unknown, code or "CQ217")
 
     def _is_default(
         self,
@@ -273,6 +280,11 @@ def near_policies(pack: RulePack, levels: tuple[str, ...], name: str) -> set[int
 
 def _may_be_stated(policy: Policy) -> bool:
     return can_be_stated(policy) and not policy.derived
+
+
+def _may_be_any(pack: RulePack, levels: tuple[str, ...], name: str, dialect: Dialect | None) -> bool:
+    """Whether a setting that is not known may set any policy: it has no name, or one that the pack does not have."""
+    return name == EVERY_OTHER or all(pack.find(level, name, dialect) is None for level in levels)
 
 
 def every_policy(pack: RulePack, levels: tuple[str, ...], setting: Setting, code: str = "") -> dict[int, Stated]:

@@ -54,7 +54,7 @@ class Place:
 class Cases:
     """A value that is one of a few, depending on an assumption that one reading shares among all settings that name it.
 
-    ``Cases("what the zeros mean", (("they were chosen", "best_effort"), ("nobody edited them", "reliable")))``
+    ``Cases("what the zeros mean", (("they were chosen", "0"), ("they were never edited", "")))``: an empty text is the default.
     """
 
     assumption: str
@@ -69,12 +69,14 @@ class Setting:
         unknown: why the importer could not read the value (``variable `X` is not set``), or the `Cases` that it may be.
             The policy is then unknown, and the cause is reported once; `text` is what the file says.
         derived: a rule pack worked it out; only so does a policy that cannot be stated get a value.
+        reported: code of the note by which the importer reports the cause itself.
     """
 
     text: str
     place: Place | None = None
     unknown: str | Cases = ""
     derived: bool = False
+    reported: str = ""
 
 
 Settings = dict[str, Setting]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from typing import TYPE_CHECKING
+from urllib.parse import quote
 
 from lxml import etree
 
@@ -29,6 +30,13 @@ _LONGEST = 100
 _PROLOG = re.compile(rb"(?:[ \t\r\n]++|<\?(?:[^?]++|\?(?!>))*+\?>|<!--(?:[^-]++|-(?!->))*+-->)*+")
 _HTML = re.compile(rb"<!doctype\s+html|<html[\s>]", re.IGNORECASE)
 _DOCTYPE_WORDS = re.compile(rb"""[^"'\[>]++|"[^"]*+"|'[^']*+'""")
+# Namespace names; comments and sections are passed over. Possessive, too.
+_NAMESPACE_NAME = re.compile(
+    rb"""<!--(?:[^-]++|-(?!->))*+|<!\[CDATA\[(?:[^\]]++|\](?!\]>))*+"""
+    rb"""|(?P<before>\sxmlns(?::[^\s=<>"'/]++)?+\s*+=\s*+(?P<quote>["']))(?P<name>[^<"']++)(?P<after>(?P=quote))"""
+)
+_WEB = re.compile(rb"https?://", re.IGNORECASE)
+_SURELY_URI = re.compile(rb"[A-Za-z][\w.-]*+:?(?:[\w./?=;-]++|&amp;)*+(?:#[\w./-]*+)?", re.ASCII)
 _DEPTH = re.compile(r"Excessive depth in document: (\d+)")
 _NAMESPACE = re.compile(r"Namespace prefix (\S+) (?:for (\S+) )?on (\S+) is not defined")
 _UNCLOSED = re.compile(r"Premature end of data in tag (.+) line (\d+)")
@@ -46,7 +54,21 @@ def parse_xml(source: Source, most_tags: int | None = None) -> Element:
     if most_tags is not None and source.data.count(b"<") > most_tags:
         raise _error(source, "CQ002", f"there are more than {most_tags} tags in this file, which is refused")
     data = _without_document_type(source, _utf8(source))
-    parser = etree.XMLParser(
+    parser = _parser()
+    try:
+        return etree.fromstring(data, parser)
+    except etree.XMLSyntaxError as error:
+        if not any(entry.type_name == "WAR_NS_URI" for entry in parser.error_log):
+            raise InputError([_explain(source, parser, error)]) from None
+    parser = _parser()
+    try:
+        return etree.fromstring(_NAMESPACE_NAME.sub(_as_uri, data), parser)
+    except etree.XMLSyntaxError as error:
+        raise InputError([_explain(source, parser, error)]) from None
+
+
+def _parser() -> etree.XMLParser:
+    return etree.XMLParser(
         encoding="utf-8",  # instead of the declared one, which `_utf8` has seen to
         resolve_entities=False,
         load_dtd=False,
@@ -58,10 +80,16 @@ def parse_xml(source: Source, most_tags: int | None = None) -> Element:
         remove_comments=True,
         remove_pis=True,
     )
-    try:
-        return etree.fromstring(data, parser)
-    except etree.XMLSyntaxError as error:
-        raise InputError([_explain(source, parser, error)]) from None
+
+
+def _as_uri(match: re.Match[bytes]) -> bytes:
+    """Escape what no URI may hold: the standard allows any namespace name, libxml2 refuses ``http://my model``."""
+    name = match["name"]
+    if name is None or _SURELY_URI.fullmatch(name):
+        return match[0]
+    web = _WEB.match(name)
+    start = web[0] if web else b"x:"
+    return match["before"] + start + quote(name.removeprefix(start), safe="/").encode() + match["after"]
 
 
 def _utf8(source: Source) -> bytes:

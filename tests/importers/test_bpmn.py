@@ -48,6 +48,12 @@ def texts(endpoint: Endpoint) -> dict[str, str]:
     return {name: setting.text for name, setting in endpoint.settings.items()}
 
 
+def unknown(system: System) -> dict[str, dict[str, str]]:
+    """By endpoint, the settings that are not known, with the code of what reports them."""
+    found = {e.id: {name: s.reported for name, s in e.settings.items() if s.unknown} for e in system.endpoints}
+    return {name: settings for name, settings in found.items() if settings}
+
+
 def by_id(system: System) -> dict[str, Endpoint]:
     return {endpoint.id: endpoint for endpoint in system.endpoints}
 
@@ -120,6 +126,17 @@ class TestEvents:
         assert {e.participant for e in system.endpoints} == {"Process_1"}
         assert system.participants["Process_1"].label == "Robot"
 
+    def test_events_among_extensions_are_none(self):
+        body = """<bpmn:extensionElements><bpmn:process id="X"><bpmn:endEvent id="Y">
+            <bpmn:signalEventDefinition signalRef="S"/></bpmn:endEvent></bpmn:process></bpmn:extensionElements>"""
+        system = read_event("", definition=f'{body}<bpmn:signalEventDefinition signalRef="S"/>')
+        assert [e.id for e in system.endpoints] == ["E"]
+        assert [*system.participants] == ["P"]
+
+    def test_one_signal_twice_in_one_event_is_one_endpoint(self):
+        twice = '<bpmn:signalEventDefinition signalRef="S"/>' * 2
+        assert [e.id for e in read_event("", definition=twice).endpoints] == ["E"]
+
     def test_event_definition_reference_to_nothing(self):
         system = read_event("", definition="<bpmn:eventDefinitionRef>Gone</bpmn:eventDefinitionRef>")
         assert system.endpoints == []
@@ -177,6 +194,23 @@ class TestTopics:
     def test_prefix_of_the_reference_means_nothing(self):
         system = read_event("", definition='<bpmn:signalEventDefinition signalRef=" tns:S "/>')
         assert system.endpoints[0].topic == "topic"
+
+    @pytest.mark.parametrize(
+        ("namespaces", "topic"),
+        [
+            ('xmlns:b="urn:here" targetNamespace="urn:here"', "topic"),
+            ('xmlns:b="urn:here"', "topic"),
+            ('targetNamespace="urn:here"', "topic"),
+            ('xmlns:b="urn:there" targetNamespace="urn:here"', None),
+        ],
+    )
+    def test_prefix_of_another_file_is_no_reference_into_this_one(self, namespaces, topic):
+        body = """<bpmn:signal id="S" name="topic"/><bpmn:process id="P">
+            <bpmn:endEvent id="E"><bpmn:signalEventDefinition signalRef="b:S"/></bpmn:endEvent></bpmn:process>"""
+        data = HEAD.replace(">", f" {namespaces}>") + body + "</bpmn:definitions>"
+        system = read(Source("model.bpmn", data.encode()), ReadContext())
+        assert system.endpoints[0].topic == topic
+        assert [note.code for note in system.notes] == ([] if topic else ["CQ032", "CQ033"])
 
     @pytest.mark.parametrize(
         ("definition", "code"),
@@ -294,6 +328,53 @@ class TestParticipants:
         assert [a.endpoint for a in system.accept] == ["E", "E@B"]
         assert notes(system) == [("CQ048", "P")]
 
+    CALLS = """<bpmn:signal id="S" name="t"/><bpmn:collaboration><bpmn:participant id="A" processRef="Main"/>
+        {pools}</bpmn:collaboration>
+        <bpmn:process id="Main"><bpmn:callActivity id="C1" {call}/></bpmn:process>
+        <bpmn:process id="Sub"><bpmn:callActivity id="C2" calledElement="SubSub"/></bpmn:process>
+        <bpmn:process id="SubSub"><bpmn:endEvent id="E"><bpmn:signalEventDefinition signalRef="S"/></bpmn:endEvent>
+        <bpmn:callActivity id="C3" calledElement="Sub"/></bpmn:process>{more}"""
+
+    def calls(self, call: str = 'calledElement="Sub"', pools: str = "", more: str = "") -> dict[str, str]:
+        system = read_model(self.CALLS.format(pools=pools, call=call, more=more))
+        return {e.id: e.participant for e in system.endpoints}
+
+    def test_called_process_runs_in_the_participant_of_its_caller(self):
+        assert self.calls() == {"E": "A"}
+        assert self.calls('calledElement="b:Sub"') == {"E": "A"}
+
+    def test_called_process_in_zeebe(self):
+        inside = """><bpmn:extensionElements><z:calledElement xmlns:z="http://camunda.org/schema/zeebe/1.0" processId="Sub"/>
+            </bpmn:extensionElements></bpmn:callActivity><bpmn:task"""
+        assert self.calls(inside) == {"E": "A"}
+
+    def test_called_process_with_a_pool_runs_there(self):
+        pools = '<bpmn:participant id="B" processRef="SubSub"/>'
+        assert self.calls(pools=pools) == {"E": "B"}
+
+    def test_process_that_two_call_runs_in_both(self):
+        pools = '<bpmn:participant id="B" processRef="Other"/>'
+        more = '<bpmn:process id="Other"><bpmn:callActivity id="C4" calledElement="SubSub"/></bpmn:process>'
+        assert self.calls(pools=pools, more=more) == {"E": "A", "E@B": "B"}
+
+    def test_called_process_of_a_process_without_a_pool(self):
+        more = """<bpmn:process id="Lone"><bpmn:callActivity id="C4" calledElement="Called"/></bpmn:process>
+            <bpmn:process id="Called"><bpmn:endEvent id="F"><bpmn:signalEventDefinition signalRef="S"/></bpmn:endEvent>
+            </bpmn:process>"""
+        assert self.calls(more=more) == {"E": "A", "F": "Lone"}
+
+    def test_processes_that_only_call_each_other_take_part_themselves(self):
+        assert self.calls('calledElement="elsewhere"') == {"E": "Sub"}
+
+    def test_too_many_copies_are_refused(self):
+        pools = "".join(f'<bpmn:participant id="P{n}" processRef="M{n}"/>' for n in range(400))
+        call = '<bpmn:callActivity calledElement="Sub"/>'
+        mains = "".join(f'<bpmn:process id="M{n}">{call}</bpmn:process>' for n in range(400))
+        events = '<bpmn:endEvent><bpmn:signalEventDefinition signalRef="S"/></bpmn:endEvent>' * 400
+        sub = f'<bpmn:process id="Sub">{events}</bpmn:process>'
+        with pytest.raises(InputError, match="more than 100000 copies"):
+            read_model(f'<bpmn:signal id="S" name="t"/><bpmn:collaboration>{pools}</bpmn:collaboration>{mains}{sub}')
+
     def test_reference_to_no_process(self):
         system = read_model('<bpmn:collaboration><bpmn:participant id="A" processRef="Gone"/></bpmn:collaboration>')
         assert list(system.participants) == ["A"]
@@ -343,8 +424,88 @@ class TestQos:
     def test_unknown_attributes_are_kept_for_the_pack_to_judge(self):
         assert texts(read_event('qos:relaibility="reliable"').endpoints[0]) == {"relaibility": "reliable"}
 
-    def test_attributes_of_other_namespaces_are_not_qos(self):
-        assert read_event('reliability="reliable" camunda:reliability="reliable"').endpoints[0].settings == {}
+    @pytest.mark.parametrize(
+        "stated",
+        [
+            'reliability="reliable"',
+            'reliabilty="reliable"',
+            'camunda:reliability="reliable"',
+            'xmlns:x="urn:x" x:reliability="reliable"',
+        ],
+    )
+    def test_attributes_of_other_namespaces_are_not_known(self, stated):
+        system = read_event(f'{stated} qos:depth="1" id2="a" name="b" isInterrupting="true"')
+        assert unknown(system) == {"E": {"reliability": "CQ040"}}
+        assert texts(system.endpoints[0])["depth"] == "1"
+        assert notes(system) == [("CQ040", "E")]
+
+    def test_what_is_read_wins_over_what_is_not(self):
+        system = read_event('reliability="reliable" qos:reliability="best_effort"')
+        assert texts(system.endpoints[0]) == {"reliability": "best_effort"}
+        assert unknown(system) == {}
+        assert notes(system) == [("CQ040", "E")]
+
+    @pytest.mark.parametrize(
+        "uri", ["http://qos/", "https://qos", "http://QoS", "http://qos#", " http://qos", "urn:qos", "x:y"]
+    )
+    def test_another_namespace_under_the_prefix_is_one_cause(self, uri):
+        head = f'<definitions xmlns="http://www.omg.org/spec/BPMN/20100524/MODEL" xmlns:qos="{uri}">'
+        body = """<signal id="S" name="t"/><process id="P">
+            <startEvent id="R" qos:reliability="reliable" qos:leaseduration="1"><signalEventDefinition signalRef="S"/></startEvent>
+            <endEvent id="W" qos:relaibility="reliable"><signalEventDefinition signalRef="S"/></endEvent>
+            <endEvent id="V" qos:profile="sensor_data"><signalEventDefinition signalRef="S"/></endEvent>
+            <endEvent id="T" qos:type="a" qos:external="true"><signalEventDefinition signalRef="S"/></endEvent>
+            <endEvent id="N"><extensionElements><qos:policy depth="1" type="depth"/><qos:need name="latest" value="1"/>
+            </extensionElements><signalEventDefinition signalRef="S"/></endEvent></process></definitions>"""
+        system = read(Source("m.bpmn", (head + body).encode()), ReadContext())
+        assert unknown(system) == {
+            "R": {"reliability": "CQ040", "leaseDuration": "CQ040"},
+            "W": {"reliability": "CQ040"},
+            "V": {"*": "CQ040"},
+            "N": {"depth": "CQ040", "*": "CQ040"},
+        }
+        assert notes(system) == [("CQ040", "R")]
+        assert "`http://qos`" in system.notes[0].message
+
+    @pytest.mark.parametrize(
+        ("definitions", "process"), [('qos:protocol="mqtt"', ""), ("", 'qos:domain="1"'), ("", 'qos:protocol="dds"')]
+    )
+    def test_another_namespace_around_events(self, definitions, process):
+        head = (
+            f'<definitions xmlns="http://www.omg.org/spec/BPMN/20100524/MODEL" xmlns:qos="http://qos/" {definitions}>'
+        )
+        body = f"""<signal id="S" name="t"/><process id="P" {process}>
+            <startEvent id="R"><signalEventDefinition signalRef="S"/></startEvent></process></definitions>"""
+        system = read(Source("m.bpmn", (head + body).encode()), ReadContext())
+        assert unknown(system) == {"R": {"*": "CQ040"}}
+        assert [code for code, _ in notes(system)] == ["CQ040"]
+
+    def test_names_of_policies_mean_something_else_on_other_elements(self):
+        system = read_model('<bpmn:process id="P"><bpmn:task id="T" deadline="1"/></bpmn:process>')
+        assert notes(system) == []
+
+    @pytest.mark.parametrize(
+        "inside",
+        [
+            '<camunda:properties><camunda:property name="reliabilty" value="reliable"/></camunda:properties>',
+            '<flowable:properties><flowable:property name="reliability" value="reliable"/></flowable:properties>',
+            '<x:policy xmlns:x="urn:x" reliability="reliable"/>',
+            '<policy xmlns="" reliability="reliable"/>',
+        ],
+    )
+    def test_extensions_that_nothing_reads(self, inside):
+        inside = f"<bpmn:extensionElements>{inside}</bpmn:extensionElements>"
+        system = read_event("", definition=f'{inside}<bpmn:signalEventDefinition signalRef="S"/>')
+        assert unknown(system) == {"E": {"reliability": "CQ040"}}
+        assert notes(system) == [("CQ040", "E")]
+
+    @pytest.mark.parametrize(("written", "read"), [("1e-7", "0.0000001"), ("1.5e+3", "1500"), ("2E2", "200")])
+    def test_numbers_as_javascript_writes_them(self, written, read):
+        assert texts(read_event(f'qos:deadline="{written}"').endpoints[0]) == {"deadline": read}
+
+    @pytest.mark.parametrize("written", ["1e-999", "1e999", "e3", "1e", "-1e3", "1e3s"])
+    def test_other_words_stay_as_they_are(self, written):
+        assert texts(read_event(f'qos:deadline="{written}"').endpoints[0]) == {"deadline": written}
 
     def test_place_names_element_and_attribute(self):
         setting = read_event('qos:reliability="reliable"').endpoints[0].settings["reliability"]
@@ -355,7 +516,11 @@ class TestQos:
         assert texts(by_id(system)["Event_Edited"])["durability"] == "1"
 
     def test_eight_zeros_may_be_nobodys_choice(self):
-        assert notes(read_file("cqos_tool.bpmn")) == [("CQ038", "Event_Untouched")]
+        system = read_file("cqos_tool.bpmn")
+        assert notes(system) == [("CQ038", "Event_Untouched")]
+        assert {name: sorted(settings) for name, settings in unknown(system).items()} == {
+            "Event_Untouched": ["durability", "reliability"]
+        }
 
     def test_seven_zeros_are_a_choice(self):
         zeros = " ".join(
@@ -456,7 +621,7 @@ class TestUnread:
     def test_on_the_signal_definition(self):
         system = read_event("", definition='<bpmn:signalEventDefinition signalRef="S" qos:depth="1"/>')
         assert notes(system) == [("CQ040", "E")]
-        assert system.endpoints[0].settings == {}
+        assert unknown(system) == {"E": {"depth": "CQ040"}}
 
     def test_in_a_policy_of_the_signal_definition(self):
         policy = '<bpmn:extensionElements><qos:policy depth="1"/></bpmn:extensionElements>'
@@ -476,6 +641,17 @@ class TestUnread:
         assert notes(system) == [("CQ040", "S")]
         assert system.topics == {}
 
+    @pytest.mark.parametrize("signal", ['qos:reliability="reliable"', 'reliability="reliable"'])
+    def test_on_the_signal_of_an_event(self, signal):
+        system = read_model(
+            f"""<bpmn:signal id="S" name="topic" {signal}/><bpmn:process id="P">
+            <bpmn:endEvent id="E"><bpmn:signalEventDefinition signalRef="S"/></bpmn:endEvent>
+            <bpmn:endEvent id="F" qos:reliability="reliable"><bpmn:signalEventDefinition signalRef="S"/></bpmn:endEvent>
+            </bpmn:process>"""
+        )
+        assert unknown(system) == {"E": {"reliability": "CQ040"}}
+        assert notes(system) == [("CQ040", "S")]
+
     def test_unknown_elements_in_our_namespace(self):
         inside = """<bpmn:extensionElements><qos:polcy depth="1"/><qos:option name="a" value="b"/>
             </bpmn:extensionElements><bpmn:signalEventDefinition signalRef="S"/>"""
@@ -483,6 +659,7 @@ class TestUnread:
         assert notes(system) == [("CQ041", "E"), ("CQ041", "E")]
         assert system.notes[0].message.startswith("`qos:polcy` is not known")
         assert system.notes[1].message.startswith("`qos:option` is read on definitions, collaborations")
+        assert unknown(system) == {"E": {"*": "CQ041"}}
 
     def test_imports_are_not_followed(self):
         system = read_model('<bpmn:import importType="x" location="other.bpmn" namespace="y"/>')
@@ -619,19 +796,27 @@ class TestOwnWords:
             <qos:accept rule="ROS101" until="soon"/>
             <qos:accept rule="ROS101" because="tested" until="soon"/>
             </bpmn:extensionElements><bpmn:signalEventDefinition signalRef="S"/>"""
-        with pytest.raises(InputError) as caught:
-            read_event('qos:external="maybe"', definition=inside)
-        assert [(p.code, p.place and (p.place.line, p.place.path)) for p in caught.value.problems] == [
+        system = read_event('qos:external="maybe"', definition=inside)
+        assert {(note.severity, note.place and note.place.element) for note in system.notes} == {("error", "E")}
+        assert [(note.code, note.place and (note.place.line, note.place.path)) for note in system.notes] == [
             ("CQ042", (4, "qos:need[1]/@value")),
             ("CQ043", (3, "@qos:external")),
             ("CQ042", (5, "qos:accept[1]/@because")),
             ("CQ043", (6, "qos:accept[2]/@until")),
         ]
+        needs = system.endpoints[0].needs
+        assert {name: setting.reported for name, setting in needs.items() if setting.unknown} == {"latest": "CQ042"}
+
+    def test_a_requirement_without_a_name_may_be_any(self):
+        inside = '<bpmn:extensionElements><qos:need value="true"/></bpmn:extensionElements>'
+        system = read_event("", definition=f'{inside}<bpmn:signalEventDefinition signalRef="S"/>')
+        assert [name for name, setting in system.endpoints[0].needs.items() if setting.unknown] == ["*"]
 
     def test_option_needs_a_protocol_where_the_system_has_none(self):
         option = '<bpmn:extensionElements><qos:option name="rmw" value="x"/></bpmn:extensionElements>'
-        with pytest.raises(InputError, match="`qos:option` has no `protocol`"):
-            read_model(option)
+        system = read_model(option)
+        assert [(note.code, note.severity) for note in system.notes] == [("CQ042", "error")]
+        assert system.notes[0].message.startswith("`qos:option` has no `protocol`")
 
     def test_unknown_attribute_of_the_definitions(self):
         data = HEAD.replace(">", ' qos:protocoll="ros2">') + "</bpmn:definitions>"

@@ -11,6 +11,7 @@ import pytest
 from cqos_core.importers.bpmn import read
 from cqos_core.importers.detect import claims_bpmn
 from cqos_core.importers.source import ReadContext, Source
+from cqos_core.importers.xml_source import parse_xml
 from cqos_core.problems import InputError, Problem
 from tests.growth.linear import assert_linear
 
@@ -213,6 +214,25 @@ class TestNotReadable:
 
     def test_only_the_first_of_many_faults_is_told(self):
         assert len(str(problem_of("<a>" + "<q:b/>" * 1000 + "</a>"))) < 300
+
+
+class TestNamespaceNames:
+    """The standard allows any name; libxml2 refuses those that are no URI."""
+
+    @pytest.mark.parametrize(
+        "name",
+        ["http://my model", "my model", " http://x", "http://[x", "{x}", "50%", "a|b", "urn:ä b", "::", "a:b:c d"],
+    )
+    def test_need_not_be_uris(self, name):
+        data = f'<a xmlns:q="{name}"\n xmlns:r="http://r#1"><q:b/><r:c/><!-- xmlns:q="a b" --></a>'
+        root = parse_xml(Source("f.xml", data.encode()))
+        assert root[1].tag == "{http://r#1}c"
+        assert root[0].sourceline == 2
+
+    @pytest.mark.parametrize("rest", ["x", "<b/>", "<q:c>", "</a>", "<!--"])
+    def test_other_faults_stay_faults(self, rest):
+        with pytest.raises(InputError):
+            parse_xml(Source("f.xml", f'<a xmlns:q="my model"/>{rest}'.encode()))
 
 
 class TestHostile:

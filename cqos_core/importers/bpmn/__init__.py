@@ -39,8 +39,8 @@ def read(source: Source, context: ReadContext) -> System:
         context: its options may hold ``{"bpmn": {"message_flows": "true"}}`` to read message flows as topics too.
 
     Raises:
-        InputError: if this is no XML, no BPMN 2.0, or states something in C-QoS's own words that is incomplete or
-            makes no sense. Every such problem is in it.
+        InputError: if this is no XML or no BPMN 2.0, or has more shared processes than a system may hold. What is
+            incomplete or makes no sense in C-QoS's own words is a note of severity error, and the rest is read.
     """
     switches = _switches(context)
     root = parse_xml(source)
@@ -55,7 +55,6 @@ def read(source: Source, context: ReadContext) -> System:
     if with_messages:
         read_messages(reading, endpoints)
     report_unread(reading, endpoints, with_messages=with_messages)
-    reading.raise_problems()
     return reading.system
 
 

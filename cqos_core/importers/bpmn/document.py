@@ -29,6 +29,8 @@ IMPORT = f"{BPMN}import"
 SIGNAL_DEFINITION = f"{BPMN}signalEventDefinition"
 MESSAGE_DEFINITION = f"{BPMN}messageEventDefinition"
 DEFINITION_REFERENCE = f"{BPMN}eventDefinitionRef"
+CALL_ACTIVITY = f"{BPMN}callActivity"
+EXTENSIONS = f"{BPMN}extensionElements"
 
 EVENT_ROLES: dict[str, Role] = {
     f"{BPMN}startEvent": SUBSCRIBER,
@@ -50,7 +52,11 @@ SILENT = tuple(
 )
 """What people may take for an end of a signal, and what is none."""
 
-_INDEXED = (COLLABORATION, PARTICIPANT, PROCESS, SIGNAL, MESSAGE, ITEM_DEFINITION, MESSAGE_FLOW, IMPORT)
+_INDEXED = (
+    *(COLLABORATION, PARTICIPANT, PROCESS, SIGNAL, MESSAGE, ITEM_DEFINITION, MESSAGE_FLOW, IMPORT),
+    CALL_ACTIVITY,
+)
+_ZEEBE_CALL = f"{{{NAMESPACES['zeebe']}}}calledElement"
 
 
 def require_bpmn(root: Element, source: Source) -> None:
@@ -91,8 +97,11 @@ class Document:
         self.name = name
         self.nodes: list[Element] = []
         self._elements: dict[str, list[Element]] = {tag: [] for tag in _INDEXED}
+        # Whatever extensions hold belongs to their tools: events among it are none of the model.
+        skipped = {inside for extension in root.iter(EXTENSIONS) for inside in extension.iter(*_INDEXED, *ROLES)}
         for element in root.iter(*_INDEXED, *ROLES):
-            self._elements.get(str(element.tag), self.nodes).append(element)
+            if element not in skipped:
+                self._elements.get(str(element.tag), self.nodes).append(element)
         self._by_id = {tag: _first_by_id(elements) for tag, elements in self._elements.items()}
         self.definitions = _first_by_id(
             child for child in root.iterchildren(f"{BPMN}*") if str(child.tag).endswith("EventDefinition")
@@ -103,9 +112,17 @@ class Document:
         """Return every element with one of the indexed tags."""
         return self._elements[tag]
 
-    def find(self, tag: str, reference: str) -> Element | None:
-        """Return the element that a QName refers to; its prefix means nothing."""
-        return look_up(self._by_id[tag], reference)
+    def find(self, tag: str, reference: str, at: Element) -> Element | None:
+        """Return the element that a QName refers to, where it stands at ``at``; see `look_up`."""
+        return look_up(self._by_id[tag], reference, at)
+
+    def called_by(self, activity: Element) -> Element | None:
+        """Return the process of this file that a call activity runs, None where it runs something else."""
+        stated = [activity.get("calledElement")]
+        for extensions in activity.iterchildren(EXTENSIONS):
+            stated += [each.get("processId") for each in extensions.iterchildren(_ZEEBE_CALL)]
+        found = (self.find(PROCESS, reference, activity) for reference in stated if reference)
+        return next((process for process in found if process is not None), None)
 
     def process_of(self, element: Element) -> Element | None:
         """Return the process around ``element``, None if it stands outside of all of them."""
@@ -123,7 +140,9 @@ class Document:
     def event_definitions(self, event: Element, tag: str) -> list[Element]:
         """Return the event definitions of one kind, its own and those at root level that it refers to."""
         children = event.iterchildren(tag, DEFINITION_REFERENCE)
-        found = (child if child.tag == tag else look_up(self.definitions, child.text or "") for child in children)
+        found = (
+            child if child.tag == tag else look_up(self.definitions, child.text or "", child) for child in children
+        )
         return [definition for definition in found if definition is not None and definition.tag == tag]
 
     def place(self, element: Element, path: str | None = None, owner: Element | None = None) -> Place:
@@ -136,11 +155,23 @@ def nth(element: Element) -> int:
     return 1 + sum(1 for _ in element.itersiblings(str(element.tag), preceding=True))
 
 
-def look_up(elements: dict[str, Element], reference: str) -> Element | None:
-    """Return the element that a QName refers to; ids may hold a colon themselves."""
+def look_up(elements: dict[str, Element], reference: str, at: Element) -> Element | None:
+    """Return the element of this file that a QName at ``at`` refers to.
+
+    Ids may hold a colon themselves. A prefix that is bound to another namespace than that of the file means another file;
+    many files write a prefix that is bound to nothing, and mean their own elements.
+    """
     reference = reference.strip()
     found = elements.get(reference)
-    return elements.get(reference.rpartition(":")[2]) if found is None else found
+    if found is not None or ":" not in reference:
+        return found
+    prefix, _, local = reference.rpartition(":")
+    return elements.get(local) if _is_own(prefix, at) else None
+
+
+def _is_own(prefix: str, at: Element) -> bool:
+    own = at.getroottree().getroot().get("targetNamespace")
+    return own is None or at.nsmap.get(prefix) in {None, own, NAMESPACES["bpmn"]}
 
 
 def _first_by_id(elements: Iterable[Element]) -> dict[str, Element]:

@@ -6,15 +6,17 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from cqos_core.importers.bpmn.document import identity
+from cqos_core.importers.bpmn.lost import laid_under
 from cqos_core.importers.bpmn.names import fold, shown
 from cqos_core.importers.bpmn.qos import message_type, read_qos
 from cqos_core.importers.bpmn.reading import Unique
-from cqos_core.importers.bpmn.words import acceptances, extension_children, flag, qos_children, word
-from cqos_core.system import Endpoint, ProfileRef, Setting
+from cqos_core.importers.bpmn.words import ON_EVENTS, acceptances, extension_children, flag, qos_children, word
+from cqos_core.system import EVERY_OTHER, Endpoint, ProfileRef, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from cqos_core.importers.bpmn.lost import Unknown
     from cqos_core.importers.bpmn.participants import Participants
     from cqos_core.importers.bpmn.reading import Reading
     from cqos_core.importers.bpmn.words import Child
@@ -31,12 +33,14 @@ class Meeting:
         is_guess: the name is the event's own.
         type: the data type as the signal or message states it.
         external: the other side is a black box.
+        lost: QoS that stands on the signal, where nothing reads it.
     """
 
     topic: str | None
     is_guess: bool = False
     type: str | None = None
     external: bool = False
+    lost: tuple[Unknown, ...] = ()
 
 
 class Endpoints:
@@ -57,6 +61,7 @@ class Endpoints:
     def add(self, element: Element, role: Role, meetings: Sequence[Meeting]) -> None:
         """Add an endpoint of ``element`` for each meeting and each participant that runs its process."""
         self._used.add(element)
+        meetings = list({meeting.topic: meeting for meeting in meetings}.values())  # one signal twice is one endpoint
         if not meetings:
             return
         process = self._reading.document.process_of(element)
@@ -66,11 +71,13 @@ class Endpoints:
             return
         self._report_duplicate(element)
         extensions = extension_children(element)
-        children = qos_children(self._reading, element, ("policy", "need", "accept"), extensions)
+        children = qos_children(self._reading, element, ON_EVENTS, extensions)
         stated = _read(self._reading, element, role, extensions)
+        runners = self._participants.of_process[process]
+        self._reading.count_copies(len(meetings) * (len(runners) - 1), element)
         first = len(self._reading.system.endpoints)
         for meeting in meetings:
-            for number, participant in enumerate(self._participants.of_process[process]):
+            for number, participant in enumerate(runners):
                 self._add(stated, meeting, participant, is_first=number == 0)
         ids = [endpoint.id for endpoint in self._reading.system.endpoints[first:]]
         self._reading.system.accept += [
@@ -85,7 +92,7 @@ class Endpoints:
             topic=meeting.topic,
             topic_is_guess=meeting.is_guess,
             participant=participant.id,
-            settings=dict(stated.settings),
+            settings=laid_under(stated.settings, (*self._participants.lost[participant.id], *meeting.lost)),
             needs=dict(stated.needs),
             type=stated.type or meeting.type,
             external=stated.external or meeting.external,
@@ -102,6 +109,7 @@ class Endpoints:
 def _read(reading: Reading, element: Element, role: Role, extensions: list[Child]) -> Endpoint:
     """Return what ``element`` states as an endpoint that has no topic and no participant yet."""
     place = reading.document.place(element)
+    lost = [*reading.lost.children(extensions, ON_EVENTS), *reading.lost.settings(element)]
     profile = word(element, "profile")
     profile_place = reading.document.place(element, "@qos:profile")
     return Endpoint(
@@ -109,7 +117,7 @@ def _read(reading: Reading, element: Element, role: Role, extensions: list[Child
         role,
         None,
         "",
-        settings=read_qos(reading, element, extensions),
+        settings=laid_under(read_qos(reading, element, extensions), lost),
         profiles=(ProfileRef(profile, profile_place),) if profile else (),
         needs=_needs(reading, extensions),
         type=message_type(element, extensions),
@@ -122,8 +130,12 @@ def _read(reading: Reading, element: Element, role: Role, extensions: list[Child
 
 
 def _needs(reading: Reading, extensions: list[Child]) -> Settings:
+    """Return what the application requires; what is half written requires something that is not known."""
     needs = {}
     for child in extensions:
-        if child.is_word("need") and (values := child.required(reading, "name", "value")):
-            needs[values[0]] = Setting(values[1], child.place(reading, "value"))
+        if child.is_word("need"):
+            values = child.required(reading, "name", "value")
+            name, value = values or ((child.element.get("name") or "").strip() or EVERY_OTHER, "")
+            place = child.place(reading, "value")
+            needs[name] = Setting(value, place, unknown="" if value else "a `qos:need` is incomplete", reported="CQ042")
     return needs

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.importers.bpmn.document import (
@@ -12,11 +13,14 @@ from cqos_core.importers.bpmn.document import (
     look_up,
     nth,
 )
-from cqos_core.importers.bpmn.names import shown
-from cqos_core.importers.bpmn.words import extension_children, qos_attributes
+from cqos_core.importers.bpmn.names import number, shown
+from cqos_core.importers.bpmn.qos import read_qos
+from cqos_core.importers.bpmn.words import extension_children, word
+from cqos_core.system import EVERY_OTHER, Setting
 
 if TYPE_CHECKING:
     from cqos_core.importers.bpmn.endpoints import Endpoints
+    from cqos_core.importers.bpmn.lost import Unknown
     from cqos_core.importers.bpmn.reading import Reading
     from cqos_core.importers.bpmn.signals import Signals
     from cqos_core.importers.xml_source import Element
@@ -33,24 +37,29 @@ def read_events(reading: Reading, endpoints: Endpoints, signals: Signals) -> Non
         definitions = document.event_definitions(event, SIGNAL_DEFINITION)
         if not definitions:
             continue
-        for definition in definitions:
-            _report_misplaced(reading, event, definition)
-        meetings = [signals.meeting(event, definition) for definition in definitions]
-        endpoints.add(event, role, [meeting for meeting in meetings if meeting is not None])
+        meetings = [
+            replace(meeting, lost=(*meeting.lost, *_lost(reading, event, definition)))
+            for definition in definitions
+            if (meeting := signals.meeting(event, definition)) is not None
+        ]
+        endpoints.add(event, role, meetings)
 
 
 def _report_dangling(reading: Reading, event: Element) -> None:
     for reference in event.iterchildren(DEFINITION_REFERENCE):
         name = reference.text or ""
-        if look_up(reading.document.definitions, name) is None:
+        if look_up(reading.document.definitions, name, reference) is None:
             message = f"`eventDefinitionRef` names `{shown(name)}`, which is no event definition in this file"
             place = reading.document.place(reference, f"bpmn:eventDefinitionRef[{nth(reference)}]", event)
             reading.note("CQ032", message, place, endpoint=identity(event))
 
 
-def _report_misplaced(reading: Reading, event: Element, definition: Element) -> None:
-    words = [*qos_attributes(definition), *(c.word for c in extension_children(definition) if c.prefix == "qos")]
-    stated = ", ".join(f"`qos:{shown(name)}`" for name in words)
-    if stated:
-        message = f"{stated} on the signal definition is not read; QoS belongs on the event around it"
-        reading.note("CQ040", message, reading.document.place(definition, owner=event), endpoint=identity(event))
+def _lost(reading: Reading, event: Element, definition: Element) -> list[Unknown]:
+    """Return the QoS on a signal definition, which is not read there."""
+    stated = read_qos(reading, definition, extension_children(definition))
+    if profile := word(definition, "profile"):
+        stated[EVERY_OTHER] = Setting(profile)
+    place = reading.document.place(definition, owner=event)
+    stated = {name: Setting(setting.text, place) for name, setting in stated.items() if number(setting.text) != 0}
+    cause = "QoS on a signal definition is not read; it belongs on the event around it"
+    return [*reading.lost.settings(definition, event), *reading.lost.misplaced(stated, cause)]

@@ -50,7 +50,7 @@ def _of_flows(reading: Reading) -> Iterator[tuple[Element, Role, Meeting]]:
     flows = reading.document.all(MESSAGE_FLOW)
     nodes = _nodes(reading, flows)
     for flow in flows:
-        ends = {role: look_up(nodes, flow.get(attribute) or "") for role, attribute in _ENDS}
+        ends = {role: look_up(nodes, flow.get(attribute) or "", flow) for role, attribute in _ENDS}
         for role, attribute in _ENDS:
             if ends[role] is None:
                 message = f"`{attribute}` names `{shown(flow.get(attribute) or '')}`, which is not in this file"
@@ -111,7 +111,7 @@ def _of_nodes(reading: Reading) -> Iterator[tuple[Element, Role, Meeting]]:
 def _message(reading: Reading, element: Element) -> Element | None:
     """Return the message that a flow or task refers to itself, and an event by its definition."""
     holders = (element, *reading.document.event_definitions(element, MESSAGE_DEFINITION))
-    found = (reading.document.find(MESSAGE, holder.get("messageRef") or "") for holder in holders)
+    found = (reading.document.find(MESSAGE, holder.get("messageRef") or "", holder) for holder in holders)
     return next((message for message in found if message is not None), None)
 
 
@@ -127,5 +127,5 @@ def _fixed(reading: Reading, element: Element, name: str) -> str | None:
 def _type(reading: Reading, message: Element | None) -> str | None:
     if message is None:
         return None
-    definition = reading.document.find(ITEM_DEFINITION, message.get("itemRef") or "")
+    definition = reading.document.find(ITEM_DEFINITION, message.get("itemRef") or "", message)
     return None if definition is None else (definition.get("structureRef") or "").strip() or None

@@ -56,3 +56,12 @@ def same_value(one: str, other: str) -> bool:
         return True
     first = number(one)
     return first is not None and first == number(other)
+
+
+POLICY_NAMES = (
+    *("history", "depth", "reliability", "durability"),
+    *("deadline", "lifespan", "liveliness", "leaseDuration"),
+)
+"""The eight policies of the paper."""
+POLICIES = frozenset(key(name) for name in POLICY_NAMES)
+"""Their names as `key` folds them."""

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.excerpt import NAMESPACES
 from cqos_core.importers.bpmn.document import identity
-from cqos_core.importers.bpmn.names import key, number, same_value, shown
-from cqos_core.importers.bpmn.words import POLICIES, QOS, qos_settings
-from cqos_core.system import Setting
+from cqos_core.importers.bpmn.names import POLICIES, key, number, same_value, shown
+from cqos_core.importers.bpmn.words import QOS, qos_settings
+from cqos_core.system import Cases, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -21,6 +23,11 @@ if TYPE_CHECKING:
 OWN_WORDS = frozenset({"protocol", "profile", "external", "type"})
 """Attributes of an event in the namespace ``http://qos`` that are no QoS."""
 
+_ZEROS = Cases("what eight zeros mean", (("they were chosen", "0"), ("they were never edited", "")))
+_CODED = frozenset({"reliability", "durability"})
+"""Policies of which a zero is the code of a value that is not the default."""
+_EXPONENT = re.compile(r"\d+(?:\.\d*)?[eE][+-]?\d{1,3}")
+_MOST_DIGITS = 30
 _ROS = f"{{{NAMESPACES['ros']}}}"
 _ENGINES = ("camunda", "zeebe")
 
@@ -48,12 +55,19 @@ def read_qos(reading: Reading, element: Element, extensions: list[Child]) -> Set
             if before is not None and not (before[2] == source == "`qos:policy`"):
                 _compare(reading, name, before, setting, source)
             merged[folded] = name, setting, source
+    settings = {name: replace(setting, text=_decimal(setting.text)) for name, setting, _ in merged.values()}
     if all(name in merged and number(merged[name][1].text) == 0 for name in POLICIES):
         message = "all eight QoS attributes are 0, which modelers write unasked: are these values chosen?"
-        advice = "choose a value for reliability and durability, or remove the attributes"
         place = reading.document.place(element)
-        reading.note("CQ038", message, place, advice=advice, endpoint=identity(element))
-    return {name: setting for name, setting, _ in merged.values()}
+        reading.note("CQ038", message, place, endpoint=identity(element))
+        settings |= {name: replace(settings[name], unknown=_ZEROS) for name in settings if key(name) in _CODED}
+    return settings
+
+
+def _decimal(text: str) -> str:
+    """Return a number without an exponent: JavaScript writes ``1e-7`` for 0.0000001."""
+    found = number(text) if _EXPONENT.fullmatch(text.strip()) else None
+    return text if found is None or abs(found.adjusted()) > _MOST_DIGITS else f"{found:f}"
 
 
 def message_type(element: Element, extensions: list[Child]) -> str | None:

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.codes import CODES
 from cqos_core.importers.bpmn.document import COLLABORATION
+from cqos_core.importers.bpmn.lost import LostWords
 from cqos_core.importers.bpmn.names import fold
 from cqos_core.problems import InputError, Problem
 from cqos_core.system import ImportNote, System
 
 if TYPE_CHECKING:
     from cqos_core.importers.bpmn.document import Document
+    from cqos_core.importers.xml_source import Element
     from cqos_core.system import Place
+
+MOST_COPIES: Final = 100_000
+"""How often altogether an event or process may count again for a further participant."""
 
 _ENDING = re.compile(r"(\.bpmn20)?\.(bpmn2?|xml)$", re.IGNORECASE)
 
@@ -25,7 +30,8 @@ class Reading:
         """Begin with an empty system, named by the model or else by its file."""
         self.document = document
         self.system = System(name=_name(document))
-        self._problems: list[Problem] = []
+        self.lost = LostWords(document)
+        self._copies = 0
 
     def note(
         self,
@@ -40,14 +46,17 @@ class Reading:
         severity = CODES[code].severity
         self.system.notes.append(ImportNote(code, severity, message, place, advice, endpoint))
 
-    def problem(self, code: str, message: str, place: Place, advice: str | None = None) -> None:
-        """Remember what makes the file unusable, and go on looking for more."""
-        self._problems.append(Problem(code, message, place, advice))
+    def count_copies(self, number: int, element: Element) -> None:
+        """Count what stands in the model once and in the system several times.
 
-    def raise_problems(self) -> None:
-        """Raise `InputError` if there was any problem."""
-        if self._problems:
-            raise InputError(self._problems)
+        Raises:
+            InputError: when that is more than a system may hold.
+        """
+        self._copies += number
+        if self._copies > MOST_COPIES:
+            message = f"processes that several participants run would make more than {MOST_COPIES} copies"
+            advice = "fewer participants that share a process show the same mistakes"
+            raise InputError([Problem("CQ016", message, self.document.place(element), advice)])
 
 
 def _name(document: Document) -> str:

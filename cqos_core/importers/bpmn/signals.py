@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 from cqos_core.importers.bpmn.document import ITEM_DEFINITION, SIGNAL, identity, nth, split
 from cqos_core.importers.bpmn.endpoints import Meeting
-from cqos_core.importers.bpmn.names import fold, is_computed, key, same_value, shown
-from cqos_core.importers.bpmn.words import POLICIES, acceptances, flag, qos_children, qos_settings
+from cqos_core.importers.bpmn.names import POLICIES, fold, is_computed, key, same_value, shown
+from cqos_core.importers.bpmn.words import ON_SIGNALS, acceptances, extension_children, flag, qos_children, qos_settings
 from cqos_core.system import Topic
 
 if TYPE_CHECKING:
+    from cqos_core.importers.bpmn.lost import Unknown
     from cqos_core.importers.bpmn.reading import Reading
     from cqos_core.importers.xml_source import Element
     from cqos_core.system import Place, Settings
@@ -22,9 +23,10 @@ _INSTANCE_SCOPES = {"processInstance"}
 class Signals:
     """Tells for every signal event what its topic is."""
 
-    def __init__(self, reading: Reading) -> None:
-        """Use the signals of the document that is being read."""
+    def __init__(self, reading: Reading, lost: dict[str, dict[str, Unknown]]) -> None:
+        """Use the signals of the document that is being read, and what is ``lost`` on them: by name, by policy."""
         self._reading = reading
+        self._lost = lost
 
     def meeting(self, event: Element, definition: Element) -> Meeting | None:
         """Return where ``event`` meets others by one of its signal definitions.
@@ -37,7 +39,7 @@ class Signals:
             if expression := _engine_attribute(definition, "signalExpression"):
                 return self._computed(event, expression)
             return self._guess(event, "names no signal")
-        signal = self._reading.document.find(SIGNAL, reference)
+        signal = self._reading.document.find(SIGNAL, reference, definition)
         if signal is None:
             message = f"`signalRef` names `{shown(reference)}`, which is no signal in this file"
             place = self._reference_place(event, definition)
@@ -53,7 +55,7 @@ class Signals:
             return self._guess(event, f"refers to `{shown(reference)}`, a signal without a name")
         if is_computed(name):
             return self._computed(event, name)
-        return Meeting(name, type=self._type(signal))
+        return Meeting(name, type=self._type(signal), lost=tuple(self._lost.get(name, {}).values()))
 
     def _guess(self, event: Element, why: str) -> Meeting:
         name = fold(event.get("name"))
@@ -73,7 +75,7 @@ class Signals:
         return Meeting(None)
 
     def _type(self, signal: Element) -> str | None:
-        definition = self._reading.document.find(ITEM_DEFINITION, signal.get("structureRef") or "")
+        definition = self._reading.document.find(ITEM_DEFINITION, signal.get("structureRef") or "", signal)
         return None if definition is None else (definition.get("structureRef") or "").strip() or None
 
     def _reference_place(self, event: Element, definition: Element) -> Place:
@@ -91,6 +93,7 @@ def read_signals(reading: Reading) -> Signals:
     """Add to the system what is stated on signals, and report signals that are one although they look like two."""
     by_name: dict[str, Element] = {}
     ids: set[str] = set()
+    lost: dict[str, dict[str, Unknown]] = {}
     for signal in reading.document.all(SIGNAL):
         place = reading.document.place(signal)
         identifier, name = identity(signal), fold(signal.get("name"))
@@ -105,31 +108,36 @@ def read_signals(reading: Reading) -> Signals:
             by_name[name] = signal
         if identifier:
             ids.add(identifier)
-        _read_topic(reading, signal, name)
-    return Signals(reading)
+        lost.setdefault(name, {}).update({key(each[0]): each for each in _read_topic(reading, signal, name)})
+    return Signals(reading, lost)
 
 
-def _read_topic(reading: Reading, signal: Element, name: str) -> None:
-    """Add the facts and acceptances that a signal states."""
+def _read_topic(reading: Reading, signal: Element, name: str) -> list[Unknown]:
+    """Add the facts and acceptances that a signal states, and return the QoS on it, which is not read there."""
     place = reading.document.place(signal)
     stated = qos_settings(reading, signal, ("external",))
     facts = {word: setting for word, setting in stated.items() if key(word) not in POLICIES}
-    for misplaced in stated.keys() - facts.keys():
-        message = f"`qos:{misplaced}` stands on a signal, where it is not read"
-        where = stated[misplaced].place or place
-        reading.note("CQ040", message, where, advice="put it on the events that throw or catch the signal")
+    misplaced = {word: setting for word, setting in stated.items() if word not in facts}
+    cause = "QoS on a signal is not read; it belongs on the events that throw or catch the signal"
+    extensions = extension_children(signal)
+    lost = [
+        *reading.lost.children(extensions, ON_SIGNALS),
+        *reading.lost.settings(signal),
+        *reading.lost.misplaced(misplaced, cause),
+    ]
     external = flag(reading, signal, "external")
-    children = qos_children(reading, signal, ("accept",))
+    children = qos_children(reading, signal, ON_SIGNALS, extensions)
     if not (facts or children or external is not None):
-        return
+        return lost
     if not name:
         message = "what is stated about this signal is lost, because the signal has no name"
         reading.note("CQ040", message, place, advice="give the signal a name")
-        return
+        return lost
     topic = reading.system.topics.setdefault(name, Topic(name, place=place))
     topic.external = topic.external or bool(external)
     _merge(reading, topic.settings, facts, place)
     reading.system.accept += [replace(found, topic=name) for found in acceptances(reading, children)]
+    return lost
 
 
 def _merge(reading: Reading, settings: Settings, facts: Settings, place: Place) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cqos_core.importers.bpmn.document import IMPORT, MESSAGE_DEFINITION, MESSAGE_FLOW, SILENT, TASK_ROLES, split
-from cqos_core.importers.bpmn.names import key, number, shown
-from cqos_core.importers.bpmn.words import POLICIES, extension_children, qos_attributes
+from cqos_core.importers.bpmn.names import POLICIES, key, number, shown
+from cqos_core.importers.bpmn.words import extension_children, qos_attributes
 
 if TYPE_CHECKING:
     from cqos_core.importers.bpmn.endpoints import Endpoints
@@ -33,9 +33,14 @@ def report_unread(reading: Reading, endpoints: Endpoints, *, with_messages: bool
             has_message = node.tag in TASK_ROLES or bool(document.event_definitions(node, MESSAGE_DEFINITION))
             advice = _SWITCH if has_message and not with_messages else "give the event a signal, or remove its QoS"
             _report_node(reading, node, advice)
+        if not endpoints.has(node):
+            reading.lost.settings(node, ours=True)
     for node in document.root.iter(*SILENT):
+        reading.lost.settings(node, ours=True)
         if _states_qos(node):
             _report_node(reading, node, "put it on the event that throws or catches the signal, or remove it")
+    for cause, (place, help_text) in reading.lost.causes.items():
+        reading.note("CQ040", cause, place, advice=help_text, endpoint=place.element)
 
 
 def _report_node(reading: Reading, node: Element, advice: str) -> None:

@@ -11,8 +11,8 @@ from datetime import date
 from typing import TYPE_CHECKING
 
 from cqos_core.excerpt import NAMESPACES
-from cqos_core.importers.bpmn.document import BPMN, COLLABORATION, split
-from cqos_core.importers.bpmn.names import key, shown
+from cqos_core.importers.bpmn.document import COLLABORATION, EXTENSIONS, identity, split
+from cqos_core.importers.bpmn.names import shown
 from cqos_core.system import Acceptance, Place, Setting
 
 if TYPE_CHECKING:
@@ -23,22 +23,6 @@ if TYPE_CHECKING:
     from cqos_core.system import Settings
 
 QOS = f"{{{NAMESPACES['qos']}}}"
-POLICIES = frozenset(
-    key(name)
-    for name in (
-        "history",
-        "depth",
-        "reliability",
-        "durability",
-        "deadline",
-        "lifespan",
-        "liveliness",
-        "leaseDuration",
-    )
-)
-"""The eight policies of the paper, as `key` folds their names."""
-
-_EXTENSIONS = f"{BPMN}extensionElements"
 _PREFIXES = {uri: prefix for prefix, uri in NAMESPACES.items()}
 _FLAGS = {"true": True, "1": True, "false": False, "0": False}
 _HOMES = {
@@ -75,12 +59,12 @@ class Child:
         return reading.document.place(self.element, path, self.owner)
 
     def required(self, reading: Reading, *names: str) -> list[str] | None:
-        """Return the values of attributes; None, and a problem for each that is missing, unless all are there."""
+        """Return the values of attributes; None, and a note for each that is missing, unless all are there."""
         values = [(self.element.get(name) or "").strip() for name in names]
         for name, value in zip(names, values, strict=True):
             if not value:
                 message = f"`qos:{self.word}` has no `{name}`, which it needs"
-                reading.problem("CQ042", message, self.place(reading, name))
+                reading.note("CQ042", message, self.place(reading, name), endpoint=identity(self.owner))
         return values if all(values) else None
 
 
@@ -91,7 +75,7 @@ def extension_children(owner: Element) -> list[Child]:
     """
     found: list[Child] = []
     counts: dict[str, int] = {}
-    for extensions in owner.iterchildren(_EXTENSIONS):
+    for extensions in owner.iterchildren(EXTENSIONS):
         for element in extensions.iterchildren("{*}*"):
             namespace, local = split(str(element.tag))
             prefix = _PREFIXES.get(namespace)
@@ -105,6 +89,14 @@ def extension_children(owner: Element) -> list[Child]:
                 word = name[:1].lower() + name[1:]
                 found.append(Child(child, owner, prefix, word, f"{tag}[{counts[tag]}]"))
     return found
+
+
+ON_EVENTS = ("policy", "need", "accept")
+"""The ``qos:`` children that mean something on an event."""
+ON_SIGNALS = ("accept",)
+ON_PARTICIPANTS = ("option",)
+ON_MODELS = ("option", "accept")
+"""Those on ``definitions`` and collaborations."""
 
 
 def qos_children(
@@ -156,7 +148,7 @@ def flag(reading: Reading, element: Element, name: str) -> bool | None:
         return None
     if text not in _FLAGS:
         message = f"`qos:{name}` is `{shown(text)}`, it can be `true` or `false`"
-        reading.problem("CQ043", message, reading.document.place(element, f"@qos:{name}"))
+        reading.note("CQ043", message, reading.document.place(element, f"@qos:{name}"))
     return _FLAGS.get(text)
 
 
@@ -175,7 +167,7 @@ def _is_date(reading: Reading, child: Child, until: str | None) -> bool:
             date.fromisoformat(until)
     except ValueError:
         message = f"`until` is `{shown(until or '')}`, expected a date such as `2027-01-31`"
-        reading.problem("CQ043", message, child.place(reading, "until"))
+        reading.note("CQ043", message, child.place(reading, "until"))
         return False
     return True
 
@@ -206,7 +198,7 @@ def read_system_words(reading: Reading) -> None:
                 advice="expected `qos:protocol`",
             )
     for element in (document.root, *document.all(COLLABORATION)):
-        children = qos_children(reading, element, ("option", "accept"))
+        children = qos_children(reading, element, ON_MODELS)
         for protocol, name, setting in options(reading, children, system.protocol):
             system.options.setdefault(protocol, {})[name] = setting
         system.accept += acceptances(reading, children)
