@@ -82,7 +82,7 @@ _LOST: Final = "SESSION_LOST"
 _RETRIES: Final = (
     '{"methodConfig": [{"name": [{"service": "cqos.v1.CheckService"}, {"service": "cqos.v1.CatalogueService"}], \
 "retryPolicy": {"maxAttempts": 4, "initialBackoff": "0.1s", "maxBackoff": "1s", "backoffMultiplier": 2, \
-"retryableStatusCodes": ["UNAVAILABLE"]}}]}'
+"retryableStatusCodes": ["UNAVAILABLE", "CANCELLED"]}}]}'
 )
 _NONE: Final[Mapping[str, str]] = MappingProxyType({})
 _ERROR_BYTES: Final = 32 * 1024
@@ -103,14 +103,26 @@ class ServiceError(CqosError):
         code: name of the gRPC status: ``UNAVAILABLE``, ``INVALID_ARGUMENT`` …
         fields: what is wrong with the request, where that is the reason.
         request_id: by which the service's log calls the call, where it failed.
+        reason: for programs: ``TOO_LARGE`` (it is never answered), ``CALLER_QUOTA``, ``BUSY``, ``WORKER_LOST``, or empty.
+        retry_after: seconds after which the call may be made again; None where that does not help.
     """
 
-    def __init__(self, code: str, message: str, fields: Sequence[FieldProblem] = (), request_id: str = "") -> None:
+    def __init__(
+        self,
+        code: str,
+        message: str,
+        fields: Sequence[FieldProblem] = (),
+        request_id: str = "",
+        reason: str = "",
+        retry_after: float | None = None,
+    ) -> None:
         """Keep what a program may ask for."""
         super().__init__(f"the service answers {code}: {message}")
         self.code = code
         self.fields = tuple(fields)
         self.request_id = request_id
+        self.reason = reason
+        self.retry_after = retry_after
 
 
 class SessionLostError(ServiceError):
@@ -281,9 +293,11 @@ def _raised(error: grpc.RpcError | grpc.aio.AioRpcError) -> CqosError:
     except DecodeError:  # of whatever stands between
         status = status_pb2.Status()
     reason, left_out = "", ""
+    retry = None
     wrong: list[Problem] = []
     for detail in status.details:
         problems, bad, info = report_pb2.InputProblems(), error_details_pb2.BadRequest(), error_details_pb2.ErrorInfo()
+        later = error_details_pb2.RetryInfo()
         if detail.Unpack(problems):
             wrong += [from_message(each) for each in problems.problems]
         elif detail.Unpack(bad):
@@ -292,13 +306,16 @@ def _raised(error: grpc.RpcError | grpc.aio.AioRpcError) -> CqosError:
             left_out = info.metadata["left_out"]
         elif detail.Unpack(info):
             reason = info.reason
+        elif detail.Unpack(later):
+            retry = later.retry_delay.seconds + later.retry_delay.nanos / 1e9
     if wrong and left_out:
         wrong.append(Problem(wrong[-1].code, f"{left_out} more problems are not listed"))
     if wrong:
         return InputError(wrong)
     request_id = trailing.get("x-request-id", "")
     kind = SessionLostError if reason == _LOST else ServiceError
-    return kind(code, call.details() or "", fields, request_id if isinstance(request_id, str) else "")
+    request_id = request_id if isinstance(request_id, str) else ""
+    return kind(code, call.details() or "", fields, request_id, reason, retry)
 
 
 def _metadata(token: str | None) -> tuple[tuple[str, str], ...]:

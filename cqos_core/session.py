@@ -6,7 +6,7 @@ A session's report equals that of a fresh check, always.
 from __future__ import annotations
 
 from copy import deepcopy
-from dataclasses import fields
+from dataclasses import fields, replace
 from operator import attrgetter
 from typing import TYPE_CHECKING, Final
 
@@ -51,9 +51,14 @@ class Session:
     """
 
     def __init__(
-        self, system: System | None = None, *, protocol: str | None = None, packs: Iterable[RulePack] = ()
+        self,
+        system: System | None = None,
+        *,
+        protocol: str | None = None,
+        packs: Iterable[RulePack] = (),
+        most_endpoints: int | None = None,
     ) -> None:
-        """Open ``system``, of which the session keeps a copy, or an empty one.
+        """Open ``system``, of which the session keeps a copy, or an empty one; bridges may make so many endpoints of it.
 
         Raises:
             InputError: it is none that can be checked; every fault is listed.
@@ -62,6 +67,8 @@ class Session:
             raise InputError(wrong)
         self._system = deepcopy(system) if system is not None else System()
         self._context: Context = context(packs, protocol)
+        if most_endpoints is not None:
+            self._context = replace(self._context, most_endpoints=most_endpoints)
         self._resolver: Resolver | None = None
         self._resolved: dict[str, list[Resolved]] = {}
         self._seen: dict[TopicKey, tuple[object, ...]] = {}

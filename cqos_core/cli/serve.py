@@ -81,7 +81,11 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
     envvar=f"{_PREFIX}_ORIGIN",
     help="A page from there may call the door for browsers, for instance https://example.org. Can be repeated.",
 )
-@click.option("--token-file", metavar="FILE", help="Let in who has one of the bearer tokens in FILE, one in a line.")
+@click.option(
+    "--token-file",
+    metavar="FILE",
+    help="Let in callers with one of the bearer tokens in FILE, one in a line, perhaps with name=NAME share=PART behind it.",
+)
 @click.option("--tls-cert", metavar="FILE", help="Certificate chain of the service, PEM; callers must speak TLS then.")
 @click.option("--tls-key", metavar="FILE", help="Its private key.")
 @click.option("--tls-client-ca", metavar="FILE", help="Let in who has a certificate signed by one of these.")
@@ -161,6 +165,13 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
     show_default=True,
     help="Seconds that calls under way get at the end.",
 )
+@click.option(
+    "--leaving",
+    type=click.FloatRange(0),
+    default=_DEFAULTS.leaving,
+    show_default=True,
+    help="Seconds before that in which calls are still taken, while health says that it ends.",
+)
 @click.option("--metrics", metavar="HOST:PORT", help="Serve Prometheus metrics there. Needs the extra `metrics`.")
 @click.option("--tracing", is_flag=True, help="Send spans as the variables OTEL_* say. Needs the extra `otel`.")
 @click.option(
@@ -221,12 +232,14 @@ def settings_from(given: dict[str, Any], token: str | None) -> Settings:
     """Return the settings that the options ask for."""
     limits = {_RENAMED_LIMITS.get(name, name): value for name, value in given.items()}
     others = {_RENAMED.get(name, name): value for name, value in given.items()}
-    tokens = () if given["token_file"] is None else read_tokens(given["token_file"])
+    quotas = () if given["token_file"] is None else read_tokens(given["token_file"], given["max_share"])
+    tokens = tuple(each[0] for each in quotas)
     if token:
         refuse_short([token])
         tokens = (*tokens, token_sum(token))
     return Settings(
         **{each.name: others[each.name] for each in fields(Settings) if each.name in others and each.name != "tokens"},
         tokens=tokens,
+        quotas=quotas,
         limits=Limits(**{each.name: limits[each.name] for each in fields(Limits) if each.name in limits}),
     )

@@ -5,7 +5,7 @@ No rule is judged here and nothing is decided that the library decides. Everythi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 from google.protobuf import json_format
@@ -21,7 +21,7 @@ from cqos_core.merging import merge
 from cqos_core.messages import FieldProblem, pair_message, report_message, system_problems, system_value
 from cqos_core.plugins import load_plugins
 from cqos_core.problems import CqosError, InputError, Problem
-from cqos_core.service.refusal import Refused, too_much, unfit
+from cqos_core.service.refusal import TOO_LARGE, Refused, too_much, unfit
 from cqos_core.trial import tried_out
 
 if TYPE_CHECKING:
@@ -42,12 +42,12 @@ class Method:
     Attributes:
         request: class of its message.
         answer: from the message and the greatest number of endpoints to the answer.
-        always_apart: the size of a request says nothing about the work it makes.
+        apart: whether the size of a request says nothing about the work it makes, so that a worker does it.
     """
 
     request: Any
     answer: Callable[[Any, int], Message]
-    always_apart: bool = False
+    apart: Callable[[Any], bool] = lambda _request: False
 
 
 def answer(method: str, data: bytes, most_endpoints: int) -> bytes:
@@ -73,6 +73,14 @@ def _answered(method: str, request: Any, most_endpoints: int) -> Message:
         return METHODS[method].answer(request, most_endpoints)
     except RecursionError:
         raise Refused("INVALID_ARGUMENT", "values are nested too deep, which is refused") from None
+    except InputError as error:  # bridges make too much of what was read
+        told = "\n".join(str(each) for each in error.problems)
+        raise Refused("RESOURCE_EXHAUSTED", told, documents=error.problems, reason=TOO_LARGE) from None
+
+
+def most_endpoints(most: int) -> Context:
+    """Return the context of checks over systems of at most so many endpoints."""
+    return replace(context(), most_endpoints=most)
 
 
 def answer_json(method: str, data: bytes, most_endpoints: int) -> bytes:
@@ -81,16 +89,33 @@ def answer_json(method: str, data: bytes, most_endpoints: int) -> bytes:
     Raises:
         Refused: it cannot be answered.
     """
+    return answer_json_to(method, decode_json(method, data), most_endpoints)
+
+
+def answer_json_to(method: str, request: Any, most_endpoints: int) -> bytes:
+    """Answer in JSON a call whose message is decoded.
+
+    Raises:
+        Refused: it cannot be answered.
+    """
+    return json_format.MessageToJson(_answered(method, request, most_endpoints), indent=None).encode()
+
+
+def decode_json(method: str, data: bytes) -> Any:
+    """Read the request of a call from JSON; fields that a newer caller knows are passed over, as in the binary form.
+
+    Raises:
+        Refused: ``data`` is none.
+    """
     kind = METHODS[method].request
     refused = f"the request is no {kind.DESCRIPTOR.full_name}"
     if not data.lstrip().startswith(b"{"):  # what else is JSON is read as a message of some kind
         found = "something else" if data else "nothing"
         raise Refused("INVALID_ARGUMENT", f"{refused}: expected a JSON object, found {found}")
     try:
-        request = json_format.Parse(data, kind())
+        return json_format.Parse(data, kind(), ignore_unknown_fields=True)
     except (json_format.ParseError, UnicodeDecodeError, RecursionError) as error:
         raise Refused("INVALID_ARGUMENT", f"{refused}: {error}") from None
-    return json_format.MessageToJson(_answered(method, request, most_endpoints), indent=None).encode()
 
 
 def decode(kind: Any, data: bytes) -> Any:
@@ -144,7 +169,7 @@ def check_document(request: check_pb2.CheckDocumentRequest, most: int) -> check_
     """Check files."""
     where, system = read_documents(request, most)
     system = tried_out(system, where.default_protocol)
-    report = exact_places(check_system(system, where), system.sources)
+    report = exact_places(check_system(system, replace(where, most_endpoints=most)), system.sources)
     return check_pb2.CheckDocumentResponse(revision=request.revision, report=report_message(report))
 
 
@@ -152,7 +177,7 @@ def check_model(request: check_pb2.CheckSystemRequest, most: int) -> check_pb2.C
     """Check a model."""
     system = tried_out(read_system(request.system, most))
     return check_pb2.CheckSystemResponse(
-        revision=request.revision, report=report_message(check_system(system, context()))
+        revision=request.revision, report=report_message(check_system(system, most_endpoints(most)))
     )
 
 
@@ -206,7 +231,9 @@ def explain(request: check_pb2.ExplainRequest, most: int) -> check_pb2.ExplainRe
     """Explain one pair of a system."""
     where, system = read_input(request, most)
     try:
-        report = explain_pair(system, request.publisher, request.subscriber, where)
+        report = explain_pair(system, request.publisher, request.subscriber, replace(where, most_endpoints=most))
+    except InputError:
+        raise
     except CqosError as error:
         told = str(error)
         field = "publisher" if f"`{request.publisher}`" in told or not request.publisher else "subscriber"
@@ -345,15 +372,24 @@ def _refuse_unknown(request: check_pb2.CheckDocumentRequest | check_pb2.Document
         raise unfit(wrong)
 
 
+def _always(_request: Any) -> bool:
+    """Whether a request is for a worker: a small file may stand for a large system, and may be hard to read."""
+    return True
+
+
+def _has_bridges(request: check_pb2.CheckSystemRequest) -> bool:
+    """Whether a model may have more endpoints than it states."""
+    return bool(request.system.bridges)
+
+
 METHODS: Final[Mapping[str, Method]] = {
     "/cqos.v1.CatalogueService/ListPacks": Method(catalogue_pb2.ListPacksRequest, list_packs),
     "/cqos.v1.CatalogueService/GetPack": Method(catalogue_pb2.GetPackRequest, get_pack),
-    # A small file may stand for a large system (instances), and a small one may be hard to read.
-    "/cqos.v1.CheckService/CheckDocument": Method(check_pb2.CheckDocumentRequest, check_document, always_apart=True),
-    "/cqos.v1.CheckService/CheckSystem": Method(check_pb2.CheckSystemRequest, check_model),
+    "/cqos.v1.CheckService/CheckDocument": Method(check_pb2.CheckDocumentRequest, check_document, _always),
+    "/cqos.v1.CheckService/CheckSystem": Method(check_pb2.CheckSystemRequest, check_model, _has_bridges),
     "/cqos.v1.CheckService/CheckPair": Method(check_pb2.CheckPairRequest, check_one_pair),
-    "/cqos.v1.CheckService/Explain": Method(check_pb2.ExplainRequest, explain, always_apart=True),
-    "/cqos.v1.CheckService/Convert": Method(check_pb2.ConvertRequest, convert, always_apart=True),
+    "/cqos.v1.CheckService/Explain": Method(check_pb2.ExplainRequest, explain, _always),
+    "/cqos.v1.CheckService/Convert": Method(check_pb2.ConvertRequest, convert, _always),
 }
 PAIRS: Final = "/cqos.v1.CheckService/CheckPairs"
 EDIT: Final = "/cqos.v1.SessionService/Edit"

@@ -4,20 +4,52 @@ from __future__ import annotations
 
 import asyncio
 import ipaddress
+import time
 from contextlib import contextmanager
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 from urllib.parse import unquote
 
-from cqos_core.service.refusal import Refused
+from cqos_core.service.refusal import BUSY, CALLER_QUOTA, Refused
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Mapping
 
     from cqos_core.service.observing import Meter
     from cqos_core.service.settings import Limits
 
 _IPV6_NETWORK: Final = 64
+_OWN_PART: Final = 0.5
+_ALL_PARTS: Final = 0.6
+_AT_ONCE: Final = 4
+"""Of a caller that has more calls under way, workers answer all: between two answers here the loop has to come to others."""
+_SAVED_SECONDS: Final = 0.1
+_REMEMBERED_SECONDS: Final = 60.0
+_MOST_REMEMBERED: Final = 10_000
+_WATCHES_EACH: Final = 16
+_WATCHES: Final = 256
+
+
+class Budget:
+    """Seconds of the serving process: a part of the time that goes by, saved up to a limit."""
+
+    def __init__(self, part: float, saved: float = _SAVED_SECONDS) -> None:
+        """Begin with all that can be saved."""
+        self._part = part
+        self._most = self._left = saved
+        self._seen = time.monotonic()
+
+    @property
+    def left(self) -> float:
+        """Seconds that may be used now; negative after more was used."""
+        now = time.monotonic()
+        self._left = min(self._left + (now - self._seen) * self._part, self._most)
+        self._seen = now
+        return self._left
+
+    def spend(self, seconds: float) -> None:
+        """Take what was used."""
+        self._left -= seconds
 
 
 class Caller:
@@ -25,30 +57,86 @@ class Caller:
 
     Attributes:
         name: what tells it from others; a sum of its token at most, never the token.
+        share: part of all that there is that it may have.
         turn: held while something is answered in the process that serves: others come between two of its answers.
+        budget: what it may use of that process; beyond that, workers answer it.
+        seen: when it last called.
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, share: float) -> None:
         """Begin with nothing."""
         self.name = name
+        self.share = share
         self.turn = asyncio.Lock()
+        self.budget = Budget(_OWN_PART)
+        self.seen = time.monotonic()
         self.calls = 0
         self.bytes = 0
         self.sessions = 0
+        self.watches = 0
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing of it is under way."""
+        return not (self.calls or self.watches)
 
 
 class Callers:
     """All who have calls under way."""
 
-    def __init__(self, limits: Limits, meter: Meter) -> None:
-        """Let each have the share that the limits allow."""
+    def __init__(self, limits: Limits, meter: Meter, shares: Mapping[str, float] | None = None) -> None:
+        """Let each have the share that the limits allow, or ``shares`` by the name of the caller."""
         self._limits = limits
         self._meter = meter
-        self._calls = _part(limits.calls, limits.share)
-        self._sessions = _part(limits.sessions, limits.share)
-        self._bytes = max(_part(limits.bytes_together, limits.share), limits.message_bytes)
+        self._shares = shares or {}
         self._held = 0
+        self._calls = 0
+        self._watches = 0
         self._known: dict[str, Caller] = {}
+        self._budget = Budget(_ALL_PARTS)
+
+    def _caller(self, name: str) -> Caller:
+        """Return who has a name; those that have not called for a while are forgotten."""
+        caller = self._known.get(name)
+        if caller is None:
+            now = time.monotonic()
+            crowded = len(self._known) >= _MOST_REMEMBERED
+            for gone in (
+                [each for each in self._known.values() if each.idle] if crowded or not len(self._known) % 64 else ()
+            ):
+                if crowded or gone.seen < now - _REMEMBERED_SECONDS:
+                    del self._known[gone.name]
+            caller = self._known[name] = Caller(name, self._shares.get(name, self._limits.share))
+        caller.seen = time.monotonic()
+        return caller
+
+    def may_answer_here(self, caller: Caller) -> bool:
+        """Whether a caller, and all together, have left something of the time of the serving process."""
+        return caller.calls <= _AT_ONCE and caller.budget.left > 0 and self._budget.left > 0
+
+    def answered_here(self, caller: Caller, seconds: float) -> None:
+        """Count what an answer in the serving process took."""
+        caller.budget.spend(seconds)
+        self._budget.spend(seconds)
+
+    @contextmanager
+    def watching(self, name: str) -> Iterator[None]:
+        """Count a stream that watches health, for which nobody needs a token and which takes no place of calls.
+
+        Raises:
+            Refused: its caller has too many, or all have.
+        """
+        caller = self._caller(name)
+        if caller.watches >= _WATCHES_EACH or self._watches >= _WATCHES:
+            told = f"one caller may watch {_WATCHES_EACH} times at once, all together {_WATCHES} times"
+            raise Refused("RESOURCE_EXHAUSTED", f"{told}; ask `Check` now and then", reason=CALLER_QUOTA)
+        caller.watches += 1
+        self._watches += 1
+        try:
+            yield
+        finally:
+            caller.watches -= 1
+            self._watches -= 1
 
     @contextmanager
     def calling(self, name: str) -> Iterator[Caller]:
@@ -57,18 +145,25 @@ class Callers:
         Raises:
             Refused: its caller has too many under way.
         """
-        caller = self._known.get(name) or Caller(name)
-        if caller.calls >= self._calls:
-            told = f"one caller may have {self._calls} of the {self._limits.calls} calls at the same time"
-            raise Refused("RESOURCE_EXHAUSTED", f"{told}, and so many of yours are under way; send fewer at a time")
-        self._known[name] = caller
+        caller = self._caller(name)
+        most = _part(self._limits.calls, caller.share)
+        if caller.calls >= most:
+            told = f"one caller may have {most} of the {self._limits.calls} calls at the same time"
+            raise Refused(
+                "RESOURCE_EXHAUSTED",
+                f"{told}, and so many of yours are under way; send fewer at a time",
+                reason=CALLER_QUOTA,
+            )
+        if self._calls >= self._limits.calls:
+            told = f"{self._calls} calls are under way already, which is all that this service takes"
+            raise Refused("RESOURCE_EXHAUSTED", f"{told}; try again later", reason=BUSY)
         caller.calls += 1
+        self._calls += 1
         try:
             yield caller
         finally:
             caller.calls -= 1
-            if not caller.calls:
-                del self._known[name]
+            self._calls -= 1
 
     @contextmanager
     def holding(self, caller: Caller) -> Iterator[Callable[[int], None]]:
@@ -98,13 +193,15 @@ class Callers:
 
     def _refuse_more(self, caller: Caller, size: int) -> None:
         whole = self._limits.bytes_together
-        if caller.bytes + size > self._bytes:
-            told = f"one caller may have {self._bytes} of the {whole} bytes of requests at the same time"
+        most = max(_part(whole, caller.share), self._limits.message_bytes)
+        if caller.bytes + size > most:
+            told = f"one caller may have {most} of the {whole} bytes of requests at the same time"
             now = f"of yours {caller.bytes} are under way, and these are {size} more; send fewer at a time"
-            raise Refused("RESOURCE_EXHAUSTED", f"{told}; {now}")
+            raise Refused("RESOURCE_EXHAUSTED", f"{told}; {now}", reason=CALLER_QUOTA)
         if self._held + size > whole:
             told = f"requests of {self._held} bytes are under way, and these are {size} more"
-            raise Refused("RESOURCE_EXHAUSTED", f"{told}, this service takes {whole} at the same time; try again later")
+            told += f", this service takes {whole} at the same time; try again later"
+            raise Refused("RESOURCE_EXHAUSTED", told, reason=BUSY)
 
     @contextmanager
     def editing(self, caller: Caller) -> Iterator[None]:
@@ -113,9 +210,12 @@ class Callers:
         Raises:
             Refused: its caller has too many open.
         """
-        if caller.sessions >= self._sessions:
-            told = f"one caller may have {self._sessions} of the {self._limits.sessions} sessions"
-            raise Refused("RESOURCE_EXHAUSTED", f"{told}, and so many of yours are open already; close one")
+        most = _part(self._limits.sessions, caller.share)
+        if caller.sessions >= most:
+            told = f"one caller may have {most} of the {self._limits.sessions} sessions"
+            raise Refused(
+                "RESOURCE_EXHAUSTED", f"{told}, and so many of yours are open already; close one", reason=CALLER_QUOTA
+            )
         caller.sessions += 1
         try:
             yield

@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 import hmac
 import logging
+import time
 import traceback
 from collections import OrderedDict
 from contextlib import contextmanager
@@ -15,7 +16,15 @@ from datetime import date
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.service.answers import METHODS, answer, answer_json, answer_of_stream, answer_to, decode
+from cqos_core.service.answers import (
+    METHODS,
+    answer,
+    answer_json_to,
+    answer_of_stream,
+    answer_to,
+    decode,
+    decode_json,
+)
 from cqos_core.service.callers import Callers, origin
 from cqos_core.service.observing import Observer, tell
 from cqos_core.service.pool import FailedError, Pool, Sessions
@@ -27,7 +36,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from cqos_core.service.callers import Caller
-    from cqos_core.service.settings import Settings
+    from cqos_core.service.settings import Limits, Settings
 
 _REMEMBERED_SIZE: Final = 64 * 1024
 _KEPT_ENTRIES: Final = 2_048
@@ -50,7 +59,11 @@ class Calls:
         self.pool = Pool(self.limits, self._worker_ended)
         self.sessions = Sessions(self.limits, self._worker_ended)
         self.draining = asyncio.Event()
-        self._callers = Callers(self.limits, observer.meter)
+        self.leaving = False
+        self._shares = {token: share for token, _, share in settings.quotas}
+        self._names = {token: name for token, name, _ in settings.quotas if name}
+        self._callers = Callers(self.limits, observer.meter, self._shares)
+        observer.meter.queue(lambda: self.pool.waiting)
         self._answers = Remembered(_KEPT_ENTRIES, _KEPT_BYTES)
 
     def _worker_ended(self, why: str) -> None:
@@ -85,6 +98,19 @@ class Calls:
         """
         return self._callers.calling(self.admit(metadata) or certificate or origin(peer))
 
+    def watching(self, peer: str) -> AbstractContextManager[None]:
+        """Let somebody watch health, apart from calls.
+
+        Raises:
+            Refused: there are too many who do.
+        """
+        return self._callers.watching(origin(peer))
+
+    def shown(self, caller: Caller) -> str:
+        """Return what the log calls a caller: the name beside its token, else the beginning of the token's sum."""
+        name = caller.name
+        return self._names.get(name) or (f"token {name[:8]}" if name in self.settings.tokens else name)
+
     def holding(self, caller: Caller) -> AbstractContextManager[Callable[[int], None]]:
         """Count the bytes of a request that comes in pieces; what is yielded is told how many have come.
 
@@ -116,10 +142,12 @@ class Calls:
             key = (f"json {method}", date.today(), data)  # noqa: DTZ011 - as the check has it
             known = self._answers.get(key)
             if known is None:
-                if METHODS[method].always_apart or len(data) > self.limits.inline_bytes:
+                here = len(data) <= self.limits.inline_bytes and self._callers.may_answer_here(caller)
+                request = decode_json(method, data) if here else None
+                if request is None or METHODS[method].apart(request):
                     known = await self.pool.call(caller.name, method, data, self._seconds(remaining), json=True)
                 else:
-                    known = await _in_turn(caller, partial(answer_json, method, data, self.limits.endpoints))
+                    known = await self._here(caller, partial(answer_json_to, method, request, self.limits.endpoints))
                 if len(data) <= _REMEMBERED_SIZE:
                     self._answers.put(key, known)
             return known
@@ -149,10 +177,11 @@ class Calls:
                 revision, request.revision = request.revision, 0
                 asked = request.SerializeToString()
                 key = (method, key[1], asked)
-            if found.always_apart or len(asked) > self.limits.inline_bytes:
-                known = await self.pool.call(caller.name, method, asked, seconds)
+            small = len(asked) <= self.limits.inline_bytes and not found.apart(request)
+            if small and self._callers.may_answer_here(caller):
+                known = await self._here(caller, partial(answer_to, method, request, self.limits.endpoints))
             else:
-                known = await _in_turn(caller, partial(answer_to, method, request, self.limits.endpoints))
+                known = await self.pool.call(caller.name, method, asked, seconds)
             self._answers.put(key, known)
         return known if revision == 0 else _REVISION + _varint(revision) + known
 
@@ -162,11 +191,14 @@ class Calls:
         Raises:
             Refused: something came that is no message, or nothing for too long.
         """
-        heard = _Heard(requests, self.draining, self.limits.idle_seconds, _stream_ended)
+        heard = _Heard(requests, self.draining, self.limits, _stream_ended)
         while (data := await heard.next()) is not None:
             if len(data) > self.limits.inline_bytes:
                 raise too_much("pair", f"it has {len(data)} bytes, in a stream {self.limits.inline_bytes} are taken")
-            yield await _in_turn(caller, partial(answer_of_stream, data))
+            if self._callers.may_answer_here(caller):
+                yield await self._here(caller, partial(answer_of_stream, data))
+            else:
+                yield await self.pool.pair(caller.name, data, self.limits.seconds)
 
     async def edit(self, caller: Caller, requests: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
         """Answer the edits of a session.
@@ -175,7 +207,7 @@ class Calls:
             Refused: there are too many sessions, or this one is lost.
             FailedError: a worker failed.
         """
-        heard = _Heard(requests, self.draining, self.limits.idle_seconds, session_lost)
+        heard = _Heard(requests, self.draining, self.limits, session_lost)
         data = await heard.next()
         if data is None:
             return
@@ -193,20 +225,26 @@ class Calls:
                 # Whoever went away shall not keep its place.
                 await asyncio.shield(asyncio.ensure_future(session.close()))
 
+    async def _here(self, caller: Caller, work: Callable[[], bytes]) -> bytes:
+        """Do what is done in this process; others come between two answers for one caller, however many it waits for."""
+        if caller.calls == 1:  # one after the other anyway
+            return self._timed(caller, work)
+        async with caller.turn:
+            done = self._timed(caller, work)
+            await asyncio.sleep(0)
+        return done
+
+    def _timed(self, caller: Caller, work: Callable[[], bytes]) -> bytes:
+        began = time.perf_counter()
+        try:
+            return work()
+        finally:
+            self._callers.answered_here(caller, time.perf_counter() - began)
+
     async def close(self) -> None:
         """End all workers."""
         await self.pool.close()
         await self.sessions.close()
-
-
-async def _in_turn(caller: Caller, work: Callable[[], bytes]) -> bytes:
-    """Do what is done at once; others come between two answers for one caller, however many calls it has under way."""
-    if caller.calls == 1:  # one after the other anyway
-        return work()
-    async with caller.turn:
-        done = work()
-        await asyncio.sleep(0)
-    return done
 
 
 def _stream_ended(why: str) -> Refused:
@@ -217,11 +255,13 @@ class _Heard:
     """The messages of a stream, as long as the service runs and somebody sends any."""
 
     def __init__(
-        self, requests: AsyncIterator[bytes], draining: asyncio.Event, idle: float, ended: Callable[[str], Refused]
+        self, requests: AsyncIterator[bytes], draining: asyncio.Event, limits: Limits, ended: Callable[[str], Refused]
     ) -> None:
         self._requests = requests
         self._draining = draining
-        self._idle = idle
+        # The first message is there, or on its way: a place that is taken without one is soon free again.
+        self._patience = min(limits.seconds, limits.idle_seconds)
+        self._idle = limits.idle_seconds
         self._ended = ended
 
     async def next(self) -> bytes | None:
@@ -233,12 +273,13 @@ class _Heard:
         coming = asyncio.ensure_future(anext(self._requests, None))
         ending = asyncio.ensure_future(self._draining.wait())
         try:
-            await asyncio.wait({coming, ending}, timeout=self._idle, return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait({coming, ending}, timeout=self._patience, return_when=asyncio.FIRST_COMPLETED)
             if coming.done():
+                self._patience = self._idle
                 return coming.result()
             if self._draining.is_set():
                 raise self._ended("the service ends")
-            raise self._ended(f"nothing was heard for {self._idle:g} seconds")
+            raise self._ended(f"nothing was heard for {self._patience:g} seconds")
         finally:
             ending.cancel()
             if not coming.done():

@@ -6,11 +6,12 @@ import struct
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
     from typing import BinaryIO
 
 _HEAD: Final = struct.Struct(">BQQ")
 
-ANSWER, ANSWER_JSON, OPEN_SESSION, EDIT_SESSION, CLOSE_SESSION = range(5)
+ANSWER, ANSWER_JSON, ANSWER_PAIR, OPEN_SESSION, EDIT_SESSION, CLOSE_SESSION, REOPEN_SESSION = range(7)
 """What a call asks for."""
 OK, REFUSED, FAILED, SPENT = range(4)
 """What came of it: an answer, a google.rpc.Status, a traceback that is the service's own business, or a google.rpc.Status
@@ -41,6 +42,21 @@ def head(data: bytes) -> tuple[int, int, int]:
 
 
 HEAD_SIZE: Final = _HEAD.size
+_LENGTH: Final = struct.Struct(">Q")
+
+
+def packed(messages: Iterable[bytes]) -> bytes:
+    """Put messages together; `unpacked` takes them apart."""
+    return b"".join(_LENGTH.pack(len(each)) + each for each in messages)
+
+
+def unpacked(data: bytes) -> Iterator[bytes]:
+    """Yield the messages that `packed` put together."""
+    at = 0
+    while at < len(data):
+        (size,) = _LENGTH.unpack_from(data, at)
+        at += _LENGTH.size + size
+        yield data[at - size : at]
 
 
 def read(stream: BinaryIO) -> Frame | None:

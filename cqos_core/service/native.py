@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import re
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import grpc
 from google.rpc import code_pb2
-from grpc_health.v1 import health, health_pb2, health_pb2_grpc
+from grpc_health.v1 import health, health_pb2
 from grpc_reflection.v1alpha import reflection, reflection_pb2_grpc
 
 from cqos.v1 import catalogue_pb2, check_pb2, session_pb2
@@ -17,14 +18,15 @@ from cqos_core.problems import CqosError
 from cqos_core.service.answers import EDIT, METHODS, PAIRS
 from cqos_core.service.calls import failure
 from cqos_core.service.observing import REQUEST_ID
-from cqos_core.service.refusal import Refused, fitted
-from cqos_core.service.settings import joined, split_address
+from cqos_core.service.refusal import CALLER_QUOTA, Refused, fitted
+from cqos_core.service.settings import Files, joined, split_address
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
 
     from cqos_core.service.callers import Caller
     from cqos_core.service.calls import Calls
+    from cqos_core.service.observing import Watch
     from cqos_core.service.settings import Settings
 
 SERVICES: Final = tuple(
@@ -42,6 +44,10 @@ _DETAILS: Final = 4 * 1024
 """For those who say nothing: in text and with the message, within the 8 KiB that gRPC lets them take."""
 _MOST_DETAILS: Final = 1024 * 1024
 _KEEPALIVE_MS: Final = 60_000
+_HANDSHAKE_MS: Final = 10_000
+_HEALTH_SECONDS: Final = 5.0
+_REFUSING_SECONDS: Final = 0.5
+"""Before a caller hears that it has too much under way: one that asks again at once would take the time of others."""
 
 
 class NativeDoor:
@@ -56,8 +62,11 @@ class NativeDoor:
         self._calls = calls
         self._settings = settings
         self._server = grpc.aio.server(
-            maximum_concurrent_rpcs=settings.limits.calls,
+            # Calls are counted per caller when they are let in. A limit here would let strangers take all places.
             options=(
+                ("grpc.max_concurrent_streams", settings.limits.calls),
+                ("grpc.server_handshake_timeout_ms", _HANDSHAKE_MS),
+                ("grpc.max_connection_idle_ms", int(settings.limits.idle_seconds * 1000)),
                 # What is larger than our own limit by little shall hear from us what the limit is.
                 ("grpc.max_receive_message_length", settings.limits.message_bytes + _HEAD_ROOM),
                 ("grpc.max_send_message_length", -1),
@@ -69,7 +78,11 @@ class NativeDoor:
             ),
         )
         self.health = health.aio.HealthServicer()
-        health_pb2_grpc.add_HealthServicer_to_server(self.health, self._server)
+        watched: dict[str, Any] = {
+            "Check": grpc.stream_stream_rpc_method_handler(self._health_checked),
+            "Watch": grpc.stream_stream_rpc_method_handler(self._health_watched),
+        }
+        self._server.add_generic_rpc_handlers((grpc.method_handlers_generic_handler(health.SERVICE_NAME, watched),))
         names = [*SERVICES, health.SERVICE_NAME, reflection.SERVICE_NAME]
         add_reflection: Any = reflection_pb2_grpc.add_ServerReflectionServicer_to_server
         add_reflection(_Reflection(calls, names), self._server)
@@ -96,39 +109,24 @@ class NativeDoor:
         for method in (name for name in (*METHODS, PAIRS, EDIT) if name.startswith(f"/{service}/")):
             name = method.rpartition("/")[2]
             if method == PAIRS:
-                yield name, grpc.stream_stream_rpc_method_handler(self._streamed(method, self._calls.pairs))
+                yield name, grpc.stream_stream_rpc_method_handler(self._streamed(method, _of_two(self._calls.pairs)))
             elif method == EDIT:
-                yield name, grpc.stream_stream_rpc_method_handler(self._streamed(method, self._calls.edit))
+                yield name, grpc.stream_stream_rpc_method_handler(self._streamed(method, _of_two(self._calls.edit)))
             else:
-                yield name, grpc.unary_unary_rpc_method_handler(self._unary(method))
+                yield name, grpc.stream_stream_rpc_method_handler(self._streamed(method, self._unary(method)))
 
     def _unary(self, method: str) -> Any:
+        """Answer one message; as a stream, so that its caller is let in, or not, before the message is waited for."""
         calls = self._calls
 
-        async def handle(data: bytes, context: Any) -> bytes:
-            metadata, peer = _metadata(context), context.peer()
-            watch = calls.observer.begin(method, metadata, peer, len(data))
-            try:
-                with calls.calling(metadata, peer, self._certificate(context)) as caller:
-                    answered = await calls.unary(caller, method, data, context.time_remaining())
-            except Refused as refused:
-                watch.end(refused.code)
-                await _abort(context, refused, watch.request_id)
-                raise
-            except asyncio.CancelledError:
-                watch.end("CANCELLED")
-                raise
-            except Exception as error:
-                ours = failure(error, watch.request_id)
-                watch.end(ours.code)
-                await _abort(context, ours, watch.request_id)
-                raise
-            watch.end("OK", len(answered))
-            return answered
+        async def answer(caller: Caller, requests: AsyncIterator[bytes], context: Any, watch: Watch) -> Any:
+            data = await _only_message(requests, calls.limits.seconds)
+            watch.size = len(data)
+            yield await calls.unary(caller, method, data, context.time_remaining())
 
-        return handle
+        return answer
 
-    def _streamed(self, method: str, answer: Callable[[Caller, AsyncIterator[bytes]], AsyncIterator[bytes]]) -> Any:
+    def _streamed(self, method: str, answer: Callable[..., AsyncIterator[bytes]]) -> Any:
         calls = self._calls
 
         async def handle(requests: AsyncIterator[bytes], context: Any) -> AsyncIterator[bytes]:
@@ -137,11 +135,14 @@ class NativeDoor:
             size = 0
             try:
                 with calls.calling(metadata, peer, self._certificate(context)) as caller:
-                    async for answered in answer(caller, requests):
+                    watch.caller = calls.shown(caller)
+                    async for answered in answer(caller, requests, context, watch):
                         size += len(answered)
                         yield answered
             except Refused as refused:
-                watch.end(refused.code, size)
+                watch.refused(refused, size)
+                if refused.reason == CALLER_QUOTA or refused.code == "UNAUTHENTICATED":
+                    await asyncio.sleep(_REFUSING_SECONDS)
                 await _abort(context, refused, watch.request_id)
                 raise
             except (asyncio.CancelledError, GeneratorExit):
@@ -168,10 +169,78 @@ class NativeDoor:
         for name in ("", *SERVICES):
             await self.health.set(name, health_pb2.HealthCheckResponse.SERVING)
 
+    async def leave(self) -> None:
+        """Say to those who ask for health that this ends; calls are still taken."""
+        await self.health.enter_graceful_shutdown()
+
     async def stop(self, grace: float) -> None:
         """Take no more calls, and end when those under way are answered, or after ``grace`` seconds."""
-        await self.health.enter_graceful_shutdown()
         await self._server.stop(grace)
+
+    async def _health_checked(self, requests: AsyncIterator[bytes], context: Any) -> AsyncIterator[bytes]:
+        """Answer how it is: to everybody, and whatever else is under way."""
+        try:
+            request = health_pb2.HealthCheckRequest.FromString(await _only_message(requests, _HEALTH_SECONDS))
+        except Refused as refused:
+            await _abort(context, refused, "")
+            raise
+        response: Any = await self.health.Check(request, context)
+        yield response.SerializeToString()
+
+    async def _health_watched(self, requests: AsyncIterator[bytes], context: Any) -> AsyncIterator[bytes]:
+        """Say how it is whenever that changes: to so many at a time."""
+        try:
+            with self._calls.watching(context.peer()):
+                request = health_pb2.HealthCheckRequest.FromString(await _only_message(requests, _HEALTH_SECONDS))
+                watched: asyncio.Queue[bytes] = asyncio.Queue()
+                written: Any = _Written(context, watched)
+                task = asyncio.ensure_future(self.health.Watch(request, written))
+                try:
+                    while True:
+                        yield await watched.get()
+                finally:
+                    task.cancel()
+                    with suppress(asyncio.CancelledError):
+                        await task
+        except Refused as refused:
+            await asyncio.sleep(_REFUSING_SECONDS)
+            await _abort(context, refused, "")
+            raise
+
+
+class _Written:
+    """The context of a call whose answers are taken from a queue."""
+
+    def __init__(self, context: Any, answers: asyncio.Queue[bytes]) -> None:
+        self._context = context
+        self._answers = answers
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._context, name)
+
+    async def write(self, message: Any) -> None:
+        self._answers.put_nowait(message.SerializeToString())
+
+
+async def _only_message(requests: AsyncIterator[bytes], seconds: float) -> bytes:
+    """Wait for the message of a call.
+
+    Raises:
+        Refused: there is none, or not in time.
+    """
+    try:
+        data = await asyncio.wait_for(anext(requests, None), seconds)
+    except TimeoutError:
+        raise Refused("DEADLINE_EXCEEDED", f"the request did not come within {seconds:g} seconds") from None
+    if data is None:
+        raise Refused("INVALID_ARGUMENT", "the call has no request message")
+    return data
+
+
+def _of_two(
+    answer: Callable[[Caller, AsyncIterator[bytes]], AsyncIterator[bytes]],
+) -> Callable[..., AsyncIterator[bytes]]:
+    return lambda caller, requests, _context, _watch: answer(caller, requests)
 
 
 class _Reflection(reflection.aio.ReflectionServicer):
@@ -183,12 +252,13 @@ class _Reflection(reflection.aio.ReflectionServicer):
 
     async def ServerReflectionInfo(self, request_iterator: Any, context: Any) -> Any:  # noqa: N802 - the method's name
         try:
-            self._calls.admit(_metadata(context))
+            with self._calls.calling(_metadata(context), context.peer()):
+                answers: Any = super().ServerReflectionInfo(request_iterator, context)
+                async for answer in answers:
+                    yield answer
         except Refused as refused:
             await _abort(context, refused, "")
-        answers: Any = super().ServerReflectionInfo(request_iterator, context)
-        async for answer in answers:
-            yield answer
+            raise
 
 
 def _metadata(context: Any) -> dict[str, str]:
@@ -209,12 +279,20 @@ async def _abort(context: Any, refused: Refused, request_id: str) -> None:
 
 
 def _credentials(settings: Settings) -> grpc.ServerCredentials:
+    """Return credentials that take new certificates from their files, for connections from then on."""
+    files = Files(settings)
+
+    def configuration() -> Any:
+        authority = None if settings.client_authority is None else content(settings.client_authority)
+        pair = (content(settings.key), content(settings.certificate))
+        return grpc.ssl_server_certificate_configuration([pair], root_certificates=authority)
+
     def content(path: str | None) -> bytes:
         return Path(path or "").read_bytes()
 
-    authority = None if settings.client_authority is None else content(settings.client_authority)
-    return grpc.ssl_server_credentials(
-        [(content(settings.key), content(settings.certificate))],
-        root_certificates=authority,
-        require_client_auth=authority is not None,
+    def changed() -> Any:
+        return configuration() if files.changed() else None
+
+    return grpc.dynamic_ssl_server_credentials(
+        configuration(), changed, require_client_authentication=settings.client_authority is not None
     )

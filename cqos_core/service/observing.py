@@ -10,13 +10,15 @@ import secrets
 import sys
 import threading
 import time
+from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from cqos_core.problems import CqosError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
+    from cqos_core.service.refusal import Refused
     from cqos_core.service.settings import Settings
 
 log = logging.getLogger("cqos_core.service")
@@ -103,6 +105,12 @@ class Meter(Protocol):
     def bytes(self, more: int) -> None:
         """Note that the requests under way have so many bytes more, or fewer."""
 
+    def queue(self, depth: Callable[[], int]) -> None:
+        """Ask ``depth`` for the number of calls that wait for a worker."""
+
+    def refused(self, reason: str) -> None:
+        """Note why a call was refused."""
+
 
 class NoMeter:
     """Counts nothing."""
@@ -122,6 +130,12 @@ class NoMeter:
     def bytes(self, more: int) -> None:
         """Note nothing."""
 
+    def queue(self, depth: Callable[[], int]) -> None:
+        """Note nothing."""
+
+    def refused(self, reason: str) -> None:
+        """Note nothing."""
+
 
 class PrometheusMeter:
     """Counts for Prometheus."""
@@ -132,14 +146,14 @@ class PrometheusMeter:
 
         self._calls = Counter("cqos_calls", "Calls by method and status", ["method", "code"], registry=REGISTRY)
         self._seconds = Histogram(
-            "cqos_call_seconds",
+            "cqos_call_duration_seconds",
             "Duration of calls",
             ["method"],
             buckets=(0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 5, 10, 30),
             registry=REGISTRY,
         )
         self._under_way = Gauge(
-            "cqos_calls_under_way", "Calls that have no answer yet", registry=REGISTRY, multiprocess_mode="livesum"
+            "cqos_calls_in_flight", "Calls that have no answer yet", registry=REGISTRY, multiprocess_mode="livesum"
         )
         self._ended = Counter(
             "cqos_workers_ended", "Workers that took too long or too much memory, or died", registry=REGISTRY
@@ -148,16 +162,41 @@ class PrometheusMeter:
             "cqos_sessions_open", "Open edit sessions", registry=REGISTRY, multiprocess_mode="livesum"
         )
         self._bytes = Gauge(
-            "cqos_request_bytes", "Bytes of requests under way", registry=REGISTRY, multiprocess_mode="livesum"
+            "cqos_requests_in_flight_bytes",
+            "Bytes of requests under way",
+            registry=REGISTRY,
+            multiprocess_mode="livesum",
         )
+
+        self._waiting = Gauge(
+            "cqos_queue_depth", "Calls that wait for a worker", registry=REGISTRY, multiprocess_mode="livesum"
+        )
+        self._refused = Counter(
+            "cqos_refusals", "Calls that were not answered, by reason", ["reason"], registry=REGISTRY
+        )
+        self._depth: Callable[[], int] = lambda: 0
+        build = Gauge(
+            "cqos_build_info", "Version, as a label", ["version"], registry=REGISTRY, multiprocess_mode="liveall"
+        )
+        build.labels(version("cqos")).set(1)
+
+    def queue(self, depth: Callable[[], int]) -> None:
+        """Ask for it whenever a call begins or ends."""
+        self._depth = depth
+
+    def refused(self, reason: str) -> None:
+        """Count it by reason."""
+        self._refused.labels(reason).inc()
 
     def begun(self, method: str) -> None:  # noqa: ARG002 - of all meters
         """Count it as under way."""
         self._under_way.inc()
+        self._waiting.set(self._depth())
 
     def ended(self, method: str, code: str, seconds: float) -> None:
         """Count it by method and code."""
         self._under_way.dec()
+        self._waiting.set(self._depth())
         self._calls.labels(method, code).inc()
         self._seconds.labels(method).observe(seconds)
 
@@ -180,9 +219,10 @@ class Watch:
     Attributes:
         request_id: by which the log calls it.
         size: bytes of its request.
+        caller: who makes it, as the log says it; empty where it is not let in.
     """
 
-    __slots__ = ("_began", "_meter", "_method", "_peer", "_span", "request_id", "size")
+    __slots__ = ("_began", "_meter", "_method", "_peer", "_span", "caller", "request_id", "size")
 
     def __init__(self, meter: Meter, span: Any, method: str, request_id: str, peer: str, size: int) -> None:
         """Begin."""
@@ -192,7 +232,13 @@ class Watch:
         self._method = method
         self._peer = peer
         self.size = size
+        self.caller = ""
         self.request_id = request_id
+
+    def refused(self, refused: Refused, size: int = 0) -> None:
+        """Tell that it ended by a refusal."""
+        self._meter.refused(refused.reason or refused.code)
+        self.end(refused.code, size, **({"reason": refused.reason} if refused.reason else {}))
 
     def end(self, code: str, size: int = 0, **told: object) -> None:
         """Tell how it ended."""
@@ -209,6 +255,7 @@ class Watch:
                 method=self._method,
                 code=code,
                 ms=round(seconds * 1000, 3),
+                caller=self.caller,
                 peer=self._peer,
                 bytes_in=self.size,
                 bytes_out=size,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import itertools
+import signal
 import sys
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 from google.rpc import status_pb2
 
 from cqos_core.service import frames
-from cqos_core.service.refusal import Refused, StatusRefused, session_lost
+from cqos_core.service.refusal import BUSY, WORKER_LOST, Refused, StatusRefused, session_lost
 from cqos_core.service.turns import Turns
 from cqos_core.service.worker import METHOD_NAMES
 
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 
 _STARTING_SECONDS: Final = 60.0
 _ENDING_SECONDS: Final = 5.0
+_PATIENCE_SECONDS: Final = 1.0
+"""How long an edit waits for another caller's before its session moves to another process."""
+_MOST_KEPT: Final = 1_000
 _NUMBERS: Final = {name: number for number, name in enumerate(METHOD_NAMES)}
 
 
@@ -35,7 +39,11 @@ class LostError(Exception):
     def __init__(self, why: str, code: str) -> None:
         """Say why, and the code of the status that it makes."""
         super().__init__(why)
-        self.refused = Refused(code, f"there is no answer: {why}")
+        self.refused = Refused(code, f"there is no answer: {why}", reason=WORKER_LOST if code == "UNAVAILABLE" else "")
+
+
+class DiedError(LostError):
+    """The process ended by itself or by a signal; another one may well answer."""
 
 
 class SpentError(LostError):
@@ -133,9 +141,10 @@ class Process:
             return _service_ends()
         with suppress(TimeoutError):
             await asyncio.wait_for(process.wait(), _ENDING_SECONDS)
-        how = f"its process ended (exit code {process.returncode}), probably for lack of memory"
+        code = process.returncode or 0
+        how = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
         await self.end()
-        return LostError(how, "RESOURCE_EXHAUSTED")
+        return DiedError(f"the worker process ended while it answered ({how})", "UNAVAILABLE")
 
     async def end(self) -> None:
         """End it at once."""
@@ -184,25 +193,46 @@ class Pool:
         """Start one process, so that the first call need not wait for it."""
         await self._all[0].start()
 
+    @property
+    def waiting(self) -> int:
+        """How many calls wait for a worker."""
+        return self._turns.waiting
+
+    async def pair(self, caller: str, data: bytes, seconds: float) -> bytes:
+        """Let a worker answer one message of a stream of pairs; see `call`."""
+        return await self._call(caller, frames.Frame(frames.ANSWER_PAIR, 0, data), seconds)
+
     async def call(self, caller: str, method: str, data: bytes, seconds: float, *, json: bool = False) -> bytes:
         """Let a worker answer a call, in ``json`` or binary; waiting for one counts.
+
+        Where its process dies, another one is asked once: an answer has no effect but itself.
 
         Raises:
             Refused: it is refused, too many wait already, or it took too long.
             FailedError: it failed.
         """
+        kind = frames.ANSWER_JSON if json else frames.ANSWER
+        return await self._call(caller, frames.Frame(kind, _NUMBERS[method], data), seconds)
+
+    async def _call(self, caller: str, frame: frames.Frame, seconds: float) -> bytes:
         loop = asyncio.get_running_loop()
         until = loop.time() + seconds
-        frame = frames.Frame(frames.ANSWER_JSON if json else frames.ANSWER, _NUMBERS[method], data)
-        try:
-            return await self._turns.use(
-                caller, lambda process: process.call(frame, max(until - loop.time(), 0.001)), seconds
-            )
-        except TimeoutError:
-            raise Refused("DEADLINE_EXCEEDED", f"no worker was free within {seconds:g} seconds") from None
-        except LostError as error:
-            self._lost(str(error))
-            raise error.refused from None
+        died = None
+        while True:
+            left = max(until - loop.time(), 0.001)
+            try:
+                return await self._turns.use(
+                    caller, lambda process: process.call(frame, max(until - loop.time(), 0.001)), left
+                )
+            except TimeoutError:
+                if died is not None:
+                    raise died.refused from None
+                raise Refused("DEADLINE_EXCEEDED", f"no worker was free within {seconds:g} seconds") from None
+            except LostError as error:
+                self._lost(str(error))
+                if died is not None or not isinstance(error, DiedError):
+                    raise error.refused from None
+                died = error
 
     @property
     def numbers(self) -> list[int]:
@@ -215,28 +245,34 @@ class Pool:
 
 
 class _Home:
-    """A process that sessions live in, and who they are."""
+    """A process that sessions live in, and whose they are."""
 
     def __init__(self, limits: Limits) -> None:
         self.process = Process(limits)
         self.turns = Turns([self.process], Process.start)
-        self.sessions: set[int] = set()
+        self.sessions: dict[int, str] = {}
 
 
 class Sessions:
-    """Sessions and the processes that they live in."""
+    """Sessions and the processes that they live in.
+
+    The messages of each are kept within limits, so that a session whose process ended, or is kept busy by another caller,
+    goes on in another one.
+    """
 
     def __init__(self, limits: Limits, lost: Callable[[str], None] = lambda _why: None) -> None:
         """Keep as many as the limits allow."""
-        self._limits = limits
-        self._lost = lost
+        self.limits = limits
+        self.lost = lost
+        self.kept = 0
         self._homes = [_Home(limits) for _ in range(limits.session_workers)]
         self._next = itertools.count(1)
+        self._open = 0
 
     @property
     def open(self) -> int:
         """How many are open."""
-        return sum(len(each.sessions) for each in self._homes)
+        return self._open
 
     @property
     def numbers(self) -> list[int]:
@@ -249,12 +285,23 @@ class Sessions:
         Raises:
             Refused: there are too many.
         """
-        if self.open >= self._limits.sessions:
-            raise Refused("RESOURCE_EXHAUSTED", f"{self._limits.sessions} sessions are open already; try again later")
-        home = min(self._homes, key=lambda each: len(each.sessions))
-        session = HostedSession(home, next(self._next), caller, self._limits.seconds, self._lost)
-        await session.open()
-        return session
+        if self._open >= self.limits.sessions:
+            told = f"{self.limits.sessions} sessions are open already; try again later"
+            raise Refused("RESOURCE_EXHAUSTED", told, reason=BUSY)
+        self._open += 1
+        return HostedSession(self, next(self._next), caller)
+
+    def ended(self, kept: int) -> None:
+        """Note that a session is closed, of which so many bytes were kept."""
+        self._open -= 1
+        self.kept -= kept
+
+    def home_for(self, caller: str, but: _Home | None = None) -> _Home:
+        """Return the process with the fewest sessions; where there are several, one caller has all but one at most."""
+        own = [each for each in self._homes if caller in each.sessions.values()]
+        free = own if len(own) >= max(len(self._homes) - 1, 1) else self._homes
+        candidates = [each for each in free if each is not but] or [each for each in self._homes if each is not but]
+        return min(candidates or self._homes, key=lambda each: len(each.sessions))
 
     async def close(self) -> None:
         """End all."""
@@ -264,26 +311,16 @@ class Sessions:
 class HostedSession:
     """A session in a worker process."""
 
-    def __init__(self, home: _Home, number: int, caller: str, seconds: float, lost: Callable[[str], None]) -> None:
-        """Live in ``home``; an edit may take so many ``seconds``."""
-        self._home = home
+    def __init__(self, house: Sessions, number: int, caller: str) -> None:
+        """Live in one of the processes of ``house``."""
+        self._house = house
         self._number = number
         self._caller = caller
-        self._seconds = seconds
-        self._lost = lost
-
-    async def open(self) -> None:
-        """Begin.
-
-        Raises:
-            Refused: it is lost already.
-        """
-        self._home.sessions.add(self._number)
-        try:
-            await self._call(frames.OPEN_SESSION, b"")
-        except BaseException:
-            self._home.sessions.discard(self._number)
-            raise
+        self._home = house.home_for(caller)
+        self._begun = False
+        self._messages: list[bytes] | None = []
+        self._kept = 0
+        self._leaving: set[asyncio.Task[None]] = set()
 
     async def edit(self, data: bytes) -> bytes:
         """Answer one edit.
@@ -292,31 +329,83 @@ class HostedSession:
             Refused: it ends the session.
             FailedError: it failed.
         """
-        return await self._call(frames.EDIT_SESSION, data)
-
-    async def _call(self, kind: int, data: bytes) -> bytes:
-        frame = frames.Frame(kind, self._number, data)
         try:
-            return await self._home.turns.use(self._caller, lambda process: self._answered(process, frame))
+            answered = await self._somewhere(data)
         except SpentError as error:
             raise error.refused from None
         except LostError as error:
             raise session_lost(str(error)) from None
+        self._keep(data)
+        return answered
 
-    async def _answered(self, process: Process, frame: frames.Frame) -> bytes:
-        if self._number not in self._home.sessions and frame.kind != frames.CLOSE_SESSION:
-            raise LostError("its process ended", "ABORTED")
+    def _keep(self, data: bytes) -> None:
+        """Keep a message for another process, as long as all that is kept is not too much."""
+        if self._messages is None:
+            return
+        self._messages.append(data)
+        self._kept += len(data)
+        self._house.kept += len(data)
+        limit = self._house.limits.bytes_together // 4
+        if self._house.kept > limit or len(self._messages) > _MOST_KEPT:
+            self._house.kept -= self._kept
+            self._kept, self._messages = 0, None
+
+    async def _somewhere(self, data: bytes) -> bytes:
+        """Let the process of the session answer; where that is busy or dies, another one, once."""
+        movable = self._messages is not None
         try:
-            return await process.call(frame, self._seconds)
+            return await self._answered(data, _PATIENCE_SECONDS if movable else None)
+        except TimeoutError:
+            self._move()
+        except DiedError:
+            if not movable:
+                raise
+        return await self._answered(data, None)
+
+    async def _answered(self, data: bytes, patience: float | None) -> bytes:
+        home = self._home
+        return await home.turns.use(self._caller, lambda process: self._edited(home, process, data), patience)
+
+    async def _edited(self, home: _Home, process: Process, data: bytes) -> bytes:
+        try:
+            if self._number not in home.sessions:
+                await self._settle(home, process)
+            return await process.call(frames.Frame(frames.EDIT_SESSION, self._number, data), self._house.limits.seconds)
         except LostError as error:
-            # All that live there are lost with it.
-            self._lost(str(error))
-            self._home.sessions.clear()
+            # The others that live there go on from what was kept of them.
+            self._house.lost(str(error))
+            home.sessions.clear()
             raise
+
+    async def _settle(self, home: _Home, process: Process) -> None:
+        """Begin in a process, or go on there."""
+        if not self._begun:
+            frame = frames.Frame(frames.OPEN_SESSION, self._number, b"")
+        elif self._messages is None:
+            raise LostError("its process ended", "ABORTED")
+        else:
+            frame = frames.Frame(frames.REOPEN_SESSION, self._number, frames.packed(self._messages))
+        await process.call(frame, self._house.limits.seconds)
+        self._begun = True
+        home.sessions[self._number] = self._caller
+
+    def _move(self) -> None:
+        """Leave for a process that is less busy."""
+        before, self._home = self._home, self._house.home_for(self._caller, self._home)
+        if before is not self._home:
+            leaving = asyncio.ensure_future(self._leave(before))
+            self._leaving.add(leaving)
+            leaving.add_done_callback(self._leaving.discard)
+
+    async def _leave(self, home: _Home) -> None:
+        if home.sessions.pop(self._number, None) is None:
+            return
+        frame = frames.Frame(frames.CLOSE_SESSION, self._number, b"")
+        with suppress(LostError, FailedError, Refused):
+            await home.turns.use(self._caller, lambda process: process.call(frame, self._house.limits.seconds))
 
     async def close(self) -> None:
         """Forget it."""
-        if self._number in self._home.sessions:
-            self._home.sessions.discard(self._number)
-            with suppress(LostError, FailedError, Refused):
-                await self._call(frames.CLOSE_SESSION, b"")
+        self._house.ended(self._kept)
+        self._kept, self._messages = 0, None
+        await self._leave(self._home)

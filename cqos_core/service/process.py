@@ -80,7 +80,11 @@ async def serve_here(
             tell(logging.WARNING, "tokens without TLS can be read by whoever is on the way")
         started(addresses)
         await ending.wait()
-        tell(ALWAYS, "draining", grace=settings.grace)
+        tell(ALWAYS, "draining", leaving=settings.leaving, grace=settings.grace)
+        # Who asks for health goes elsewhere; what is on its way here is still answered.
+        calls.leaving = True
+        await native.leave()
+        await asyncio.sleep(settings.leaving)
         calls.draining.set()
         await asyncio.gather(native.stop(settings.grace), *([] if web is None else [web.stop(settings.grace)]))
     finally:

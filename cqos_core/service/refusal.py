@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+from google.protobuf import duration_pb2
 from google.rpc import code_pb2, error_details_pb2, status_pb2
 
 from cqos.v1 import report_pb2
@@ -17,6 +18,16 @@ if TYPE_CHECKING:
 DOMAIN: Final = "cqos"
 SESSION_LOST: Final = "SESSION_LOST"
 LEFT_OUT: Final = "DETAILS_LEFT_OUT"
+TOO_LARGE: Final = "TOO_LARGE"
+"""Sending it again gets the same answer."""
+CALLER_QUOTA: Final = "CALLER_QUOTA"
+"""The caller has too much under way; it may send it again when less is."""
+BUSY: Final = "BUSY"
+"""All callers together have; it may be sent again later."""
+WORKER_LOST: Final = "WORKER_LOST"
+"""A fault of the service; it may be sent again later."""
+LATER: Final = {CALLER_QUOTA: 1.0, BUSY: 1.0, WORKER_LOST: 1.0}
+"""Seconds after which a call that was refused for a reason may be sent again."""
 _LISTS: Final = ((error_details_pb2.BadRequest, "field_violations"), (report_pb2.InputProblems, "problems"))
 _LONGEST_MESSAGE: Final = 2048
 """As it travels."""
@@ -64,6 +75,9 @@ class Refused(Exception):  # noqa: N818 - it is a refusal
             status.details.add().Pack(report_pb2.InputProblems(problems=problems))
         if self.reason:
             status.details.add().Pack(error_details_pb2.ErrorInfo(reason=self.reason, domain=DOMAIN))
+            if self.reason in LATER:
+                delay = duration_pb2.Duration(seconds=int(LATER[self.reason]))
+                status.details.add().Pack(error_details_pb2.RetryInfo(retry_delay=delay))
         return status
 
 
@@ -72,7 +86,9 @@ class StatusRefused(Refused):
 
     def __init__(self, status: status_pb2.Status) -> None:
         """Keep the message."""
-        super().__init__(code_pb2.Code.Name(status.code), status.message)
+        info = error_details_pb2.ErrorInfo()
+        reasons = [info.reason for detail in status.details if detail.Unpack(info)]
+        super().__init__(code_pb2.Code.Name(status.code), status.message, reason=next(iter(reasons), ""))
         self._status = status
 
     def status(self) -> status_pb2.Status:
@@ -135,7 +151,9 @@ def unfit(fields: Sequence[FieldProblem]) -> Refused:
 
 def too_much(field: str, description: str) -> Refused:
     """Return the refusal of a request that asks for more than is allowed."""
-    return Refused("RESOURCE_EXHAUSTED", f"{field}: {description}", [FieldProblem(field, description)])
+    return Refused(
+        "RESOURCE_EXHAUSTED", f"{field}: {description}", [FieldProblem(field, description)], reason=TOO_LARGE
+    )
 
 
 def session_lost(why: str) -> Refused:

@@ -15,6 +15,7 @@ from cqos_core.messages import (
     part_value,
     report_message,
 )
+from cqos_core.problems import InputError
 from cqos_core.service.answers import bounded, decode, read_system, refusal_message
 from cqos_core.service.refusal import Refused, unfit
 from cqos_core.session import Session
@@ -63,8 +64,23 @@ class EditSession:
         self._report(request.revision, response)
         return response.SerializeToString()
 
+    def repeat(self, messages: Sequence[bytes]) -> None:
+        """Do again what was done in another process: its caller has the last report already."""
+        for data in messages:
+            request = decode(session_pb2.EditRequest, data)
+            if self._session is None:
+                self._open(read_system(request.open, self._most, "open"))
+            else:
+                try:
+                    self._change(self._session, request.changes)
+                except Refused:  # as it was then
+                    continue
+            self._revision = request.revision
+        revision = self._revision
+        self._report(revision, session_pb2.EditResponse(revision=revision))
+
     def _open(self, system: System) -> None:
-        self._session = Session(system)
+        self._session = Session(system, most_endpoints=self._most)
         self._known = _Known(system)
 
     def _change(self, session: Session, changes: session_pb2.Changes) -> None:
@@ -87,7 +103,12 @@ class EditSession:
     def _report(self, revision: int, response: session_pb2.EditResponse) -> None:
         session = self._session
         assert session is not None  # noqa: S101 - the first message opened it
-        whole = report_message(session.report())
+        try:
+            whole = report_message(session.report())
+        except InputError as error:  # bridges make too much of it: the session cannot go on
+            raise unfit(
+                [FieldProblem("changes" if self._told else "open", str(each)) for each in error.problems]
+            ) from None
         response.judged = session.judged
         delta = None if self._told is None else difference(self._told, whole)
         if delta is None:

@@ -5,17 +5,22 @@ from __future__ import annotations
 import hashlib
 import ipaddress
 import json
+import logging
 import re
+import time
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 from cqos_core.problems import CqosError
+from cqos_core.service.observing import ALWAYS, tell
 from cqos_core.tls import try_tls
 
 MIB: Final = 1024 * 1024
 _ORIGIN: Final = re.compile(r"\*|[a-z][a-z0-9+.-]*://[^/\s?#@A-Z]+")
 _MESSAGES: Final = 16
+_TLS_NAMES: Final = ("--tls-cert", "--tls-key", "--tls-client-ca")
+_LOOK_SECONDS: Final = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +55,7 @@ class Limits:
     calls: int = 1_000
     sessions: int = 64
     share: float = 0.5
-    session_workers: int = 1
+    session_workers: int = 2
     idle_seconds: float = 900.0
 
     @property
@@ -69,10 +74,12 @@ class Settings:
         origins: of pages from elsewhere that may call the door for browsers.
         metrics: address of Prometheus metrics, or None.
         tokens: SHA-256 sums of the bearer tokens that are let in; none: no token is asked for.
+        quotas: of some of them, the sum, the name for the log, and the share in place of that of the limits.
         certificate, key: paths of the server's certificate chain and private key, PEM.
         client_authority: path of the certificates that callers' certificates must be signed by.
         anonymous: serve others than this machine without credentials.
         grace: seconds that calls under way get when the service ends.
+        leaving: seconds before that in which calls are still taken, while health says that it ends.
         processes: that share the port.
         tracing: send spans by OpenTelemetry.
         log_level, log_format: ``info``; ``json`` or ``text``.
@@ -83,11 +90,13 @@ class Settings:
     origins: tuple[str, ...] = ()
     metrics: str | None = None
     tokens: tuple[str, ...] = ()
+    quotas: tuple[tuple[str, str, float], ...] = ()
     certificate: str | None = None
     key: str | None = None
     client_authority: str | None = None
     anonymous: bool = False
     grace: float = 10.0
+    leaving: float = 1.0
     processes: int = 1
     tracing: bool = False
     log_level: str = "info"
@@ -108,6 +117,7 @@ class Settings:
         """Return what `to_json` wrote."""
         content: dict[str, Any] = json.loads(text)
         content["limits"] = Limits(**content["limits"])
+        content["quotas"] = [tuple(each) for each in content["quotas"]]
         given: dict[str, Any] = {n: tuple(value) if isinstance(value, list) else value for n, value in content.items()}
         return cls(**given)
 
@@ -127,7 +137,7 @@ class Settings:
             )
         if self.client_authority is not None and self.certificate is None:
             raise CqosError("--tls-client-ca asks callers for certificates, which needs --tls-cert and --tls-key")
-        try_tls(self.certificate, self.key, self.client_authority, names=("--tls-cert", "--tls-key", "--tls-client-ca"))
+        try_tls(self.certificate, self.key, self.client_authority, names=_TLS_NAMES)
         self._check_origins()
         if self.tokens or self.client_authority or self.anonymous:
             return
@@ -147,6 +157,45 @@ class Settings:
                     f"--origin `{each}` is none: expected scheme and host, and a port where it is not the usual one, as "
                     "browsers send it: https://example.org; or * for pages from anywhere"
                 )
+
+
+class Files:
+    """The certificates and keys of the service, which others may replace while it runs."""
+
+    def __init__(self, settings: Settings) -> None:
+        """Remember what they are now."""
+        self._settings = settings
+        self._seen = self._state()
+        self._looked = time.monotonic()
+
+    def changed(self) -> bool:
+        """Whether they are others than at the last time, and can be used; broken ones are told of and passed over."""
+        now = time.monotonic()
+        if now - self._looked < _LOOK_SECONDS:
+            return False
+        self._looked = now
+        state = self._state()
+        if state == self._seen:
+            return False
+        self._seen = state
+        settings = self._settings
+        try:
+            try_tls(settings.certificate, settings.key, settings.client_authority, names=_TLS_NAMES)
+        except CqosError as error:
+            tell(logging.WARNING, "certificates not reloaded", why=str(error))
+            return False
+        tell(ALWAYS, "certificates reloaded")
+        return True
+
+    def _state(self) -> list[tuple[int, int]]:
+        found = []
+        for path in (self._settings.certificate, self._settings.key, self._settings.client_authority):
+            try:
+                stated = Path(path or "").stat()
+                found.append((stated.st_mtime_ns, stated.st_ino))
+            except OSError:
+                found.append((0, 0))
+        return found
 
 
 def split_address(name: str, address: str) -> tuple[str, int]:
@@ -183,10 +232,14 @@ def token_sum(token: str) -> str:
 
 
 _SHORTEST_TOKEN: Final = 16
+_NAME: Final = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 
-def read_tokens(path: str) -> tuple[str, ...]:
-    """Return the sums of the tokens in a file, one in a line; empty lines and those with ``#`` in front do not count.
+def read_tokens(path: str, share: float) -> tuple[tuple[str, str, float], ...]:
+    """Return the sums of the tokens in a file, with the name and the share of each.
+
+    A token stands in a line, perhaps with ``name=NAME`` and ``share=PART`` behind it, separated by blanks; empty lines and
+    those with ``#`` in front do not count.
 
     Raises:
         CqosError: it cannot be read, or holds no token, or one that could be guessed.
@@ -196,11 +249,26 @@ def read_tokens(path: str) -> tuple[str, ...]:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "it is not UTF-8"
         raise CqosError(f"the token file {path} cannot be read: {reason}") from None
-    tokens = [line for line in lines if line and not line.startswith("#")]
-    if not tokens:
+    entries = [(number, line.split()) for number, line in enumerate(lines, 1) if line and not line.startswith("#")]
+    if not entries:
         raise CqosError(f"the token file {path} holds no token")
-    refuse_short(tokens)
-    return tuple(map(token_sum, tokens))
+    refuse_short([token for _, (token, *_) in entries])
+    return tuple((token_sum(token), *_quota(path, number, more, share)) for number, (token, *more) in entries)
+
+
+def _quota(path: str, number: int, more: list[str], share: float) -> tuple[str, float]:
+    name = ""
+    for each in more:
+        key, _, value = each.partition("=")
+        if key == "name" and _NAME.fullmatch(value):
+            name = value
+        elif key == "share" and re.fullmatch(r"0?\.\d{1,9}|1|1\.0*", value) and float(value) > 0:
+            share = float(value)
+        else:
+            # What stands there may be part of a token.
+            told = "expected `name=` with letters, digits and _ . - behind it, or `share=` with a part from 0 to 1"
+            raise CqosError(f"{path}:{number}: behind the token stands something else: {told}")
+    return name, share
 
 
 def refuse_short(tokens: list[str]) -> None:

@@ -12,7 +12,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
-from cqos_core.service.refusal import Refused
+from cqos_core.service.refusal import BUSY, CALLER_QUOTA, Refused
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, Coroutine, Iterable
@@ -61,6 +61,11 @@ class Turns(Generic[T]):
         self._served = 0.0
         self._arrivals = itertools.count()
         self._returning: set[asyncio.Task[None]] = set()
+
+    @property
+    def waiting(self) -> int:
+        """How many calls wait for a turn."""
+        return self._waiting
 
     async def use(self, caller: str, work: Callable[[T], Coroutine[Any, Any, R]], seconds: float | None = None) -> R:
         """Wait for a turn, and do ``work``, which is done to its end even if the caller goes away.
@@ -122,12 +127,14 @@ class Turns(Generic[T]):
         if len(most.waiting) <= len(share.waiting) + 1:
             mine = len(share.waiting)
             raise Refused(
-                "RESOURCE_EXHAUSTED", f"{self._waiting} calls wait already, {mine} of them yours; try again later"
+                "RESOURCE_EXHAUSTED",
+                f"{self._waiting} calls wait already, {mine} of them yours; try again later",
+                reason=BUSY,
             )
         _, last = most.waiting.pop()
         self._waiting -= 1
         told = f"{len(most.waiting)} more calls of yours wait, and others need a place, too; send fewer at a time"
-        last.set_exception(Refused("RESOURCE_EXHAUSTED", told))
+        last.set_exception(Refused("RESOURCE_EXHAUSTED", told, reason=CALLER_QUOTA))
 
     def _hand_out(self) -> None:
         while self._free:

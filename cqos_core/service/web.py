@@ -34,7 +34,7 @@ from cqos_core.service.answers import EDIT, METHODS, PAIRS
 from cqos_core.service.calls import failure
 from cqos_core.service.observing import REQUEST_ID
 from cqos_core.service.refusal import Refused
-from cqos_core.service.settings import joined, split_address
+from cqos_core.service.settings import Files, joined, split_address
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -45,9 +45,11 @@ if TYPE_CHECKING:
     from cqos_core.service.callers import Caller
     from cqos_core.service.calls import Calls
     from cqos_core.service.observing import Watch
-    from cqos_core.service.settings import Settings
+    from cqos_core.service.settings import Limits, Settings
 
 _BACKLOG: Final = 1024
+_RELOAD_SECONDS: Final = 2.0
+_FIRST_SECONDS: Final = 10.0
 _PREFLIGHT_SECONDS: Final = 7200
 # The extensions that gRPC-Web and Connect need where a page comes from elsewhere.
 _REQUEST_HEADERS: Final = (
@@ -151,8 +153,9 @@ class _Admission:
         try:
             exchange.begin(self._calls, metadata, peer)
         except Refused as refused:
-            watch.end(refused.code)
+            watch.refused(refused)
             raise _error(refused) from None
+        watch.caller = "" if exchange.caller is None else self._calls.shown(exchange.caller)
         return watch
 
     async def on_end(self, watch: Watch, _context: Any, error: Exception | None) -> None:
@@ -257,7 +260,7 @@ class WebDoor:
         self._calls = calls
         config = uvicorn.Config(
             application(calls, settings),
-            http=_patient(settings.limits.seconds),
+            http=_patient(_Connections(settings.limits)),
             log_config=None,
             access_log=False,
             server_header=False,
@@ -265,27 +268,39 @@ class WebDoor:
             # Whoever calls could state any address with them.
             proxy_headers=False,
             backlog=_BACKLOG,
-            limit_concurrency=settings.limits.calls,
             timeout_graceful_shutdown=max(int(settings.grace), 1),
             ssl_certfile=settings.certificate,
             ssl_keyfile=settings.key,
             ssl_ca_certs=settings.client_authority,
             ssl_cert_reqs=CERT_REQUIRED if settings.client_authority else CERT_NONE,
         )
+        config.load()
+        self._context = config.ssl
+        self._files = Files(settings) if settings.encrypted else None
+        self._settings = settings
         self._server = _Server(config)
         self._running: asyncio.Task[None] | None = None
 
     async def start(self) -> None:
         """Answer from now on."""
         self._running = asyncio.create_task(self._server.serve(sockets=[self._socket]))
+        self._watching = asyncio.create_task(self._reload())
         while not self._server.started and not self._running.done():  # noqa: ASYNC110 - uvicorn has no event for it
             await asyncio.sleep(0.01)
         if self._running.done():
             await self._running
 
+    async def _reload(self) -> None:
+        """Take new certificates from their files, for connections from then on."""
+        while self._files is not None and self._context is not None:
+            await asyncio.sleep(_RELOAD_SECONDS)
+            if self._files.changed():
+                self._context.load_cert_chain(self._settings.certificate or "", self._settings.key)
+
     async def stop(self, grace: float) -> None:  # noqa: ARG002 - of all doors; uvicorn knows it
         """Take no more calls, and end when those under way are answered, or after the time of grace."""
         self._server.should_exit = True
+        self._watching.cancel()
         if self._running is not None:
             await self._running
 
@@ -298,31 +313,73 @@ class _Server(uvicorn.Server):
         yield
 
 
-def _patient(seconds: float) -> type[H11Protocol]:
-    """HTTP in which a connection is closed where no request comes: who sends no more than half a head has no place for ever."""
+class _Connections:
+    """The open connections: bounded in number, and those without a request go first."""
 
-    class Protocol(H11Protocol):
-        _seen: Any = None
-        _looking: asyncio.TimerHandle
+    def __init__(self, limits: Limits) -> None:
+        self.seconds = limits.seconds
+        self.most = limits.calls
+        self._open: dict[_Patient, None] = {}
 
-        def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-            super().connection_made(transport)
-            self._looking = self.loop.call_later(seconds, self._look)
+    def begun(self, connection: _Patient) -> None:
+        """Take a connection; where there are too many, one ends that has had no request yet, else one that is idle."""
+        self._open[connection] = None
+        if len(self._open) > self.most:
+            silent = (each for each in self._open if each.is_silent and each is not connection)
+            idle = (each for each in self._open if each.is_idle and each is not connection)
+            (next(silent, None) or next(idle, None) or connection).close()
 
-        def connection_lost(self, exc: Exception | None) -> None:
-            self._looking.cancel()
-            super().connection_lost(exc)
+    def ended(self, connection: _Patient) -> None:
+        """Forget a connection."""
+        self._open.pop(connection, None)
 
-        def _look(self) -> None:
-            """Close it if nothing was under way since the last look."""
-            latest: Any = self.cycle  # None before the first request
-            if latest is self._seen and (latest is None or latest.response_complete):
-                self.transport.close()
-                return
-            self._seen = latest
-            self._looking = self.loop.call_later(seconds, self._look)
 
-    return Protocol
+class _Patient(H11Protocol):
+    """HTTP/1.1 that closes connections that are idle, and those whose first request does not come."""
+
+    held: _Connections
+    _seen: Any = None
+    _looking: asyncio.TimerHandle
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether no request has come yet."""
+        latest: Any = self.cycle
+        return latest is None
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether no request is under way."""
+        latest: Any = self.cycle
+        return latest is None or latest.response_complete
+
+    def close(self) -> None:
+        """End it."""
+        self.held.ended(self)
+        self.transport.abort()
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        super().connection_made(transport)
+        self._looking = self.loop.call_later(min(self.held.seconds, _FIRST_SECONDS), self._look)
+        self.held.begun(self)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._looking.cancel()
+        self.held.ended(self)
+        super().connection_lost(exc)
+
+    def _look(self) -> None:
+        """Close it if nothing was under way since the last look."""
+        if self.cycle is self._seen and self.is_idle:
+            self.transport.close()
+            return
+        self._seen = self.cycle
+        self._looking = self.loop.call_later(self.held.seconds, self._look)
+
+
+def _patient(connections: _Connections) -> type[H11Protocol]:
+    """Return the protocol of the connections of one door."""
+    return type("Protocol", (_Patient,), {"held": connections})
 
 
 def _opened(settings: Settings) -> socket.socket:
@@ -344,7 +401,7 @@ def application(calls: Calls, settings: Settings) -> ASGIApp:
     """Return the ASGI application; others may mount it beside their own pages."""
 
     async def healthy(_request: Request) -> PlainTextResponse:
-        draining = calls.draining.is_set()
+        draining = calls.leaving
         return PlainTextResponse("draining\n" if draining else "serving\n", 503 if draining else 200)
 
     middleware = []

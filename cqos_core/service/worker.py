@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.service import frames
-from cqos_core.service.answers import METHODS, answer, answer_json
+from cqos_core.service.answers import METHODS, answer, answer_json, answer_of_stream
 from cqos_core.service.refusal import Refused, session_lost, too_much
 from cqos_core.service.sessions import EditSession
 
@@ -74,6 +74,11 @@ class Worker:
                 return answer(METHOD_NAMES[call.number], call.data, self._most)
             case frames.ANSWER_JSON:
                 return answer_json(METHOD_NAMES[call.number], call.data, self._most)
+            case frames.ANSWER_PAIR:
+                return answer_of_stream(call.data)
+            case frames.REOPEN_SESSION:
+                again = self._sessions[call.number] = EditSession(self._most)
+                again.repeat([*frames.unpacked(call.data)])
             case frames.OPEN_SESSION:
                 self._sessions[call.number] = EditSession(self._most)
             case frames.EDIT_SESSION:

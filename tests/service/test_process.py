@@ -600,3 +600,40 @@ def test_the_kubernetes_manifest_agrees_with_itself():
     for probe in ("startupProbe", "readinessProbe", "livenessProbe"):
         assert container[probe]["grpc"]["port"] == ports["grpc"]
     assert pod["spec"]["terminationGracePeriodSeconds"] > Settings().grace
+
+
+def test_memory_limits_fit_the_workers():
+    import re
+
+    import yaml
+
+    gib = 1024**3
+    unit = (ROOT / "deploy" / "cqos.service").read_text(encoding="utf-8")
+    stated = dict(re.findall(r"Environment=CQOS_SERVE_([A-Z_]+)=(\d+)", unit))
+    deployment, _ = yaml.safe_load_all((ROOT / "deploy" / "kubernetes.yaml").read_text(encoding="utf-8"))
+    (container,) = deployment["spec"]["template"]["spec"]["containers"]
+    pod = {each["name"].removeprefix("CQOS_SERVE_"): each["value"] for each in container["env"]}
+    limits = [
+        (stated, int(re.findall(r"MemoryMax=(\d+)G", unit)[0]) * gib),
+        (pod, int(container["resources"]["limits"]["memory"].removesuffix("Mi")) * 1024**2),
+    ]
+    for given, limit in limits:
+        workers = int(given["HEAVY_WORKERS"]) + int(given["SESSION_WORKERS"])
+        each = workers * int(given["MAX_WORKER_MEMORY"]) + gib // 2
+        assert int(given.get("WORKERS", 1)) * each <= limit
+    assert "OOMPolicy=continue" in unit
+
+
+def test_dashboard_and_alerts_ask_for_metrics_that_there_are(service):
+    import re
+
+    import yaml
+
+    with urllib.request.urlopen(f"http://{service.addresses['metrics']}/metrics", timeout=10) as answer:
+        there = set(re.findall(r"^# TYPE (\w+) ", answer.read().decode(), re.MULTILINE))
+    there |= {f"{name}_bucket" for name in there}
+    files = [ROOT / "deploy" / name for name in ("prometheus-rules.yaml", "grafana-dashboard.json")]
+    for file in files:
+        text = file.read_text(encoding="utf-8")
+        assert set(re.findall(r"cqos_[a-z_]+", text)) <= there, file
+        assert yaml.safe_load(text)

@@ -442,7 +442,7 @@ def test_a_client_that_vanishes_leaves_nothing_behind(service):
             connection.sendall(b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\x00\x00")
     left: dict[str, float] = {}
     for _ in range(100):
-        left = {name: metric(service, name) for name in ("cqos_sessions_open", "cqos_calls_under_way")}
+        left = {name: metric(service, name) for name in ("cqos_sessions_open", "cqos_calls_in_flight")}
         if not any(left.values()):
             break
         time.sleep(0.05)
