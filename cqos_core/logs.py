@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import re
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, BinaryIO, Final
 
 from cqos_core.system import Place
@@ -42,6 +42,16 @@ class Misfit:
 
 
 @dataclass(frozen=True, slots=True)
+class About:
+    """The topic that the next lines of a list are about: that of each `Misfit` whose topic is `SAME`."""
+
+    topic: str
+
+
+SAME: Final = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Occurrence:
     """What one or more lines say alike: how many there are, and where the first one is."""
 
@@ -51,7 +61,7 @@ class Occurrence:
 
 
 def misfits(
-    name: str, stream: BinaryIO, readers: Sequence[Callable[[str], Iterable[Misfit]]]
+    name: str, stream: BinaryIO, readers: Sequence[Callable[[str], Iterable[Misfit | About]]]
 ) -> tuple[list[Occurrence], int]:
     """Read the output of programs; return what it says of endpoints that do not fit, and how many lines it has.
 
@@ -65,9 +75,15 @@ def misfits(
     """
     found: dict[Misfit, Occurrence] = {}
     number = 0
+    about: list[str | None] = [None] * len(readers)
     for number, line in enumerate(_lines(stream), 1):
         text = _ESCAPES.sub("", line)
-        for each in (misfit for read in readers for misfit in read(text)):
+        said = ((which, each) for which, read in enumerate(readers) for each in read(text))
+        for which, one in said:
+            if isinstance(one, About):
+                about[which] = one.topic
+                continue
+            each = replace(one, topic=about[which]) if one.topic == SAME else one
             known = found.get(each)
             count, place = (1, Place(name, number)) if known is None else (known.count + 1, known.place)
             found[each] = Occurrence(each, count, place)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from cqos_core.codes import CodeInfo
     from cqos_core.evaluate import Use
     from cqos_core.guarantee import Proof, Unaffected
-    from cqos_core.logs import Misfit
+    from cqos_core.logs import About, Misfit
     from cqos_core.policy import Plain
     from cqos_core.rule import Rule
     from cqos_core.system import Broker, Endpoint, Participant, Settings
@@ -301,7 +301,7 @@ class RulePack:
     variants: Mapping[tuple[str, str], RulePack] = field(default_factory=dict)
     not_checked: tuple[str, ...] = ()
     codes: tuple[CodeInfo, ...] = ()
-    read_log: Callable[[str], Iterable[Misfit]] = no_misfits
+    read_log: Callable[[str], Iterable[Misfit | About]] = no_misfits
     provers: Mapping[str, str] = field(default_factory=dict)
     unaffected: tuple[Unaffected, ...] = ()
     proofs: tuple[Proof, ...] = ()

@@ -323,10 +323,29 @@ class Duration(Domain):
     kind = "duration"
     ordered = True
 
-    def __init__(self, *, infinities: tuple[int, ...] = (), bare_unit: str | None = None) -> None:
-        """``bare_unit`` is the unit of a number without one, where a format fixes it (``s``); None refuses it."""
+    def __init__(
+        self,
+        *,
+        infinities: tuple[int, ...] = (),
+        bare_unit: str | None = None,
+        words: Mapping[int, str] | None = None,
+    ) -> None:
+        """``bare_unit`` is the unit of a number without one, where a format fixes it (``s``); None refuses it.
+
+        ``words`` are nanosecond totals that stand for a special word of the policy.
+        """
         self.infinities = frozenset(infinities)
+        self.words = dict(words or {})
         self.bare_unit = bare_unit
+
+    def word(self, text: str) -> str:
+        """Normalise ``text``; a total that stands for a word is that."""
+        if self.words and len(text) >= _DIGITS_OF_A_MARK and any(map(str.isdigit, text)):
+            try:
+                return self.words.get(self._total(self.with_unit(text.strip(), "ns")), normalise(text))
+            except InvalidValueError:
+                pass
+        return normalise(text)
 
     def parse(self, text: str) -> int:
         """Read ``2s``, ``500ms``, ``1.5h``, ``PT2S``, ``{sec: 2, nsec: 0}`` or ``infinite``."""
@@ -403,6 +422,8 @@ _LARGEST_EXPONENT: Final = 30
 _SECOND: Final = 1_000_000_000
 _RATES: Final = {"hz": 1, "khz": 1_000}
 _RATE: Final = re.compile(r"(?P<number>\d{1,9}(?:\.\d{1,9})?)\s*(?P<unit>k?hz)", re.IGNORECASE)
+_DIGITS_OF_A_MARK: Final = 19
+"""Characters of a total near the largest one; shorter texts are no such mark and need not be read for it."""
 
 
 def _nanoseconds(number: str, unit: int, text: str) -> int:

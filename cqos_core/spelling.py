@@ -73,12 +73,14 @@ def _nearest(word: str, known: tuple[str, ...]) -> str | None:
         apart = distance(meant, letters, best)
         if apart <= best and (found is None or apart < best):
             best, found = apart, name
-    if found is None and len(meant) >= _SHORTEST_START:
-        found = next((name for name, letters in names if letters.startswith(meant)), None)
+    if len(meant) >= _SHORTEST_START and (found is None or best > _TYPED_WRONG):
+        found = next((name for name, letters in names if letters.startswith(meant)), found)
     return found
 
 
 _SHORTEST_START: Final = 3
+_TYPED_WRONG: Final = 2
+"""Letters that are a typing error; a name that begins with what was written is nearer than one of more wrong letters."""
 
 
 class Known:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from cqos_core.cli.reading import Reader, ReadingOptions
-    from cqos_core.logs import Misfit, Occurrence
+    from cqos_core.logs import About, Misfit, Occurrence
     from cqos_core.misfits import Explained
     from cqos_core.system import System
 
@@ -90,7 +90,7 @@ def _read(log: str, reader: Reader) -> tuple[list[Occurrence], int]:
         raise CqosError(f"{log}: cannot be read: {reason}") from None
 
 
-def _readers(reader: Reader) -> Iterable[Callable[[str], Iterable[Misfit]]]:
+def _readers(reader: Reader) -> Iterable[Callable[[str], Iterable[Misfit | About]]]:
     packs = (reader.context.find_pack(pack_id) for pack_id in load_plugins().packs)
     return (pack.read_log for pack in packs if pack is not None)
 

@@ -7,7 +7,7 @@ what the composer does on the C stack (deep nesting ends the process there) is a
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 import yaml
 from yaml.events import (
@@ -23,9 +23,9 @@ from yaml.events import (
 
 from cqos_core.importers.json_events import JsonError, json5_events, json_events
 from cqos_core.importers.reading import shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null, kind_of
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, is_null, kind_of
 from cqos_core.importers.yaml_errors import explain
-from cqos_core.system import Place
+from cqos_core.system import ImportNote, Place
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -61,14 +61,19 @@ class Tree:
     glued: list[ScalarNode] = field(default_factory=list)
 
 
-def read_tree(reading: Reading, *, keep_repeated: bool = False) -> Tree:
+Repeated: TypeAlias = Literal["refuse", "keep", "last", "merge"]
+"""What the program that owns a format does with a key that stands twice in one map: it refuses it; takes both; takes the last;
+or joins maps and takes the last of other values. A program that does not refuse them takes empty keys too."""
+
+
+def read_tree(reading: Reading, *, repeated: Repeated = "refuse") -> Tree:
     """Read the source as YAML, or as JSON where it is JSON that YAML refuses (tabs, surrogate pairs, long keys).
 
     What is wrong is in ``reading.problems``; the tree then holds the documents before the fault. A key that stands twice
-    in one map is a problem, unless ``keep_repeated`` says that the format's own reader takes both.
+    in one map is a problem, unless ``repeated`` says what the program that owns the format does with it.
     """
     before = len(reading.problems)
-    composer = _Composer(reading, keep_repeated=keep_repeated)
+    composer = _Composer(reading, repeated=repeated)
     try:
         # Both in here: the pure parser reads the first bytes when it is made, the C parser at the first event.
         parser = getattr(yaml, "CSafeLoader", yaml.SafeLoader)(reading.source.data)
@@ -153,9 +158,9 @@ class _Anchored:
 class _Composer:
     """Turns a stream of events into a `Tree`."""
 
-    def __init__(self, reading: Reading, *, keep_repeated: bool = False) -> None:
+    def __init__(self, reading: Reading, *, repeated: Repeated = "refuse") -> None:
         self.reading = reading
-        self.keep_repeated = keep_repeated
+        self.twice = repeated
         self.tree = Tree()
         self.anchors: dict[str, _Anchored] = {}
         self.size = 0
@@ -269,23 +274,45 @@ class _Composer:
                 self.reading.problem("CQ009", "a key must be a text, found a list or map", key)
                 continue
             name = key.text
-            if name in entries and self.keep_repeated:
-                node.repeated = node.repeated or []
-                node.repeated.append((key, value))
-            elif name in entries:
-                self.duplicate(key, entries[name][0])
+            if name in entries:
+                self.again(node, key, value)
             elif name == _MERGE and key.plain:
                 if merge is not None:
                     self.duplicate(key, merge[0])
                 merge = (key, value)
             else:
                 entries[name] = (key, value)
-                if not name:
+                if not name and self.twice == "refuse":
                     self.reading.problem("CQ009", "a key is empty", key)
                 elif ":" in name and key.plain and isinstance(value, ScalarNode) and value.plain and not value.text:
                     self.tree.glued.append(key)
         if merge is not None:
             self.merge(node, *merge)
+
+    def again(self, node: MappingNode, key: ScalarNode, value: Node) -> None:
+        """Take in a key that the map has already, as the program does that owns the format."""
+        first, before = node.entries[key.text]
+        if self.twice == "refuse":
+            self.duplicate(key, first)
+        elif self.twice == "keep":
+            node.repeated = node.repeated or []
+            node.repeated.append((key, value))
+        elif self.twice == "merge" and isinstance(before, MappingNode) and isinstance(value, MappingNode):
+            joined = MappingNode(before.line, before.column, dict(before.entries), value.end)
+            node.entries[key.text] = (first, joined)
+            for name, (inner, below) in value.entries.items():
+                if name in joined.entries:
+                    self.again(joined, inner, below)
+                else:
+                    joined.entries[name] = (inner, below)
+        else:
+            node.entries[key.text] = (key, value)
+            if flow_text(before) != flow_text(value):
+                message = (
+                    f"key {shown(key.text)} stands twice in one map, first on line {first.line}; the last one counts"
+                )
+                # Most such keys have nothing to do with quality of service, and their owner reads them without a word.
+                self.reading.notes.append(ImportNote("CQ005", "note", message, self.reading.place(key)))
 
     def duplicate(self, key: ScalarNode, first: ScalarNode) -> None:
         """Name both places of a key that stands twice in one map."""

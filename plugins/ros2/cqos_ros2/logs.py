@@ -1,10 +1,26 @@
-"""Reads what ROS 2 nodes print when they discover an endpoint that does not fit (rclcpp and rclpy, Foxy to Rolling).
+"""Reads what ROS 2 prints about incompatible endpoints (Foxy to Rolling).
+
+Nodes (rclcpp and rclpy), when they discover one:
 
     [WARN] [1673945160.455] [robot.talker]: New subscription discovered on topic '/chatter', requesting incompatible
     QoS. No messages will be sent to it. Last incompatible policy: RELIABILITY_QOS_POLICY
 
-The topic is named since Galactic. Only the last policy is named, of which several may be wrong. Who wrote a line stands
-before it, unless the output is formatted otherwise.
+The topic is named since Galactic. Only the last policy is named; several may be incompatible. The name of the node stands
+before the message, unless the output is formatted otherwise.
+
+`ros2 bag record` (rosbag2_transport, recorder.cpp), about publishers that start after it has subscribed:
+
+    [WARN] [1673945160.455] [rosbag2_recorder]: A new publisher for subscribed topic /scan was found offering
+    RMW_QOS_POLICY_RELIABILITY_BEST_EFFORT, but rosbag already subscribed requesting RMW_QOS_POLICY_RELIABILITY_RELIABLE.
+
+`ros2 doctor` (ros2doctor, api/qos_compatibility.py), in one line, and with ``--report`` as a list:
+
+    UserWarning: ERROR: QoS compatibility error found on topic '/scan': Best effort publisher and reliable subscription;
+
+    topic [type]            : /scan [sensor_msgs/msg/LaserScan]
+    publisher node          : lidar
+    subscriber node         : slam
+    compatibility status    : ERROR: Best effort publisher and reliable subscription;
 """
 
 from __future__ import annotations
@@ -12,7 +28,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.logs import Misfit
+from cqos_core.logs import SAME, About, Misfit
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
@@ -44,8 +60,51 @@ _SUFFIX: Final = "_QOS_POLICY"
 _OWN_ROLES: Final[dict[str, Role]] = {"subscription": PUBLISHER, "publisher": SUBSCRIBER}
 
 
-def read_line(line: str) -> Iterator[Misfit]:
-    """Yield what one line says of endpoints that do not fit."""
+_RECORDER: Final = re.compile(
+    r"A new publisher for su[bs]{2}cribed topic (?P<topic>\S{1,1024}) was found offering RMW_QOS_POLICY_"
+    r"(?P<policy>RELIABILITY|DURABILITY)_\w{1,64}, but rosbag2? already subscribed requesting"
+)
+_DOCTOR: Final = re.compile(
+    r"QoS compatibility error found on topic '\[?(?P<topic>[^']{1,1024}?)\]?': (?P<reason>.{1,500})"
+)
+_ROW: Final = re.compile(r"\s{0,40}(?P<key>topic \[type\]|compatibility status)\s{1,40}: (?P<value>.{1,1500})")
+# Words of the reasons that rmw_dds_common gives (qos.cpp), the narrower ones first.
+_REASONS: Final = (
+    ("liveliness lease", "LIVELINESS_LEASE_DURATION"),
+    ("liveliness", "LIVELINESS"),
+    ("deadline", "DEADLINE"),
+    ("transient local", "DURABILITY"),
+    ("best effort", "RELIABILITY"),
+)
+
+
+def read_line(line: str) -> Iterator[Misfit | About]:
+    """Yield what one line reports about incompatible endpoints, or which topic the next lines are about."""
+    yield from _of_nodes(line)
+    for found in _RECORDER.finditer(line):
+        node = _node(line[: found.start()])
+        policy = found["policy"]
+        yield Misfit(_PROTOCOL, SUBSCRIBER, found["topic"], node, policy, _POLICIES[policy])
+    for found in _DOCTOR.finditer(line):
+        yield from (Misfit(_PROTOCOL, PUBLISHER, found["topic"], None, *each) for each in _reasons(found["reason"]))
+    row = _ROW.match(line)
+    if row is None:
+        return
+    value = row["value"].strip()
+    if row["key"] == "topic [type]":
+        yield About(topic=value.partition(" [")[0])
+    elif value.startswith("ERROR"):
+        yield from (Misfit(_PROTOCOL, PUBLISHER, SAME, None, *each) for each in _reasons(value))
+
+
+def _reasons(text: str) -> Iterator[tuple[str | None, tuple[str, ...]]]:
+    """Yield the policy that each part of a reason names."""
+    for part in filter(str.strip, text.removeprefix("ERROR:").split(";")):
+        policy = next((name for words, name in _REASONS if words in part.lower()), None)
+        yield policy, _POLICIES.get(policy or "", ())
+
+
+def _of_nodes(line: str) -> Iterator[Misfit]:
     start = 0
     for found in _MESSAGE.finditer(line):
         policy = found["policy"]

@@ -5,7 +5,7 @@ Values stand in order of strength, weakest first. A value in quotes is written a
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.guarantee import TAKEN_EVERY
 from cqos_core.policy import (
@@ -21,6 +21,9 @@ from cqos_core.policy import (
     by_option,
 )
 from cqos_ros2.types import TypeName
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 _S: Final = 1_000_000_000
 
@@ -40,10 +43,14 @@ def choice(policy: str, *values: str, **synonyms: str) -> Choice:
     )
 
 
-def duration() -> Duration:
+def duration(words: Mapping[int, str] | None = None) -> Duration:
     """Read a duration as ROS 2 does, with the other spellings of infinite that old recordings have."""
     fast_dds, connext = 2147483647 * _S + 4294967295, 2147483647 * _S + 2147483647
-    return Duration(infinities=(fast_dds, connext))
+    return Duration(infinities=(fast_dds, connext), words=words)
+
+
+# RMW_QOS_DEADLINE_BEST_AVAILABLE and that of the lease: {sec: 9223372036, nsec: 854775806} (rmw/types.h).
+MARKED: Final = {2**63 - 2: "best_available"}
 
 
 # What a bridge does that copies a policy (domain_bridge): it waits for the publishers that it relays, asks them for as
@@ -161,7 +168,7 @@ PERIOD_OF_PEERS: Final = PerRole(
 )
 DEADLINE: Final = Policy(
     "deadline",
-    duration(),
+    duration(MARKED),
     "infinite",
     "The longest time between two samples that a publisher promises or a subscription puts up with.",
     "DDS 1.4, 2.2.3.7",
@@ -211,7 +218,7 @@ LIVELINESS: Final = Policy(
 )
 LEASE: Final = Policy(
     "liveliness_lease_duration",
-    duration(),
+    duration(MARKED),
     "infinite",
     "After how long without a sign of life a publisher counts as lost.",
     "DDS 1.4, 2.2.3.11",

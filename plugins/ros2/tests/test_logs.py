@@ -1,10 +1,12 @@
 """What ROS 2 nodes print when they discover an endpoint that does not fit, in every wording and behind every prefix."""
 
+import io
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.logs import Misfit
+from cqos_core.logs import Misfit, misfits
 from cqos_ros2.logs import read_line
 from cqos_ros2.policies import POLICIES
 
@@ -111,3 +113,66 @@ def test_policies_are_those_of_the_pack():
         (found,) = read(f"{ASKS}{LAST}{name}_QOS_POLICY")
         assert found.policies
         assert known.issuperset(found.policies)
+
+
+RECORDER = (
+    "[WARN] [1.2] [rosbag2_recorder]: A new publisher for {} topic /scan was found offering RMW_QOS_POLICY_{}, but {} "
+    "already subscribed requesting RMW_QOS_POLICY_{}. Messages from this new publisher will not be recorded."
+)
+
+
+@pytest.mark.parametrize(
+    ("words", "policy"),
+    [
+        (("subscribed", "RELIABILITY_BEST_EFFORT", "rosbag", "RELIABILITY_RELIABLE"), "RELIABILITY"),
+        (("susbcribed", "DURABILITY_VOLATILE", "rosbag2", "DURABILITY_TRANSIENT_LOCAL"), "DURABILITY"),
+    ],
+)
+def test_the_recorder_names_a_publisher_that_it_does_not_record(words, policy):
+    expected = Misfit("ros2", "subscriber", "/scan", "/rosbag2_recorder", policy, (policy.lower(),))
+    assert read(RECORDER.format(*words)) == [expected]
+
+
+def test_the_doctor_names_topics_with_errors():
+    line = "UserWarning: ERROR: QoS compatibility error found on topic '[/scan]': Best effort publisher and reliable subscription;"
+    assert read(line) == [Misfit("ros2", "publisher", "/scan", None, "RELIABILITY", ("reliability",))]
+
+
+REPORT = b"""
+   QOS COMPATIBILITY LIST
+topic [type]            : /odom [nav_msgs/msg/Odometry]
+publisher node          : base
+subscriber node         : nav
+compatibility status    : OK
+topic [type]            : /scan [sensor_msgs/msg/LaserScan]
+publisher node          : lidar
+subscriber node         : slam
+compatibility status    : ERROR: Best effort publisher and reliable subscription;ERROR: Subscription deadline is less than publisher deadline;
+compatibility status    : No publisher/subscriber pairs found
+"""
+
+
+def test_the_report_of_the_doctor_is_a_list():
+    found, _ = misfits("doctor.txt", io.BytesIO(REPORT), [read_line])
+    assert [(each.misfit.topic, each.misfit.policies, each.place.line) for each in found] == [
+        ("/scan", ("reliability",), 10),
+        ("/scan", ("deadline",), 10),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("reason", "policies"),
+    [
+        ("Volatile publisher and transient local subscription", ("durability",)),
+        ("Subscription has a deadline, but publisher does not", ("deadline",)),
+        (
+            "Publisher's liveliness is automatic and subscription's is manual by topic",
+            ("liveliness", "liveliness_lease_duration"),
+        ),
+        ("Subscription has a liveliness lease duration, but publisher does not", ("liveliness_lease_duration",)),
+        ("Something that a later version says", ()),
+    ],
+)
+def test_reasons_of_the_doctor(reason, policies):
+    (found,) = read(f"QoS compatibility error found on topic '/t': {reason};")
+    assert found.policies == policies

@@ -225,3 +225,17 @@ def test_two_defaults_say_nothing():
 def test_case_files_are_named_after_their_rule():
     for path in (Path(__file__).parent / "cases").glob("*.yml"):
         assert path.read_text().startswith(f"rule: {path.stem}\n")
+
+
+@pytest.mark.parametrize("policy", ["deadline", "liveliness_lease_duration"])
+@pytest.mark.parametrize("text", ["{sec: 9223372036, nsec: 854775806}", "9223372036854775806ns", "best_available"])
+def test_the_marker_of_best_available_is_that_word(policy, text):
+    liveliness = {"liveliness": "best_available"} if policy != "deadline" else {}
+    options = {"rmw": "cyclonedds", "distro": "jazzy"}
+    said, meant = (
+        check_pair("ros2", {policy: "1s"}, {policy: value, **liveliness}, options) for value in (text, "best_available")
+    )
+    assert (said.verdict, [each.code for each in said.findings]) == (
+        meant.verdict,
+        [each.code for each in meant.findings],
+    )

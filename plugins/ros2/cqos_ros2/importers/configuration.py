@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.source import Source
     from cqos_core.importers.tree import Node
+    from cqos_core.importers.yaml_tree import Repeated
     from cqos_core.problems import Problem
     from cqos_core.system import ImportNote, Role, Settings
 
@@ -38,13 +39,13 @@ class Configuration(Reading):
 
     # The document
 
-    def document(self, *, keep_repeated: bool = False, json5: bool = False) -> Node:
-        """Return the root of the one document in the file; see `read_tree` for ``keep_repeated``.
+    def document(self, *, repeated: Repeated = "refuse", json5: bool = False) -> Node:
+        """Return the root of the one document in the file; see `read_tree` for ``repeated``.
 
         Raises:
             InputError: the file is no YAML, or no JSON5 where it has to be that, or is empty.
         """
-        tree = read_json5(self) if json5 else read_tree(self, keep_repeated=keep_repeated)
+        tree = read_json5(self) if json5 else read_tree(self, repeated=repeated)
         documents = tree.documents
         if not documents and not self.problems:
             self.problem("CQ001", "there is nothing in this file", Place(self.source.name, 1, 1))

@@ -26,6 +26,7 @@ _TOP: Final = r"[ \t{]*"
 _ZENOH_KEYS: Final = tuple(_key(name, r"""(?:[^#\n]*?[{,\s])?""") for name in ("plugins", "ros2dds"))
 _PARAMETERS: Final = _key("ros__parameters")
 _OVERRIDES: Final = re.compile(r"^[^#\n]*\bqos_overrides\b", re.MULTILINE)
+_MISPLACED: Final = _key(r"qos_overrides(?:\.[^\s:]{1,300})?", r"[^#\n:]*\b")
 _VISUALIZATION: Final = _key("Visualization Manager", "")
 _GZ_ENTRY: Final = _key("(?:ros|gz|ign)_(?:topic|type)_name|gz_req_type_name")
 _SERVICES_OF_ROS1: Final = _key("services_1_to_2|services_2_to_1", _TOP)
@@ -42,9 +43,11 @@ _PROFILES: Final = re.compile(rb"<(?:[^\s<>/!?:]+:)?(?:profiles|data_writer|data
 
 
 def claims_qos_overrides(name: str, head: bytes) -> bool:
-    """Say whether these are parameters of ROS 2 nodes with ``qos_overrides`` among them."""
+    """Say whether these are parameters of ROS 2 nodes with ``qos_overrides`` among them, be it in the wrong place."""
     text = _yaml(name, head)
-    return _OVERRIDES.search(text) is not None and _PARAMETERS.search(text) is not None
+    if _OVERRIDES.search(text) is None:
+        return False
+    return _PARAMETERS.search(text) is not None or (_MISPLACED.search(text) is not None and not claims_yaml(name, head))
 
 
 def claims_rviz(name: str, head: bytes) -> bool:

@@ -67,7 +67,7 @@ def read(source: Source, context: ReadContext) -> System:
     waits = read_switches("domain_bridge", context, SWITCHES).get("wait_for_publisher") != "false"
     reader = _Reader(source, waits=waits)
     with collector_paused():
-        reader.configuration(reader.a_map(reader.document(keep_repeated=True), "configuration"))
+        reader.configuration(reader.a_map(reader.document(repeated="keep"), "configuration"))
     return reader.finish()
 
 

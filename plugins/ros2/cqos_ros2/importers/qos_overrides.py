@@ -66,7 +66,7 @@ def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - noth
     """
     reader = _Reader(source)
     with collector_paused():
-        reader.nodes(reader.a_map(reader.document(), "parameters"), "")
+        reader.nodes(reader.a_map(reader.document(repeated="merge"), "parameters"), "")
     # Where an endpoint has an id, what is meant for it alone is nearer than what is meant for all.
     reader.system.overlays.sort(key=lambda overlay: overlay.entity is not None)
     return reader.finish()

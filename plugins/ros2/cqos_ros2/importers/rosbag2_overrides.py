@@ -63,7 +63,7 @@ def read(source: Source, context: ReadContext) -> System:
     reading = Reading(source, [], [])
     system = System(protocol="ros2", sources={source.name: source.data}, notes=reading.notes)
     with collector_paused():
-        documents = read_tree(reading).documents
+        documents = read_tree(reading, repeated="last").documents  # as PyYAML does, which `ros2 bag` reads them with
     for key, profile in _topics(documents[0], reading) if documents and not reading.problems else ():
         system.overlays.append(
             Overlay(

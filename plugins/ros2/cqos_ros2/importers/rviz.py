@@ -1,7 +1,8 @@
 """Reads configurations of RViz 2: its displays subscribe, its tools publish, and it always listens to transforms.
 
 What a display leaves open is what RViz itself takes: keep last 5, reliable, volatile (rviz_common: qos_profile_property,
-ros_topic_display). Displays that are not enabled subscribe to nothing.
+ros_topic_display). Displays that are not enabled subscribe to nothing. RViz writes keys twice and empty keys, and reads
+the last of them (rviz_common: yaml_config_reader).
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.forms import described
+from cqos_core.importers.qos_keys import looks_like_qos
 from cqos_core.importers.reading import collector_paused, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, is_null
 from cqos_core.system import PUBLISHER, SUBSCRIBER, ProfileRef, Setting
@@ -32,6 +34,8 @@ _POLICIES: Final = {
     "Reliability Policy": ("reliability", ("Reliable", "Best Effort", "System Default")),
     "Durability Policy": ("durability", ("Volatile", "Transient Local", "System Default")),
 }
+# All keys of a topic of RViz 2 (rviz_common: ros_topic_property, qos_profile_property).
+_KEYS: Final = (*_POLICIES, "Depth", "Value", "Filter size")
 # What the displays and tools that come with RViz subscribe to and publish; a display has one type for all its topics.
 _TYPES: Final = {
     "Accel": "geometry_msgs/msg/AccelStamped",
@@ -80,7 +84,7 @@ def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - noth
     """
     reader = _Reader(source)
     with collector_paused():
-        reader.configuration(reader.a_map(reader.document(), "configuration"))
+        reader.configuration(reader.a_map(reader.document(repeated="last"), "configuration"))
     return reader.finish()
 
 
@@ -185,6 +189,11 @@ class _Reader(Configuration):
                 self.note("ROS942", f"the depth is no whole number, so RViz takes {_DEPTH}", depth)
             else:
                 settings["depth"] = self.setting(depth)
+        for name, (key, _) in entries.entries.items():
+            meant = None if name in _KEYS else looks_like_qos(name, _KEYS)
+            if meant is not None:
+                message = f"RViz reads no key {shown(name)}, so it takes its default"
+                self.warn("CQ040", message, key, f"did you mean `{meant}`?")
         return settings
 
     def transforms(self, manager: MappingNode) -> None:

@@ -94,11 +94,6 @@ def test_what_is_no_document_is_refused_with_its_place(importer, data, expected)
     [
         ("qos_overrides", "[a]", ["file:1:1: `parameters` must be a map, found a list"]),
         ("qos_overrides", "n: {ros__parameters: [1]}", ["file:1:22: `ros__parameters` must be a map, found a list"]),
-        (
-            "qos_overrides",
-            "n: {ros__parameters: {a: 1}}\nn: {ros__parameters: {a: 2}}",
-            ["file:2:1: key `n` stands twice in one map, first on line 1, column 1 (keep one of them)"],
-        ),
         ("rviz", "Panels: []", ["file:1:1: a configuration of RViz needs `Visualization Manager`"]),
         (
             "rviz",

@@ -6,6 +6,7 @@ from cqos_core import check
 from cqos_core.importers.source import Source
 from cqos_core.loading import read_source
 from cqos_core.merging import merge
+from cqos_ros2.importers.detect_config import claims_qos_overrides
 from cqos_ros2.names import address, covers
 from cqos_ros2.pack import PACK
 from tests.growth.linear import assert_linear
@@ -154,3 +155,28 @@ class TestEffect:
     def test_a_node_of_that_name_elsewhere_is_overridden(self):
         design = DESIGN.replace("lidar_driver:", "rosbag2_player:").replace("best_effort", "reliable")
         assert checked(over("/robot/rosbag2_player", "{reliability: best_effort}"), design).verdict == "incompatible"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "qos_overrides: {/scan: {publisher: {reliability: best_effort}}}",
+        "lidar:\n  qos_overrides:\n    /scan: {publisher: {reliability: best_effort}}",
+        "lidar:\n  qos_overrides./scan.publisher.reliability: best_effort",
+    ],
+)
+def test_overrides_outside_of_parameters_are_recognised_and_reported(text):
+    source = Source("p.yaml", text.encode())
+    assert claims_qos_overrides(source.name, source.data)
+    system = read_source(source)
+    assert (system.overlays, [note.code for note in system.notes]) == ([], ["ROS933"])
+
+
+def test_parameters_that_stand_twice_are_joined_and_the_last_value_counts():
+    node = "/driver: {ros__parameters: {qos_overrides: {/scan: {publisher: {WHAT}}}}}\n"
+    text = node.replace("WHAT", "depth: 1, reliability: reliable") + node.replace("WHAT", "reliability: best_effort")
+    (overlay,) = read_source(Source("p.yaml", text.encode())).overlays
+    assert {name: setting.text for name, setting in overlay.settings.items()} == {
+        "depth": "1",
+        "reliability": "best_effort",
+    }

@@ -164,7 +164,6 @@ def test_unknown_can_be_written_but_not_created():
         ("", [("CQ010", 1, 1)]),
         ("# nothing\n", [("CQ010", 1, 1)]),
         ("/t: {depth: 1", [("CQ001", 1, 5)]),
-        ("/t: {depth: 1, depth: 2}", [("CQ005", 1, 16)]),
         ("/a: {depth: -1}\n/b: {colour: 1, depth: 1}", [("CQ011", 1, 13), ("CQ006", 2, 6)]),
     ],
 )
@@ -258,3 +257,9 @@ def test_whatever_is_changed_gives_a_system_or_located_problems(text, changes):
     places = [each.place for each in told] + [each.place for each in system.overlays]
     assert all(place is not None and place.line for place in places)
     check(read_source(Source("m.yaml", BAG.encode())), system)
+
+
+def test_of_a_key_that_stands_twice_the_last_counts():
+    system = read(Source("o.yaml", b"/t: {depth: 1, depth: 2}"), ReadContext())
+    assert [overlay.settings["depth"].text for overlay in system.overlays] == ["2"]
+    assert [note.code for note in system.notes] == ["CQ005"]

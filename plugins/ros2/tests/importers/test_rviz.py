@@ -77,3 +77,31 @@ def test_updates_of_a_map_are_checked_where_somebody_sends_them(published):
     )
     spoken = [(each.code, each.topic) for each in report.findings if each.severity != "note"]
     assert spoken == ([("ROS101", "/map_updates")] if published else [])
+
+
+WRITTEN = """
+Visualization Manager:
+  "": true
+  Displays:
+    - Class: rviz_default_plugins/LaserScan
+      Enabled: true
+      Topic: {Value: /scan, Depth: 3, Reliability Policy: Reliable, Reliability Policy: Best Effort, Filter size: 10}
+"""
+
+
+def test_of_a_key_that_stands_twice_the_last_counts_and_an_empty_one_is_none():
+    system = read(Source("v.rviz", WRITTEN.encode()), ReadContext())
+    assert system.endpoints[0].settings["reliability"].text == "Best Effort"
+    assert [(note.code, note.severity, note.place.line) for note in system.notes] == [("CQ005", "note", 7)]
+
+
+@pytest.mark.parametrize(
+    ("key", "meant"),
+    [("Reliabilty Policy", "Reliability Policy"), ("durability policy", "Durability Policy"), ("Color", None)],
+)
+def test_a_key_that_looks_like_qos_and_is_not_read_is_a_warning(key, meant):
+    text = WRITTEN.replace("Reliability Policy: Reliable, Reliability Policy", key)
+    notes = read(Source("v.rviz", text.encode()), ReadContext()).notes
+    assert [(note.code, note.severity, note.help) for note in notes] == (
+        [("CQ040", "warning", f"did you mean `{meant}`?")] if meant else []
+    )
