@@ -325,22 +325,32 @@ def not_seen(trial: Trial, outcome: Outcome) -> list[tuple[str, str]]:
     return [(each.code, each.message) for each in trial.report.findings if each.verdict is Verdict.INCOMPATIBLE]
 
 
+def claims(report: PairReport, fault: Fault | None) -> dict[str, str]:
+    """Return by word what C-QoS guarantees under a fault; what it does not know or give is left out.
+
+    A slow reader is no fault of the pair: what is given to connected ends is given to it too.
+    """
+    found = {}
+    for each in report.guarantees:
+        survives = fault is None or fault.kind in {"slow_reader", *each.survives}
+        if survives and each.value not in {"no", "unknown", "none"}:
+            found[each.word] = each.value
+    return found
+
+
 def _broken(trial: Trial, outcome: Outcome) -> list[str]:
     """Return the guarantees that the run did not keep."""
-    fault = trial.plan.fault
-    found = []
-    for guarantee in trial.report.guarantees:
-        kept = kept_by(guarantee.word, guarantee.value, trial.plan, outcome)
-        survives = fault is None or fault.kind in {"slow_reader", *guarantee.survives}
-        if kept is False and survives:
-            after = "" if fault is None else f" with {fault}"
-            found.append(f"C-QoS says {guarantee.word} {guarantee.value}{after}, the run shows: {summary(outcome)}")
-    return found
+    after = "" if trial.plan.fault is None else f" with {trial.plan.fault}"
+    return [
+        f"C-QoS says {word} {value}{after}, the run shows: {summary(outcome)}"
+        for word, value in claims(trial.report, trial.plan.fault).items()
+        if kept_by(word, value, trial.plan, outcome) is False
+    ]
 
 
 def kept_by(word: str, value: str, plan: Plan, outcome: Outcome) -> bool | None:
     """Return whether a run kept a guarantee; None where a run shows nothing about it, or nothing was guaranteed."""
-    if value in {"no", "unknown", "none", "0"}:
+    if value in {"", "no", "unknown", "none", "0"}:
         return None
     early = {number for number in outcome.sent if number < plan.early}
     if word == "late_join":

@@ -138,7 +138,7 @@ class Reading(End):
         super().__init__(settings)
         subscriber = Subscriber(self.participant, group(settings))
         self.reader: Any = DataReader(subscriber, self.topic, qos(settings))
-        self.pause = settings.get("taken_every", 0) / 1000
+        self.pause = settings.get("taken_every", 0) / 1_000_000_000
         self.due = time.monotonic() + self.pause
 
     def look(self) -> None:

@@ -68,20 +68,29 @@ class Implementation(ABC):
             self._program(plan, plan.subscriber, shared | {"role": SUBSCRIBER}),
             settle=_SETTLE,
             recover=self.recover,
+            pause=_pause(plan),
         )
         return run(plan, cast, report)
 
     def _program(self, plan: Plan, end: End, further: Mapping[str, int | str]) -> Program:
-        settings: dict[str, object] = {**parsed(end.values), **further}
+        values = {name: text for name, text in end.values.items() if name != "taken_every"}
+        settings: dict[str, object] = {**parsed(values), **further}
         settings["keyed"] = int(plan.facts.get("keyed") == "true")
         settings["extensibility"] = end.participant.get("extensibility", "final")
-        if plan.fault is not None and plan.fault.kind == "slow_reader":
-            settings["taken_every"] = round(plan.fault.seconds * 1000)
+        if pause := _pause(plan):
+            settings["taken_every"] = round(pause * _SECOND)
         lease = _seconds(end.participant.get("participant_lease"))
         if lease is not None:
             settings["lease"] = round(lease * _SECOND)
         texts = {name: encoded(value) for name, value in settings.items()}
         return Program(self.command(), texts, self.environment(lease))
+
+
+def _pause(plan: Plan) -> float:
+    """Return the seconds between two takes of the subscriber."""
+    if plan.fault is not None and plan.fault.kind == "slow_reader":
+        return plan.fault.seconds
+    return _seconds(plan.subscriber.values.get("taken_every")) or 0.0
 
 
 def _seconds(text: str | None) -> float | None:

@@ -525,7 +525,7 @@ public:
         }
         Subscriber* subscriber = participant->create_subscriber(outer);
         reader_ = subscriber == nullptr ? nullptr : subscriber->create_datareader(topic, qos);
-        pause_ = std::chrono::milliseconds(length("taken_every", 0));
+        pause_ = std::chrono::nanoseconds(number("taken_every", 0));
         due_ = Clock::now() + pause_;
         return reader_ != nullptr;
     }

@@ -52,6 +52,7 @@ class Cast:
         by: the implementation with its version.
         settle: seconds without an event after which the two are taken not to match, or nothing more to arrive.
         recover: the same after a fault, when lost samples are sent again late.
+        pause: seconds between two takes of the subscriber.
     """
 
     by: str
@@ -59,6 +60,7 @@ class Cast:
     subscriber: Program
     settle: float
     recover: float
+    pause: float = 0.0
 
 
 def run(plan: Plan, cast: Cast, report: Callable[[Event], None] = lambda _event: None) -> Outcome:
@@ -114,6 +116,8 @@ class _Stage:
         if self.refused():
             return
         self.wait(lambda: self.matched() or self.happened("incompatible"), self.cast.settle * 3)
+        if plan.early:
+            self.wait(lambda: not self.outcome().lost, self.cast.settle + self.cast.pause)  # what was sent before it came
         if not self.faulty:
             self.send(plan.early, plan.samples)
         else:
@@ -193,7 +197,6 @@ class _Stage:
 
     def until_quiet(self) -> None:
         """Wait until all arrived and nothing arrives twice, or nothing more is expected."""
-        slow = self.plan.fault.seconds if self.plan.fault and self.plan.fault.kind == "slow_reader" else 0.0
         end = self.ready + self.plan.patience
         quiet = self.cast.recover if self.faulty and self.matched() else self.cast.settle
         while (now := time.monotonic()) < end:
@@ -201,7 +204,7 @@ class _Stage:
             complete = bool(self.outcome().arrived) and not self.outcome().lost
             self.wait(
                 lambda seen=seen: len(self.events) > seen,  # type: ignore[misc]
-                min(end - now, slow + (self.cast.settle / 2 if complete else quiet)),
+                min(end - now, self.cast.pause + (self.cast.settle / 2 if complete else quiet)),
             )
             if len(self.events) == seen:
                 return

@@ -1,0 +1,186 @@
+"""Writes docs/conformance-guarantees.md: guarantees under faults that are injected into running middleware.
+
+python -m tests.conformance.guarantees            write it from what was recorded
+python -m tests.conformance.guarantees cyclonedds  first run all designs on this implementation, and record what comes out
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.api import context, read
+from cqos_core.guarantee import FAULTS
+from cqos_core.proving import Fault
+from cqos_core.proving.runs import claims, disagreements, kept_by, named, prepare, summary
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+ROOT: Final = Path(__file__).resolve().parents[2]
+DOCUMENT: Final = ROOT / "docs" / "conformance-guarantees.md"
+RECORDED: Final = Path(__file__).with_name("guarantees.json")
+Design = dict[str, Any]
+Case = tuple[str, Design, Fault | None]
+
+LINK: Final = "link"
+SLOW: Final = "slow_reader"
+COLUMNS: Final = (LINK, SLOW, *FAULTS)
+SHOWN: Final = ("latest", "loss_free", "duplicate_free", "ordered", "late_join")
+"""Words of which the run of one pair shows something."""
+EARLY: Final = 3
+_AT_ONCE: Final = 2
+
+INTRODUCTION: Final = """# Conformance of guarantees
+
+Written by `python -m tests.conformance.guarantees` from runs against {products}, with faults really injected: links are cut,
+programs and brokers are stopped and killed, readers take slowly. [Prove it](prove.md) describes how.
+
+Each run sends {early} samples before the subscriber starts and 20 after that. A cell says in how many runs the guarantee was kept,
+of those in which C-QoS gives it. In brackets: how many of the other runs, in which C-QoS does not give it or does not know,
+lost or repeated something. `-`: no run of this kind gives it.
+"""
+DESIGNS_HEADER: Final = ("design", *COLUMNS)
+
+
+def dds(offered: Mapping[str, Any], requested: Mapping[str, Any], **topic: Any) -> Design:
+    """Return a system of one pair of DDS."""
+    return {
+        "cqos": 1,
+        "protocol": "dds",
+        "topics": {"t": {"period": "20ms", "keyed": False, **topic}},
+        "participants": {"p": {"publishes": {"t": dict(offered)}}, "s": {"subscribes": {"t": dict(requested)}}},
+    }
+
+
+_RELIABLE: Final = {"reliability": "reliable"}
+_ALL: Final = {**_RELIABLE, "history": "keep_all"}
+_LATCHED: Final = {**_ALL, "durability": "transient_local"}
+_STORED: Final = {**_LATCHED, "durability_service.history_kind": "keep_all"}
+_TAKEN: Final = {"taken_every": "50ms"}
+DDS_DESIGNS: Final = {
+    "best effort": dds({"reliability": "best_effort"}, {"reliability": "best_effort"}),
+    "reliable, keep_last 1": dds(_RELIABLE, {**_RELIABLE, **_TAKEN}),
+    "reliable, keep_last 1 writer, keep_all reader": dds(_RELIABLE, {**_ALL, **_TAKEN}),
+    "reliable, keep_all": dds(_ALL, {**_ALL, **_TAKEN}),
+    "reliable, keep_last 50": dds({**_RELIABLE, "history.depth": 50}, {**_RELIABLE, "history.depth": 50, **_TAKEN}),
+    "transient_local, keep_last 1": dds(
+        {**_RELIABLE, "durability": "transient_local"}, {**_RELIABLE, "durability": "transient_local", **_TAKEN}
+    ),
+    "transient_local, keep_all": dds(_STORED, {**_LATCHED, **_TAKEN}),
+}
+DDS_FAULTS: Final = (
+    None,
+    Fault(SLOW, 0.3),
+    Fault("link_outage", 1.0),
+    Fault("subscriber_restart", 0.5),
+    Fault("publisher_restart", 0.5),
+)
+
+
+def cases(on: str) -> list[Case]:
+    """Return the designs that run on an implementation, each with each fault."""
+    if on == "mosquitto":
+        from tests.conformance.test_guarantees_mosquitto import RUNS
+
+        return [(name, design, fault) for (name, design), fault in RUNS]
+    return [(name, design, fault) for (name, design), fault in product(DDS_DESIGNS.items(), DDS_FAULTS)]
+
+
+def run(on: str, case: Case) -> dict[str, Any]:
+    """Run one design under one fault: what C-QoS gives, and whether it was kept."""
+    name, design, fault = case
+    where = context()
+    system = named(read(json.dumps(design).encode(), importer="yaml"), where)
+    trial = prepare(system, "p/publisher/t", "s/subscriber/t", where, on, fault)
+    trial = replace(trial, plan=replace(trial.plan, early=EARLY, samples=EARLY + 20, patience=10.0))
+    outcome = trial.run()
+    given = claims(trial.report, trial.plan.fault)
+    return {
+        "by": outcome.by,
+        "design": name,
+        "fault": LINK if fault is None else str(fault),
+        "given": {word: given[word] for word in SHOWN if word in given},
+        "kept": {word: kept_by(word, given.get(word, ""), trial.plan, outcome) for word in SHOWN},
+        "harmed": [word for word in SHOWN if kept_by(word, _whole(word), trial.plan, outcome) is False],
+        "seen": summary(outcome),
+        "contradicted": disagreements(trial, outcome, where),
+    }
+
+
+def _whole(word: str) -> str:
+    """Return the most that a word can give in these runs."""
+    return str(EARLY) if word == "late_join" else "yes"
+
+
+def record(names: Iterable[str]) -> None:
+    """Run all designs on implementations, and write down what comes out beside what was recorded of others."""
+    recorded = json.loads(RECORDED.read_text(encoding="utf-8")) if RECORDED.exists() else {}
+    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True)
+    for on in names:
+        with ThreadPoolExecutor(_AT_ONCE) as pool:
+            runs = list(pool.map(lambda case, on=on: run(on, case), cases(on)))  # type: ignore[misc]
+        recorded[on] = {"commit": commit.stdout.strip(), "by": runs[0].pop("by"), "runs": runs}
+        for each in runs:
+            each.pop("by", None)
+            for text in each["contradicted"]:
+                sys.stderr.write(f"{on}, {each['design']}, {each['fault']}: {text}\n")
+        RECORDED.write_text(json.dumps(recorded, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+
+
+def document() -> str:
+    """Return the page."""
+    recorded = json.loads(RECORDED.read_text(encoding="utf-8"))
+    products = [one["by"] for one in recorded.values()]
+    parts = [INTRODUCTION.format(products=" and ".join([", ".join(products[:-1]), products[-1]]), early=EARLY)]
+    for one in recorded.values():
+        runs = one["runs"]
+        columns = [column for column in COLUMNS if any(_column(each) == column for each in runs)]
+        rows = [[word, *(_cell(word, column, runs) for column in columns)] for word in SHOWN]
+        parts += [f"## {one['by']}", f"{len(runs)} runs.", _table(["guarantee", *_titles(columns)], rows)]
+        wrong = [[each["design"], each["fault"], text] for each in runs for text in each["contradicted"]]
+        if wrong:
+            parts += ["Departures:", _table(["design", "fault", "what happens"], wrong)]
+        designs = dict.fromkeys(each["design"] for each in runs)
+        rows = [[name, *(_what(name, column, runs) for column in columns)] for name in designs]
+        parts += ["Samples that arrived:", _table(["design", *_titles(columns)], rows)]
+    return "\n\n".join(part.rstrip() for part in parts) + "\n"
+
+
+def _titles(columns: Sequence[str]) -> list[str]:
+    return ["connected" if column == LINK else column for column in columns]
+
+
+def _column(one: Mapping[str, Any]) -> str:
+    kind: str = one["fault"].partition("=")[0]
+    return kind
+
+
+def _cell(word: str, column: str, runs: Sequence[Mapping[str, Any]]) -> str:
+    here = [each for each in runs if _column(each) == column]
+    given = [each for each in here if each["kept"][word] is not None]
+    others = [each for each in here if each["kept"][word] is None]
+    harmed = sum(word in each["harmed"] for each in others)
+    text = f"{sum(each['kept'][word] for each in given)} of {len(given)}" if given else "-"
+    return f"{text} ({harmed} of {len(others)})" if others else text
+
+
+def _what(design: str, column: str, runs: Sequence[Mapping[str, Any]]) -> str:
+    found = [each["seen"] for each in runs if each["design"] == design and _column(each) == column]
+    return found[0] if found else ""
+
+
+def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [header, ["-" * len(name) for name in header], *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+if __name__ == "__main__":
+    record(sys.argv[1:])
+    DOCUMENT.write_text(document(), encoding="utf-8")
