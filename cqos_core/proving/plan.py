@@ -95,7 +95,7 @@ class Event:
     Attributes:
         at: seconds since the run began.
         who: ``publisher``, ``subscriber``, ``link`` or ``broker``.
-        what: one word: ``created``, ``refused`` (it could not be created), ``matched``, ``unmatched``, ``incompatible``,
+        what: one word: ``created``, ``refused`` (it could not be created), ``crashed``, ``matched``, ``unmatched``, ``incompatible``,
             ``sent``, ``arrived``, ``killed``, ``started``, ``stopped``, ``cut``, ``restored``; packs may add others.
         number: of the sample.
         text: the policy, the reason, or what else there is to say.
@@ -115,7 +115,7 @@ class Outcome:
     Attributes:
         by: the implementation with its version: ``Cyclone DDS 11.0.1``.
         events: in order of time.
-        not_created: by role, the reason why the middleware did not create this end.
+        not_created: by role, the reason why the middleware did not create this end, or how its program ended.
         matched: whether the middleware ever connected the two; None where an end was not created.
         refused: policies that the middleware named as the reason of not matching.
         sent: the numbers of samples sent, in order.

@@ -290,7 +290,7 @@ def summary(outcome: Outcome) -> str:
         parts.append(f"{len(outcome.repeated)} more than once")
     if not outcome.ordered:
         parts.append("out of order")
-    parts += [f"no {role} was created ({reason or 'no reason given'})" for role, reason in outcome.not_created.items()]
+    parts += [f"{role} failed: {reason or 'no reason given'}" for role, reason in outcome.not_created.items()]
     if outcome.refused:
         parts.append(f"refused for {', '.join(each.upper() for each in outcome.refused)}")
     elif outcome.matched is False:

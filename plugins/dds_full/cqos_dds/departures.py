@@ -238,6 +238,15 @@ ENDPOINTS: Final = (
         help="list xcdr1 and xcdr2 only",
     ),
     forbids(
+        subscriber_is("fastdds_2_9") & (requested(HISTORY) == "keep_last") & (requested(DEPTH) == 0),
+        code="DDS328",
+        name="depth-zero-ends-readers-of-fastdds",
+        because="Fast DDS 2.9 creates a keep_last reader of depth 0, and the reader ends its program with the first sample",
+        clause="Fast DDS 2.9.1, by running it; DDS 1.4, 2.2.3.18",
+        severity="error",
+        fixes=("history.depth",),
+    ),
+    forbids(
         publisher_is("cyclonedds")
         & (offered(DURABILITY) == "transient_local")
         & (offered(SERVICE_HISTORY) == "keep_last")

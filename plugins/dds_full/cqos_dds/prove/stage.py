@@ -67,11 +67,15 @@ def run(plan: Plan, cast: Cast, report: Callable[[Event], None] = lambda _event:
     """Run a plan and return what happened; nothing is left running.
 
     Raises:
-        CqosError: a program ended by itself, or says nothing.
+        CqosError: a program does not start.
     """
-    with _Stage(plan, cast, report) as stage:
+    with _Stage(plan, cast, report) as stage, suppress(_CrashError):
         stage.play()
     return stage.outcome()
+
+
+class _CrashError(Exception):
+    """A program ended by itself, and the run with it."""
 
 
 class _Stage:
@@ -117,7 +121,9 @@ class _Stage:
             return
         self.wait(lambda: self.matched() or self.happened("incompatible"), self.cast.settle * 3)
         if plan.early:
-            self.wait(lambda: not self.outcome().lost, self.cast.settle + self.cast.pause)  # what was sent before it came
+            self.wait(
+                lambda: not self.outcome().lost, self.cast.settle + self.cast.pause
+            )  # what was sent before it came
         if not self.faulty:
             self.send(plan.early, plan.samples)
         else:
@@ -249,10 +255,11 @@ class _Stage:
         """Turn one line of a program into an event."""
         if words is None:
             if not process.killed:
-                raise CqosError(
-                    f"the program of the {role} on {self.cast.by} ended by itself (exit code {process.code()}): "
-                    f"{process.errors() or 'it printed nothing'}"
-                )
+                reason = f"its program ended with exit code {process.code()}: {process.errors() or 'no reason given'}"
+                if not process.answered:
+                    raise CqosError(f"the {role} on {self.cast.by} did not start; {reason}")
+                self.happen(role, "crashed", None, reason)
+                raise _CrashError
             return
         what, number, text = words
         if what == "done":
@@ -267,7 +274,7 @@ class _Stage:
         def numbers(what: str) -> tuple[int, ...]:
             return tuple(each.number for each in self.events if each.what == what and each.number is not None)
 
-        refused = {event.who: event.text for event in self.events if event.what == "refused"}
+        refused = {event.who: event.text for event in self.events if event.what in {"refused", "crashed"}}
         named = dict.fromkeys(event.text for event in self.events if event.what == "incompatible" and event.text)
         return Outcome(
             self.cast.by,
