@@ -11,6 +11,7 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from importlib import import_module
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -87,9 +88,8 @@ DDS_FAULTS: Final = (
 def cases(on: str) -> list[Case]:
     """Return the designs that run on an implementation, each with each fault."""
     if on == "mosquitto":
-        from tests.conformance.test_guarantees_mosquitto import RUNS
-
-        return [(name, design, fault) for (name, design), fault in RUNS]
+        runs = import_module("tests.conformance.test_guarantees_mosquitto").RUNS
+        return [(name, design, fault) for (name, design), fault in runs]
     return [(name, design, fault) for (name, design), fault in product(DDS_DESIGNS.items(), DDS_FAULTS)]
 
 
@@ -125,7 +125,7 @@ def record(names: Iterable[str]) -> None:
     commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True)
     for on in names:
         with ThreadPoolExecutor(_AT_ONCE) as pool:
-            runs = list(pool.map(lambda case, on=on: run(on, case), cases(on)))  # type: ignore[misc]
+            runs = list(pool.map(lambda case, on=on: run(on, case), cases(on)))
         recorded[on] = {"commit": commit.stdout.strip(), "by": runs[0].pop("by"), "runs": runs}
         for each in runs:
             each.pop("by", None)
