@@ -9,7 +9,7 @@ from cqos_core.arrivals import DUPLICATE_FREE, Arrivals, repetition
 from cqos_core.bridging import linked
 from cqos_core.checker import check_system
 from cqos_core.findings import Draft, fact, make
-from cqos_core.given import give, over
+from cqos_core.given import derive, give, over
 from cqos_core.hops import Hop
 from cqos_core.judge import already_told, judge_endpoint, judge_pair
 from cqos_core.pairing import Members, Topic, apart, group
@@ -173,6 +173,7 @@ def _pair_report(topic: Topic, further: Sequence[Finding]) -> PairReport:
         findings=tuple(sorted(found, key=lambda each: (each.severity.rank, each.code, each.message))),
         policies=tuple(_comparisons(topic, publisher, subscriber)),
         guarantees=() if reasons else _told(give(publisher.profile, subscriber.profile)),
+        derived=() if reasons else derive(publisher.profile, subscriber.profile),
     )
 
 

@@ -80,6 +80,17 @@ class Given:
         return self.word.text(self.value)
 
 
+def derive(publisher: QosProfile, subscriber: QosProfile) -> tuple[tuple[str, str], ...]:
+    """Return the values of a pair that no end states, by name; one that is not known as all that it may be."""
+    found = []
+    for derivation, values in publisher.pack.derived:
+        possible = [
+            text for text, bound in values if bound.judge(publisher.values, subscriber.values).result is not False
+        ]
+        found.append((derivation.name, " or ".join(possible)))
+    return tuple(found)
+
+
 @lru_cache(maxsize=_CACHE)
 def give(publisher: QosProfile, subscriber: QosProfile) -> tuple[Given, ...]:
     """Return all guarantees of which the pack says anything, in the order of the words."""

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from cqos_core.codes import CodeInfo
     from cqos_core.evaluate import Use
+    from cqos_core.expression import Operand
     from cqos_core.guarantee import Proof, Unaffected
     from cqos_core.logs import About, Misfit
     from cqos_core.policy import Plain
@@ -90,6 +91,23 @@ class Convention:
     pattern: str
     settings: Mapping[str, str] = field(default_factory=dict)
     external: bool = False
+    doc: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Derivation:
+    """What a pair amounts to in a value that neither end states: the QoS with which a message arrives.
+
+    Attributes:
+        name: for people, such as ``arrives with QoS``.
+        operand: over the policies of both ends, with few values.
+        policy: the policy whose values it has.
+        doc: how it comes about, in a few words.
+    """
+
+    name: str
+    operand: Operand
+    policy: Policy
     doc: str = ""
 
 
@@ -280,6 +298,7 @@ class RulePack:
         provers: by name of an implementation, the ``"module:object"`` of what runs pairs on it, a `cqos_core.proving.Prover`; the
             first is used where the system names none.
         unaffected: guarantees that faults leave as they are; a fault with neither this nor a rule leaves a guarantee open.
+        derivations: values of a pair that no end states; `cqos explain` shows them.
         proofs: which guarantees were seen under which faults on a running implementation.
         implementation_option: the option whose value `proofs` name; empty without proofs.
         source: where the facts come from.
@@ -304,6 +323,7 @@ class RulePack:
     read_log: Callable[[str], Iterable[Misfit | About]] = no_misfits
     provers: Mapping[str, str] = field(default_factory=dict)
     unaffected: tuple[Unaffected, ...] = ()
+    derivations: tuple[Derivation, ...] = ()
     proofs: tuple[Proof, ...] = ()
     implementation_option: str = ""
     source: str = ""
@@ -344,6 +364,20 @@ class RulePack:
     def asked(self) -> frozenset[int]:
         """Indices of the policies of which a rule asks how they were written."""
         return frozenset(index for each in self.bound_rules for index in each.bound.asked)
+
+    @cached_property
+    def derived(self) -> tuple[tuple[Derivation, tuple[tuple[str, Bound], ...]], ...]:
+        """By derivation, each value that it may have, with the sentence that it has it."""
+        return tuple(
+            (
+                each,
+                tuple(
+                    (text, bind(each.operand == text, self.vocabulary))
+                    for text in (each.policy.domain.format(value) for value in each.policy.domain.candidates())
+                ),
+            )
+            for each in self.derivations
+        )
 
     @cached_property
     def by_scope(self) -> Mapping[str, tuple[BoundRule, ...]]:

@@ -295,6 +295,7 @@ class PairReport:
     Attributes:
         guarantees: what the subscriber gets, over all hops.
         hops: of two endpoints that meet over bridges only: the pairs on the way, from the publisher on; else empty.
+        derived: values of the pair that no end states, by name: ``("arrives with QoS", "1")``.
     """
 
     verdict: Verdict
@@ -302,6 +303,7 @@ class PairReport:
     policies: tuple[PolicyComparison, ...] = ()
     guarantees: tuple[Guarantee, ...] = ()
     hops: tuple[HopReport, ...] = ()
+    derived: tuple[tuple[str, str], ...] = ()
 
     def __str__(self) -> str:
         """Give the verdict, and each finding on a line of its own."""

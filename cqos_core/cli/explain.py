@@ -244,6 +244,8 @@ def _as_text(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], 
             *table(_HEADER, rows, style.width, color),
             "",
         ]
+    if pair.derived:
+        lines += [*(f"{name} {value}" for name, value in pair.derived), ""]
     if pair.guarantees:
         lines += [*_gets(pair, style.width), ""]
     return "\n".join(lines) + "\n" + render_full(report, style)
@@ -342,6 +344,7 @@ def _as_json(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], 
             "subscriber": subscriber.id,
             "verdict": pair.verdict.value,
             "policies": [_comparison(each) for each in pair.policies],
+            "derived": dict(pair.derived),
             "guarantees": [_guarantee(each) for each in pair.guarantees],
             "hops": [_hop(each) for each in pair.hops],
             # As they are in the JSON report.

@@ -6,14 +6,14 @@ from typing import Final
 
 from cqos_core.evaluate import Function
 from cqos_core.guarantee import NEEDS
-from cqos_core.pack import Convention, Dialect, Meeting, RulePack
+from cqos_core.pack import Convention, Derivation, Dialect, Meeting, RulePack
 from cqos_mqtt import filters, names, sessions
 from cqos_mqtt.evidence import PROOFS
 from cqos_mqtt.guarantees import GUARANTEES, UNAFFECTED
 from cqos_mqtt.importers.codes import CODES
-from cqos_mqtt.policies import POLICIES
+from cqos_mqtt.policies import POLICIES, QOS
 from cqos_mqtt.presets import PRESETS
-from cqos_mqtt.rules import RULES
+from cqos_mqtt.rules import EFFECTIVE, RULES
 
 COMMANDS: Final = {"command": "true"}
 CONVENTIONS: Final = (
@@ -41,6 +41,15 @@ DIALECTS: Final = {
     "yaml": Dialect(),
     "bpmn": Dialect(bare_unit="s"),
 }
+
+DERIVATIONS: Final = (
+    Derivation(
+        "arrives with QoS",
+        EFFECTIVE,
+        QOS,
+        "the lowest of what is published, what is subscribed, and what the broker grants",
+    ),
+)
 
 NOT_CHECKED: Final = (
     "whether user names, passwords and certificates let the clients connect",
@@ -75,6 +84,7 @@ PACK: Final = RulePack(
     complete=sessions.complete,
     not_checked=NOT_CHECKED,
     unaffected=UNAFFECTED,
+    derivations=DERIVATIONS,
     proofs=PROOFS,
     codes=CODES,
     provers={"mosquitto": "cqos_mqtt.prove.runner:MOSQUITTO"},

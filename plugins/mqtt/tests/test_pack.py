@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from cqos_core import Session, check, check_pair, read
+from cqos_core import Session, check, check_pair, explain, read
 from cqos_core.api import context
 from cqos_core.expression import parse
 from cqos_core.guarantee import WORDS
@@ -102,6 +102,25 @@ def test_loss_and_duplicates_are_two_properties(published, granted, loss_free, d
     for word, given in (("loss_free", loss_free), ("duplicate_free", duplicate_free)):
         report = check_pair("mqtt", {"qos": published}, {"qos": granted}, needs={word: True}, packs=[PACK])
         assert (report.verdict == "compatible") is given, word
+
+
+@pytest.mark.parametrize(
+    ("published", "granted", "maximum", "arrives"), [("2", "1", "2", "1"), ("0", "2", "2", "0"), ("2", "2", "1", "1")]
+)
+def test_explain_says_with_which_qos_a_message_arrives(published, granted, maximum, arrives):
+    own = {
+        "cqos": 1,
+        "protocol": "mqtt",
+        "brokers": {"main": {"maximum_qos": maximum}},
+        "participants": {
+            "p": {"publishes": {"t": {"qos": published}}},
+            "s": {"subscribes": {"t": {"qos": granted}}},
+        },
+    }
+    pair = explain(
+        json.dumps(own).encode(), publisher="p/publisher/t", subscriber="s/subscriber/t", packs=[PACK], protocol="mqtt"
+    )
+    assert pair.derived == (("arrives with QoS", arrives),)
 
 
 # Filters as meeting

@@ -649,6 +649,7 @@ class PairReport(_message.Message):
     POLICIES_FIELD_NUMBER: _builtins.int
     GUARANTEES_FIELD_NUMBER: _builtins.int
     HOPS_FIELD_NUMBER: _builtins.int
+    DERIVED_FIELD_NUMBER: _builtins.int
     verdict: Global___Verdict.ValueType
     """Set by rules over pairs alone."""
     @_builtins.property
@@ -667,6 +668,10 @@ class PairReport(_message.Message):
     def hops(self) -> _containers.RepeatedCompositeFieldContainer[Global___HopReport]:
         """Of two endpoints that meet over bridges only: the pairs on the way, from the publisher on; else none."""
 
+    @_builtins.property
+    def derived(self) -> _containers.RepeatedCompositeFieldContainer[Global___NameValue]:
+        """Values of the pair that no end states: `arrives with QoS` and `1`."""
+
     def __init__(
         self,
         *,
@@ -675,10 +680,11 @@ class PairReport(_message.Message):
         policies: _abc.Iterable[Global___PolicyComparison] | None = ...,
         guarantees: _abc.Iterable[Global___Guarantee] | None = ...,
         hops: _abc.Iterable[Global___HopReport] | None = ...,
+        derived: _abc.Iterable[Global___NameValue] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["findings", b"findings", "guarantees", b"guarantees", "hops", b"hops", "policies", b"policies", "verdict", b"verdict"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["derived", b"derived", "findings", b"findings", "guarantees", b"guarantees", "hops", b"hops", "policies", b"policies", "verdict", b"verdict"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
