@@ -335,15 +335,20 @@ def assemble(
         count = len(resolved.endpoints)
         message = f"no publisher meets a subscriber among {plural(count, 'endpoint')}, so nothing was compared"
         # Where all partners are elsewhere, that is what one expects.
-        expected = system.partial or (count and all(endpoint.external for endpoint in resolved.endpoints))
+        tried = system.partial or system.hypothetical
+        expected = tried or (count and all(endpoint.external for endpoint in resolved.endpoints))
         plain.append(core_finding("CQ404", message, severity=Severity.NOTE if expected else None))
     made += [Made(finding, ("own", index), frozenset()) for index, finding in enumerate(plain)]
+    if system.hypothetical:
+        made = [replace(one, finding=_tried(one.finding)) for one in made]
     made = with_severities(made, system.severities, context.find_rule)
     if system.accept:
         today = context.today or date.today()  # noqa: DTZ011 - a calendar day, where the user is
         made, said = with_acceptances(made, system.accept, context.find_rule, today)
         made += with_severities([Made(f, (), frozenset()) for f in said], system.severities, context.find_rule)
     findings = _with_templates([one.finding for one in made], system, resolved)
+    hypothetical = sum(each.pairs for each in groups) if system.hypothetical else 0
+    groups = [] if hypothetical else groups
     return Report(
         verdict=max({each.verdict for each in groups}, key=lambda verdict: verdict.rank, default=Verdict.UNKNOWN),
         groups=tuple(groups),
@@ -355,7 +360,15 @@ def assemble(
         topics=_topics(results),
         partial=system.partial,
         unmatched=unmatched,
+        hypothetical=hypothetical,
     )
+
+
+def _tried(finding: Finding) -> Finding:
+    """What is wrong with a hypothetical pair is a warning: nothing says that its ends ever match."""
+    if finding.verdict is None or finding.severity is not Severity.ERROR:
+        return finding
+    return replace(finding, severity=Severity.WARNING)
 
 
 def _merged(results: Mapping[tuple[str, str], TopicResult]) -> list[Made]:

@@ -226,6 +226,7 @@ class Report:
     Attributes:
         partial: what was checked is a part of a system; partners of its endpoints are in other files.
         unmatched: how many endpoints of a part have no partner in it; each of them in a whole system is a finding.
+        hypothetical: how many pairs of profiles that no endpoint uses were tried; they are in no group and set no verdict.
         parts: where separate systems were checked in one run, the report of each, for formats that keep them apart.
     """
 
@@ -239,6 +240,7 @@ class Report:
     topics: int = 0
     partial: bool = False
     unmatched: int = 0
+    hypothetical: int = 0
     parts: tuple[Report, ...] = field(default=(), compare=False, repr=False)
 
     def __str__(self) -> str:

@@ -61,6 +61,7 @@ def _counts(report: Report) -> Json:
         **{f"{severity.value}s": report.count(severity) for severity in Severity},
         "accepted": sum(finding.accepted is not None for finding in report.findings),
         "unmatched": report.unmatched,
+        "hypothetical": report.hypothetical,
     }
 
 

@@ -373,6 +373,7 @@ class System:
         severities: rule code or name to ``error``, ``warning``, ``note`` or ``off``.
         sources: the files read, in order, with their bytes, from which formatters cut excerpts.
         partial: it is a part of a system, so an endpoint without partner is no reason for a warning.
+        hypothetical: its endpoints were made to try profiles that none uses, so its pairs set no verdict.
     """
 
     name: str = ""
@@ -391,3 +392,4 @@ class System:
     notes: list[ImportNote] = field(default_factory=list)
     sources: dict[str, bytes] = field(default_factory=dict)
     partial: bool = False
+    hypothetical: bool = False

@@ -28,7 +28,9 @@ def tried_out(system: System, protocol: str | None = None) -> System:
     """
     if system.endpoints or system.bridges or not system.profiles or (system.protocol or protocol) is None:
         return system
-    made = replace(system, topics=dict(system.topics), participants=dict(system.participants), endpoints=[])
+    made = replace(
+        system, topics=dict(system.topics), participants=dict(system.participants), endpoints=[], hypothetical=True
+    )
     tried: list[Profile] = []
     for profile in _whole(system):
         before = len(made.endpoints)

@@ -24,12 +24,14 @@ def ends(system):
     return sorted((end.id, end.topic) for end in system.endpoints)
 
 
-def test_both_ends_of_a_profile_meet_on_a_topic_of_their_own():
+def test_both_ends_of_a_profile_match_on_a_topic_of_their_own_and_set_no_verdict():
     found = report(ALIKE, *APART)
-    assert {(group.topic, str(group.verdict)) for group in found.groups} == {
-        ("alike", "compatible"),
-        ("apart", "incompatible"),
+    assert (str(found.verdict), found.groups, found.hypothetical) == ("unknown", (), 2)
+    apart = [each for each in found.findings if each.verdict is not None]
+    assert {(each.topic, str(each.verdict), str(each.severity)) for each in apart} == {
+        ("apart", "incompatible", "warning")
     }
+    assert not found.fails()
     (note,) = [each for each in found.findings if each.code == "CQ061"]
     assert note.message.startswith("there are no endpoints here but 2 profiles, each tried")
     assert note.severity == "note"

@@ -83,6 +83,7 @@ def together(reports: Sequence[Report], problems: Sequence[Problem] = ()) -> Rep
         topics=sum(report.topics for report in reports),
         partial=bool(reports) and all(report.partial for report in reports),
         unmatched=sum(report.unmatched for report in reports),
+        hypothetical=sum(report.hypothetical for report in reports),
         parts=(*parts, *reports),
     )
 

@@ -166,6 +166,7 @@ def _read_report(report: _Object) -> Report:
         topics=counts.number("topics"),
         partial=report.flag("partial"),
         unmatched=counts.number_or_none("unmatched") or 0,
+        hypothetical=counts.number_or_none("hypothetical") or 0,
     )
 
 

@@ -113,6 +113,8 @@ def heading(report: Report) -> str:
 def counts(report: Report, style: Style) -> str:
     """Return ``2 topics, 4 pairs judged, 1 error, 2 notes (shown with --show notes)``."""
     parts = [plural(report.topics, "topic"), f"{plural(report.pair_count, 'pair')} judged"]
+    if report.hypothetical:
+        parts.append(f"{plural(report.hypothetical, 'hypothetical pair')} tried")
     for severity in Severity:
         if number := report.count(severity):
             hidden = f" (shown with --show {severity}s)" if severity.rank > style.show.rank else ""

@@ -121,6 +121,7 @@ CONTENT = {
     "topics": numbers,
     "partial": st.booleans(),
     "unmatched": numbers,
+    "hypothetical": numbers,
 }
 reports = st.builds(Report, **CONTENT, parts=st.just(()))
 several = st.lists(reports, min_size=2, max_size=3).map(together)

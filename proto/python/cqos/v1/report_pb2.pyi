@@ -199,6 +199,7 @@ class Report(_message.Message):
     COUNTS_FIELD_NUMBER: _builtins.int
     PARTIAL_FIELD_NUMBER: _builtins.int
     UNMATCHED_FIELD_NUMBER: _builtins.int
+    HYPOTHETICAL_FIELD_NUMBER: _builtins.int
     verdict: Global___Verdict.ValueType
     """The worst verdict of all pairs; VERDICT_UNKNOWN where there is no pair."""
     system: _builtins.str
@@ -211,6 +212,8 @@ class Report(_message.Message):
     """What was checked is a part of a system; partners of its endpoints are in other files."""
     unmatched: _builtins.int
     """How many endpoints of a part have no partner in it; each of them in a whole system is a finding."""
+    hypothetical: _builtins.int
+    """How many pairs of profiles that no endpoint uses were tried; they are in no group and set no verdict."""
     @_builtins.property
     def groups(self) -> _containers.RepeatedCompositeFieldContainer[Global___Group]:
         """Pairs that were judged alike, by topic."""
@@ -245,10 +248,11 @@ class Report(_message.Message):
         counts: Global___Counts | None = ...,
         partial: _builtins.bool = ...,
         unmatched: _builtins.int = ...,
+        hypothetical: _builtins.int = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["counts", b"counts"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["counts", b"counts", "endpoints", b"endpoints", "findings", b"findings", "groups", b"groups", "not_checked", b"not_checked", "partial", b"partial", "sources", b"sources", "system", b"system", "topics", b"topics", "unmatched", b"unmatched", "verdict", b"verdict"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["counts", b"counts", "endpoints", b"endpoints", "findings", b"findings", "groups", b"groups", "hypothetical", b"hypothetical", "not_checked", b"not_checked", "partial", b"partial", "sources", b"sources", "system", b"system", "topics", b"topics", "unmatched", b"unmatched", "verdict", b"verdict"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 

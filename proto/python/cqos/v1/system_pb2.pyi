@@ -112,12 +112,15 @@ class System(_message.Message):
     NOTES_FIELD_NUMBER: _builtins.int
     SOURCES_FIELD_NUMBER: _builtins.int
     PARTIAL_FIELD_NUMBER: _builtins.int
+    HYPOTHETICAL_FIELD_NUMBER: _builtins.int
     name: _builtins.str
     """For the report."""
     protocol: _builtins.str
     """Id of the rule pack of participants that state none, for instance `ros2`."""
     partial: _builtins.bool
     """It is a part of a system, so an endpoint without partner is no reason for a warning."""
+    hypothetical: _builtins.bool
+    """Its endpoints were made to try profiles that none uses, so its pairs set no verdict."""
     @_builtins.property
     def options(self) -> _containers.MessageMap[_builtins.str, Global___Options]:
         """What is assumed about the deployment, by id of the rule pack."""
@@ -189,10 +192,11 @@ class System(_message.Message):
         notes: _abc.Iterable[Global___ImportNote] | None = ...,
         sources: _abc.Iterable[_builtins.str] | None = ...,
         partial: _builtins.bool = ...,
+        hypothetical: _builtins.bool = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "protocol", b"protocol"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "accept", b"accept", "bridges", b"bridges", "brokers", b"brokers", "checks", b"checks", "endpoints", b"endpoints", "name", b"name", "notes", b"notes", "options", b"options", "overlays", b"overlays", "partial", b"partial", "participants", b"participants", "profiles", b"profiles", "protocol", b"protocol", "severities", b"severities", "sources", b"sources", "topics", b"topics"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "accept", b"accept", "bridges", b"bridges", "brokers", b"brokers", "checks", b"checks", "endpoints", b"endpoints", "hypothetical", b"hypothetical", "name", b"name", "notes", b"notes", "options", b"options", "overlays", b"overlays", "partial", b"partial", "participants", b"participants", "profiles", b"profiles", "protocol", b"protocol", "severities", b"severities", "sources", b"sources", "topics", b"topics"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__protocol: _TypeAlias = _typing.Literal["protocol"]  # noqa: Y015
     _WhichOneofArgType__protocol: _TypeAlias = _typing.Literal["_protocol", b"_protocol"]  # noqa: Y015
