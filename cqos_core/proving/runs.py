@@ -302,17 +302,20 @@ def disagreements(trial: Trial, outcome: Outcome, where: Context) -> list[str]:
     """Return each sentence of the report that the run contradicts; an unknown verdict contradicts nothing."""
     report = trial.report
     connected = outcome.matched is True and not outcome.not_created
-    if report.verdict is Verdict.COMPATIBLE and not connected:
+    refusing = [each.code for each in report.findings if _refuses(each, where)]
+    if report.verdict is Verdict.COMPATIBLE and not refusing and not connected:
         return [f"C-QoS says compatible, {outcome.by} did not connect the two: {summary(outcome)}"]
-    refusing = [
-        each.code
-        for each in report.findings
-        if each.verdict is Verdict.INCOMPATIBLE and not getattr(where.find_rule(each.code), "guarantee", "")
-    ]
-    if report.verdict is Verdict.INCOMPATIBLE and refusing and connected and outcome.arrived:
+    if refusing and connected and outcome.arrived:
         codes = ", ".join(dict.fromkeys(refusing))
         return [f"C-QoS says incompatible ({codes}), {outcome.by} connected the two: {summary(outcome)}"]
     return _broken(trial, outcome) if connected else []
+
+
+def _refuses(finding: Finding, where: Context) -> bool:
+    """Whether a finding says that the middleware refuses the pair or an end, rather than that a requirement is not met."""
+    rule = where.find_rule(finding.code)
+    of_pack = getattr(rule, "kind", "") in {"requires", "forbids"} and not getattr(rule, "guarantee", "")
+    return of_pack and finding.severity is Severity.ERROR and finding.verdict is not Verdict.UNKNOWN
 
 
 def not_seen(trial: Trial, outcome: Outcome) -> list[tuple[str, str]]:
