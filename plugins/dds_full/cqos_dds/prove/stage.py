@@ -155,7 +155,8 @@ class _Stage:
         if gone is not None:
             self.start(gone)
             self.until_created(gone)
-            self.wait(lambda: self.matched(since=gone), self.cast.recover)
+            self.ready = time.monotonic()
+            self.wait(self.matched, self.cast.recover * 2)
         else:
             self.write_both("restore")
             self.happen("link", "restored")
@@ -223,15 +224,15 @@ class _Stage:
         """Whether an end reported this."""
         return any(event.what == what for event in self.events)
 
-    def matched(self, since: str = "") -> bool:
-        """Whether the two ends are connected, both of them as seen now."""
+    def matched(self) -> bool:
+        """Whether the two ends are connected, as both of them see it now."""
         state: dict[str, bool] = {PUBLISHER: False, SUBSCRIBER: False}
         for event in self.events:
             if event.who in state and event.what in {"matched", "unmatched"}:
                 state[event.who] = event.what == "matched"
             elif event.what == "killed":
                 state[event.who] = False
-        return state[since] if since else all(state.values())
+        return all(state.values())
 
     # Events
 
