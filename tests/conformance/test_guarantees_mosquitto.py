@@ -362,3 +362,24 @@ def test_mosquitto_notices_a_silent_client_late_and_within_what_the_preset_says(
     delay = 7.0
     assert PACK.presets["mosquitto"].settings["keep_alive_delay"] == f"{delay:g}s"
     assert 1.5 < asyncio.run(show()) <= 1.5 + delay
+
+
+@pytest.mark.parametrize(("five", "qos", "largest"), [(True, 0, 94), (True, 1, 92), (False, 0, 95), (False, 1, 93)])
+def test_the_largest_packet_that_fits_is_taken(five, qos, largest):
+    """The fact behind MQTT209; Mosquitto leaves the bytes of the length out of account, so it takes one more for each."""
+
+    async def show(size: int) -> int:
+        async with (
+            running("max_packet_size 100") as broker,
+            Watched(broker, "s", Subscription("t", 1), five=five) as s,
+            Watched(broker, "p", five=five) as p,
+        ):
+            p.publish("t", "x" * size, qos)
+            return len(await s.get(size <= largest))
+
+    assert asyncio.run(show(largest)) == 1
+    assert asyncio.run(show(largest + 3)) == 0
+    for size in (largest, largest + 1):
+        own = design({"qos": qos, "max_payload": size}, {"qos": 1}, version="5.0" if five else "3.1.1")
+        own["brokers"]["main"]["maximum_packet_size"] = 100
+        assert ("MQTT209" in codes(own)) is (size > largest)

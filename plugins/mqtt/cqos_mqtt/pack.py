@@ -54,7 +54,9 @@ DERIVATIONS: Final = (
 NOT_CHECKED: Final = (
     "whether user names, passwords and certificates let the clients connect",
     "whether the broker's access control lets them publish and subscribe, save what an acl_file says that was read",
-    "whether subscribers keep up with what arrives",
+    "whether subscribers keep up with what arrives, save where a `burst` or `taken_every` is stated",
+    "what other topics of the same client take of its queue in the broker, which is one for all of them",
+    "what libraries do with messages that are published while they are not connected; they are taken to wait in the client",
     "messages that are published before a subscription is there, save retained ones",
     "delays of the network, which no expiry counts",
 )

@@ -67,6 +67,33 @@ PAYLOAD: Final = Policy(
     aliases=("payload_size",),
     roles=PUBLICATION,
 )
+ENVELOPE: Final = Policy(
+    "envelope",
+    Count(0, unit="bytes"),
+    "0",
+    "What a packet has at least around the largest payload: fixed header and topic; derived from the topic and the payload.",
+    "MQTT 3.1.1, 2.2 and 3.3; MQTT 5.0, 2.1 and 3.3",
+    roles=PUBLICATION,
+    derived=True,
+)
+ENVELOPE_TO_BROKER: Final = Policy(
+    "envelope_to_broker",
+    Count(0, unit="bytes"),
+    "0",
+    "The same on the way to the broker, with the packet identifier that a QoS above 0 needs; derived.",
+    "MQTT 3.1.1, 3.3.2.2; MQTT 5.0, 3.3.2.2",
+    roles=PUBLICATION,
+    derived=True,
+)
+PROPERTIES: Final = Policy(
+    "property_bytes",
+    Count(0, unit="bytes"),
+    "0",
+    "What the properties of a publication of 5.0 add on the way to the broker; derived from expiry and topic alias.",
+    "MQTT 5.0, 3.3.2.3",
+    roles=PUBLICATION,
+    derived=True,
+)
 TOPIC_ALIAS: Final = Policy(
     "topic_alias",
     Count(0, 65_535),
@@ -675,6 +702,9 @@ POLICIES: Final = (
     RETAIN,
     EXPIRY,
     PAYLOAD,
+    ENVELOPE,
+    ENVELOPE_TO_BROKER,
+    PROPERTIES,
     TOPIC_ALIAS,
     NO_LOCAL,
     RETAIN_AS_PUBLISHED,

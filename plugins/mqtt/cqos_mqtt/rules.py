@@ -41,6 +41,8 @@ from cqos_mqtt.policies import (
     CLOSING,
     COMMAND,
     CONTROLLED,
+    ENVELOPE,
+    ENVELOPE_TO_BROKER,
     EXPIRY,
     GENERATED_ID,
     GRANTED_QOS,
@@ -58,6 +60,7 @@ from cqos_mqtt.policies import (
     OVERLAPPING,
     PACKET_SIZE,
     PAYLOAD,
+    PROPERTIES,
     QOS,
     QUEUED,
     READABLE,
@@ -183,6 +186,11 @@ DELIVERY: Final = (
 
 REFUSED: Final = "the broker ends the connection, because "
 
+# Packets are counted whole, with fixed header, topic and properties; what else a program may add is not known here.
+TO_BROKER: Final = offered(PAYLOAD) + offered(ENVELOPE_TO_BROKER)
+_NO_PROPERTIES, _PACKET_ID = 1, 2
+FROM_BROKER: Final = offered(PAYLOAD) + offered(ENVELOPE) + _NO_PROPERTIES
+
 CAPABILITIES: Final = (
     requires(
         offered(IS_WILL) | (offered(QOS) <= broker(MAXIMUM_QOS)),
@@ -268,17 +276,23 @@ CAPABILITIES: Final = (
         help="subscribe without one, and tell messages apart by their topics",
     ),
     forbids(
-        offered(PAYLOAD) > broker(BROKER_PACKET_SIZE),
+        (TO_BROKER > broker(BROKER_PACKET_SIZE))
+        | (~in_3_1_1(publisher) & (TO_BROKER + offered(PROPERTIES) > broker(BROKER_PACKET_SIZE))),
         code="MQTT209",
         name="message-too-big-for-broker",
-        says="{endpoint} sends up to {max_payload} bytes, and the broker takes packets of {maximum_packet_size}",
+        says="{endpoint} sends up to {max_payload} bytes beside topic and headers, and the broker takes packets of {maximum_packet_size}",
         because=REFUSED + "the packet is larger than it takes",
         clause="MQTT 5.0, MQTT-3.2.2-15; reason code 0x95",
         severity="error",
         fixes=("max_payload",),
     ),
     requires(
-        in_3_1_1(subscriber) | (subscriber(PACKET_SIZE) == "unlimited") | (offered(PAYLOAD) <= subscriber(PACKET_SIZE)),
+        in_3_1_1(subscriber)
+        | (subscriber(PACKET_SIZE) == "unlimited")
+        | (
+            (FROM_BROKER <= subscriber(PACKET_SIZE))
+            & ((EFFECTIVE == "0") | (FROM_BROKER + _PACKET_ID <= subscriber(PACKET_SIZE)))
+        ),
         code="MQTT210",
         name="message-too-big-for-subscriber",
         because="the broker drops what is larger than the subscriber takes, goes on as if it had been sent, and nobody is told",
