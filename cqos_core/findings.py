@@ -326,10 +326,10 @@ def _severity(spoken: Spoken) -> Severity:
 
 
 def _verdict(spoken: Spoken) -> Verdict | None:
-    rule = spoken.bound.rule
-    if rule.kind != "requires" or spoken.bound.scope != "pair":
-        return None
-    return Verdict.UNKNOWN if spoken.unknown or rule.doubt else Verdict.INCOMPATIBLE
+    if spoken.bound.scope != "pair":
+        return Verdict.INCOMPATIBLE if spoken.refuses else None
+    verdict = verdict_of(spoken)
+    return None if verdict is Verdict.COMPATIBLE else verdict
 
 
 def _merge_key(draft: Draft, finding: Finding, because: tuple[str, ...]) -> tuple[Any, ...]:
@@ -408,6 +408,7 @@ def of_participants(bound: BoundRule, spoken: Spoken, endpoints: Sequence[Resolv
         if spoken.failed
         else told or f"{subject(side)} has {_values(facts)}: {rule.because}",
         source=first.pack.id,
+        verdict=_verdict(spoken),
         sides=(side,),
         because=rule.because,
         clause=rule.clause,

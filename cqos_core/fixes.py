@@ -130,7 +130,7 @@ def effect(
     for members in groups:
         profile = members.profile
         values = changed(profile.values, pack.policies[index], index, pack.vocabulary.size, value)
-        after = intern(pack, values, profile.beside)
+        after = intern(pack, values, profile.beside, profile.refused)
         for partner in partners:
             before = _rank_of(profile, partner.profile, role)
             then = _rank_of(after, partner.profile, role)

@@ -37,6 +37,11 @@ class Spoken:
         """Whether the rule speaks because it cannot be decided."""
         return self.outcome.result is None
 
+    @property
+    def refuses(self) -> bool:
+        """Whether an endpoint of which a pack's rule says so certainly takes part in no pair."""
+        return self.bound.rule.severity == "error" and not self.unknown
+
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
@@ -62,9 +67,10 @@ def ask(bound: BoundRule, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> S
 
 
 def verdict_by(rule: Rule, *, unknown: bool) -> Verdict:
-    """The verdict that a rule gives a pair that it speaks of; only ``requires`` rules change it."""
+    """Return the verdict that a rule gives a pair that it speaks of: advice gives none, an error never ``compatible``."""
     if rule.kind != "requires":
-        return Verdict.COMPATIBLE
+        error = rule.kind == "forbids" and rule.severity == "error" and not unknown
+        return Verdict.INCOMPATIBLE if error else Verdict.COMPATIBLE
     return Verdict.UNKNOWN if unknown or rule.doubt else Verdict.INCOMPATIBLE
 
 
@@ -76,17 +82,6 @@ def verdict_of(spoken: Spoken) -> Verdict:
 def worst(verdicts: Iterable[Verdict]) -> Verdict:
     """The worst of several verdicts."""
     return max(verdicts, key=lambda verdict: verdict.rank, default=Verdict.COMPATIBLE)
-
-
-@lru_cache(maxsize=_CACHE)
-def of_end(
-    profile: QosProfile,
-    role: str,  # noqa: ARG001
-    observed: bool,  # noqa: ARG001, FBT001 - a cache key
-    carried: bool,  # noqa: ARG001, FBT001 - likewise
-) -> tuple[tuple[Verdict, tuple[str, ...]], ...]:
-    """What every pair of an endpoint is at best, and the codes of the findings that say so."""
-    return ((Verdict.UNKNOWN, profile.unread),) if profile.unread else ()
 
 
 @lru_cache(maxsize=_CACHE)
@@ -126,6 +121,30 @@ def judge_endpoint(profile: QosProfile, role: str, observed: bool) -> tuple[Spok
         if bound.role in {None, role} and not (observed and bound.rule.creation)
     )
     return tuple(each for each in spoken if each is not None)
+
+
+@lru_cache(maxsize=_CACHE)
+def refusals(profile: QosProfile, role: str, observed: bool) -> tuple[str, ...]:  # noqa: FBT001 - a cache key
+    """Return the codes of the errors for which an endpoint certainly does not exist, is disconnected, or is refused."""
+    beyond = (
+        ask(bound, profile.values, profile.values)
+        for bound in profile.pack.beyond_topics
+        if not (observed and bound.rule.creation)
+    )
+    spoken = (*judge_endpoint(profile, role, observed), *(each for each in beyond if each is not None))
+    return tuple(dict.fromkeys([*profile.refused, *(each.bound.rule.code for each in spoken if each.refuses)]))
+
+
+def of_end(
+    profile: QosProfile,
+    role: str,
+    observed: bool,  # noqa: FBT001 - as everything that `Alike` says
+    wired: bool,  # noqa: FBT001 - likewise
+) -> tuple[tuple[Verdict, tuple[str, ...]], ...]:
+    """Return what every pair of an endpoint is at best, and the codes of the findings that say so."""
+    refused = profile.refused if wired else refusals(profile, role, observed)
+    found = ((Verdict.INCOMPATIBLE, refused), (Verdict.UNKNOWN, profile.unread))
+    return tuple(each for each in found if each[1])
 
 
 def already_told(spoken: Spoken, publisher: QosProfile, subscriber: QosProfile) -> bool:

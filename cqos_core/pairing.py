@@ -30,6 +30,7 @@ class Members:
         tags: indices of the acceptances that name these endpoints.
         carried: they are copies, from another protocol or another key, that meet endpoints of this topic only; what else is to
             be said of them is said where they come from.
+        wired: they are copies from another protocol.
         starts_after: what is up before them, for values that come from peers.
     """
 
@@ -38,11 +39,12 @@ class Members:
     tags: frozenset[int]
     starts_after: tuple[str, ...]
     carried: bool = False
+    wired: bool = False
     endpoints: list[Resolved] = field(default_factory=list)
 
     def only(self, endpoints: list[Resolved]) -> Members:
         """Return a group of some of these endpoints."""
-        return Members(self.profile, self.observed, self.tags, self.starts_after, self.carried, endpoints)
+        return Members(self.profile, self.observed, self.tags, self.starts_after, self.carried, self.wired, endpoints)
 
     @property
     def first(self) -> Resolved:
@@ -87,11 +89,11 @@ def group(endpoints: Sequence[Resolved], acceptances: NameIndex[int] | None = No
         stated = endpoint.endpoint
         tags = frozenset(acceptances.matching(endpoint.id)) if acceptances else frozenset()
         starts = stated.starts_after + endpoint.participant.participant.starts_after
-        carried = endpoint.is_copy
-        key = (stated.role, endpoint.profile, stated.observed, tags, starts, carried)
+        carried, wired = endpoint.is_copy, endpoint.carried is not None
+        key = (stated.role, endpoint.profile, stated.observed, tags, starts, carried, wired)
         members = found.get(key)
         if members is None:
-            members = found[key] = Members(endpoint.profile, stated.observed, tags, starts, carried)
+            members = found[key] = Members(endpoint.profile, stated.observed, tags, starts, carried, wired)
             (topic.publishers if stated.role == PUBLISHER else topic.subscribers).append(members)
         members.endpoints.append(endpoint)
     return topic

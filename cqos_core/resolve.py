@@ -279,6 +279,8 @@ class Resolver:
         topic_layers, topic_external = self._topic(written, naming, pack) if naming is not None else ((), False)
         overlays = tuple(self.overlays.covering(endpoint, naming, participant)) if self.system.overlays else ()
         profile, layers = self._profile_of(endpoint, participant, naming, topic_layers, overlays, identifier)
+        if naming is not None and (wrong := [each.code for each in naming.problems if each.severity == "error"]):
+            profile = profile.with_values({}, refused=wrong)
         return Resolved(
             endpoint,
             identifier,

@@ -72,7 +72,8 @@ class QosProfile:
         from_peers: indices of values that `settle` takes from the other side.
         needs: the guarantees that are needed.
         beside: codes of the findings about what was stated beside the values and is not understood.
-        unread: those, and of the findings about values that are not: no pair is compatible by ignorance of either.
+        refused: codes of errors for which no pair of the endpoint works, beside those of the rules over its values.
+        unread: those of `beside`, and of the findings about values that are not: no pair is compatible by ignorance of either.
     """
 
     pack: RulePack
@@ -82,26 +83,29 @@ class QosProfile:
     from_peers: tuple[int, ...]
     needs: frozenset[str] = frozenset()
     beside: tuple[str, ...] = ()
+    refused: tuple[str, ...] = ()
     unread: tuple[str, ...] = ()
 
-    def with_values(self, changes: Mapping[int, Value], beside: Iterable[str] = ()) -> QosProfile:
-        """Return the interned profile with some values replaced, and with more beside them that is not understood."""
+    def with_values(
+        self, changes: Mapping[int, Value], beside: Iterable[str] = (), refused: Iterable[str] = ()
+    ) -> QosProfile:
+        """Return the interned profile with some values replaced, and with more codes beside them."""
         values = list(self.values)
         for index, value in changes.items():
             values[index] = value
-        return intern(self.pack, tuple(values), (*self.beside, *beside))
+        return intern(self.pack, tuple(values), (*self.beside, *beside), (*self.refused, *refused))
 
 
-_PROFILES: dict[tuple[int, Values, tuple[str, ...]], QosProfile] = {}
+_PROFILES: dict[tuple[object, ...], QosProfile] = {}
 _MAXIMUM_PROFILES: Final = 200_000
 READ: Final[dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]]] = {}
 """What endpoints' texts made earlier, in any system; forgotten with the profiles, or equal ones would be told apart."""
 
 
-def intern(pack: RulePack, values: Values, beside: Iterable[str] = ()) -> QosProfile:
-    """Return the one `QosProfile` of ``pack`` with these values, and with ``beside`` them what is not understood."""
-    beside = tuple(sorted({*beside})) if beside else ()
-    key = (id(pack), values, beside)
+def intern(pack: RulePack, values: Values, beside: Iterable[str] = (), refused: Iterable[str] = ()) -> QosProfile:
+    """Return the one `QosProfile` of ``pack`` with these values and codes."""
+    beside, refused = tuple(sorted({*beside})), tuple(sorted({*refused}))
+    key = (id(pack), values, beside, refused)
     profile = _PROFILES.get(key)
     if profile is None or profile.pack is not pack:
         if len(_PROFILES) >= _MAXIMUM_PROFILES:
@@ -117,7 +121,9 @@ def intern(pack: RulePack, values: Values, beside: Iterable[str] = ()) -> QosPro
         needs = frozenset(name for name, (index, nothing) in pack.needs.items() if values[index] != nothing)
         codes = {value.code for index in opened if isinstance(value := values[index], Anything) and value.code}
         unread = tuple(sorted({*beside, *codes}))
-        profile = _PROFILES[key] = QosProfile(pack, values, bool(opened), unmatched, from_peers, needs, beside, unread)
+        profile = _PROFILES[key] = QosProfile(
+            pack, values, bool(opened), unmatched, from_peers, needs, beside, refused, unread
+        )
     return profile
 
 

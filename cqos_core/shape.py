@@ -32,13 +32,17 @@ _ENDS: Final = frozenset({"offered", "requested", "publisher", "subscriber"})
 
 
 class Alike(NamedTuple):
-    """A group of endpoints in the eyes of rules; the fields are those of `pairing.Members`, ``size`` is their number."""
+    """A group of endpoints in the eyes of rules; the fields are those of `pairing.Members`, ``size`` is their number.
+
+    ``wired``: they are copies from another protocol, whose own rules say what keeps them from existing.
+    """
 
     profile: QosProfile
     observed: bool
     tags: frozenset[int]
     carried: bool
     size: int
+    wired: bool = False
 
 
 class Shape(NamedTuple):
@@ -154,13 +158,14 @@ _Outlines = dict[tuple[Any, ...], Outline]
 
 def _judge(shape: Shape) -> Judged:
     outlines: _Outlines = {}
-    pairs = (
-        _judge_pairs(shape, outlines)
-        if shape.publishers and shape.subscribers
-        else _Pairs([0] * len(shape.publishers), segments=[{} for _ in shape.publishers])
-    )
-    _endpoint_rules(shape, outlines)
+    both = shape.publishers and shape.subscribers
+    pairs = _met(shape) if both else _Pairs([0] * len(shape.publishers), segments=[{} for _ in shape.publishers])
+    if both:
+        _end_segments(shape, pairs)
     _signal_rules(shape, pairs, outlines)
+    if both:
+        _pair_rules(shape, pairs, outlines)
+    _endpoint_rules(shape, outlines)
     return Judged(tuple(pairs.met), tuple(pairs.kept_apart), _rows(pairs), tuple(outlines.values()))
 
 
@@ -170,7 +175,8 @@ _remembered = lru_cache(maxsize=_REMEMBERED)(_judge)
 # Pairs
 
 
-def _judge_pairs(shape: Shape, outlines: _Outlines) -> _Pairs:
+def _met(shape: Shape) -> _Pairs:
+    """Find which groups form pairs, and what keeps the others apart."""
     everybody = (1 << len(shape.subscribers)) - 1
     native = sum(1 << index for index, alike in enumerate(shape.subscribers) if not alike.carried)
     pairs = _Pairs([native if alike.carried else everybody for alike in shape.publishers])
@@ -185,7 +191,10 @@ def _judge_pairs(shape: Shape, outlines: _Outlines) -> _Pairs:
             if apart.hits:
                 pairs.kept_apart.append(apart)
     pairs.segments = [{(Verdict.COMPATIBLE, ()): met} if met else {} for met in pairs.met]
-    _end_segments(shape, pairs)
+    return pairs
+
+
+def _pair_rules(shape: Shape, pairs: _Pairs, outlines: _Outlines) -> None:
     needs = {word for alike in shape.subscribers for word in alike.profile.needs}
     fitting: list[int] | None = None
     for bound in shape.pack.by_scope.get("pair", ()):
@@ -203,18 +212,17 @@ def _judge_pairs(shape: Shape, outlines: _Outlines) -> _Pairs:
         for (publisher, unknown), mask in said.items():
             verdict = verdict_by(bound.rule, unknown=unknown)
             _split_segments(pairs.segments[publisher], mask & asked[publisher], verdict, (bound.rule.code,))
-    return pairs
 
 
 def _end_segments(shape: Shape, pairs: _Pairs) -> None:
     """Apply what holds of all pairs of an endpoint: no pair is compatible where one end of it is not understood or refused."""
     said: dict[tuple[Verdict, tuple[str, ...]], int] = {}
     for position, alike in enumerate(shape.subscribers):
-        for end in of_end(alike.profile, SUBSCRIBER, alike.observed, alike.carried):
+        for end in of_end(alike.profile, SUBSCRIBER, alike.observed, alike.wired):
             said[end] = said.get(end, 0) | 1 << position
     for position, alike in enumerate(shape.publishers):
         segments = pairs.segments[position]
-        for verdict, codes in of_end(alike.profile, PUBLISHER, alike.observed, alike.carried):
+        for verdict, codes in of_end(alike.profile, PUBLISHER, alike.observed, alike.wired):
             _split_segments(segments, pairs.met[position], verdict, codes)
         for (verdict, codes), mask in said.items():
             _split_segments(segments, mask & pairs.met[position], verdict, codes)
@@ -404,6 +412,17 @@ def _signal_rules(shape: Shape, pairs: _Pairs, outlines: _Outlines) -> None:
                 if within != {False} and not outline.subscribers:
                     outline.subscribers = dict.fromkeys(subscribers)
                 outlines["signal", len(outlines)] = outline
+                if spoken.refuses:
+                    _refuse(pairs, outline)
+
+
+def _refuse(pairs: _Pairs, outline: Outline) -> None:
+    """Make incompatible the pairs of endpoints that a rule over their topic refuses."""
+    code = (outline.spoken.bound.rule.code,)
+    subscribers = sum(1 << position for position in outline.subscribers)
+    for position, segments in enumerate(pairs.segments):
+        mask = pairs.met[position] if position in outline.publishers else subscribers
+        _split_segments(segments, mask, Verdict.INCOMPATIBLE, code)
 
 
 def _parts(shape: Shape, pairs: _Pairs) -> list[tuple[list[int], list[int]]]:

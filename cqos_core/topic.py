@@ -59,7 +59,12 @@ def check_topic(
 
 
 def _alike(groups: Sequence[Members]) -> tuple[Alike, ...]:
-    return tuple([Alike(each.profile, each.observed, each.tags, each.carried, len(each.endpoints)) for each in groups])
+    return tuple(
+        [
+            Alike(each.profile, each.observed, each.tags, each.carried, len(each.endpoints), each.wired)
+            for each in groups
+        ]
+    )
 
 
 def _draft(topic: Topic, outline: Outline) -> Draft:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.judge import refusals
 from cqos_core.pairing import bucket, introduce
 from cqos_core.policy import ENDPOINT, Depends, is_plain
 from cqos_core.problems import InvalidValueError
@@ -85,6 +86,7 @@ def on_wire(resolver: Resolver, endpoint: Resolved, wire: Wire, name: str, pack:
         protocol=pack.id,
         type=None if stated.type is None else wire.type(stated.type),
     )
+    refused = refusals(endpoint.profile, stated.role, stated.observed)
     resolved = resolver.resolved(carried, _owner(endpoint, wire), pack, endpoint.id, endpoint.stated_id)
     changes = {**opened, **_open_options(endpoint, wire, pack)}
     for own_name, wire_name in wire.facts.items():
@@ -95,7 +97,7 @@ def on_wire(resolver: Resolver, endpoint: Resolved, wire: Wire, name: str, pack:
             own_index[wire_index] = index
     return replace(
         resolved,
-        profile=resolved.profile.with_values(changes, endpoint.profile.unread),
+        profile=resolved.profile.with_values(changes, endpoint.profile.unread, refused),
         carried=Carried(endpoint, own_index),
     )
 

@@ -411,7 +411,7 @@ SESSIONS: Final = (
         name="connection-field-not-in-3-1-1",
         because="MQTT 3.1.1 has no session expiry, no delay of the Will, and no limits that a client tells, so they cannot be sent",
         clause="MQTT 5.0, 3.1.2.11 and 3.1.3.2.2",
-        severity="error",
+        severity="warning",
     ),
     forbids(
         in_3_1_1(publisher) & stated(offered(EXPIRY)) & (offered(EXPIRY) < "infinite"),
@@ -419,7 +419,7 @@ SESSIONS: Final = (
         name="message-expiry-not-in-3-1-1",
         because="MQTT 3.1.1 has no message expiry, so it cannot be sent, and the messages never expire",
         clause="MQTT 5.0, 3.3.2.3.3",
-        severity="error",
+        severity="warning",
         fixes=("message_expiry_interval",),
     ),
     forbids(
@@ -564,7 +564,7 @@ FILTERS: Final = (
         says="{endpoint} of MQTT 3.1.1 states options of subscriptions that only 5.0 has",
         because="MQTT 3.1.1 has no options of subscriptions beside the QoS, so they cannot be sent",
         clause="MQTT 5.0, 3.8.2.1.2 and 3.8.3.1",
-        severity="error",
+        severity="warning",
     ),
     forbids(
         requested(NEEDS_RETAIN_FLAG) & (in_3_1_1(subscriber) | ~requested(RETAIN_AS_PUBLISHED)),
