@@ -259,7 +259,7 @@ def _collapses(endpoints: Iterable[Resolved]) -> list[Finding]:
     return findings
 
 
-def _participant_rules(endpoints: Iterable[Resolved]) -> list[Finding]:
+def participant_findings(endpoints: Iterable[Resolved]) -> list[Finding]:
     """Judge rules over participants, brokers and options, once per distinct values they read."""
     found: dict[tuple[Any, ...], tuple[BoundRule, list[Resolved]]] = {}
     for endpoint in endpoints:
@@ -326,7 +326,7 @@ def assemble(
         *resolved.findings,
         *team_problems,
         *_starts(system),
-        *_participant_rules(resolved.endpoints),
+        *participant_findings(resolved.endpoints),
         *_collapses(resolved.endpoints),
         *partners,
         *_unknown_severities(system, context),

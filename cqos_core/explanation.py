@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from cqos_core.arrivals import DUPLICATE_FREE, Arrivals, repetition
 from cqos_core.bridging import linked
-from cqos_core.checker import check_system
+from cqos_core.checker import check_system, participant_findings
 from cqos_core.findings import Draft, fact, make
 from cqos_core.given import derive, give, over
 from cqos_core.hops import Hop
@@ -20,7 +20,7 @@ from cqos_core.resolve import Resolver, resolve
 from cqos_core.routes import expanded
 from cqos_core.settle import settle
 from cqos_core.system import PUBLISHER, SUBSCRIBER
-from cqos_core.topic import check_topic
+from cqos_core.topic import check_topic, verdict_between
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -52,10 +52,19 @@ def explain_pair(system: System, publisher: str, subscriber: str, where: Context
             f"publisher `{offering.id}` is on {offering.pack.id} topic `{offering.shown}` and subscriber `{requesting.id}` on "
             f"{requesting.pack.id} topic `{requesting.shown}`: they never meet"
         )
-    pair = _settled(everybody, offering, requesting)
+    whole_topic = _settled(everybody)
+    pair = _pair_of(whole_topic, offering, requesting)
+    verdict, refusing = verdict_between(whole_topic, offering, requesting)
+    ends = [endpoint for endpoint in (offering, requesting) if endpoint.carried is None]
+    refused = [each for each in participant_findings(ends) if each.verdict is not None]
     report = _pair_report(
         pair,
-        [f for f in resolved.findings if not f.endpoints or set(f.endpoints) & {offering.id, requesting.id}],
+        verdict,
+        [
+            *refused,
+            *(each.finding for each in refusing),
+            *(f for f in resolved.findings if not f.endpoints or set(f.endpoints) & {offering.id, requesting.id}),
+        ],
     )
     return _with_repetition(report, offering, requesting, arrivals) if hops else report
 
@@ -74,12 +83,17 @@ def settled_pair(system: System, publisher: str, subscriber: str, where: Context
     everybody = _meeting_place(by_topic, offering, requesting)
     if everybody is None:
         raise CqosError(f"`{publisher}` and `{subscriber}` do not meet on one topic")
-    return _settled(everybody, offering, requesting), resolver
+    return _pair_of(_settled(everybody), offering, requesting), resolver
 
 
-def _settled(everybody: Sequence[Resolved], offering: Resolved, requesting: Resolved) -> Topic:
+def _settled(everybody: Sequence[Resolved]) -> Topic:
     topic = group(everybody)
     settle(topic)
+    return topic
+
+
+def _pair_of(topic: Topic, offering: Resolved, requesting: Resolved) -> Topic:
+    """Return a topic with two of its endpoints alone."""
     ends = [_only(topic.publishers, offering.id)], [_only(topic.subscribers, requesting.id)]
     return Topic(topic.key, topic.shown, topic.pack, *ends)
 
@@ -149,7 +163,7 @@ def _only(groups: Sequence[Members], endpoint_id: str) -> Members:
     return members.only([endpoint])
 
 
-def _pair_report(topic: Topic, further: Sequence[Finding]) -> PairReport:
+def _pair_report(topic: Topic, verdict: Verdict, further: Sequence[Finding]) -> PairReport:
     publisher, subscriber = topic.publishers[0], topic.subscribers[0]
     reasons = apart(publisher.profile, subscriber.profile)
     judgement = judge_pair(publisher.profile, subscriber.profile)
@@ -169,7 +183,7 @@ def _pair_report(topic: Topic, further: Sequence[Finding]) -> PairReport:
         result = check_topic([replace(end.first, external=False) for end in (publisher, subscriber)])
         found += [one.finding for one in result.made if one.finding.code in {bound.rule.code for bound in reasons}]
     return PairReport(
-        verdict=Verdict.UNKNOWN if reasons else judgement.verdict,
+        verdict=Verdict.UNKNOWN if reasons else verdict,
         findings=tuple(sorted(found, key=lambda each: (each.severity.rank, each.code, each.message))),
         policies=tuple(_comparisons(topic, publisher, subscriber)),
         guarantees=() if reasons else _told(give(publisher.profile, subscriber.profile)),
@@ -198,8 +212,7 @@ def _path_report(
     hops, given = [], []
     for index, (publisher, subscriber) in enumerate(pairs):
         beside = next(each for each in by_topic.values() if any(e is publisher for e in each))
-        topic = group(beside)
-        settle(topic)
+        topic = _settled(beside)
         ends = _only(topic.publishers, publisher.id), _only(topic.subscribers, subscriber.id)
         given.append(give(ends[0].profile, ends[1].profile))
         hops.append(
@@ -208,7 +221,7 @@ def _path_report(
                 subscriber.id,
                 publisher.shown,
                 publisher.pack.id,
-                judge_pair(ends[0].profile, ends[1].profile).verdict,
+                verdict_between(topic, publisher, subscriber)[0],
                 _told(given[-1]),
                 bridges[index].bridge.id if index < len(bridges) else None,
             )

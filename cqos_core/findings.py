@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.fixes import VERBS, member_ids, merged_remedies, remedies
+from cqos_core.judge import verdict_of
 from cqos_core.policy import Anything, Choice, Depends, Value, is_plain
 from cqos_core.report import Fact, Finding, Severity, Side, Verdict
 from cqos_core.settle import START_ORDER

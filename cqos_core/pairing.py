@@ -47,6 +47,11 @@ class Members:
         return Members(self.profile, self.observed, self.tags, self.starts_after, self.carried, self.wired, endpoints)
 
     @property
+    def ids(self) -> set[str]:
+        """The ids of the endpoints."""
+        return {endpoint.id for endpoint in self.endpoints}
+
+    @property
     def first(self) -> Resolved:
         """The endpoint that stands for all in messages."""
         return self.endpoints[0]

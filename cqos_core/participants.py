@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 from cqos_core.memory import remember
 from cqos_core.policy import Anything, OneOf, normalise
 from cqos_core.problems import InvalidValueError
-from cqos_core.profiles import preset_settings
+from cqos_core.profiles import no_profile, preset_settings
+from cqos_core.reader import every_policy
 from cqos_core.reading import depends
 from cqos_core.remarks import listed, suggestion
 from cqos_core.report import Severity
 from cqos_core.resolved import Layer, ResolvedParticipant, Surroundings
-from cqos_core.system import PUBLISHER
+from cqos_core.system import PUBLISHER, Broker, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.policy import Policy, Value
     from cqos_core.reader import Reader
     from cqos_core.resolved import Stated
-    from cqos_core.system import Broker, Participant, ProfileRef, Settings, System
+    from cqos_core.system import Participant, Place, ProfileRef, Settings, System
 
 _SURROUNDINGS: dict[tuple[Any, ...], Surroundings] = {}
 _NOTHING_STATED: Final = Layer("explicit", {})
@@ -185,6 +186,7 @@ class Participants:
                 )
                 message = f"profile `{ref.name}` is neither defined nor a preset of a broker of {pack.title}"
                 self._reader.say_once("CQ204", message, ref.place, suggestion(ref.name, known))
+                yield no_profile(ref, pack, "broker")
 
     def brokers(self, pack: RulePack) -> dict[str, Broker]:
         """Return the brokers of a pack's protocol, by id."""
@@ -203,11 +205,19 @@ class Participants:
                 message = f"there is no broker `{stated.text}` in the system"
                 place = stated.setting.place or participant.place
                 self._reader.say_once("CQ216", message, place, suggestion(stated.text, brokers))
-            return brokers.get(stated.text)
+                return self._undescribed(stated.text, place, pack)
+            return brokers[stated.text]
         if len(brokers) > 1:
             self._brokerless.setdefault(pack.id, {})[participant.id] = participant
             return None
         return next(iter(brokers.values()))
+
+    def _undescribed(self, name: str, place: Place | None, pack: RulePack) -> Broker:
+        """Return a broker of which nothing is known."""
+        unknown = Setting("", place, f"broker `{name}` is not described")
+        nothing = Layer("explicit", every_policy(pack, ("broker",), unknown, "CQ216"), unread=("CQ216",))
+        self._layers_of_brokers[id(pack), name] = (nothing,)
+        return Broker(name, pack.id)
 
     def report(self) -> None:
         """Report participants of which it is not known which broker they connect to."""

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.policy import ENDPOINT, normalise
+from cqos_core.reader import every_policy
 from cqos_core.remarks import suggestion
 from cqos_core.resolved import Layer, Stated
 from cqos_core.spelling import Known
@@ -17,6 +19,10 @@ if TYPE_CHECKING:
     from cqos_core.reader import Reader
     from cqos_core.resolved import ResolvedParticipant
     from cqos_core.system import Place, Profile, ProfileRef, Scope, System
+
+
+_NO_PROFILE: Final = ("CQ204",)
+_IN_A_CIRCLE: Final = Layer("circle", {}, unread=("CQ212",))
 
 
 class User(NamedTuple):
@@ -49,10 +55,13 @@ class Profiles:
         """Layers of the profiles that ``refs`` name, nearest first."""
         for ref in reversed(refs):
             for layer, preset in self._profile(ref, pack, user):
-                if preset is not None:
-                    # What was read once for all is told where it is used.
-                    self._check_available(ref if ref.name == preset.name else preset, pack, participant)
-                yield layer
+                # What was read once for all is told where it is used.
+                if preset is not None and not self._is_available(
+                    ref if ref.name == preset.name else preset, pack, participant
+                ):
+                    yield replace(layer, unread=("CQ207",))
+                else:
+                    yield layer
 
     def _profile(self, ref: ProfileRef, pack: RulePack, user: User) -> tuple[tuple[Layer, ProfileRef | None], ...]:
         """The layers of a profile and of all it is based on, nearest first, each once; presets with where they are named."""
@@ -75,14 +84,14 @@ class Profiles:
             elif each.name in trail:
                 names = list(trail)
                 self._report_circle(names[names.index(each.name) :])
+                found["", None] = (_IN_A_CIRCLE, None)
             elif (each.name, part := part or each.scope.part) not in found:
                 own = self._system.profiles.get(each.name)
                 layer = self._preset(each, pack) if own is None else self._own_layer(own, pack, user.dialect)
-                if layer is not None:
-                    found[each.name, part] = (layer, each if own is None else None)
+                found[each.name, part] = (layer, each if own is None and not layer.unread else None)
                 trail[each.name] = None
                 waiting.append((iter(() if own is None else own.base[::-1]), part))
-        if found:
+        if not any(layer.unread == _NO_PROFILE for layer, _ in found.values()):
             # Where a name is no profile, each place that uses it is told.
             self._layers[key] = tuple(found.values())
         return tuple(found.values())
@@ -125,14 +134,14 @@ class Profiles:
             )
             self._reader.say_once("CQ206", message, place, "")
 
-    def _preset(self, ref: ProfileRef, pack: RulePack) -> Layer | None:
+    def _preset(self, ref: ProfileRef, pack: RulePack) -> Layer:
         name = pack.preset_names.get(normalise(ref.name))
         if name is None or pack.presets[name].level != ENDPOINT:
             message = f"profile `{ref.name}` is neither defined nor a preset of {pack.title}"
             # A text at an endpoint is a profile, at a topic it is a type.
             meant = f"a type is written `{{type: {ref.name}}}`; " if "/" in ref.name else ""
             self._reader.say_once("CQ204", message, ref.place, meant + suggestion(ref.name, self._known(pack)))
-            return None
+            return no_profile(ref, pack, ENDPOINT)
         return Layer(f"preset {name}", preset_settings(name, pack), counts_as_stated=False)
 
     def _known(self, pack: RulePack) -> Known:
@@ -144,13 +153,15 @@ class Profiles:
             known = self._names[id(pack)] = Known((*self._system.profiles.keys() - parts, *presets))
         return known
 
-    def _check_available(self, ref: ProfileRef, pack: RulePack, participant: ResolvedParticipant) -> None:
+    def _is_available(self, ref: ProfileRef, pack: RulePack, participant: ResolvedParticipant) -> bool:
         name = pack.preset_names[normalise(ref.name)]
-        if not _available(pack.presets[name], pack, participant):
+        available = _available(pack.presets[name], pack, participant)
+        if not available:
             option, least = pack.presets[name].needs or ("", "")
             actual = participant.texts.get(option, "")
             message = f"preset `{name}` exists from {option} {least} on, this participant has {option} {actual}"
             self._reader.say_once("CQ207", message, ref.place)
+        return available
 
 
 def _available(preset: Preset, pack: RulePack, participant: ResolvedParticipant) -> bool:
@@ -168,3 +179,9 @@ def preset_settings(name: str, pack: RulePack) -> dict[int, Stated]:
         pack.vocabulary.indices[pack.presets[name].level, policy]: Stated(text, Setting(text))
         for policy, text in pack.presets[name].settings.items()
     }
+
+
+def no_profile(ref: ProfileRef, pack: RulePack, level: str) -> Layer:
+    """Return what a name gives that is no profile: unknown is whatever nearer layers do not state."""
+    unknown = Setting("", ref.place, f"profile `{ref.name}` is not defined")
+    return Layer(f"profile {ref.name}", every_policy(pack, (level,), unknown, "CQ204"), unread=_NO_PROFILE)

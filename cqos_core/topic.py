@@ -11,7 +11,7 @@ from cqos_core.evaluate import Outcome
 from cqos_core.findings import Draft, Made, headline, make, sides_of, subject
 from cqos_core.judge import Spoken, judge_pair
 from cqos_core.pairing import bridges_of, group
-from cqos_core.report import Finding, Group, Severity, Side
+from cqos_core.report import Finding, Group, Severity, Side, Verdict
 from cqos_core.settle import settle
 from cqos_core.shape import MOST_COMBINATIONS, Alike, Shape, judge_shape, positions
 from cqos_core.system import PUBLISHER, SUBSCRIBER
@@ -46,7 +46,7 @@ def check_topic(
     """Judge one topic of one protocol: a pure function of its endpoints, the acceptances and the team's rules."""
     topic = group(endpoints, acceptances)
     settle(topic)
-    judged = judge_shape(Shape(topic.pack, _alike(topic.publishers), _alike(topic.subscribers)))
+    judged = judge_shape(shape_of(topic))
     groups = [_group(topic, row) for row in judged.rows]
     made = [make(_draft(topic, outline)) for outline in judged.outlines] if judged.outlines else []
     if judged.kept_apart:
@@ -56,6 +56,27 @@ def check_topic(
     made += _within_participants(topic, groups)
     alone = () if topic.publishers and topic.subscribers else topic.endpoints
     return TopicResult(tuple(groups), tuple(made), tuple([each for each in alone if not each.is_copy]))
+
+
+def shape_of(topic: Topic) -> Shape:
+    """Return a settled topic without names, as rules see it."""
+    return Shape(topic.pack, _alike(topic.publishers), _alike(topic.subscribers))
+
+
+def verdict_between(topic: Topic, publisher: Resolved, subscriber: Resolved) -> tuple[Verdict, list[Made]]:
+    """Return the verdict of one pair of a settled topic, and what rules over the whole topic refuse of it."""
+    first = next(i for i, members in enumerate(topic.publishers) if publisher.id in members.ids)
+    second = next(i for i, members in enumerate(topic.subscribers) if subscriber.id in members.ids)
+    judged = judge_shape(shape_of(topic))
+    refusing = [
+        make(_draft(topic, outline))
+        for outline in judged.outlines
+        if outline.spoken.bound.scope == "signal"
+        and outline.spoken.refuses
+        and (first in outline.publishers or second in outline.subscribers)
+    ]
+    rows = (row.verdict for row in judged.rows if first in row.publishers and row.subscribers >> second & 1)
+    return next(rows, Verdict.UNKNOWN), refusing
 
 
 def _alike(groups: Sequence[Members]) -> tuple[Alike, ...]:

@@ -8,12 +8,12 @@ from hypothesis import strategies as st
 
 import cqos_core as cqos
 from cqos_core.api import context
-from cqos_core.judge import judge_pair
 from cqos_core.pairing import apart, bucket, group
 from cqos_core.report import Severity, Verdict
 from cqos_core.resolve import resolve
 from cqos_core.settle import settle
 from cqos_core.system import Endpoint, Participant, ProfileRef, Setting, System
+from tests.laws.test_agreement import of_pair
 
 ORDERED = {
     "reliability": ("best_effort", "reliable"),
@@ -104,7 +104,7 @@ def test_groups_stand_for_exactly_the_pairs_that_meet_with_their_own_verdicts(sy
         settle(topic)
         for publishers, subscribers in product(topic.publishers, topic.subscribers):
             if not apart(publishers.profile, subscribers.profile):
-                judged = judge_pair(publishers.profile, subscribers.profile).verdict
+                judged = of_pair(publishers, subscribers)[0]
                 for one, other in product(publishers.endpoints, subscribers.endpoints):
                     expected[one.id, other.id] = judged
     report = cqos.check(system)
