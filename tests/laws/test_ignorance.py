@@ -28,6 +28,7 @@ from cqos_core.system import (
 
 if TYPE_CHECKING:
     from cqos_core.pack import RulePack
+    from cqos_core.system import Role
 
 PACKS = ("ros2", "dds", "mqtt")
 LAYERS = ("settings", "overlay", "profile", "base of a profile", "laid over", "participant", "options")
@@ -50,7 +51,7 @@ def values(pack: RulePack, role: str) -> dict[str, list[str]]:
 
 
 @st.composite
-def ends(draw: Any, pack: RulePack, role: str) -> Endpoint:
+def ends(draw: Any, pack: RulePack, role: Role) -> Endpoint:
     table = values(pack, role)
     names = draw(st.lists(st.sampled_from(sorted(table)), max_size=3, unique=True))
     stated = {name: Setting(draw(st.sampled_from(table[name]))) for name in names}
@@ -69,7 +70,7 @@ def unread_setting(pack: RulePack, kind: str, role: str) -> dict[str, Setting]:
     }[kind]
 
 
-def with_unread(system: System, pack: RulePack, kind: str, layer: str, role: str) -> None:
+def with_unread(system: System, pack: RulePack, kind: str, layer: str, role: Role) -> None:
     """State something that is not understood, of one end, at one layer."""
     end = next(each for each in system.endpoints if each.role == role)
     if kind == "no such profile":
