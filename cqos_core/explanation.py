@@ -15,7 +15,7 @@ from cqos_core.judge import already_told, judge_endpoint, judge_pair
 from cqos_core.pairing import Members, Topic, apart, group
 from cqos_core.problems import CqosError
 from cqos_core.remarks import core_finding, suggestion
-from cqos_core.report import Guarantee, HopReport, PairReport, PolicyComparison, Severity, Verdict
+from cqos_core.report import Guarantee, GuaranteeCell, HopReport, PairReport, PolicyComparison, Severity, Verdict
 from cqos_core.resolve import Resolver, resolve
 from cqos_core.routes import expanded
 from cqos_core.settle import settle
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from cqos_core.given import Given
     from cqos_core.report import Finding, Report
     from cqos_core.resolved import Resolved
+    from cqos_core.rule import Rule
     from cqos_core.system import System
 
 
@@ -120,6 +121,14 @@ def _with_repetition(report: PairReport, offering: Resolved, requesting: Resolve
             value="no" if sure or each.value == "no" else "unknown",
             survives=(),
             lost=(*each.lost, (finding.code, finding.message)),
+            cells=tuple(
+                GuaranteeCell(
+                    cell.fault,
+                    "no" if sure or cell.value == "no" else "unknown",
+                    (*cell.lost, (finding.code, finding.message)),
+                )
+                for cell in each.cells
+            ),
         )
         if each.word == DUPLICATE_FREE
         else each
@@ -197,10 +206,18 @@ def _told(given: Iterable[Given]) -> tuple[Guarantee, ...]:
             each.word.name,
             each.text,
             each.survives,
-            tuple((rule.code, rule.because) for rule in each.lost),
+            _reasons(each.lost),
+            tuple(
+                GuaranteeCell(fault, each.word.text(cell.value), _reasons(cell.lost), cell.proven, cell.derived)
+                for fault, cell in each.cells.items()
+            ),
         )
         for each in given
     )
+
+
+def _reasons(lost: Iterable[Rule]) -> tuple[tuple[str, str], ...]:
+    return tuple((rule.code, rule.because) for rule in lost)
 
 
 def _path_report(

@@ -5,13 +5,13 @@ A number is given where the strongest need that all rules grant is that number, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.guarantee import FAULTS, LINK, SURVIVES, WORDS, faults_of
 from cqos_core.judge import ask
-from cqos_core.policy import INFINITE, NEED
+from cqos_core.policy import INFINITE, NEED, Depends
 from cqos_core.solve import turning_points
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from cqos_core.guarantee import Word
     from cqos_core.pack import BoundRule
-    from cqos_core.policy import Value
+    from cqos_core.policy import Policy, Value
     from cqos_core.resolved import QosProfile
     from cqos_core.rule import Rule
 
@@ -33,10 +33,14 @@ class Cell:
     Attributes:
         value: 1 or 0 for what holds or not, else the number; None where it cannot be known.
         lost: the rules that keep it from holding, or from being known.
+        proven: where it was seen on running middleware, if something is given.
+        derived: implementations of the pair on which it was not seen, if something is given.
     """
 
     value: int | None
     lost: tuple[Rule, ...] = ()
+    proven: tuple[str, ...] = ()
+    derived: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +52,7 @@ class Given:
         value: what is given while both ends are connected: 1 or 0 for what holds or not, else the number; None where it
             cannot be known.
         lost: the rules that keep it from holding, or from being known.
-        cells: the same under each fault.
+        cells: the same for connected ends (``link``) and under each fault.
     """
 
     word: Word
@@ -107,10 +111,36 @@ def _give(word: Word, rules: Sequence[BoundRule], publisher: QosProfile, subscri
         counting = [
             each for each in rules if each.rule.survives == LINK or set(faults) & set(faults_of(each.rule.survives))
         ]
-        return _granted(word, counting, faults, publisher, subscriber)
+        cell = _granted(word, counting, faults, publisher, subscriber)
+        if cell.value is None or cell.value == word.nothing:
+            return cell
+        return replace(cell, **_evidence(word, faults[0] if faults else LINK, publisher, subscriber))
 
-    connected = under()
-    return Given(word, connected.value, connected.lost, {fault: under(fault) for fault in FAULTS})
+    cells = {LINK: under(), **{fault: under(fault) for fault in FAULTS}}
+    return Given(word, cells[LINK].value, cells[LINK].lost, cells)
+
+
+def _evidence(word: Word, fault: str, publisher: QosProfile, subscriber: QosProfile) -> dict[str, tuple[str, ...]]:
+    """Where a cell was seen on running middleware, and the implementations of the pair on which it was not."""
+    pack = publisher.pack
+    if not pack.implementation_option:
+        return {}
+    index = pack.vocabulary.indices["option", pack.implementation_option]
+    proofs = [each for each in pack.proofs if (each.guarantee, each.fault) == (word.name, fault)]
+    seen = {each.value for each in proofs}
+    of_pair = dict.fromkeys(
+        name for end in (publisher, subscriber) for name in _alternatives(pack.policies[index], end.values[index])
+    )
+    return {
+        "proven": tuple(dict.fromkeys(f"{each.product} {each.version}" for each in proofs)),
+        "derived": tuple(name for name in of_pair if name not in seen),
+    }
+
+
+def _alternatives(policy: Policy, value: Value) -> tuple[str, ...]:
+    if isinstance(value, Depends):
+        return tuple(name for _, case in value.cases for name in _alternatives(policy, case))
+    return (policy.format(value),)
 
 
 def _granted(
@@ -206,8 +236,9 @@ def _over(word: Word, hops: Sequence[Given], latest: Sequence[Given], *, carried
         return _joined(word, _column(hops, fault), _column(latest, fault)[:-1], carried=carried)
 
     connected = under(LINK)
-    cells = {fault: Cell(under(fault)) for fault in FAULTS}
-    return Given(word, connected, lost if connected in {None, word.nothing} else (), cells)
+    lost = lost if connected in {None, word.nothing} else ()
+    cells = {LINK: Cell(connected, lost), **{fault: Cell(under(fault)) for fault in FAULTS}}
+    return Given(word, connected, lost, cells)
 
 
 def _column(hops: Sequence[Given], fault: str) -> list[int | None]:

@@ -336,20 +336,41 @@ def _as_html(head: str, findings: tuple[Finding, ...]) -> str:
 
 
 @dataclass(frozen=True, slots=True)
+class GuaranteeCell:
+    """What a subscriber gets of one guarantee under one fault.
+
+    Attributes:
+        fault: of `cqos_core.guarantee.FAULTS`, or ``link`` for ends that stay connected.
+        value: as in `Guarantee`.
+        lost: for each rule that takes it away or leaves it open, its code and reason.
+        proven: where this was seen on running middleware, as name and version.
+        derived: implementations of this pair on which it was not seen; they are expected to do the same.
+    """
+
+    fault: str
+    value: str
+    lost: tuple[tuple[str, str], ...] = ()
+    proven: tuple[str, ...] = ()
+    derived: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Guarantee:
     """What a subscriber gets, in one of the words of `cqos_core.guarantee`.
 
     Attributes:
         word: ``loss_free``.
         value: ``yes``, ``no``, ``unknown``, ``none``, or a number in the spelling of needs.
-        survives: the faults it survives beside a broken link.
+        survives: the faults under which as much is given.
         lost: for each rule that takes it away or leaves it open, its code and reason.
+        cells: the same for connected ends and under each fault.
     """
 
     word: str
     value: str
     survives: tuple[str, ...] = ()
     lost: tuple[tuple[str, str], ...] = ()
+    cells: tuple[GuaranteeCell, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

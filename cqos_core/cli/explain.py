@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import os
 import sys
+import textwrap
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
@@ -22,6 +23,7 @@ from cqos_core.formatters.full import render_full
 from cqos_core.formatters.json_report import render_json
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import clean, paint
+from cqos_core.guarantee import FAULTS, LINK
 from cqos_core.remarks import plural
 from cqos_core.report import Group, Report, Severity
 from cqos_core.system import PUBLISHER, SUBSCRIBER
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.pack import RulePack
-    from cqos_core.report import Fact, Guarantee, HopReport, PairReport, PolicyComparison
+    from cqos_core.report import Fact, Guarantee, GuaranteeCell, HopReport, PairReport, PolicyComparison
     from cqos_core.resolved import Resolved
     from cqos_core.system import Place
 
@@ -265,22 +267,49 @@ def _way(pair: PairReport) -> list[str]:
 
 
 def _gets(pair: PairReport, columns: int) -> list[str]:
-    """Tell what the subscriber gets, hop by hop where there are several."""
+    """Tell what the subscriber gets, hop by hop where there are several, and under which fault."""
+    faults = [(each.word, *(cell.value for cell in each.cells), _lost_by(each)) for each in pair.guarantees]
+    lines = table(("guarantee", *map(_column, (LINK, *FAULTS)), "lost by"), faults, columns)
     if pair.hops:
         by_hop = [{each.word: each.value for each in hop.guarantees} for hop in pair.hops]
-        header = ("guarantee", *(f"hop {number}" for number in range(1, len(by_hop) + 1)), "in the end", "lost by")
-        rows = [
-            (each.word, *(hop.get(each.word, "unknown") for hop in by_hop), each.value, _lost_by(each))
-            for each in pair.guarantees
-        ]
-    else:
-        header = ("guarantee", "given", "survives", "lost by")
-        rows = [(each.word, each.value, ", ".join(each.survives), _lost_by(each)) for each in pair.guarantees]
-    return table(header, rows, columns)
+        header = ("guarantee", *(f"hop {number}" for number in range(1, len(by_hop) + 1)), "in the end")
+        rows = [(each.word, *(hop.get(each.word, "unknown") for hop in by_hop), each.value) for each in pair.guarantees]
+        lines = [*table(header, rows, columns), "", *lines]
+    return [*lines, *_seen(pair, columns)]
+
+
+def _column(fault: str) -> str:
+    return "connected" if fault == LINK else fault.replace("_", " ")
+
+
+def _seen(pair: PairReport, columns: int) -> list[str]:
+    """Tell where what is given was seen on running middleware; cells of one origin together."""
+    found: dict[str, dict[str, list[str]]] = {}
+    for each in pair.guarantees:
+        for cell in each.cells:
+            if cell.proven or cell.derived:
+                by_word = found.setdefault(_origin(cell), {})
+                by_word.setdefault(each.word, []).append(_column(cell.fault))
+    lines = []
+    for origin, by_word in sorted(found.items(), reverse=True):
+        listed = "; ".join(f"{word}: {', '.join(faults)}" for word, faults in by_word.items())
+        lines += ["", *textwrap.wrap(f"{origin}: {listed}", max(columns, _NARROWEST), subsequent_indent="  ")]
+    return lines
+
+
+def _origin(cell: GuaranteeCell) -> str:
+    if not cell.proven:
+        return "by clause of the standard alone"
+    derived = f"; derived for {', '.join(cell.derived)}" if cell.derived else ""
+    return f"proven on {', '.join(cell.proven)}{derived}"
+
+
+_NARROWEST: Final = 40
 
 
 def _lost_by(guarantee: Guarantee) -> str:
-    return ", ".join(dict.fromkeys(code for code, _ in guarantee.lost))
+    lost = (*guarantee.lost, *(reason for cell in guarantee.cells for reason in cell.lost))
+    return ", ".join(dict.fromkeys(code for code, _ in lost))
 
 
 _VERDICTS = {"compatible", "incompatible", "unknown"}
@@ -368,8 +397,22 @@ def _guarantee(guarantee: Guarantee) -> dict[str, Any]:
         "word": guarantee.word,
         "value": guarantee.value,
         "survives": list(guarantee.survives),
-        "lost": [{"code": code, "because": because} for code, because in guarantee.lost],
+        "lost": _reasons(guarantee.lost),
+        "cells": [
+            {
+                "fault": cell.fault,
+                "value": cell.value,
+                "lost": _reasons(cell.lost),
+                "proven": list(cell.proven),
+                "derived": list(cell.derived),
+            }
+            for cell in guarantee.cells
+        ],
     }
+
+
+def _reasons(lost: Sequence[tuple[str, str]]) -> list[dict[str, str]]:
+    return [{"code": code, "because": because} for code, because in lost]
 
 
 def _hop(hop: HopReport) -> dict[str, Any]:

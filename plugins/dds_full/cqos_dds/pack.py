@@ -11,6 +11,7 @@ from cqos_dds import partitions
 from cqos_dds.advice import ADVICE
 from cqos_dds.departures import DEPARTURES
 from cqos_dds.dialects import DIALECTS
+from cqos_dds.evidence import PROOFS
 from cqos_dds.guarantees import GUARANTEES, UNAFFECTED
 from cqos_dds.importers.codes import CODES
 from cqos_dds.policies import POLICIES
@@ -54,6 +55,8 @@ PACK: Final = RulePack(
     ),
     not_checked=NOT_CHECKED,
     unaffected=UNAFFECTED,
+    proofs=PROOFS,
+    implementation_option="implementation",
     codes=CODES,
     provers={"cyclonedds": "cqos_dds.prove.cyclone:PROVER", "fastdds": "cqos_dds.prove.fast:PROVER"},
     source="OMG DDS 1.4, DDS-XTypes 1.3; sources and manuals of the implementations; Cyclone DDS by running it",

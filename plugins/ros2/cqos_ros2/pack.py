@@ -10,6 +10,7 @@ from cqos_core.pack import Meeting, RulePack
 from cqos_ros2 import interfaces, names
 from cqos_ros2.conventions import CONVENTIONS
 from cqos_ros2.dialects import DIALECTS
+from cqos_ros2.evidence import PROOFS
 from cqos_ros2.guarantees import GUARANTEES, UNAFFECTED
 from cqos_ros2.importers.codes import CODES
 from cqos_ros2.logs import read_line
@@ -52,6 +53,8 @@ SEMANTIC: Final = RulePack(
     wire=WIRE,
     not_checked=NOT_CHECKED,
     unaffected=UNAFFECTED,
+    proofs=PROOFS,
+    implementation_option="rmw",
     codes=CODES,
     read_log=read_line,
     source="ROS 2 documentation, rmw, rmw_dds_common, rmw_zenoh, rclcpp, rclpy, REP 2003",

@@ -704,17 +704,22 @@ class Guarantee(_message.Message):
     VALUE_FIELD_NUMBER: _builtins.int
     SURVIVES_FIELD_NUMBER: _builtins.int
     LOST_FIELD_NUMBER: _builtins.int
+    CELLS_FIELD_NUMBER: _builtins.int
     word: _builtins.str
     """`latest`, `loss_free`, `duplicate_free`, `ordered`, `late_join`, `offline`, `max_age`, `max_gap` or `liveness`."""
     value: _builtins.str
     """`yes`, `no`, `unknown`, `none`, or a number in the spelling of needs."""
     @_builtins.property
     def survives(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
-        """The faults it survives beside a broken link."""
+        """The faults under which as much is given."""
 
     @_builtins.property
     def lost(self) -> _containers.RepeatedCompositeFieldContainer[Global___NameValue]:
         """For each rule that takes it away or leaves it open: its code as name, the reason as value."""
+
+    @_builtins.property
+    def cells(self) -> _containers.RepeatedCompositeFieldContainer[Global___GuaranteeCell]:
+        """The same for connected ends and under each fault."""
 
     def __init__(
         self,
@@ -723,14 +728,61 @@ class Guarantee(_message.Message):
         value: _builtins.str = ...,
         survives: _abc.Iterable[_builtins.str] | None = ...,
         lost: _abc.Iterable[Global___NameValue] | None = ...,
+        cells: _abc.Iterable[Global___GuaranteeCell] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["lost", b"lost", "survives", b"survives", "value", b"value", "word", b"word"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["cells", b"cells", "lost", b"lost", "survives", b"survives", "value", b"value", "word", b"word"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___Guarantee: _TypeAlias = Guarantee  # noqa: Y015
+
+@_typing.final
+class GuaranteeCell(_message.Message):
+    """What a subscriber gets of one guarantee under one fault."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    FAULT_FIELD_NUMBER: _builtins.int
+    VALUE_FIELD_NUMBER: _builtins.int
+    LOST_FIELD_NUMBER: _builtins.int
+    PROVEN_FIELD_NUMBER: _builtins.int
+    DERIVED_FIELD_NUMBER: _builtins.int
+    fault: _builtins.str
+    """`link` for ends that stay connected, or `link_outage`, `subscriber_restart`, `publisher_restart`, `broker_stop` or
+    `broker_crash`.
+    """
+    value: _builtins.str
+    """As in `Guarantee`."""
+    @_builtins.property
+    def lost(self) -> _containers.RepeatedCompositeFieldContainer[Global___NameValue]:
+        """For each rule that takes it away or leaves it open: its code as name, the reason as value."""
+
+    @_builtins.property
+    def proven(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Where this was seen on running middleware, as name and version."""
+
+    @_builtins.property
+    def derived(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Implementations of this pair on which it was not seen; they are expected to do the same."""
+
+    def __init__(
+        self,
+        *,
+        fault: _builtins.str = ...,
+        value: _builtins.str = ...,
+        lost: _abc.Iterable[Global___NameValue] | None = ...,
+        proven: _abc.Iterable[_builtins.str] | None = ...,
+        derived: _abc.Iterable[_builtins.str] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["derived", b"derived", "fault", b"fault", "lost", b"lost", "proven", b"proven", "value", b"value"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___GuaranteeCell: _TypeAlias = GuaranteeCell  # noqa: Y015
 
 @_typing.final
 class HopReport(_message.Message):
