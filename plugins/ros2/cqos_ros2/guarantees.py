@@ -404,10 +404,44 @@ LATER: Final = (
 # What a broken link costs: shorter than the participant leases, both ends stay matched and lost samples are sent again;
 # longer, the match ends, and begins anew as for a late subscription.
 ENDS_MATCH: Final = "DDSI-RTPS 2.5, 8.5.3.2; DDS 1.4, 2.2.3.4"
+SENT_AGAIN: Final = topic(PERIOD) < "infinite"
+NEVER_EXPIRES: Final = (offered(LIFESPAN) == "infinite") | FROM_MICRO_ROS
+EXPIRED: Final = (
+    gives(
+        "max_age",
+        (subscriber(RMW) != "fastdds") | MAX_AGE.enough(offered(LIFESPAN) + requested(TAKEN_EVERY)),
+        code="ROS556",
+        name="age-while-not-taken",
+        because="a subscription of Fast DDS keeps what its program has not taken beyond the lifespan of the publisher",
+        clause="DDS 1.4, 2.2.3.16; Fast DDS, seen by running it",
+        help="state at the subscription `taken_every`: how often the program takes samples",
+    ),
+    gives(
+        "latest",
+        NEVER_EXPIRES | (offered(LIFESPAN) >= RESEND_ROUND_TRIPS * ROUND_TRIP + requested(TAKEN_EVERY)),
+        code="ROS554",
+        name="latest-expired",
+        because="the newest sample is dropped too once it is older than the lifespan of its publisher",
+        clause="DDS 1.4, 2.2.3.16",
+        fixes=("lifespan",),
+        help="state at the subscription `taken_every`, how often the program takes samples, and the option `round_trip_time`",
+    ),
+    gives(
+        "latest",
+        NEVER_EXPIRES | SENT_AGAIN,
+        survives="subscriber_restart",
+        code="ROS555",
+        name="latest-expired-in-restart",
+        because="what is kept is dropped once it is older than the lifespan of its publisher",
+        clause="DDS 1.4, 2.2.3.16",
+        fixes=("lifespan",),
+        help="state the `period` of the topic",
+    ),
+)
 OVER_AN_OUTAGE: Final = (
     gives(
         "latest",
-        KEPT | (topic(PERIOD) < "infinite"),
+        (KEPT & NEVER_EXPIRES) | SENT_AGAIN,
         survives="link_outage",
         code="ROS539",
         name="latest-lost-in-outage",
@@ -451,7 +485,7 @@ OVER_AN_OUTAGE: Final = (
     ),
     gives(
         "duplicate_free",
-        STILL_MATCHED | ~KEPT,
+        STILL_MATCHED | ~KEPT | (subscriber(RMW) == "fastdds"),
         survives="link_outage",
         code="ROS543",
         name="replayed-after-outage",
@@ -461,7 +495,7 @@ OVER_AN_OUTAGE: Final = (
     ),
     gives(
         "ordered",
-        STILL_MATCHED | ~KEPT,
+        STILL_MATCHED | ~KEPT | (subscriber(RMW) == "fastdds"),
         survives="link_outage",
         code="ROS544",
         name="disorder-after-outage",
@@ -511,7 +545,7 @@ OVER_AN_OUTAGE: Final = (
     ),
 )
 
-GUARANTEES: Final = (*LATEST, *LOSS_FREE, *ARRIVAL, *LATE, *TIME, *LATER, *OVER_AN_OUTAGE)
+GUARANTEES: Final = (*LATEST, *LOSS_FREE, *ARRIVAL, *LATE, *TIME, *LATER, *EXPIRED, *OVER_AN_OUTAGE)
 
 RESTARTS: Final = ("subscriber_restart", "publisher_restart")
 UNAFFECTED: Final = (

@@ -12,8 +12,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 _LOOPBACK: Final = (
-    '<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
-    "<AllowMulticast>false</AllowMulticast></General>"
+    # With unicast peers alone, two participants do not find each other again once a lease has run out.
+    '<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1" multicast="true"/></Interfaces>'
+    "<AllowMulticast>spdp</AllowMulticast></General>"
     '<Discovery><ParticipantIndex>auto</ParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers>{lease}</Discovery>'
     "</Domain></CycloneDDS>"
 )
