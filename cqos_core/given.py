@@ -115,27 +115,28 @@ def _give(word: Word, rules: Sequence[BoundRule], publisher: QosProfile, subscri
         cell = _granted(word, counting, faults, publisher, subscriber)
         if cell.value is None or cell.value == word.nothing:
             return cell
-        return replace(cell, **_evidence(word, faults[0] if faults else LINK, publisher, subscriber))
+        proven, derived = _evidence(word, faults[0] if faults else LINK, publisher, subscriber)
+        return replace(cell, proven=proven, derived=derived)
 
     cells = {LINK: under(), **{fault: under(fault) for fault in FAULTS}}
     return Given(word, cells[LINK].value, cells[LINK].lost, cells)
 
 
-def _evidence(word: Word, fault: str, publisher: QosProfile, subscriber: QosProfile) -> dict[str, tuple[str, ...]]:
+def _evidence(
+    word: Word, fault: str, publisher: QosProfile, subscriber: QosProfile
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Where a cell was seen on running middleware, and the implementations of the pair on which it was not."""
     pack = publisher.pack
     if not pack.implementation_option:
-        return {}
+        return (), ()
     index = pack.vocabulary.indices["option", pack.implementation_option]
     proofs = [each for each in pack.proofs if (each.guarantee, each.fault) == (word.name, fault)]
     seen = {each.value for each in proofs}
     of_pair = dict.fromkeys(
         name for end in (publisher, subscriber) for name in _alternatives(pack.policies[index], end.values[index])
     )
-    return {
-        "proven": tuple(dict.fromkeys(f"{each.product} {each.version}" for each in proofs)),
-        "derived": tuple(name for name in of_pair if name not in seen),
-    }
+    proven = dict.fromkeys(f"{each.product} {each.version}" for each in proofs)
+    return tuple(proven), tuple(name for name in of_pair if name not in seen)
 
 
 def _alternatives(policy: Policy, value: Value) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core import explain
-from cqos_core.guarantee import WORDS
+from cqos_core.policy import Duration
 from cqos_core.proving import End, Fault, Plan
 from cqos_dds.pack import PACK
 
@@ -195,6 +195,11 @@ def claimed(scenario: Scenario, on: Any) -> dict[str, str]:
     return {each.word: next(c.value for c in each.cells if c.fault == scenario.column) for each in report.guarantees}
 
 
+def seconds(text: str) -> float:
+    """Read a duration."""
+    return Duration().parse(text) / 1e9
+
+
 def observed(scenario: Scenario, outcome: Outcome, claim: Mapping[str, str]) -> dict[str, bool]:
     """Whether each guarantee held in a run; those with a number, as much of it as is claimed."""
     started = [e.at for e in outcome.events if e.who == "subscriber" and e.what == "started"]
@@ -202,7 +207,7 @@ def observed(scenario: Scenario, outcome: Outcome, claim: Mapping[str, str]) -> 
     before = [number for at, number in arrived if not started or at < started[0]]
     after = [number for at, number in arrived if started and at >= started[0]]
     numbers = before + after
-    sent = {e.number: e.at for e in outcome.events if e.what == "sent"}
+    sent = {e.number: e.at for e in outcome.events if e.what == "sent" and e.number is not None}
     restarted = scenario.fault == "subscriber_restart"
     again = next((e.at for e in outcome.events if e.what in {"restored", "started"}), None)
     held = {
@@ -216,10 +221,10 @@ def observed(scenario: Scenario, outcome: Outcome, claim: Mapping[str, str]) -> 
         "offline": restarted and set(sent) <= set(numbers),
     }
     if claim.get("max_age", "none") not in {"none", "unknown"}:
-        limit = WORDS["max_age"].need.domain.parse(claim["max_age"]) / 1e9
+        limit = seconds(claim["max_age"])
         held["max_age"] = all(at - sent[n] <= limit + SLACK / 4 for at, n in arrived if n in sent)
     if claim.get("liveness", "none") not in {"none", "unknown"}:
-        limit = WORDS["liveness"].need.domain.parse(claim["liveness"]) / 1e9
+        limit = seconds(claim["liveness"])
         gone = next((e.at for e in outcome.events if e.what in {"cut", "killed"}), None)
         noticed = [e.at for e in outcome.events if e.who == "subscriber" and e.what in {"unmatched", "not_alive"}]
         held["liveness"] = gone is not None and any(gone <= at <= gone + limit + SLACK for at in noticed)
