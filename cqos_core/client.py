@@ -514,6 +514,10 @@ class Client:
         """
         return self._ask(self._catalogue.ListPacks, catalogue_pb2.ListPacksRequest())  # type: ignore[no-any-return]
 
+    def rule(self, code: str) -> catalogue_pb2.GetRuleResponse:
+        """Describe one rule by its code, and say which pack it is of."""
+        return self._ask(self._catalogue.GetRule, catalogue_pb2.GetRuleRequest(code=code))  # type: ignore[no-any-return]
+
     def pack(self, pack_id: str) -> catalogue_pb2.Pack:
         """Describe one rule pack.
 
@@ -850,6 +854,10 @@ class AsyncClient:
     async def packs(self) -> catalogue_pb2.ListPacksResponse:
         """Say which rule packs and formats the service has; see `Client.packs`."""
         return await self._ask(self._catalogue.ListPacks, catalogue_pb2.ListPacksRequest())  # type: ignore[no-any-return]
+
+    async def rule(self, code: str) -> catalogue_pb2.GetRuleResponse:
+        """Describe one rule; see `Client.rule`."""
+        return await self._ask(self._catalogue.GetRule, catalogue_pb2.GetRuleRequest(code=code))  # type: ignore[no-any-return]
 
     async def pack(self, pack_id: str) -> catalogue_pb2.Pack:
         """Describe one rule pack; see `Client.pack`."""

@@ -6,6 +6,7 @@ is added to both travels. What a message has beyond that is derived, and passed 
 
 from __future__ import annotations
 
+import re
 from dataclasses import MISSING, fields
 from datetime import date
 from functools import cache, lru_cache
@@ -24,7 +25,7 @@ from cqos_core.system import Setting
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from google.protobuf.descriptor import Descriptor, EnumDescriptor
+    from google.protobuf.descriptor import Descriptor, EnumDescriptor, EnumValueDescriptor
     from google.protobuf.message import Message
 
 T = TypeVar("T")
@@ -238,9 +239,19 @@ def _best_place(value: report.Finding, text: _Convert) -> dict[str, Any]:
     return {} if place is None else {"place": _writer(report_pb2.Place, text)(place)}
 
 
+def _origin(value: report.Fact, text: _Convert) -> dict[str, Any]:
+    """Take the words for where a value comes from apart."""
+    kind, _, name = value.origin.partition(" ")
+    number = _numbers(report_pb2.OriginKind.DESCRIPTOR).get(kind, 0)
+    if kind == "convention":
+        name = name.removeprefix("of ")
+    return {"origin_kind": number, "origin_name": text(name) if number else ""}
+
+
 _DERIVED: Final[Mapping[str, Callable[[Any, _Convert], dict[str, Any]]]] = {
     "Report": _counts,
     "Finding": _best_place,
+    "Fact": _origin,
     "Group": lambda value, _text: {"pairs": value.pairs},
 }
 
@@ -248,7 +259,13 @@ _DERIVED: Final[Mapping[str, Callable[[Any, _Convert], dict[str, Any]]]] = {
 @cache
 def _numbers(enum: EnumDescriptor) -> dict[str, int]:
     """The numbers of an enum by the library's words: ``error`` for SEVERITY_ERROR."""
-    return {value.name.partition("_")[2].lower(): value.number for value in enum.values}
+    return {word_of(value): value.number for value in enum.values}
+
+
+def word_of(value: EnumValueDescriptor) -> str:
+    """Return the library's word for a value of an enum: ``error`` for SEVERITY_ERROR, ``pair`` for RULE_SCOPE_PAIR."""
+    prefix = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", value.type.name).upper()
+    return value.name.removeprefix(f"{prefix}_").lower()
 
 
 @cache

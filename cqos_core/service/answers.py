@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
     from google.protobuf.message import Message
 
-    from cqos.v1 import system_pb2
+    from cqos.v1 import report_pb2, system_pb2
     from cqos_core.checker import Context
-    from cqos_core.report import PairReport
+    from cqos_core.report import PairReport, Report
     from cqos_core.system import System
 
 
@@ -155,6 +155,26 @@ def get_pack(request: catalogue_pb2.GetPackRequest, _most: int) -> catalogue_pb2
     return catalogue_pb2.GetPackResponse(revision=request.revision, pack=pack_message(pack))
 
 
+def get_rule(request: catalogue_pb2.GetRuleRequest, _most: int) -> catalogue_pb2.GetRuleResponse:
+    """Describe one rule."""
+    from cqos_core.service.catalogue import rule_message
+
+    found = rule_message(request.code, request.revision)
+    if found is None:
+        told = f"no installed rule pack has a rule `{request.code[:60]}`"
+        raise Refused("NOT_FOUND", told, [FieldProblem("code", told)])
+    return found
+
+
+def reported(report: Report) -> report_pb2.Report:
+    """Return the message of a report, with the versions of what judged."""
+    from cqos_core.service.catalogue import versions
+
+    message = report_message(report)
+    message.versions.update(versions())
+    return message
+
+
 def no_pack(field: str, name: str) -> FieldProblem:
     """Say that there is no such rule pack, and which there are."""
     known = ", ".join(sorted(load_plugins().packs))
@@ -170,14 +190,14 @@ def check_document(request: check_pb2.CheckDocumentRequest, most: int) -> check_
     where, system = read_documents(request, most)
     system = tried_out(system, where.default_protocol)
     report = exact_places(check_system(system, replace(where, most_endpoints=most)), system.sources)
-    return check_pb2.CheckDocumentResponse(revision=request.revision, report=report_message(report))
+    return check_pb2.CheckDocumentResponse(revision=request.revision, report=reported(report))
 
 
 def check_model(request: check_pb2.CheckSystemRequest, most: int) -> check_pb2.CheckSystemResponse:
     """Check a model."""
     system = tried_out(read_system(request.system, most))
     return check_pb2.CheckSystemResponse(
-        revision=request.revision, report=report_message(check_system(system, most_endpoints(most)))
+        revision=request.revision, report=reported(check_system(system, most_endpoints(most)))
     )
 
 
@@ -385,6 +405,7 @@ def _has_bridges(request: check_pb2.CheckSystemRequest) -> bool:
 METHODS: Final[Mapping[str, Method]] = {
     "/cqos.v1.CatalogueService/ListPacks": Method(catalogue_pb2.ListPacksRequest, list_packs),
     "/cqos.v1.CatalogueService/GetPack": Method(catalogue_pb2.GetPackRequest, get_pack),
+    "/cqos.v1.CatalogueService/GetRule": Method(catalogue_pb2.GetRuleRequest, get_rule),
     "/cqos.v1.CheckService/CheckDocument": Method(check_pb2.CheckDocumentRequest, check_document, _always),
     "/cqos.v1.CheckService/CheckSystem": Method(check_pb2.CheckSystemRequest, check_model, _has_bridges),
     "/cqos.v1.CheckService/CheckPair": Method(check_pb2.CheckPairRequest, check_one_pair),

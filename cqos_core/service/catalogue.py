@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from cqos.v1 import catalogue_pb2, report_pb2
+from cqos_core.messages import word_of
 from cqos_core.pack import describe_policy, describe_rule
 from cqos_core.plugins import load_plugins
 
@@ -76,6 +78,27 @@ def pack_message(pack: RulePack) -> catalogue_pb2.Pack:
     )
 
 
+def rule_message(code: str, revision: int) -> catalogue_pb2.GetRuleResponse | None:
+    """Describe one rule, of whichever pack it is; None where there is none."""
+    plugins = load_plugins()
+    for name in sorted(plugins.packs):
+        pack = plugins.pack(name)
+        rule = None if pack is None else pack.rule(code)
+        # Rules of several packs may have one name.
+        if pack is not None and rule is not None and rule.name != code.lower():
+            bound = next(each for each in pack.bound_rules if each.rule.code == rule.code)
+            return catalogue_pb2.GetRuleResponse(revision=revision, pack=pack.id, rule=_rule(describe_rule(bound)))
+    return None
+
+
+@cache
+def versions() -> Mapping[str, str]:
+    """Return the versions of C-QoS and of the distributions that rule packs come from."""
+    plugins = load_plugins()
+    owners = (plugins.owner("packs", name).partition(" ") for name in plugins.packs)
+    return {"cqos": version("cqos"), **{name: found for name, _, found in owners if found}}
+
+
 def policy_message(policy: Policy) -> catalogue_pb2.Policy:
     """Describe one policy: what `describe_policy` says, in fields that have one type each."""
     described = describe_policy(policy)
@@ -84,6 +107,9 @@ def policy_message(policy: Policy) -> catalogue_pb2.Policy:
     message = catalogue_pb2.Policy(
         **_known(catalogue_pb2.Policy, described),
         expected=policy.expected(),
+        level_value=_number(catalogue_pb2.PolicyLevel, described["level"]),
+        kind_value=_number(catalogue_pb2.ValueKind, described["kind"]),
+        role_values=[_number(report_pb2.Role, each) for each in described["roles"]],
         enforced={option: catalogue_pb2.Treatment(by_value=by_value) for option, by_value in enforced.items()},
     )
     if isinstance(default, str):
@@ -109,7 +135,17 @@ def _rule(described: dict[str, Any]) -> catalogue_pb2.Rule:
         for row in described.pop("table")
     ]
     given = _known(catalogue_pb2.Rule, described)
-    return catalogue_pb2.Rule(**{**given, "severity": _severity(described), "table": rows})
+    numbers = {
+        "kind_value": _number(catalogue_pb2.RuleKind, described["kind"]),
+        "scope_value": _number(catalogue_pb2.RuleScope, described["scope"]),
+        "role_value": _number(report_pb2.Role, described.get("role") or ""),
+    }
+    return catalogue_pb2.Rule(**{**given, **numbers, "severity": _severity(described), "table": rows})
+
+
+def _number(enum: Any, word: str) -> Any:
+    """The number of a word; 0 for one that the enum has not."""
+    return next((value.number for value in enum.DESCRIPTOR.values if word_of(value) == word), 0)
 
 
 def _known(kind: Any, described: Mapping[str, Any]) -> dict[str, Any]:

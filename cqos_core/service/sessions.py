@@ -13,10 +13,9 @@ from cqos_core.messages import (
     named_problems,
     part_problems,
     part_value,
-    report_message,
 )
 from cqos_core.problems import InputError
-from cqos_core.service.answers import bounded, decode, read_system, refusal_message
+from cqos_core.service.answers import bounded, decode, read_system, refusal_message, reported
 from cqos_core.service.refusal import Refused, unfit
 from cqos_core.session import Session
 from cqos_core.system import System
@@ -104,7 +103,7 @@ class EditSession:
         session = self._session
         assert session is not None  # noqa: S101 - the first message opened it
         try:
-            whole = report_message(session.report())
+            whole = reported(session.report())
         except InputError as error:  # bridges make too much of it: the session cannot go on
             raise unfit(
                 [FieldProblem("changes" if self._told else "open", str(each)) for each in error.problems]

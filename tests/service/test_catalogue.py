@@ -1,8 +1,10 @@
 """The catalogue says everything that `cqos packs ID --format json` says, and what a property panel needs beyond that."""
 
+import grpc
 import pytest
 
-from cqos.v1 import catalogue_pb2
+from cqos.v1 import catalogue_pb2, check_pb2, check_pb2_grpc, report_pb2
+from cqos_core.client import ServiceError
 from cqos_core.pack import describe_policy
 from cqos_core.plugins import load_plugins
 
@@ -65,3 +67,44 @@ def test_the_dialect_of_diagrams_is_there(client):
     bpmn = client.pack("ros2").dialects["bpmn"]
     assert bpmn.codes["reliability"].by_code
     assert bpmn.bare_unit == "s"
+
+
+def test_one_rule_is_described_by_its_code(client):
+    found = client.rule("ROS101")
+    assert found.pack == "ros2"
+    assert found.rule in client.pack("ros2").rules
+    for code in ("ROS000", found.rule.name):
+        with pytest.raises(ServiceError, match=f"no installed rule pack has a rule `{code}`") as raised:
+            client.rule(code)
+        assert raised.value.code == "NOT_FOUND"
+
+
+def test_words_have_numbers_beside_them(client):
+    for name in ("ros2", "dds", "mqtt"):
+        pack = client.pack(name)
+        for policy in pack.policies:
+            assert catalogue_pb2.PolicyLevel.Name(policy.level_value) == f"POLICY_LEVEL_{policy.level.upper()}"
+            assert catalogue_pb2.ValueKind.Name(policy.kind_value) == f"VALUE_KIND_{policy.kind.upper()}"
+            assert [report_pb2.Role.Name(each) for each in policy.role_values] == [
+                f"ROLE_{each.upper()}" for each in policy.roles
+            ]
+        for rule in pack.rules:
+            assert catalogue_pb2.RuleKind.Name(rule.kind_value) == f"RULE_KIND_{rule.kind.upper()}"
+            assert catalogue_pb2.RuleScope.Name(rule.scope_value) == f"RULE_SCOPE_{rule.scope.upper()}"
+
+
+def test_reports_name_what_judged_and_where_values_come_from(service):
+    with grpc.insecure_channel(service.grpc) as channel:
+        checks = check_pb2_grpc.CheckServiceStub(channel)
+        text = b"cqos: 1\nprotocol: ros2\nparticipants: {a: {publishes: {t: {reliability: best_effort}}}, b: {subscribes: {t: {}}}}"
+        request = check_pb2.CheckDocumentRequest(documents=[check_pb2.Document(content=text)])
+        report = checks.CheckDocument(request, timeout=30).report
+    assert {"cqos", "cqos-ros2"} <= set(report.versions)
+    origins = {
+        (fact.origin_kind, fact.origin_name, fact.origin)
+        for finding in report.findings
+        for side in finding.sides
+        for fact in side.facts
+    }
+    assert (report_pb2.ORIGIN_KIND_EXPLICIT, "", "explicit") in origins
+    assert any(kind in {report_pb2.ORIGIN_KIND_DEFAULT, report_pb2.ORIGIN_KIND_PRESET} for kind, _, _ in origins)

@@ -8,6 +8,7 @@ from cqos.v1 import report_pb2 as _report_pb2
 from google.protobuf import descriptor as _descriptor
 from google.protobuf import message as _message
 from google.protobuf.internal import containers as _containers
+from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
 import builtins as _builtins
 import sys
 import typing as _typing
@@ -18,6 +19,212 @@ else:
     from typing_extensions import TypeAlias as _TypeAlias, Never as _Never
 
 DESCRIPTOR: _descriptor.FileDescriptor
+
+class _PolicyLevel:
+    ValueType = _typing.NewType("ValueType", _builtins.int)
+    V: _TypeAlias = ValueType  # noqa: Y015
+
+class _PolicyLevelEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_PolicyLevel.ValueType], _builtins.type):
+    DESCRIPTOR: _descriptor.EnumDescriptor
+    POLICY_LEVEL_UNSPECIFIED: _PolicyLevel.ValueType  # 0
+    """Not stated, or something newer than this list."""
+    POLICY_LEVEL_ENDPOINT: _PolicyLevel.ValueType  # 1
+    """An endpoint."""
+    POLICY_LEVEL_TOPIC: _PolicyLevel.ValueType  # 2
+    """A topic."""
+    POLICY_LEVEL_PARTICIPANT: _PolicyLevel.ValueType  # 3
+    """A participant."""
+    POLICY_LEVEL_BROKER: _PolicyLevel.ValueType  # 4
+    """A broker."""
+    POLICY_LEVEL_OPTION: _PolicyLevel.ValueType  # 5
+    """An option of the deployment."""
+    POLICY_LEVEL_NEED: _PolicyLevel.ValueType  # 6
+    """What an application requires."""
+
+class PolicyLevel(_PolicyLevel, metaclass=_PolicyLevelEnumTypeWrapper):
+    """What a policy is a setting of."""
+
+POLICY_LEVEL_UNSPECIFIED: PolicyLevel.ValueType  # 0
+"""Not stated, or something newer than this list."""
+POLICY_LEVEL_ENDPOINT: PolicyLevel.ValueType  # 1
+"""An endpoint."""
+POLICY_LEVEL_TOPIC: PolicyLevel.ValueType  # 2
+"""A topic."""
+POLICY_LEVEL_PARTICIPANT: PolicyLevel.ValueType  # 3
+"""A participant."""
+POLICY_LEVEL_BROKER: PolicyLevel.ValueType  # 4
+"""A broker."""
+POLICY_LEVEL_OPTION: PolicyLevel.ValueType  # 5
+"""An option of the deployment."""
+POLICY_LEVEL_NEED: PolicyLevel.ValueType  # 6
+"""What an application requires."""
+Global___PolicyLevel: _TypeAlias = PolicyLevel  # noqa: Y015
+
+class _ValueKind:
+    ValueType = _typing.NewType("ValueType", _builtins.int)
+    V: _TypeAlias = ValueType  # noqa: Y015
+
+class _ValueKindEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_ValueKind.ValueType], _builtins.type):
+    DESCRIPTOR: _descriptor.EnumDescriptor
+    VALUE_KIND_UNSPECIFIED: _ValueKind.ValueType  # 0
+    """Not stated, or something newer than this list."""
+    VALUE_KIND_CHOICE: _ValueKind.ValueType  # 1
+    """One of a list."""
+    VALUE_KIND_DURATION: _ValueKind.ValueType  # 2
+    """A duration."""
+    VALUE_KIND_COUNT: _ValueKind.ValueType  # 3
+    """A number."""
+    VALUE_KIND_FLAG: _ValueKind.ValueType  # 4
+    """Yes or no."""
+    VALUE_KIND_NAMES: _ValueKind.ValueType  # 5
+    """Any number of names."""
+    VALUE_KIND_TEXT: _ValueKind.ValueType  # 6
+    """Any text."""
+
+class ValueKind(_ValueKind, metaclass=_ValueKindEnumTypeWrapper):
+    """Which values a policy has."""
+
+VALUE_KIND_UNSPECIFIED: ValueKind.ValueType  # 0
+"""Not stated, or something newer than this list."""
+VALUE_KIND_CHOICE: ValueKind.ValueType  # 1
+"""One of a list."""
+VALUE_KIND_DURATION: ValueKind.ValueType  # 2
+"""A duration."""
+VALUE_KIND_COUNT: ValueKind.ValueType  # 3
+"""A number."""
+VALUE_KIND_FLAG: ValueKind.ValueType  # 4
+"""Yes or no."""
+VALUE_KIND_NAMES: ValueKind.ValueType  # 5
+"""Any number of names."""
+VALUE_KIND_TEXT: ValueKind.ValueType  # 6
+"""Any text."""
+Global___ValueKind: _TypeAlias = ValueKind  # noqa: Y015
+
+class _RuleKind:
+    ValueType = _typing.NewType("ValueType", _builtins.int)
+    V: _TypeAlias = ValueType  # noqa: Y015
+
+class _RuleKindEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_RuleKind.ValueType], _builtins.type):
+    DESCRIPTOR: _descriptor.EnumDescriptor
+    RULE_KIND_UNSPECIFIED: _RuleKind.ValueType  # 0
+    """Not stated, or something newer than this list."""
+    RULE_KIND_REQUIRES: _RuleKind.ValueType  # 1
+    """When its condition is false."""
+    RULE_KIND_FORBIDS: _RuleKind.ValueType  # 2
+    """When its condition is true."""
+    RULE_KIND_MEETS: _RuleKind.ValueType  # 3
+    """It decides who is a pair."""
+
+class RuleKind(_RuleKind, metaclass=_RuleKindEnumTypeWrapper):
+    """When a rule speaks."""
+
+RULE_KIND_UNSPECIFIED: RuleKind.ValueType  # 0
+"""Not stated, or something newer than this list."""
+RULE_KIND_REQUIRES: RuleKind.ValueType  # 1
+"""When its condition is false."""
+RULE_KIND_FORBIDS: RuleKind.ValueType  # 2
+"""When its condition is true."""
+RULE_KIND_MEETS: RuleKind.ValueType  # 3
+"""It decides who is a pair."""
+Global___RuleKind: _TypeAlias = RuleKind  # noqa: Y015
+
+class _RuleScope:
+    ValueType = _typing.NewType("ValueType", _builtins.int)
+    V: _TypeAlias = ValueType  # noqa: Y015
+
+class _RuleScopeEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_RuleScope.ValueType], _builtins.type):
+    DESCRIPTOR: _descriptor.EnumDescriptor
+    RULE_SCOPE_UNSPECIFIED: _RuleScope.ValueType  # 0
+    """Not stated, or something newer than this list."""
+    RULE_SCOPE_PAIR: _RuleScope.ValueType  # 1
+    """A publisher and a subscriber."""
+    RULE_SCOPE_ENDPOINT: _RuleScope.ValueType  # 2
+    """An endpoint."""
+    RULE_SCOPE_PARTICIPANT: _RuleScope.ValueType  # 3
+    """A participant."""
+    RULE_SCOPE_BROKER: _RuleScope.ValueType  # 4
+    """A broker."""
+    RULE_SCOPE_SIGNAL: _RuleScope.ValueType  # 5
+    """A topic with all its endpoints."""
+    RULE_SCOPE_SYSTEM: _RuleScope.ValueType  # 6
+    """The whole system."""
+
+class RuleScope(_RuleScope, metaclass=_RuleScopeEnumTypeWrapper):
+    """What a rule judges."""
+
+RULE_SCOPE_UNSPECIFIED: RuleScope.ValueType  # 0
+"""Not stated, or something newer than this list."""
+RULE_SCOPE_PAIR: RuleScope.ValueType  # 1
+"""A publisher and a subscriber."""
+RULE_SCOPE_ENDPOINT: RuleScope.ValueType  # 2
+"""An endpoint."""
+RULE_SCOPE_PARTICIPANT: RuleScope.ValueType  # 3
+"""A participant."""
+RULE_SCOPE_BROKER: RuleScope.ValueType  # 4
+"""A broker."""
+RULE_SCOPE_SIGNAL: RuleScope.ValueType  # 5
+"""A topic with all its endpoints."""
+RULE_SCOPE_SYSTEM: RuleScope.ValueType  # 6
+"""The whole system."""
+Global___RuleScope: _TypeAlias = RuleScope  # noqa: Y015
+
+@_typing.final
+class GetRuleRequest(_message.Message):
+    """Asks for one rule."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    REVISION_FIELD_NUMBER: _builtins.int
+    CODE_FIELD_NUMBER: _builtins.int
+    revision: _builtins.int
+    """The caller's number for this call; it comes back with the answer."""
+    code: _builtins.str
+    """Permanent code, also a former one. Rules of several packs may have one name."""
+    def __init__(
+        self,
+        *,
+        revision: _builtins.int = ...,
+        code: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["code", b"code", "revision", b"revision"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___GetRuleRequest: _TypeAlias = GetRuleRequest  # noqa: Y015
+
+@_typing.final
+class GetRuleResponse(_message.Message):
+    """One rule."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    REVISION_FIELD_NUMBER: _builtins.int
+    PACK_FIELD_NUMBER: _builtins.int
+    RULE_FIELD_NUMBER: _builtins.int
+    revision: _builtins.int
+    """As in the request."""
+    pack: _builtins.str
+    """Id of the rule pack that it is of."""
+    @_builtins.property
+    def rule(self) -> Global___Rule:
+        """All that is known of it."""
+
+    def __init__(
+        self,
+        *,
+        revision: _builtins.int = ...,
+        pack: _builtins.str = ...,
+        rule: Global___Rule | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["rule", b"rule"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["pack", b"pack", "revision", b"revision", "rule", b"rule"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___GetRuleResponse: _TypeAlias = GetRuleResponse  # noqa: Y015
 
 @_typing.final
 class ListPacksRequest(_message.Message):
@@ -424,6 +631,9 @@ class Policy(_message.Message):
     DOC_FIELD_NUMBER: _builtins.int
     CLAUSE_FIELD_NUMBER: _builtins.int
     EXPECTED_FIELD_NUMBER: _builtins.int
+    LEVEL_VALUE_FIELD_NUMBER: _builtins.int
+    KIND_VALUE_FIELD_NUMBER: _builtins.int
+    ROLE_VALUES_FIELD_NUMBER: _builtins.int
     STRONGER_FIELD_NUMBER: _builtins.int
     DERIVED_FIELD_NUMBER: _builtins.int
     name: _builtins.str
@@ -456,6 +666,10 @@ class Policy(_message.Message):
     """Clause of the standard."""
     expected: _builtins.str
     """What may be written, in words, for messages and placeholders."""
+    level_value: Global___PolicyLevel.ValueType
+    """`level`, as a number."""
+    kind_value: Global___ValueKind.ValueType
+    """`kind`, as a number."""
     stronger: _builtins.str
     """Which values promise or demand more: `higher`, `lower`, or empty where neither does."""
     derived: _builtins.bool
@@ -488,6 +702,10 @@ class Policy(_message.Message):
     def entities(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """What it is set on, in the words of the standard, where that is more than an endpoint."""
 
+    @_builtins.property
+    def role_values(self) -> _containers.RepeatedScalarFieldContainer[_report_pb2.Role.ValueType]:
+        """`roles`, as numbers."""
+
     def __init__(
         self,
         *,
@@ -512,12 +730,15 @@ class Policy(_message.Message):
         doc: _builtins.str = ...,
         clause: _builtins.str = ...,
         expected: _builtins.str = ...,
+        level_value: Global___PolicyLevel.ValueType = ...,
+        kind_value: Global___ValueKind.ValueType = ...,
+        role_values: _abc.Iterable[_report_pb2.Role.ValueType] | None = ...,
         stronger: _builtins.str = ...,
         derived: _builtins.bool = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_changeable", b"_changeable", "_default_value", b"_default_value", "_maximum", b"_maximum", "_minimum", b"_minimum", "_unit", b"_unit", "_unlimited", b"_unlimited", "changeable", b"changeable", "default_value", b"default_value", "maximum", b"maximum", "minimum", b"minimum", "unit", b"unit", "unlimited", b"unlimited"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_changeable", b"_changeable", "_default_value", b"_default_value", "_maximum", b"_maximum", "_minimum", b"_minimum", "_unit", b"_unit", "_unlimited", b"_unlimited", "aliases", b"aliases", "changeable", b"changeable", "clause", b"clause", "default_by_role", b"default_by_role", "default_value", b"default_value", "derived", b"derived", "doc", b"doc", "enforced", b"enforced", "entities", b"entities", "expected", b"expected", "fact", b"fact", "kind", b"kind", "level", b"level", "maximum", b"maximum", "minimum", b"minimum", "name", b"name", "ordered", b"ordered", "roles", b"roles", "stronger", b"stronger", "unit", b"unit", "unlimited", b"unlimited", "values", b"values", "words", b"words"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_changeable", b"_changeable", "_default_value", b"_default_value", "_maximum", b"_maximum", "_minimum", b"_minimum", "_unit", b"_unit", "_unlimited", b"_unlimited", "aliases", b"aliases", "changeable", b"changeable", "clause", b"clause", "default_by_role", b"default_by_role", "default_value", b"default_value", "derived", b"derived", "doc", b"doc", "enforced", b"enforced", "entities", b"entities", "expected", b"expected", "fact", b"fact", "kind", b"kind", "kind_value", b"kind_value", "level", b"level", "level_value", b"level_value", "maximum", b"maximum", "minimum", b"minimum", "name", b"name", "ordered", b"ordered", "role_values", b"role_values", "roles", b"roles", "stronger", b"stronger", "unit", b"unit", "unlimited", b"unlimited", "values", b"values", "words", b"words"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__changeable: _TypeAlias = _typing.Literal["changeable"]  # noqa: Y015
     _WhichOneofArgType__changeable: _TypeAlias = _typing.Literal["_changeable", b"_changeable"]  # noqa: Y015
@@ -701,6 +922,9 @@ class Rule(_message.Message):
     COLUMN_FORM_FIELD_NUMBER: _builtins.int
     GUARANTEE_FIELD_NUMBER: _builtins.int
     SURVIVES_FIELD_NUMBER: _builtins.int
+    KIND_VALUE_FIELD_NUMBER: _builtins.int
+    SCOPE_VALUE_FIELD_NUMBER: _builtins.int
+    ROLE_VALUE_FIELD_NUMBER: _builtins.int
     code: _builtins.str
     """Permanent code."""
     name: _builtins.str
@@ -727,6 +951,12 @@ class Rule(_message.Message):
     """The guarantee that it takes away where its sentence is false, if it is about one."""
     survives: _builtins.str
     """The fault that the guarantee then survives."""
+    kind_value: Global___RuleKind.ValueType
+    """`kind`, as a number."""
+    scope_value: Global___RuleScope.ValueType
+    """`scope`, as a number."""
+    role_value: _report_pb2.Role.ValueType
+    """`role`, as a number."""
     @_builtins.property
     def aliases(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """Former codes and names."""
@@ -753,10 +983,13 @@ class Rule(_message.Message):
         column_form: _builtins.bool = ...,
         guarantee: _builtins.str | None = ...,
         survives: _builtins.str | None = ...,
+        kind_value: Global___RuleKind.ValueType = ...,
+        scope_value: Global___RuleScope.ValueType = ...,
+        role_value: _report_pb2.Role.ValueType = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee", "_role", b"_role", "_survives", b"_survives", "guarantee", b"guarantee", "role", b"role", "survives", b"survives"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee", "_role", b"_role", "_survives", b"_survives", "aliases", b"aliases", "because", b"because", "clause", b"clause", "code", b"code", "column_form", b"column_form", "guarantee", b"guarantee", "help", b"help", "kind", b"kind", "name", b"name", "role", b"role", "scope", b"scope", "sentence", b"sentence", "severity", b"severity", "survives", b"survives", "table", b"table"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee", "_role", b"_role", "_survives", b"_survives", "aliases", b"aliases", "because", b"because", "clause", b"clause", "code", b"code", "column_form", b"column_form", "guarantee", b"guarantee", "help", b"help", "kind", b"kind", "kind_value", b"kind_value", "name", b"name", "role", b"role", "role_value", b"role_value", "scope", b"scope", "scope_value", b"scope_value", "sentence", b"sentence", "severity", b"severity", "survives", b"survives", "table", b"table"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__guarantee: _TypeAlias = _typing.Literal["guarantee"]  # noqa: Y015
     _WhichOneofArgType__guarantee: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee"]  # noqa: Y015

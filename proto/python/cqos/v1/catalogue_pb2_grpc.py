@@ -45,6 +45,11 @@ class CatalogueServiceStub(object):
                 request_serializer=cqos_dot_v1_dot_catalogue__pb2.GetPackRequest.SerializeToString,
                 response_deserializer=cqos_dot_v1_dot_catalogue__pb2.GetPackResponse.FromString,
                 _registered_method=True)
+        self.GetRule = channel.unary_unary(
+                '/cqos.v1.CatalogueService/GetRule',
+                request_serializer=cqos_dot_v1_dot_catalogue__pb2.GetRuleRequest.SerializeToString,
+                response_deserializer=cqos_dot_v1_dot_catalogue__pb2.GetRuleResponse.FromString,
+                _registered_method=True)
 
 
 class CatalogueServiceServicer(object):
@@ -65,6 +70,13 @@ class CatalogueServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def GetRule(self, request, context):
+        """Describes one rule of any pack by its code. NOT_FOUND where there is none.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
 
 def add_CatalogueServiceServicer_to_server(servicer, server):
     rpc_method_handlers = {
@@ -77,6 +89,11 @@ def add_CatalogueServiceServicer_to_server(servicer, server):
                     servicer.GetPack,
                     request_deserializer=cqos_dot_v1_dot_catalogue__pb2.GetPackRequest.FromString,
                     response_serializer=cqos_dot_v1_dot_catalogue__pb2.GetPackResponse.SerializeToString,
+            ),
+            'GetRule': grpc.unary_unary_rpc_method_handler(
+                    servicer.GetRule,
+                    request_deserializer=cqos_dot_v1_dot_catalogue__pb2.GetRuleRequest.FromString,
+                    response_serializer=cqos_dot_v1_dot_catalogue__pb2.GetRuleResponse.SerializeToString,
             ),
     }
     generic_handler = grpc.method_handlers_generic_handler(
@@ -134,6 +151,33 @@ class CatalogueService(object):
             '/cqos.v1.CatalogueService/GetPack',
             cqos_dot_v1_dot_catalogue__pb2.GetPackRequest.SerializeToString,
             cqos_dot_v1_dot_catalogue__pb2.GetPackResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def GetRule(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/cqos.v1.CatalogueService/GetRule',
+            cqos_dot_v1_dot_catalogue__pb2.GetRuleRequest.SerializeToString,
+            cqos_dot_v1_dot_catalogue__pb2.GetRuleResponse.FromString,
             options,
             channel_credentials,
             insecure,

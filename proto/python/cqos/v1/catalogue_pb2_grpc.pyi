@@ -37,6 +37,8 @@ class CatalogueServiceStub:
     """Lists rule packs and formats."""
     GetPack: _grpc.UnaryUnaryMultiCallable[_catalogue_pb2.GetPackRequest, _catalogue_pb2.GetPackResponse]
     """Describes one rule pack in full. NOT_FOUND where there is none of this id."""
+    GetRule: _grpc.UnaryUnaryMultiCallable[_catalogue_pb2.GetRuleRequest, _catalogue_pb2.GetRuleResponse]
+    """Describes one rule of any pack by its code. NOT_FOUND where there is none."""
 
 @_typing.type_check_only
 class CatalogueServiceAsyncStub(CatalogueServiceStub):
@@ -47,6 +49,8 @@ class CatalogueServiceAsyncStub(CatalogueServiceStub):
     """Lists rule packs and formats."""
     GetPack: _aio.UnaryUnaryMultiCallable[_catalogue_pb2.GetPackRequest, _catalogue_pb2.GetPackResponse]  # type: ignore[assignment]
     """Describes one rule pack in full. NOT_FOUND where there is none of this id."""
+    GetRule: _aio.UnaryUnaryMultiCallable[_catalogue_pb2.GetRuleRequest, _catalogue_pb2.GetRuleResponse]  # type: ignore[assignment]
+    """Describes one rule of any pack by its code. NOT_FOUND where there is none."""
 
 class CatalogueServiceServicer(metaclass=_abc_1.ABCMeta):
     """Says which rule packs and formats are installed, and all that they know."""
@@ -66,5 +70,13 @@ class CatalogueServiceServicer(metaclass=_abc_1.ABCMeta):
         context: _ServicerContext,
     ) -> _typing.Union[_catalogue_pb2.GetPackResponse, _abc.Awaitable[_catalogue_pb2.GetPackResponse]]:
         """Describes one rule pack in full. NOT_FOUND where there is none of this id."""
+
+    @_abc_1.abstractmethod
+    def GetRule(
+        self,
+        request: _catalogue_pb2.GetRuleRequest,
+        context: _ServicerContext,
+    ) -> _typing.Union[_catalogue_pb2.GetRuleResponse, _abc.Awaitable[_catalogue_pb2.GetRuleResponse]]:
+        """Describes one rule of any pack by its code. NOT_FOUND where there is none."""
 
 def add_CatalogueServiceServicer_to_server(servicer: CatalogueServiceServicer, server: _typing.Union[_grpc.Server, _aio.Server]) -> None: ...

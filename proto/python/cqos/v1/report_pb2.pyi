@@ -101,6 +101,58 @@ ROLE_SUBSCRIBER: Role.ValueType  # 2
 """Requests: subscriber, DDS reader, catching event."""
 Global___Role: _TypeAlias = Role  # noqa: Y015
 
+class _OriginKind:
+    ValueType = _typing.NewType("ValueType", _builtins.int)
+    V: _TypeAlias = ValueType  # noqa: Y015
+
+class _OriginKindEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_OriginKind.ValueType], _builtins.type):
+    DESCRIPTOR: _descriptor.EnumDescriptor
+    ORIGIN_KIND_UNSPECIFIED: _OriginKind.ValueType  # 0
+    """Not stated, or something newer than this list; `origin` has the words."""
+    ORIGIN_KIND_EXPLICIT: _OriginKind.ValueType  # 1
+    """Stated at the endpoint itself."""
+    ORIGIN_KIND_PROFILE: _OriginKind.ValueType  # 2
+    """From a profile."""
+    ORIGIN_KIND_PRESET: _OriginKind.ValueType  # 3
+    """From a preset."""
+    ORIGIN_KIND_DEFAULT: _OriginKind.ValueType  # 4
+    """The default of the protocol."""
+    ORIGIN_KIND_OPTION: _OriginKind.ValueType  # 5
+    """From an option of the deployment."""
+    ORIGIN_KIND_OVERLAY: _OriginKind.ValueType  # 6
+    """Laid over the endpoint from elsewhere."""
+    ORIGIN_KIND_SETTLED: _OriginKind.ValueType  # 7
+    """From the other side."""
+    ORIGIN_KIND_TOPIC: _OriginKind.ValueType  # 8
+    """From facts of the topic."""
+    ORIGIN_KIND_CONVENTION: _OriginKind.ValueType  # 9
+    """From what users agree on about some topics."""
+
+class OriginKind(_OriginKind, metaclass=_OriginKindEnumTypeWrapper):
+    """Where a value comes from."""
+
+ORIGIN_KIND_UNSPECIFIED: OriginKind.ValueType  # 0
+"""Not stated, or something newer than this list; `origin` has the words."""
+ORIGIN_KIND_EXPLICIT: OriginKind.ValueType  # 1
+"""Stated at the endpoint itself."""
+ORIGIN_KIND_PROFILE: OriginKind.ValueType  # 2
+"""From a profile."""
+ORIGIN_KIND_PRESET: OriginKind.ValueType  # 3
+"""From a preset."""
+ORIGIN_KIND_DEFAULT: OriginKind.ValueType  # 4
+"""The default of the protocol."""
+ORIGIN_KIND_OPTION: OriginKind.ValueType  # 5
+"""From an option of the deployment."""
+ORIGIN_KIND_OVERLAY: OriginKind.ValueType  # 6
+"""Laid over the endpoint from elsewhere."""
+ORIGIN_KIND_SETTLED: OriginKind.ValueType  # 7
+"""From the other side."""
+ORIGIN_KIND_TOPIC: OriginKind.ValueType  # 8
+"""From facts of the topic."""
+ORIGIN_KIND_CONVENTION: OriginKind.ValueType  # 9
+"""From what users agree on about some topics."""
+Global___OriginKind: _TypeAlias = OriginKind  # noqa: Y015
+
 @_typing.final
 class NameValue(_message.Message):
     """A name and what belongs to it, where the order is kept."""
@@ -188,6 +240,26 @@ class Report(_message.Message):
 
     DESCRIPTOR: _descriptor.Descriptor
 
+    @_typing.final
+    class VersionsEntry(_message.Message):
+        DESCRIPTOR: _descriptor.Descriptor
+
+        KEY_FIELD_NUMBER: _builtins.int
+        VALUE_FIELD_NUMBER: _builtins.int
+        key: _builtins.str
+        value: _builtins.str
+        def __init__(
+            self,
+            *,
+            key: _builtins.str = ...,
+            value: _builtins.str = ...,
+        ) -> None: ...
+        _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+        def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+        _ClearFieldArgType: _TypeAlias = _typing.Literal["key", b"key", "value", b"value"]  # noqa: Y015
+        def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+        def WhichOneof(self, oneof_group: _Never) -> None: ...
+
     VERDICT_FIELD_NUMBER: _builtins.int
     GROUPS_FIELD_NUMBER: _builtins.int
     FINDINGS_FIELD_NUMBER: _builtins.int
@@ -200,6 +272,7 @@ class Report(_message.Message):
     PARTIAL_FIELD_NUMBER: _builtins.int
     UNMATCHED_FIELD_NUMBER: _builtins.int
     HYPOTHETICAL_FIELD_NUMBER: _builtins.int
+    VERSIONS_FIELD_NUMBER: _builtins.int
     verdict: Global___Verdict.ValueType
     """The worst verdict of all pairs; VERDICT_UNKNOWN where there is no pair."""
     system: _builtins.str
@@ -234,6 +307,10 @@ class Report(_message.Message):
     def counts(self) -> Global___Counts:
         """Sums over groups and findings, for those who do not want to add up. Derived."""
 
+    @_builtins.property
+    def versions(self) -> _containers.ScalarMap[_builtins.str, _builtins.str]:
+        """What judged, with versions: `cqos` and the distributions of the rule packs that are installed."""
+
     def __init__(
         self,
         *,
@@ -249,10 +326,11 @@ class Report(_message.Message):
         partial: _builtins.bool = ...,
         unmatched: _builtins.int = ...,
         hypothetical: _builtins.int = ...,
+        versions: _abc.Mapping[_builtins.str, _builtins.str] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["counts", b"counts"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["counts", b"counts", "endpoints", b"endpoints", "findings", b"findings", "groups", b"groups", "hypothetical", b"hypothetical", "not_checked", b"not_checked", "partial", b"partial", "sources", b"sources", "system", b"system", "topics", b"topics", "unmatched", b"unmatched", "verdict", b"verdict"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["counts", b"counts", "endpoints", b"endpoints", "findings", b"findings", "groups", b"groups", "hypothetical", b"hypothetical", "not_checked", b"not_checked", "partial", b"partial", "sources", b"sources", "system", b"system", "topics", b"topics", "unmatched", b"unmatched", "verdict", b"verdict", "versions", b"versions"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -557,12 +635,18 @@ class Fact(_message.Message):
     VALUE_FIELD_NUMBER: _builtins.int
     ORIGIN_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
+    ORIGIN_KIND_FIELD_NUMBER: _builtins.int
+    ORIGIN_NAME_FIELD_NUMBER: _builtins.int
     policy: _builtins.str
     """Canonical name of the policy."""
     value: _builtins.str
     """Its value; of an undetermined one, what it depends on."""
     origin: _builtins.str
     """Where it comes from: `explicit`, `profile NAME`, `preset NAME`, `default`, `option NAME`, `overlay`, `settled`."""
+    origin_kind: Global___OriginKind.ValueType
+    """Where it comes from, as `origin` says it."""
+    origin_name: _builtins.str
+    """Of a profile, preset or convention its name."""
     @_builtins.property
     def place(self) -> Global___Place:
         """Where it was stated."""
@@ -574,10 +658,12 @@ class Fact(_message.Message):
         value: _builtins.str = ...,
         origin: _builtins.str = ...,
         place: Global___Place | None = ...,
+        origin_kind: Global___OriginKind.ValueType = ...,
+        origin_name: _builtins.str = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["origin", b"origin", "place", b"place", "policy", b"policy", "value", b"value"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["origin", b"origin", "origin_kind", b"origin_kind", "origin_name", b"origin_name", "place", b"place", "policy", b"policy", "value", b"value"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
