@@ -20,6 +20,8 @@ Way = list["Pair | Hop"]
 """Pairs and hops in turn."""
 DUPLICATE_FREE: Final = "duplicate_free"
 """The word that says that nothing arrives twice."""
+TAKES_BACK: Final = "own"
+"""What a bridge carries that gets back what it published itself."""
 _MOST: Final = 2
 """So many ways to one place are followed: whether there are several matters, not how many."""
 
@@ -57,7 +59,8 @@ class Arrivals:
                     hop = self._by_source.get(name)
                     if hop is None or hop in way or through.get(hop, 0) == _MOST:
                         continue
-                    if passing is None or not isinstance(last, Hop) or hop.bridge is not last.bridge:
+                    back = isinstance(last, Hop) and hop.bridge is last.bridge and TAKES_BACK not in hop.bridge.carries
+                    if passing is None or not back:
                         through[hop] = through.get(hop, 0) + 1
                         longer.append([*way, pair, hop])
             begun = longer

@@ -35,10 +35,11 @@ def open_file(name: str, relative_to: str) -> Source:
     Raises:
         InputError: as `read_path`, and where it is a pipe or a device, which might never end: people name those themselves.
     """
-    path = Path(relative_to).parent / name
-    if path.exists() and not (path.is_file() or path.is_dir()):
-        raise InputError([Problem("CQ001", "cannot be read: it is no regular file", Place(str(path)))])
-    return read_path(str(path))
+    path = str(Path(relative_to).parent / name)
+    # These of `os.path` answer False for a name that no file system takes; those of `Path` raise.
+    if os.path.exists(path) and not (os.path.isfile(path) or os.path.isdir(path)):  # noqa: PTH110, PTH112, PTH113
+        raise InputError([Problem("CQ001", "cannot be read: it is no regular file", Place(path))])
+    return read_path(path)
 
 
 class SentFiles:

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import count
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.system import ImportNote, Place, System
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from cqos_core.system import Bridge, Broker, Endpoint, Participant, Route, Settings
 
 _EMPTY: Final = System()
+_BROKER: Final = "broker"
+"""The setting of a participant that names its broker."""
 
 
 def merge(systems: Sequence[System]) -> System:
@@ -24,6 +28,7 @@ def merge(systems: Sequence[System]) -> System:
     systems = [system for system in systems if system != _EMPTY] or systems[:1]
     if len(systems) == 1:
         return systems[0]
+    _tell_brokers_apart(systems)
     whole = System(name=" + ".join(dict.fromkeys(system.name for system in systems if system.name)))
     for system in systems:
         for participant in system.participants.values():
@@ -47,9 +52,64 @@ def merge(systems: Sequence[System]) -> System:
         whole.notes += system.notes
         whole.sources.update(system.sources)
     whole.partial = all(system.partial for system in systems)
+    _join_addresses(whole)
     protocols = {system.protocol for system in systems}
     whole.protocol = protocols.pop() if len(protocols) == 1 else None
     return whole
+
+
+def _tell_brokers_apart(systems: Sequence[System]) -> None:
+    """Give brokers ids of their own that several files describe under one name, each with addresses."""
+    taken: dict[str, tuple[str, ...]] = {}
+    for system in systems:
+        for name, broker in list(system.brokers.items()):
+            if not broker.addresses or taken.setdefault(name, broker.addresses) == broker.addresses:
+                continue
+            number = next(number for number in count(2) if f"{name}#{number}" not in taken)
+            broker.id = f"{name}#{number}"
+            taken[broker.id] = broker.addresses
+            system.brokers = {each.id: each for each in system.brokers.values()}
+            _rename_broker(system, {name: broker.id})
+
+
+def _rename_broker(system: System, names: Mapping[str, str]) -> None:
+    for participant in system.participants.values():
+        stated = participant.settings.get(_BROKER)
+        if stated is not None and stated.text in names:
+            participant.settings[_BROKER] = replace(stated, text=names[stated.text])
+
+
+def _join_addresses(whole: System) -> None:
+    """Take an address that a client names for the broker that says it is there, where only one does."""
+    there: dict[str, set[str]] = {}
+    for broker in whole.brokers.values():
+        for address in broker.addresses:
+            there.setdefault(address, set()).add(broker.id)
+    if not there:
+        return
+    bare = {name for name, each in whole.brokers.items() if not (each.addresses or each.settings or each.profiles)}
+    named = {each.settings[_BROKER].text for each in whole.participants.values() if _BROKER in each.settings}
+    sources = {name: each.place.source for name, each in whole.brokers.items() if each.place is not None}
+    joined = {}
+    for name in sorted(bare | (named - whole.brokers.keys())):
+        # No file names its own broker by an address.
+        others = (
+            [each for each in there.get(key, ()) if sources.get(each) != sources.get(name)] for key in _spellings(name)
+        )
+        found = next((brokers for brokers in others if brokers), [])
+        if len(found) == 1:
+            joined[name] = found[0]
+            whole.brokers.pop(name, None)
+    _rename_broker(whole, joined)
+
+
+def _spellings(address: str) -> Iterator[str]:
+    """Yield the addresses under which a broker may be known that a client names by this one, best first."""
+    host, _, port = address.rpartition("://")[2].lower().rpartition(":")
+    if host and port.isdecimal():
+        local = host in {"localhost", "::1"} or host.startswith("127.")
+        names = [host] if local or host.replace(".", "").isdecimal() else [host, host.partition(".")[0]]
+        yield from (f"{name}:{port}" for name in (*names, *(["localhost"] if local else []), "*"))
 
 
 def _join_participant(whole: System, participant: Participant, protocol: str | None) -> None:

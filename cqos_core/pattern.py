@@ -45,6 +45,27 @@ def pattern(text: str) -> Callable[[str], bool]:
     return lambda name: compiled.fullmatch(_sound(name)) is not None
 
 
+@lru_cache(maxsize=256)
+def any_of(texts: tuple[str, ...]) -> Callable[[str], bool]:
+    """Return whether a whole name matches one of several regular expressions, at a cost that their number hardly changes.
+
+    Raises:
+        PatternError: one of them is none.
+    """
+    names = frozenset(re.sub(r"\\(\W)", r"\1", text) for text in texts if _LITERAL.fullmatch(text))
+    expressions = [text for text in texts if not _LITERAL.fullmatch(text)]
+    matchers = [pattern(text) for text in expressions]
+    if len(matchers) > 1:
+        try:
+            matchers = [pattern("|".join(f"(?:{text})" for text in expressions))]
+        except PatternError:
+            return lambda name: name in names or any(matches(name) for matches in matchers)  # too large for RE2 as one
+    return lambda name: name in names or any(matches(name) for matches in matchers)
+
+
+_LITERAL: Final = re.compile(r"(?:[\w/~:-]|\\[^\w\s])*")
+
+
 def _sound(text: str) -> str:
     """Return a text without halves of characters, which a damaged file may bring."""
     return text.encode("utf-8", "replace").decode()

@@ -466,7 +466,7 @@ class Resolver:
         self, policy: Policy, index: int, explicit: Layer, owner: str, endpoint: Endpoint, identifier: str
     ) -> None:
         stated = explicit.settings.get(index)
-        if stated is not None:
+        if stated is not None and not stated.setting.unknown:
             roles = " and ".join(policy.roles) or "no endpoint"
             message = f"{owner} states `{policy.name}`, which only a {roles} has"
             self.reader.say("CQ210", message, stated.setting.place, endpoint.role, [identifier])

@@ -9,13 +9,12 @@ endpoints bridges may make is bounded, whatever a system says.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from itertools import chain
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.codes import CODES
 from cqos_core.pairing import apart
-from cqos_core.pattern import pattern
+from cqos_core.pattern import any_of
 from cqos_core.problems import InputError, Problem
 from cqos_core.resolve import Resolver
 from cqos_core.system import MESSAGE, PUBLISHER, SUBSCRIBER, ImportNote
@@ -321,9 +320,10 @@ class _Around:
             wanted = self.rests(bridge, *here, route.target.kind)
             own = self.rests(bridge, here[0], there[1], here[2], route.source.kind)
             rests = {rest: name for rest, name in wanted.items() if rest not in own} | rests
+        lets_through = _gate(route)
         for rest in sorted(rests):
             name = pattern.replace("*", rest, 1)
-            if _lets_through(route, name):
+            if lets_through(name):
                 yield name, other.replace("*", rest, 1), rests[rest]
 
     def left_out(self, bridge: Bridge, route: Route) -> Iterator[ImportNote]:
@@ -331,10 +331,11 @@ class _Around:
         there, _ = _ends(route)
         shown = {each.key: each.shown for there in self.there.values() for each in there}
         pattern = route.source.topic or ""
+        lets_through = _gate(route)
         names = [
             shown[there[2].replace("*", rest, 1)]
             for rest in sorted(self.rests(bridge, *there, route.source.kind))
-            if not _lets_through(route, pattern.replace("*", rest, 1))
+            if not lets_through(pattern.replace("*", rest, 1))
         ]
         if names:
             what = "topic" if route.source.kind == MESSAGE else route.source.kind.partition("_")[0]
@@ -425,12 +426,7 @@ def _meet(one: Resolved, other: Resolved) -> bool:
     return not apart(publisher.profile, subscriber.profile)
 
 
-def _lets_through(route: Route, name: str) -> bool:
-    return (not route.only or any(_matches(each, name) for each in route.only)) and not any(
-        _matches(each, name) for each in route.but
-    )
-
-
-@lru_cache(maxsize=65_536)
-def _matches(expression: str, name: str) -> bool:
-    return pattern(expression)(name)
+def _gate(route: Route) -> Callable[[str], bool]:
+    """Return what says whether a route carries a name."""
+    only, but = any_of(route.only), any_of(route.but)
+    return lambda name: (not route.only or only(name)) and not but(name)

@@ -265,13 +265,19 @@ class Participant:
 
 @dataclass(slots=True)
 class Broker:
-    """An intermediary that participants connect to, with its capabilities as text settings."""
+    """An intermediary that participants connect to, with its capabilities as text settings.
+
+    Attributes:
+        addresses: how files that are read together with its own may name it, as ``host:port``; ``localhost`` stands for every
+            name of the same machine, ``*`` for any host.
+    """
 
     id: str
     protocol: str | None = None
     settings: Settings = field(default_factory=dict)
     profiles: tuple[ProfileRef, ...] = ()
     place: Place | None = None
+    addresses: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -302,7 +308,8 @@ class Bridge:
     Attributes:
         id: unique in the system.
         routes: what it carries.
-        carries: what else it carries on beside samples: ``liveliness``, where it ends its publications with their source.
+        carries: what else it carries on beside samples: ``liveliness``, where it ends its publications with their source;
+            ``own``, where what it publishes on one side comes back to it there.
     """
 
     id: str

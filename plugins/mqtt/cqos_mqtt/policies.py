@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Final
 
 from cqos_core.guarantee import TAKEN_EVERY
-from cqos_core.policy import Anything, Choice, Count, Duration, Flag, Names, Policy, Text
+from cqos_core.policy import Anything, Choice, Count, Duration, Flag, FromPeers, Names, Policy, Text
 from cqos_mqtt.kinds import Access, Seconds, quality, unlimited
 
 PUBLICATION: Final = ("publisher",)
@@ -46,7 +46,7 @@ RETAIN: Final = Policy(
     "MQTT 3.1.1, 3.3.1.3; MQTT 5.0, 3.3.1.3",
     aliases=("retained",),
     roles=PUBLICATION,
-    words=LEFT_OPEN,
+    words={**LEFT_OPEN, "from_publishers": FromPeers("false", "any", side="publishers")},
 )
 EXPIRY: Final = Policy(
     "message_expiry_interval",

@@ -14,7 +14,7 @@ from cqos_core.policy import flow, normalise
 from cqos_core.problems import InvalidValueError
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Setting
 from cqos_mqtt import names
-from cqos_mqtt.filters import SHARE, bare, has_wildcards
+from cqos_mqtt.filters import SHARE, bare, has_wildcards, matches
 from cqos_mqtt.kinds import Access
 from cqos_mqtt.policies import (
     ACCESS,
@@ -44,6 +44,7 @@ WILL: Final = "will"
 BY_BROKER: Final = "broker"
 """The kind of an endpoint on which the broker itself publishes."""
 RESERVED: Final = "$SYS/"
+BRIDGE_STATES: Final = "$SYS/broker/connection/+/state"
 ANYBODY: Final = "*"
 NOBODY: Final = "-"
 """Who in a line of access control: every client, and those who give no name."""
@@ -86,6 +87,11 @@ def complete(
             of_participants.setdefault(client, {})["will_allowed"] = allowed["may_publish"]
     kept = {position: facts for position, facts in of_endpoints.items() if facts}
     return Completion(of_participants, kept, tuple(wills))
+
+
+def _is_reserved(topic: str) -> bool:
+    """Whether only the broker publishes on a topic; Mosquitto takes the states of bridges from others too."""
+    return topic.startswith(RESERVED) and not matches(BRIDGE_STATES, topic)
 
 
 def _rights(client: Participant, brokers: Mapping[str, Broker]) -> list[tuple[str, str]] | None:
@@ -144,7 +150,7 @@ def _of_the_filter(written: str, facts: dict[str, Setting]) -> None:
 def _of_the_publication(endpoint: Endpoint, topic: str) -> Settings:
     """Say whether only the broker publishes there, and how large a packet is around the payload that is stated."""
     facts: Settings = {}
-    if topic.startswith(RESERVED) and endpoint.kind != BY_BROKER:
+    if _is_reserved(topic) and endpoint.kind != BY_BROKER:
         facts["reserved_topic"] = _TRUE
     payload = stated(endpoint.settings, PAYLOAD)
     if payload is None or not payload.text.isdecimal():

@@ -103,8 +103,16 @@ CODES: Final = (
         "MQTT942",
         "listeners-differ",
         "note",
-        "A configuration has settings for single listeners, which are read as if they held for the whole broker.",
-        "What is stricter for one listener is taken for all of them.",
+        "The listeners of a broker have different settings.",
+        "Which of them holds depends on the listener that a client connects to; verdicts hold for each.",
+    ),
+    CodeInfo(
+        "MQTT943",
+        "bridge-takes-back",
+        "warning",
+        "A bridge carries a topic both ways, and the other broker does not know that it is a bridge.",
+        "The other broker sends every message back that the bridge published there, so it arrives twice on this side.",
+        help="leave `try_private` on, or set `bridge_protocol_version mqttv50`",
     ),
     CodeInfo(
         "MQTT960",

@@ -18,12 +18,14 @@ _NODE: Final = re.compile(r'"type"\s*:\s*"mqtt(?:-broker| in| out)"')
 _PARAMETERS: Final = re.compile(r"""^[^#\n]*\bros__parameters["']?[ \t]*:""", re.MULTILINE)
 _BRIDGED: Final = re.compile(r"^[^#\n]*\b(?:ros2mqtt|mqtt2ros)\b", re.MULTILINE)
 _DIRECTIVE: Final = re.compile(
-    r"^[ \t]*(?:listener[ \t]+\d|allow_anonymous|persistence_location|persistent_client_expiration|max_queued_messages|"
+    r"^[ \t]*(?:listener[ \t]+\d+|allow_anonymous|persistence_location|persistent_client_expiration|max_queued_messages|"
     r"max_inflight_messages|queue_qos0_messages|per_listener_settings|acl_file|password_file|max_keepalive|max_qos|"
     r"upgrade_outgoing_qos|autosave_interval|sys_interval|retain_available|connection_messages|allow_zero_length_clientid|"
     r"max_packet_size|message_size_limit|allow_duplicate_messages)\b",
     re.MULTILINE,
 )
+_CONNECTION: Final = re.compile(r"^[ \t]*connection \S", re.MULTILINE)
+_TOPIC: Final = re.compile(r"^[ \t]*(?:topic|address(?:es)?) \S", re.MULTILINE)
 
 
 def claims_asyncapi(name: str, head: bytes) -> bool:  # noqa: ARG001 - the signature of all claims
@@ -48,7 +50,14 @@ def claims_node_red(name: str, head: bytes) -> bool:  # noqa: ARG001
 def claims_mosquitto(name: str, head: bytes) -> bool:
     """Say whether this is a configuration of Mosquitto."""
     lower = name.lower()
-    return lower.endswith(".conf") and (lower.endswith("mosquitto.conf") or _DIRECTIVE.search(_text(head)) is not None)
+    if not lower.endswith(".conf"):
+        return False
+    text = _text(head)
+    return (
+        lower.endswith("mosquitto.conf")
+        or _DIRECTIVE.search(text) is not None
+        or (_CONNECTION.search(text) is not None and _TOPIC.search(text) is not None)
+    )
 
 
 def claims_mqtt_client(name: str, head: bytes) -> bool:  # noqa: ARG001

@@ -7,25 +7,28 @@ opened where the configuration names it.
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass, field
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.encoding import decode
+from cqos_core.importers.qos_keys import looks_like_qos
 from cqos_core.importers.reading import Reading, listed, shown
 from cqos_core.problems import InputError, Problem
-from cqos_core.system import Broker, Place, ProfileRef, Setting, System
+from cqos_core.system import EVERY_OTHER, Broker, Cases, ImportNote, Place, ProfileRef, Setting, System
 from cqos_mqtt.importers.codes import note
-from cqos_mqtt.importers.mosquitto_bridge import add_bridge
+from cqos_mqtt.importers.mosquitto_bridge import OF_CONNECTIONS, add_bridge
 from cqos_mqtt.kinds import LONGEST
 from cqos_mqtt.sessions import ANYBODY, NOBODY
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.system import Settings
 
 SWITCH: Final = "broker"
+_PORT: Final = "1883"
 _UNITS: Final = {"h": 3600, "d": 86_400, "w": 7 * 86_400, "m": 30 * 86_400, "y": 365 * 86_400}
 _ACCESS: Final = ("read", "write", "readwrite", "deny")
 
@@ -47,14 +50,28 @@ def read(source: Source, context: ReadContext) -> System:
     return _Reader(source, context).read()
 
 
+@dataclass(slots=True)
+class _Listener:
+    """Where clients connect, with what holds there only."""
+
+    port: str = _PORT
+    host: str = ""
+    settings: Settings = field(default_factory=dict)
+
+
 class _Reader(Reading):
-    """Reads one configuration and what it names."""
+    """Reads one configuration and what it names, line by line: most lines belong to what stands above them."""
 
     def __init__(self, source: Source, context: ReadContext) -> None:
         super().__init__(source, [], [])
         self.context = context
         self.settings: Settings = {}
         self.sources = {source.name: source.data}
+        # Until a `listener` is named, lines are about the default one. It is opened where any is, or where there is no other.
+        self.listeners = [_Listener()]
+        self.bridges: dict[str, list[Line]] = {}
+        self.connection: list[Line] | None = None
+        self.limits: dict[str, str] = {}
 
     def read(self) -> System:
         """Read all directives."""
@@ -63,51 +80,109 @@ class _Reader(Reading):
             if name != SWITCH:
                 message = f"the importer `mosquitto` has no switch {shown(name)}; it has {SWITCH}"
                 raise InputError([Problem("CQ047", message)])
-        listeners = 0
-        bridges: list[list[Line]] = []
+        opens_default = False
         for line in _lines(self.source):
-            if line.name == "connection":
-                bridges.append([line])
-                continue
-            if bridges:
-                bridges[-1].append(line)
-                continue
-            listeners += line.name == "listener"
-            take = _DIRECTIVES.get(line.name)
-            if take is not None:
-                self.directive(line, take)
-                if listeners and line.name in _OF_LISTENERS:
-                    message = f"`{line.name}` holds for one listener, and is taken for the whole broker"
-                    self.notes.append(note("MQTT942", message, line.place))
-            elif line.name == "acl_file":
-                self.access(line)
-        name = switches.get(SWITCH) or PurePath(self.source.name).stem or "mosquitto"
-        place = Place(self.source.name, 1, 1)
-        broker = Broker(name, "mqtt", self.settings, (ProfileRef("mosquitto", place),), place)
-        system = System(name, "mqtt", brokers={name: broker}, notes=self.notes, sources=self.sources)
-        for lines in bridges:
             try:
-                add_bridge(system, name, lines[0].value or "bridge", lines)
+                self.line(line)
             except ValueError as error:
-                why, line = error.args
-                message = f"Mosquitto refuses `{line.name} {line.value}`: {why}"
-                self.problems.append(Problem("MQTT940", message, line.place))
+                self.refused(line, error)
+            opens_default = opens_default or (len(self.listeners) == 1 and line.name in _OPENS_DEFAULT)
+        if len(self.listeners) > 1 and not opens_default:
+            del self.listeners[0]
+        self.of_listeners()
+        path = PurePath(self.source.name)
+        name = switches.get(SWITCH) or path.stem or "mosquitto"
+        place = Place(self.source.name, 1, 1)
+        addresses = tuple(_addresses(self.listeners, {name, path.stem, path.parent.name}))
+        profiles = (ProfileRef("mosquitto", place),)
+        broker = Broker(name, "mqtt", self.settings, profiles, place, addresses)
+        system = System(name, "mqtt", brokers={name: broker}, notes=self.notes, sources=self.sources)
+        for lines in self.bridges.values():
+            try:
+                add_bridge(system, name, lines[0].value, lines)
+            except ValueError as error:
+                self.refused(error.args[1], error)
         if self.problems:
             raise InputError(self.problems)
         return system
 
+    def refused(self, line: Line, error: ValueError) -> None:
+        """Say why Mosquitto does not start."""
+        message = f"Mosquitto refuses `{f'{line.name} {line.value}'.strip()}`: {error.args[0]}"
+        self.problems.append(Problem("MQTT940", message, line.place))
+
+    def line(self, line: Line) -> None:
+        """Read one line.
+
+        Raises:
+            ValueError: Mosquitto refuses it.
+        """
+        take = _DIRECTIVES.get(line.name)
+        if line.name in _NEEDS_VALUE and not line.value:
+            raise ValueError("it needs a value")
+        if line.name == "connection":
+            if line.value in self.bridges:
+                raise ValueError("another connection has this name")
+            self.connection = self.bridges[line.value] = [line]
+        elif line.name in OF_CONNECTIONS:
+            if self.connection is None:
+                raise ValueError("it belongs below a `connection`")
+            self.connection.append(line)
+        elif line.name == "listener":
+            port, _, host = line.value.partition(" ")
+            self.listeners.append(_Listener(port, host.strip()))
+        elif line.name in {"port", "bind_address"}:
+            setattr(self.listeners[0], {"port": "port", "bind_address": "host"}[line.name], line.value)
+        elif take is not None:
+            self.directive(line, take)
+        elif line.name == "acl_file":
+            self.access(line)
+        elif line.name not in _PASSED_OVER and (meant := looks_like_qos(line.name, (*_DIRECTIVES, *OF_CONNECTIONS))):
+            self.misspelt(line, meant)
+
     def directive(self, line: Line, take: Callable[[str], tuple[str, str]]) -> None:
-        """Take one directive as a setting."""
-        try:
-            policy, text = take(line.value)
-        except ValueError as error:
-            message = f"Mosquitto refuses `{line.name} {line.value}`: {error}"
-            self.problems.append(Problem("MQTT940", message, line.place))
-            return
-        known = self.settings.get(policy)
-        # Of several listeners the stricter value is taken.
-        if known is None or not _is_number(known.text) or not _is_number(text) or int(text) < int(known.text):
-            self.settings[policy] = Setting(text, line.place)
+        """Take one directive as a setting; of several equal ones Mosquitto takes the last."""
+        policy, text = take(line.value)
+        settings = self.listeners[-1].settings if line.name in _OF_LISTENERS else self.settings
+        known = settings.get(policy)
+        other = "message_size_limit" if line.name == "max_packet_size" else "max_packet_size"
+        if known is not None and policy == "maximum_packet_size" and self.limits.get(other) == known.text:
+            # Two directives limit a packet, of which the stricter counts.
+            text = known.text if _is_number(known.text) and not _is_stricter(text, known.text) else text
+        self.limits[line.name] = text
+        settings[policy] = Setting(text, line.place)
+
+    def misspelt(self, line: Line, meant: str) -> None:
+        """Say that Mosquitto does not know a directive, and so does not start."""
+        message = f"Mosquitto does not know {shown(line.name)}, and refuses to start; did you mean `{meant}`?"
+        self.notes.append(ImportNote("CQ040", "warning", message, line.place, f"write `{meant}`"))
+        cause = f"Mosquitto refuses {shown(line.name)}"
+        unknown = Setting(line.value, line.place, unknown=cause, reported="CQ040")
+        if meant in _DIRECTIVES:
+            self.settings[_POLICIES.get(meant, EVERY_OTHER)] = unknown
+        elif self.connection is not None:
+            self.connection.append(line)
+
+    def of_listeners(self) -> None:
+        """Take what holds for one listener as what holds for the broker, where all have it alike."""
+        for policy in sorted({policy for each in self.listeners for policy in each.settings}):
+            stated = [each.settings.get(policy) for each in self.listeners]
+            first = next(setting for setting in stated if setting is not None)
+            cases = [
+                (f"port {each.port}", _UNSTATED[policy] if setting is None else setting.text)
+                for each, setting in zip(self.listeners, stated, strict=True)
+            ]
+            if self.bridges:
+                cases.append(("a bridge of its own", _UNSTATED[policy]))
+            if len({text for _, text in cases}) == 1:
+                self.settings[policy] = first
+                continue
+            assumption = f"the listener of `{PurePath(self.source.name).name}` that clients use"
+            self.settings[policy] = Setting(first.text, first.place, unknown=Cases(assumption, tuple(cases)))
+            message = (
+                f"`{policy}` differs among the listeners: {', '.join(f'{text} at {name}' for name, text in cases)}"
+            )
+            self.notes.append(note("MQTT942", message, first.place))
 
     # Access
 
@@ -147,8 +222,22 @@ def _lines(source: Source) -> Iterator[Line]:
             yield Line(name, value.strip(), Place(source.name, number, len(text) - len(text.lstrip()) + 1))
 
 
+def _addresses(listeners: Iterable[_Listener], names: Iterable[str]) -> Iterator[str]:
+    """Yield by which addresses others may name the broker: the names of its files stand for hosts."""
+    for listener in listeners:
+        hosts = {listener.host, *names} - {"", "0.0.0.0", "::", "."}  # noqa: S104 - what a file says
+        yield from (f"{host.lower()}:{listener.port}" for host in sorted(hosts))
+        yield f"localhost:{listener.port}"
+        if listener.port not in _WELL_KNOWN:
+            yield f"*:{listener.port}"
+
+
 def _is_number(text: str) -> bool:
     return text.isdecimal()
+
+
+def _is_stricter(one: str, other: str) -> bool:
+    return _is_number(one) and (not _is_number(other) or int(one) < int(other))
 
 
 def _number(policy: str, least: int, most: int, none: int | None = None) -> Callable[[str], tuple[str, str]]:
@@ -201,3 +290,69 @@ _DIRECTIVES: Final = {
     "max_topic_alias": _number("topic_alias_maximum", 0, 65_535),
 }
 _OF_LISTENERS: Final = frozenset(("max_qos", "max_topic_alias"))
+_UNSTATED: Final = {"maximum_qos": "2", "topic_alias_maximum": "10"}
+"""What Mosquitto has where a listener does not state it."""
+_POLICIES: Final = {
+    "max_qos": "maximum_qos",
+    "max_packet_size": "maximum_packet_size",
+    "message_size_limit": "maximum_packet_size",
+    "max_keepalive": "server_keep_alive",
+    "persistent_client_expiration": "session_expiry_interval",
+    "max_topic_alias": "topic_alias_maximum",
+    **{
+        name: name
+        for name in (
+            *("retain_available", "max_queued_messages", "max_inflight_messages", "queue_qos0_messages"),
+            *("persistence", "upgrade_outgoing_qos"),
+        )
+    },
+}
+_WELL_KNOWN: Final = frozenset(("1883", "8883"))
+_NEEDS_VALUE: Final = frozenset(("connection", "address", "addresses", "topic", "listener", "port", "acl_file"))
+_OPENS_DEFAULT: Final = frozenset(
+    (
+        "port",
+        "bind_address",
+        "max_qos",
+        "max_topic_alias",
+        "max_connections",
+        "mount_point",
+        "protocol",
+        "socket_domain",
+    )
+)
+_PASSED_OVER: Final = frozenset(
+    (
+        *("acl_file", "allow_anonymous", "allow_duplicate_messages", "allow_zero_length_clientid", "auth_plugin"),
+        *(
+            "auto_id_prefix",
+            "autosave_interval",
+            "autosave_on_changes",
+            "cafile",
+            "capath",
+            "certfile",
+            "check_retain_source",
+        ),
+        *("ciphers", "clientid_prefixes", "connection_messages", "crlfile", "dhparamfile", "http_dir", "include_dir"),
+        *("keyfile", "log_dest", "log_facility", "log_timestamp", "log_type", "max_connections", "max_inflight_bytes"),
+        *(
+            "max_log_entries",
+            "max_queued_bytes",
+            "memory_limit",
+            "mount_point",
+            "password_file",
+            "per_listener_settings",
+        ),
+        *("persistence_file", "persistence_location", "pid_file", "plugin", "protocol", "psk_file", "psk_hint"),
+        *("require_certificate", "retain_expiry_interval", "retry_interval", "set_tcp_nodelay", "socket_domain"),
+        *("store_clean_interval", "sys_interval", "tls_engine", "tls_version", "use_identity_as_username"),
+        *(
+            "use_subject_as_username",
+            "use_username_as_clientid",
+            "user",
+            "websockets_headers_size",
+            "websockets_log_level",
+        ),
+    )
+)
+"""Other directives that Mosquitto knows."""

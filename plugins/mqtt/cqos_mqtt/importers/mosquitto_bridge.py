@@ -8,10 +8,14 @@ bridge subscribes and publishes with the QoS that is stated, passes the RETAIN f
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Bridge, Broker, Endpoint, Participant, Route, Setting
-from cqos_mqtt.filters import wrong_wildcards
+from cqos_mqtt.filters import has_wildcards, wrong_wildcards
+from cqos_mqtt.importers.codes import note
+from cqos_mqtt.names import PATTERN
+from cqos_mqtt.sessions import BRIDGE_STATES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -23,6 +27,21 @@ _DIRECTIONS: Final = {"out": ("out",), "in": ("in",), "both": ("out", "in")}
 _VERSIONS: Final = {"mqttv31": "3.1.1", "mqttv311": "3.1.1", "mqttv50": "5.0"}
 _QUALITIES: Final = ("0", "1", "2")
 _PORT: Final = "1883"
+_TAKES_BACK: Final = "own"
+OF_CONNECTIONS: Final = frozenset(
+    (
+        *("address", "addresses", "attempt_unsubscribe", "bridge_alpn", "bridge_attempt_unsubscribe"),
+        *("bridge_bind_address", "bridge_cafile", "bridge_capath", "bridge_certfile", "bridge_identity"),
+        *("bridge_insecure", "bridge_keyfile", "bridge_max_packet_size", "bridge_max_topic_alias"),
+        *("bridge_outgoing_retain", "bridge_protocol_version", "bridge_psk", "bridge_receive_maximum"),
+        *("bridge_reload_type", "bridge_require_ocsp", "bridge_session_expiry_interval", "bridge_tls_version"),
+        *("cleansession", "clientid", "idle_timeout", "keepalive_interval", "local_cleansession", "local_clientid"),
+        *("local_password", "local_username", "notification_topic", "notifications", "notifications_local_only"),
+        *("remote_clientid", "remote_password", "remote_username", "restart_timeout", "round_robin", "start_type"),
+        *("threshold", "topic", "try_private", "username"),
+    )
+)
+"""The directives that belong to the connection above them; others below it are about the broker."""
 
 
 def add_bridge(system: System, local_broker: str, name: str, lines: Sequence[Line]) -> None:
@@ -35,20 +54,92 @@ def add_bridge(system: System, local_broker: str, name: str, lines: Sequence[Lin
     address = stated.get("address") or stated.get("addresses")
     if address is None:
         raise ValueError("a connection needs an `address`", lines[0])
-    host, _, port = address.value.split()[0].partition(":")
-    remote_broker = f"{host}:{port or _PORT}"
+    host, port = _host_and_port(address.value.split()[0])
+    remote_broker = f"{host}:{port}"
     system.brokers.setdefault(remote_broker, Broker(remote_broker, "mqtt", place=address.place))
-    local, remote = f"{name} (here)", f"{name} ({host})"
+    local, remote = f"{name} ({local_broker})", f"{name} ({local_broker} at {host})"
+    client_id = f"{local_broker}.{name}"
     for side, broker in ((local, local_broker), (remote, remote_broker)):
-        own = _connection(stated, broker, f"local.{name}" if side == local else name, here=side == local)
+        own = _connection(stated, broker, f"local.{client_id}" if side == local else client_id, here=side == local)
         system.participants[side] = Participant(side, "mqtt", own, external=side == remote, place=lines[0].place)
-    retained = stated.get("bridge_outgoing_retain")
-    keeps_retain = retained is None or retained.value != "false"
+    five = "bridge_protocol_version" in stated and stated["bridge_protocol_version"].value == "mqttv50"
+    # As a bridge, or by the options of 5.0, it is sent messages with their RETAIN flag and never its own ones.
+    knows = five or _is_true(stated, "try_private", otherwise=True)
+    retained = {
+        "out": Setting("from_publishers" if _is_true(stated, "bridge_outgoing_retain", otherwise=True) else "false"),
+        "in": Setting("from_publishers" if knows else "unknown"),
+    }
     routes: list[Route] = []
     for line in lines:
         if line.name == "topic":
-            routes += _routes(local, remote, line, keeps_retain=keeps_retain)
-    system.bridges[name] = Bridge(name, tuple(routes), place=lines[0].place)
+            routes += _routes(local, remote, line, retained)
+            if not knows and line.value.split()[1:2] == ["both"]:
+                message = (
+                    f"with `try_private false` the broker at {host} sends back what it gets over bridge `{name}`: what is "
+                    f"published here on `{line.value.split()[0]}` arrives here twice"
+                )
+                system.notes.append(note("MQTT943", message, line.place))
+    _notifications(system, stated, local, remote)
+    carries = () if knows else (_TAKES_BACK,)
+    bridge = f"{name} ({local_broker})"
+    system.bridges[bridge] = Bridge(bridge, tuple(routes), carries, place=lines[0].place)
+
+
+def _host_and_port(address: str) -> tuple[str, str]:
+    """Split an address; those of IPv6 have colons of their own."""
+    host, colon, port = address.rpartition(":")
+    if not colon or (":" in host and not host.endswith("]")):
+        host, port = address, _PORT
+    return host.strip("[]"), port or _PORT
+
+
+def _is_true(stated: dict[str, Line], name: str, *, otherwise: bool) -> bool:
+    """Return a flag of a connection.
+
+    Raises:
+        ValueError: Mosquitto refuses its value.
+    """
+    line = stated.get(name)
+    if line is None:
+        return otherwise
+    if line.value not in {"true", "false"}:
+        raise ValueError("expected true or false", line)
+    return line.value == "true"
+
+
+def _notifications(system: System, stated: dict[str, Line], local: str, remote: str) -> None:
+    """Add what the bridge publishes of its own state: ``1`` on either broker, ``0`` as its Will, retained."""
+    if not _is_true(stated, "notifications", otherwise=True):
+        return
+    given = stated.get("remote_clientid") or stated.get("clientid")
+    written = stated.get("notification_topic")
+    topic = (
+        written.value if written is not None else BRIDGE_STATES.replace("+", given.value if given is not None else "+")
+    )
+    settings: Settings = {"qos": Setting("1"), "retain": Setting("true")}
+    kind = PATTERN if has_wildcards(topic) else "message"
+    there = () if _is_true(stated, "notifications_local_only", otherwise=False) else (remote,)
+    for side in (local, *there):
+        system.endpoints.append(
+            Endpoint(
+                f"{side}/publisher/{topic}",
+                PUBLISHER,
+                topic,
+                side,
+                dict(settings),
+                kind=kind,
+                external=True,
+                label="state of the bridge",
+                place=written.place if written is not None else system.participants[side].place,
+            )
+        )
+    if there and kind != PATTERN:
+        system.participants[remote].settings |= {
+            "will.topic": Setting(topic),
+            "will.payload": Setting("0"),
+            "will.qos": Setting("1"),
+            "will.retain": Setting("true"),
+        }
 
 
 def _connection(stated: dict[str, Line], broker: str, client_id: str, *, here: bool) -> Settings:
@@ -76,8 +167,10 @@ def _version(line: Line) -> Setting:
     return Setting(_VERSIONS[line.value], line.place)
 
 
-def _routes(local: str, remote: str, line: Line, *, keeps_retain: bool) -> Iterator[Route]:
+def _routes(local: str, remote: str, line: Line, retained: dict[str, Setting]) -> Iterator[Route]:
     """Yield the ways of one ``topic`` line."""
+    if not line.value.split():
+        raise ValueError("it needs a value", line)
     pattern, *rest = (part.strip('"') for part in line.value.split())
     direction, qos, here, there = [*rest, *("out", "0", "", "")[len(rest) :]][:4]
     if direction not in _DIRECTIONS:
@@ -86,27 +179,42 @@ def _routes(local: str, remote: str, line: Line, *, keeps_retain: bool) -> Itera
         raise ValueError("expected 0, 1 or 2 as the QoS", line)
     if wrong := wrong_wildcards(pattern):
         raise ValueError(f"`{pattern}` is no filter: {wrong}", line)
-    levels = pattern.split("/")
-    name = "*" if "+" in levels else pattern.removesuffix("#") + "*" if levels[-1] == "#" else pattern
     settings: Settings = {"qos": Setting(qos, line.place)}
-    for way in _DIRECTIONS[direction]:
-        ends = ((local, f"{here}{name}"), (remote, f"{there}{name}"))
-        (source, from_topic), (target, to_topic) = ends if way == "out" else ends[::-1]
-        sent = {**settings, **({"retain": Setting("unknown")} if way == "in" or keeps_retain else {})}
-        yield Route(
-            _end(source, SUBSCRIBER, from_topic, settings, line.place),
-            _end(target, PUBLISHER, to_topic, sent, line.place),
-            line.place,
-            (_expression(from_topic.removesuffix("*"), levels),) if "+" in levels else (),
-        )
+    for name, expression in _named(pattern):
+        for way in _DIRECTIONS[direction]:
+            ends = ((local, f"{here}{name}"), (remote, f"{there}{name}"))
+            (source, from_topic), (target, to_topic) = ends if way == "out" else ends[::-1]
+            before = here if way == "out" else there
+            sent = {**settings, "retain": replace(retained[way], place=line.place)}
+            yield Route(
+                _end(source, SUBSCRIBER, from_topic, settings, line.place),
+                _end(target, PUBLISHER, to_topic, sent, line.place),
+                line.place,
+                () if expression is None else (f"{re.escape(before)}{expression}",),
+                # A wildcard at the start matches no name that begins with `$`.
+                (r"\$.*",) if pattern[:1] in {"+", "#"} and not before else (),
+            )
 
 
-def _expression(before: str, levels: Sequence[str]) -> str:
-    """Write a filter behind a prefix as a regular expression over names."""
+def _named(pattern: str) -> Iterator[tuple[str, str | None]]:
+    """Yield as which names with a ``*`` a filter is carried, each with the expression that its names match."""
+    levels = pattern.split("/")
+    if "+" in levels:
+        yield "*", _expression(levels)
+    elif levels[-1] == "#":
+        yield f"{pattern.removesuffix('#')}*", None
+        if len(levels) > 1:  # `t/#` carries `t` too
+            yield pattern.removesuffix("/#"), None
+    else:
+        yield pattern, None
+
+
+def _expression(levels: Sequence[str]) -> str:
+    """Write a filter as a regular expression over names."""
     *parts, last = (_ONE if level == "+" else re.escape(level) for level in levels)
     if levels[-1] == "#":
-        return f"{re.escape(before)}{'/'.join(parts)}(?:/.*)?"
-    return f"{re.escape(before)}{'/'.join((*parts, last))}"
+        return f"{'/'.join(parts)}(?:/.*)?"
+    return "/".join((*parts, last))
 
 
 _ONE: Final = "[^/]*"

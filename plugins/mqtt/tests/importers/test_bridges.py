@@ -151,15 +151,16 @@ participants:
 
 def test_connections_of_mosquitto_are_bridges_between_brokers():
     system = cqos.read(MOSQUITTO, importer="mosquitto")
-    assert list(system.bridges) == ["barn", "attic"]
-    assert ends(system.bridges["barn"]) == [
-        ("barn (barn.example)", "weather/*", "barn (here)", "farm/weather/*"),
-        ("barn (here)", "cmd", "barn (barn.example)", "cmd"),
-        ("barn (barn.example)", "cmd", "barn (here)", "cmd"),
-        ("barn (here)", "*", "barn (barn.example)", "*"),
+    assert list(system.bridges) == ["barn (<bytes>)", "attic (<bytes>)"]
+    assert ends(system.bridges["barn (<bytes>)"]) == [
+        ("barn (<bytes> at barn.example)", "weather/*", "barn (<bytes>)", "farm/weather/*"),
+        ("barn (<bytes> at barn.example)", "weather", "barn (<bytes>)", "farm/weather"),
+        ("barn (<bytes>)", "cmd", "barn (<bytes> at barn.example)", "cmd"),
+        ("barn (<bytes> at barn.example)", "cmd", "barn (<bytes>)", "cmd"),
+        ("barn (<bytes>)", "*", "barn (<bytes> at barn.example)", "*"),
     ]
-    assert system.bridges["barn"].routes[-1].only == ("a/[^/]*/b",)
-    remote = system.participants["barn (barn.example)"]
+    assert system.bridges["barn (<bytes>)"].routes[-1].only == ("a/[^/]*/b",)
+    remote = system.participants["barn (<bytes> at barn.example)"]
     assert texts(remote.settings) == {
         "broker": "barn.example:1884",
         "client_id": "farm",
@@ -167,13 +168,20 @@ def test_connections_of_mosquitto_are_bridges_between_brokers():
         "keep_alive": "60",
         "protocol_version": "5.0",
         "session_expiry_interval": "60",
+        "will.topic": "$SYS/broker/connection/farm/state",
+        "will.payload": "0",
+        "will.qos": "1",
+        "will.retain": "true",
     }
-    assert system.participants["barn (here)"].settings["client_id"].text == "local.barn"
-    (attic,) = system.bridges["attic"].routes
-    assert (attic.source.participant, attic.target.settings["qos"].text) == ("attic (here)", "0")
-    assert system.participants["attic (attic.example)"].settings["clean_start"].text == "false"
+    assert system.participants["barn (<bytes>)"].settings["client_id"].text == "local.<bytes>.barn"
+    (attic,) = system.bridges["attic (<bytes>)"].routes
+    assert (attic.source.participant, attic.target.settings["qos"].text) == ("attic (<bytes>)", "0")
+    assert system.participants["attic (<bytes> at attic.example)"].settings["clean_start"].text == "false"
     (broker,) = [each for name, each in system.brokers.items() if ":" not in name]
-    assert "maximum_qos" not in broker.settings, "a line within a connection is no line of the broker"
+    cases = (("port 1883", "0"), ("a bridge of its own", "2"))
+    assert broker.settings["maximum_qos"].unknown.values == cases, (
+        "a connection ends with the first line of another kind"
+    )
 
 
 @pytest.mark.parametrize(
@@ -200,8 +208,8 @@ participants:
     publishes: {farm/barn/temp: {}, farm/shed/temp: {}, farm/barn/roof/wind: {}, barn/temp: {}}
 """)
     report = cqos.check(tmp_path / "mosquitto.conf", tmp_path / "rest.yaml")
-    mine = {name for group in report.groups for name in group.subscribers if name.startswith("b/")}
-    assert mine == {f"b/subscriber/farm/{name}" for name in carried}
+    mine = {name for group in report.groups for name in group.subscribers if name.startswith("b (")}
+    assert mine == {f"b (mosquitto)/subscriber/farm/{name}" for name in carried}
 
 
 def test_a_configuration_alone_is_no_finding_that_anybody_has_to_look_at():
@@ -239,3 +247,167 @@ def test_what_a_bridge_renames_is_no_near_miss():
     assert "CQ403" not in {finding.code for finding in cqos.check(ping_pong).findings}
     beside = b"cqos: 1\nparticipants: {n: {protocol: ros2, publishes: {/pang/a: {}}}}\n"
     assert "CQ403" in {finding.code for finding in cqos.check(FLAT.replace(b"/a", b"/ping/a"), beside).findings}
+
+
+def carried(text, *more):
+    """The system of a configuration with one connection of these lines, and its bridge."""
+    lines = "\n".join(("connection b", "address far.example", text, *more))
+    system = cqos.read(lines.encode(), importer="mosquitto")
+    (bridge,) = system.bridges.values()
+    return system, bridge
+
+
+def test_a_filter_with_the_rest_carries_the_name_before_it_too():
+    _, bridge = carried("topic t/# out")
+    assert [route.source.topic for route in bridge.routes] == ["t/*", "t"]
+
+
+@pytest.mark.parametrize(("filter_", "kept"), [("#", True), ("+/x", True), ("t/#", False)])
+def test_wildcards_at_the_start_carry_nothing_of_the_broker(filter_, kept):
+    _, bridge = carried(f"topic {filter_} out")
+    assert all(bool(route.but) == kept for route in bridge.routes)
+
+
+@pytest.mark.parametrize(
+    ("more", "way", "retain"),
+    [
+        ((), "out", "from_publishers"),
+        ((), "in", "from_publishers"),
+        (("bridge_outgoing_retain false",), "out", "false"),
+        (("bridge_outgoing_retain false",), "in", "from_publishers"),
+        (("try_private false",), "in", "unknown"),
+        (("try_private false", "bridge_protocol_version mqttv50"), "in", "from_publishers"),
+    ],
+)
+def test_the_way_of_the_retain_flag(more, way, retain):
+    _, bridge = carried(f"topic t {way}", *more)
+    assert [route.target.settings["retain"].text for route in bridge.routes] == [retain]
+
+
+@pytest.mark.parametrize(
+    ("more", "back"),
+    [((), False), (("try_private false",), True), (("try_private false", "bridge_protocol_version mqttv50"), False)],
+)
+def test_a_broker_that_does_not_know_the_bridge_sends_everything_back(more, back):
+    system, bridge = carried("topic t both 1", *more)
+    assert ("MQTT943" in {each.code for each in system.notes}) == back
+    assert bridge.carries == (("own",) if back else ())
+
+
+def test_states_of_bridges_are_published_on_both_brokers():
+    system, _ = carried("topic t out")
+    assert {(each.topic, each.kind) for each in system.endpoints} == {("$SYS/broker/connection/+/state", "pattern")}
+    assert len(system.endpoints) == 2
+    system, _ = carried("topic t out", "notifications_local_only true", "notification_topic far/up")
+    assert [each.topic for each in system.endpoints] == ["far/up"]
+    assert carried("topic t out", "notifications false")[0].endpoints == []
+
+
+CLIENTS = """cqos: 1
+protocol: mqtt
+participants:
+  here: {broker: farm, client: {client_id: here}, publishes: {t: {qos: 2}}}
+  there: {broker: barn, client: {client_id: there}, subscribes: {t: {qos: 2}}}
+  back: {broker: farm, client: {client_id: back}, subscribes: {t: {qos: 2, needs: {duplicate_free: true}}}}
+"""
+
+
+def two(tmp_path, address, *more, port="1883"):
+    """The report of two configurations and their clients, where the first bridges to an address."""
+    lines = ("listener 1885", "connection out", f"address {address}", "topic t both 2", *more)
+    (tmp_path / "farm.conf").write_text("\n".join(lines))
+    (tmp_path / "barn.conf").write_text(f"listener {port}\n")
+    (tmp_path / "clients.yaml").write_text(CLIENTS)
+    return cqos.check(*(tmp_path / name for name in ("farm.conf", "barn.conf", "clients.yaml")))
+
+
+@pytest.mark.parametrize(
+    ("address", "port", "joined"),
+    [
+        ("barn:1883", "1883", True),
+        ("barn.example", "1883", True),
+        ("127.0.0.1:1884", "1884", True),
+        ("far.example:1884", "1884", True),
+        ("far.example:1883", "1883", False),
+        ("barn.example:1886", "1884", False),
+    ],
+)
+def test_configurations_of_bridged_brokers_are_one_system(tmp_path, address, port, joined):
+    report = two(tmp_path, address, port=port)
+    pairs = {(one, other) for group in report.groups for one in group.publishers for other in group.subscribers}
+    assert any(one.startswith("out (farm)") and other.startswith("there") for one, other in pairs) == joined
+    assert "CQ503" not in {finding.code for finding in report.findings}
+
+
+def test_configurations_with_one_name_are_two_brokers(tmp_path):
+    for name, lines in (
+        ("farm", "listener 1885\nconnection out\naddress barn.example\ntopic t out\n"),
+        ("barn", "listener 1883\n"),
+    ):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "mosquitto.conf").write_text(lines)
+    system = cqos.read(tmp_path / "farm" / "mosquitto.conf", tmp_path / "barn" / "mosquitto.conf")
+    assert sorted(system.brokers) == ["mosquitto", "mosquitto#2"]
+    assert system.participants["out (mosquitto at barn.example)"].settings["broker"].text == "mosquitto#2"
+
+
+@pytest.mark.parametrize(("more", "twice"), [((), False), (("try_private false",), True)])
+def test_copies_that_come_back_are_no_loop(tmp_path, more, twice):
+    report = two(tmp_path, "barn:1883", *more)
+    codes = {finding.code for finding in report.findings}
+    assert ("CQ507" in codes) == twice
+    assert "CQ503" not in codes
+
+
+@pytest.mark.parametrize(
+    ("lines", "why"),
+    [
+        ("connection b\naddress\ntopic x", "it needs a value"),
+        ("connection b\naddress h\ntopic", "it needs a value"),
+        ("topic x", "it belongs below a `connection`"),
+        ("connection b\naddress h\ntopic x\nconnection b", "another connection has this name"),
+        ("connection b\naddress h\ntopic x\ntry_private maybe", "expected true or false"),
+    ],
+)
+def test_lines_that_mosquitto_refuses(lines, why):
+    with pytest.raises(cqos.InputError) as refused:
+        cqos.read(lines.encode(), importer="mosquitto")
+    assert {problem.code for problem in refused.value.problems} == {"MQTT940"}
+    assert why in refused.value.problems[0].message
+
+
+@pytest.mark.parametrize(
+    ("lines", "found"),
+    [
+        ("max_qos 0\nlistener 1884", "cases"),
+        ("listener 1884\nmax_qos 0", "0"),
+        ("port 1885\nmax_qos 1", "1"),
+        ("listener 1884\nmax_qos 0\nmax_qos 2", "2"),
+        ("listener 1884\nmax_qos 1\nlistener 1885\nmax_qos 1", "1"),
+    ],
+)
+def test_a_limit_of_one_listener_holds_there_only(lines, found):
+    (broker,) = cqos.read(lines.encode(), importer="mosquitto").brokers.values()
+    setting = broker.settings["maximum_qos"]
+    assert ("cases" if setting.unknown else setting.text) == found
+
+
+def test_misspelt_directives_are_told_and_not_known():
+    system = cqos.read(b"listener 1884\nmax_qoss 1\n", importer="mosquitto")
+    assert [(each.code, each.severity) for each in system.notes] == [("CQ040", "warning")]
+    (broker,) = system.brokers.values()
+    assert broker.settings["maximum_qos"].unknown
+
+
+@pytest.mark.parametrize(
+    ("text", "claimed"),
+    [
+        (b"listener 1884\n", True),
+        (b"connection a\naddress far.example\ntopic t out\n", True),
+        (b"connection string\n", False),
+    ],
+)
+def test_configurations_are_recognised(text, claimed):
+    from cqos_mqtt.importers.detect import claims_mosquitto
+
+    assert claims_mosquitto("broker.conf", text) == claimed

@@ -297,10 +297,10 @@ def test_what_mosquitto_refuses_is_a_located_error(tmp_path, line, number):
     assert [(each.code, each.place.line) for each in raised.value.problems] == [("MQTT940", number)]
 
 
-def test_what_stands_in_a_bridge_is_not_of_the_broker(tmp_path):
+def test_a_limit_below_a_connection_is_of_the_broker(tmp_path):
     path = tmp_path / "mosquitto.conf"
     path.write_text(
-        "max_queued_messages 9\nconnection barn\naddress barn:1883\nmax_queued_messages 1\n", encoding="utf-8"
+        "max_queued_messages 1\nconnection barn\naddress barn:1883\nmax_queued_messages 9\n", encoding="utf-8"
     )
     assert settings(read(str(path)).brokers["mosquitto"])["max_queued_messages"] == "9"
 

@@ -10,6 +10,7 @@ the bridge is always reliable (routes_mgr.rs, qos_helpers.rs, liveliness_mgt.rs,
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
@@ -17,7 +18,7 @@ from cqos_core.importers.forms import described
 from cqos_core.importers.reading import collector_paused, did_you_mean, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, kind_of
 from cqos_core.pattern import PatternError, pattern
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Participant, Route, Setting
+from cqos_core.system import EVERY_OTHER, PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Participant, Route, Setting
 from cqos_ros2.importers.configuration import Configuration, stated
 from cqos_ros2.names import KEY
 from cqos_ros2.policies import FROM_FIRST
@@ -83,7 +84,9 @@ def _is_json5(source: Source) -> bool:
 
 
 class _Reader(Configuration):
-    """Reads one configuration."""
+    """Reads one configuration; ``refuses`` tells that the bridge does not start with it."""
+
+    refuses = False
 
     def bridge(self, key: ScalarNode, entries: MappingNode) -> None:
         """Add the two sides of the bridge, and a route for each direction."""
@@ -132,6 +135,7 @@ class _Reader(Configuration):
 
     def refused(self, message: str, where: Node, advice: str | None = None) -> None:
         """Tell why the bridge does not start."""
+        self.refuses = True
         self.note("ROS950", f"the bridge does not start with this: {message}", where, advice)
 
     def a_word(self, entries: MappingNode, name: str, form: re.Pattern[str], expected: str) -> str:
@@ -217,13 +221,16 @@ class _Reader(Configuration):
                 target = self.end(PUBLISHER, asked, names[1], key, (), client)
                 ways.append((f"{client if asking == node else server}s", (source, target), before))
         for kind, ends, before in ways:
-            patterns = tuple(self.patterns(about, kind, before, allowing=allowed is not None))
-            if any(said.code == "ROS950" for said in self.notes):
+            patterns, unknown = self.patterns(about, kind, before)
+            if self.refuses:
                 return  # what does not start carries nothing
+            perhaps = (_not_known(ends[0], unknown[0]), _not_known(ends[1], unknown[0])) if unknown else ends
             if allowed is None:
-                yield Route(*ends, self.place(key), but=patterns)
-            else:
-                yield Route(*ends, self.place(key), only=patterns, but=() if patterns else (".*",))
+                yield Route(*perhaps, self.place(key), but=patterns)
+                continue
+            yield Route(*ends, self.place(key), only=patterns, but=() if patterns else (".*",))
+            if unknown:
+                yield Route(*perhaps, self.place(key), but=patterns)
 
     def end(
         self,
@@ -241,55 +248,98 @@ class _Reader(Configuration):
         settings |= {name: Setting(text, place) for name, text in others.items()}
         return Endpoint("", role, topic, participant, settings, kind=kind, external=True, place=place)
 
-    def patterns(self, entries: MappingNode, kind: str, before: str, *, allowing: bool) -> Iterator[str]:
-        """Yield the regular expressions of one kind of interface, as those of whole names with something before them."""
+    def patterns(self, entries: MappingNode, kind: str, before: str) -> tuple[tuple[str, ...], tuple[Setting, ...]]:
+        """Return the regular expressions of one kind of interface, as those of whole names with something before them.
+
+        Beside them stands a setting that is not known for each expression that is not followed.
+        """
         node = stated(entries, kind)
-        if node is None:
-            return
-        for item in node.items if isinstance(node, SequenceNode) else [node]:
+        found: list[str] = []
+        unknown: list[Setting] = []
+        for item in () if node is None else node.items if isinstance(node, SequenceNode) else [node]:
             if not isinstance(item, ScalarNode):
                 self.refuse(item, kind, "a regular expression, or a list of them")
                 continue
-            whole = f"{before}(?:{_whole(item.text)})" if before else _whole(item.text)
             try:
-                pattern(whole)
+                found.append(whole_names(item.text, before))
             except PatternError as error:
-                message = f"{shown(item.text)} is not followed, so nothing counts as kept back by it: {error}"
+                message = f"{shown(item.text)} is not followed, so what it lets over the bridge is not known: {error}"
                 advice = "where the bridge cannot read it as a regular expression either, it does not start"
                 self.note("ROS905", message, item, advice)
-                if allowing:
-                    yield ".*"
-            else:
-                yield whole
+                cause = f"whether the bridge carries it: {shown(item.text)} is not followed"
+                unknown.append(Setting("", self.place(item), unknown=cause, reported="ROS905"))
+        return tuple(found), tuple(unknown)
 
 
-def _whole(text: str) -> str:
-    """What an expression means to the bridge, which searches for ``^text$``, in terms of whole names.
+def _not_known(end: Endpoint, unknown: Setting) -> Endpoint:
+    """Return an end of a route that may carry nothing, so that nothing is known of it."""
+    return replace(end, settings={EVERY_OTHER: unknown})
 
-    So a bar that stands in no brackets parts the `^` from the `$`.
+
+def whole_names(text: str, before: str = "") -> str:
+    """Return what an expression means to the bridge, which searches for ``^text$``, as one of whole names behind ``before``.
+
+    A bar that stands in no brackets parts the ``^`` from the ``$``. Rust also repeats an anchor: behind ``^*`` a name may
+    begin anywhere.
+
+    Raises:
+        PatternError: it is none, or may mean something else to Rust than to RE2.
     """
     ways = _ways(text)
-    if len(ways) == 1:
-        return text.removeprefix("^").removesuffix("$")
+    if odd := _otherwise(text, ways, before):
+        raise PatternError(odd)
+    literal = text.removeprefix("^").removesuffix("$")
+    if _LITERAL.fullmatch(literal):
+        return re.escape(f"{before}{literal}")
+    anchored = ways[0].startswith("^")
+    ways[0] = ways[0].removeprefix("^")
+    start = ""
+    if repeated := _REPEATED.match(ways[0]):
+        ways[0] = ways[0][repeated.end() :]
+        start = "" if anchored or repeated["least"] not in {None, "0"} or repeated[0].startswith("+") else ".*"
     last = len(ways) - 1
-    return "|".join(
-        f"{'.*' if number else ''}(?:{way})" + ("" if number == last else ".*") for number, way in enumerate(ways)
-    )
+    parts = [f"{'.*' if number else start}(?:{way}){'' if number == last else '.*'}" for number, way in enumerate(ways)]
+    whole = f"{re.escape(before)}(?:{'|'.join(parts)})"
+    pattern(whole)
+    return whole
 
 
-_TOKEN: Final = re.compile(r"\\.|\[\^?\]?(?:\\.|[^\]\\])*+\]|.", re.DOTALL)
+_LITERAL: Final = re.compile(r"[\w/~:-]*")
+_REPEATED: Final = re.compile(r"(?:[*+?]|\{(?P<least>\d+)(?:,\d*)?\})\??")
+_TOKEN: Final = re.compile(
+    r"\\.|\[\^?\]?(?:\[:\^?[a-z]+:\]|\\.|[^\]\\])*+\]|\{\d+(?:,\d*)?\}|\(\?(?:P?<\w+>|[imsU-]+\))|.", re.DOTALL
+)
+_BEGINNINGS: Final = frozenset(("^", r"\A", r"\b", r"\B"))
+_NOT_RUST: Final = frozenset((*(rf"\{letter}" for letter in "QECZ<>0"), "{"))
+"""What RE2 reads and Rust refuses, or reads in another way."""
+
+
+def _otherwise(text: str, ways: list[str], before: str) -> str | None:
+    """Say which part of an expression may mean something else to Rust than to RE2, or behind ``before``."""
+    tokens = _TOKEN.findall(text)
+    groups = [token for token in tokens if token.endswith(">") and token.startswith("(?")]
+    if len(set(groups)) < len(groups):
+        return "two groups have one name"
+    for number, token in enumerate(tokens):
+        if token in _NOT_RUST or tokens[number : number + 2] == [r"\b", "{"]:
+            return f"`{token}` is not read alike by the bridge and here"
+        if len(ways) > 1 and token.startswith("(?") and token.endswith(")"):
+            return f"`{token}` before a bar is not followed"
+        if before and number and token in _BEGINNINGS:
+            return f"`{token}` within an expression is not followed"
+    return None
 
 
 def _ways(text: str) -> list[str]:
     """The parts of an expression between bars that stand in no brackets."""
-    parts, depth = [""], 0
+    parts, depth = [[""]], 0
     for token in _TOKEN.findall(text):
-        depth += (token == "(") - (token == ")")  # noqa: S105 - brackets
+        depth += (token.startswith("(") and not token.endswith(")")) - (token == ")")  # noqa: S105 - brackets
         if token == "|" and depth == 0:  # noqa: S105
-            parts.append("")
+            parts.append([""])
         else:
-            parts[-1] += token
-    return parts
+            parts[-1].append(token)
+    return ["".join(part) for part in parts]
 
 
 def _is_number(text: str) -> bool:

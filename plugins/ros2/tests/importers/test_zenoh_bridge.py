@@ -8,6 +8,8 @@ from cqos_core import check, explain
 from cqos_core.importers.source import Source
 from cqos_core.loading import read_source
 from cqos_core.merging import merge
+from cqos_core.pattern import PatternError, pattern
+from cqos_ros2.importers.zenoh_bridge import whole_names
 
 CASES = Path(__file__).parent / "cases"
 EXAMPLES = Path(__file__).parents[4] / "examples"
@@ -275,3 +277,54 @@ def test_parameters_of_nodes_are_no_parameters_of_the_bridge():
 def test_names_that_ros_would_refuse_do_not_keep_the_bridge_from_starting(about):
     source = Source("b.json5", f"{{plugins: {{ros2dds: {{{about}}}}}}}".encode())
     assert read_source(source).notes == []
+
+
+class TestExpressions:
+    """What the bridge searches for as ``^text$`` with Rust's regular expressions, as expressions of whole names."""
+
+    @pytest.mark.parametrize(
+        ("text", "name", "carried"),
+        [
+            ("*/cmd_vel", "/robot/cmd_vel", True),
+            ("*/cmd_vel", "/cmd_vel", True),
+            ("*/cmd_vel", "/cmd_vel_raw", False),
+            ("?/scan", "/a/scan", True),
+            ("+/scan", "/a/scan", False),
+            ("+/scan", "/scan", True),
+            ("{0,2}/scan", "/a/scan", True),
+            ("{1}/scan", "/a/scan", False),
+            ("^*/scan", "/a/scan", False),
+            ("/a|/b", "/a/c", True),
+            ("/a|/b", "/c/b", True),
+            ("/a.*", "/abc", True),
+            (r"/a\.b", "/a.b", True),
+            ("/s[ck]an", "/scan", True),
+        ],
+    )
+    @pytest.mark.parametrize("before", ["", "zenoh:/bot"])
+    def test_are_searched_for(self, text, name, carried, before):
+        assert pattern(whole_names(text, before))(f"{before}{name}") == carried
+
+    @pytest.mark.parametrize(
+        "text", [r"\Qa\E", "a{", "{x}", r"\<a", r"\b{start}a", "(?i)/a|/b", "(?P<n>a)(?P<n>b)", "(", "[a&&b]", r"\01"]
+    )
+    def test_that_rust_reads_in_another_way_are_not_followed(self, text):
+        with pytest.raises(PatternError):
+            whole_names(text)
+
+    def test_an_anchor_behind_a_namespace_is_not_followed(self):
+        assert pattern(whole_names("(^/a|/b)"))("/a")
+        with pytest.raises(PatternError):
+            whole_names("(^/a|/b)", "zenoh:/bot")
+
+    @pytest.mark.parametrize("kind", ["allow", "deny"])
+    def test_that_are_not_followed_leave_unknown_what_is_carried(self, kind):
+        report = check(together(nodes("", ""), f"{ROBOT}, {kind}: {{publishers: ['(?x)/ scan']}}"))
+        assert report.verdict == "unknown"
+        assert [each.code for each in report.findings if each.severity.value == "warning"] == ["ROS905"]
+
+    def test_beside_those_that_are_followed_decide_nothing(self):
+        allowed = f"{ROBOT}, allow: {{publishers: ['/scan', '(?x)/ map']}}"
+        assert check(together(nodes("", ""), allowed)).verdict in {"compatible", "unknown"}
+        denied = f"{ROBOT}, deny: {{publishers: ['/scan', '(?x)/ map']}}"
+        assert ("warning", "ROS401", "/scan") in loud(check(together(nodes("", ""), denied)))
