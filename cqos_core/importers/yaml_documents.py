@@ -24,7 +24,7 @@ from cqos_core.importers.yaml_form import (
     SYSTEM,
     VERSION,
 )
-from cqos_core.importers.yaml_traps import warn_of_traps
+from cqos_core.importers.yaml_traps import refuse_odd_characters, warn_of_traps
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.problems import InputError
 from cqos_core.system import Place
@@ -92,6 +92,7 @@ class Loader:
         before = len(self.problems)
         reading = Reading(source, self.problems, self.notes)
         tree = read_tree(reading)
+        refuse_odd_characters(tree, reading)
         warn_of_traps(tree, reading, (PUBLISHES.name, SUBSCRIBES.name))
         self.keep_templates(tree, reading)
         if not tree.documents and len(self.problems) == before:

@@ -5,6 +5,7 @@ Only structure stands here. Which settings there are is known to the rule packs,
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.forms import (
@@ -66,9 +67,19 @@ ENDPOINT: Final = Form(
     others=SETTING,
 )
 _ENDPOINTS: Final = MapOf(OneOrMore(ENDPOINT), "a map from topics to endpoints", empty=True)
+PUBLISHED: Final = Form(
+    "published",
+    "a publisher",
+    tuple(key for key in ENDPOINT.keys.values() if key is not NEEDS),
+    short=PROFILE.name,
+    others=SETTING,
+    never=(NEEDS.name,),
+)
 
 PUBLISHES: Final = Key(
-    "publishes", _ENDPOINTS, "Topics it publishes: topic to profile, to settings, or to a list of those."
+    "publishes",
+    MapOf(OneOrMore(PUBLISHED), "a map from topics to endpoints", empty=True),
+    "Topics it publishes: topic to profile, to settings, or to a list of those.",
 )
 SUBSCRIBES: Final = Key(
     "subscribes", _ENDPOINTS, "Topics it subscribes to: topic to profile, to settings, or to a list of those."
@@ -84,7 +95,9 @@ _DIRECTIONS: Final = tuple(key.name for key in (PUBLISHES, SUBSCRIBES, SERVES, C
 
 def _group(name: str, key: Key[dict[str, Member[list[Entry]]]]) -> Form:
     never = tuple(other for other in _DIRECTIONS if other != key.name)
-    return Form(name, f"a group that {key.name}", (key, PROFILE), others=SETTING, never=never)
+    # A group without endpoints is a slip: `publishers:` for `publishes:`.
+    required = replace(key, required=True, help=f"{key.help} Without groups, write `{key.name}:` at the participant.")
+    return Form(name, f"a group that {key.name}", (required, PROFILE), others=SETTING, never=never)
 
 
 PUBLISHERS: Final = Key(

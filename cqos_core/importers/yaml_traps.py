@@ -6,6 +6,7 @@ Only what is hardly ever meant so is told; an ordinary comment, wherever it stan
 from __future__ import annotations
 
 import re
+import unicodedata
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -27,6 +28,32 @@ _WIDEST = 1000
 _LOST = "a `#` after a blank begins a comment"
 _QUOTE = 'write a filter with `#` in quotes: "#"'
 _GLUED = re.compile(r"[^:/]+:[^:/\s]\S*")
+
+
+# Blanks that are none to YAML, and characters that nobody sees; a mark at the very beginning of a file is none of its text.
+_ODD = re.compile("[\\u00a0\\u00ad\\u1680\\u180e\\u2000-\\u200f\\u2028-\\u202f\\u205f-\\u206f\\u3000\\ufeff]")
+
+
+def refuse_odd_characters(tree: Tree, reading: Reading) -> None:
+    """Collect a problem for each key or value without quotes that has a character which only looks like a blank, or like nothing."""
+    if not _ODD.search(reading.lines.text):
+        return
+    seen: set[int] = set()
+    waiting: list[Node] = [*tree.documents]
+    while waiting:
+        node = waiting.pop()
+        if id(node) in seen:
+            continue
+        seen.add(id(node))
+        if isinstance(node, SequenceNode):
+            waiting += node.items
+        elif isinstance(node, MappingNode):
+            waiting += [part for entry in node.entries.values() for part in entry]
+        elif node.plain and (odd := _ODD.search(node.text)):
+            character = f"U+{ord(odd[0]):04X} {unicodedata.name(odd[0], 'without a name')}"
+            message = f"{shown(node.text)} contains {character}, which is no blank to YAML"
+            advice = "write an ordinary blank, or put the text in quotes if the character belongs to it"
+            reading.problem("CQ002", message, node, advice)
 
 
 def warn_of_traps(tree: Tree, reading: Reading, topic_maps: tuple[str, ...]) -> None:

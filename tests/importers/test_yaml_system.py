@@ -380,7 +380,7 @@ class TestInstances:
             instances: {n: 2}
             participants:
               a:
-                publishes: {t: {id: "t${n}", partition: ["p${n}", q], where: {x: "${n}"}, needs: {max_age: "${n}s"}}}
+                subscribes: {t: {id: "t${n}", partition: ["p${n}", q], where: {x: "${n}"}, needs: {max_age: "${n}s"}}}
             """).endpoints
         assert [endpoint.id for endpoint in endpoints] == ["t1", "t2"]
         assert texts(endpoints[1].settings) == {"partition": '["p2", q]', "where": '{x: "2"}'}
@@ -481,3 +481,26 @@ def test_problems_beyond_what_anybody_reads_are_cut():
     found = problems(text)
     assert len(found) == 1001
     assert "1000 problems" in found[-1]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("a: {publishes: {scan: {reliability:\u00a0best_effort}}}", "U+00A0 NO-BREAK SPACE"),
+        ("a: {publishes: {scan: {reliability: best\u200b_effort}}}", "U+200B ZERO WIDTH SPACE"),
+        ("a: {publishes: {scan: {\ufeffreliability: reliable}}}", "U+FEFF ZERO WIDTH NO-BREAK SPACE"),
+        ("a: {publishes: {scan: {needs: {latest: true}}}}", "a publisher has no key `needs`"),
+        ("a: {publishers: {scan: {reliability: best_effort}}}", "a group that publishes needs `publishes`"),
+        ("a: {subscribers: {scan: {}}}", "a group that subscribes needs `subscribes`"),
+    ],
+)
+def test_what_would_be_lost_silently_is_refused_where_it_stands(text, said):
+    with pytest.raises(InputError) as caught:
+        read(Source("s.yaml", f"cqos: 1\nparticipants:\n  {text}\n".encode()), ReadContext())
+    assert said in str(caught.value)
+    assert caught.value.problems[0].place.line == 3
+
+
+def test_an_odd_character_in_quotes_belongs_to_the_text():
+    text = 'cqos: 1\nparticipants: {a: {label: "5\u00a0m"}}  # 5\u00a0m\n'
+    assert read(Source("s.yaml", text.encode()), ReadContext()).participants["a"].label == "5\u00a0m"
