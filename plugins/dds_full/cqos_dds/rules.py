@@ -240,7 +240,7 @@ CREATION: Final = (
         fixes=("history", "history.depth"),
     ),
     forbids(
-        (MAX_SAMPLES == 0) | (MAX_INSTANCES == 0) | (MAX_PER_INSTANCE == 0),
+        ((MAX_SAMPLES == 0) | (MAX_INSTANCES == 0) | (MAX_PER_INSTANCE == 0)) & ~is_on("fastdds_2_9"),
         code="DDS306",
         name="limit-zero",
         because=INCONSISTENT + "a resource limit is at least 1, or unlimited",

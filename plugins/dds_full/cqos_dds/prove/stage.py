@@ -207,13 +207,13 @@ class _Stage:
         end = self.ready + self.plan.patience
         quiet = self.cast.recover if self.faulty and self.matched() else self.cast.settle
         while (now := time.monotonic()) < end:
-            seen = len(self.events)
-            complete = bool(self.outcome().arrived) and not self.outcome().lost
+            seen = len(self.outcome().arrived)
+            complete = bool(seen) and not self.outcome().lost
             self.wait(
-                lambda seen=seen: len(self.events) > seen,  # type: ignore[misc]
+                lambda seen=seen: len(self.outcome().arrived) > seen,  # type: ignore[misc]
                 min(end - now, self.cast.pause + (self.cast.settle / 2 if complete else quiet)),
             )
-            if len(self.events) == seen:
+            if len(self.outcome().arrived) == seen:
                 return
 
     def refused(self) -> bool:
