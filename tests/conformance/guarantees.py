@@ -40,8 +40,9 @@ _AT_ONCE: Final = 2
 
 INTRODUCTION: Final = """# Conformance of guarantees
 
-Written by `python -m tests.conformance.guarantees` from runs against {products}, with faults really injected: links are cut,
-programs and brokers are stopped and killed, readers take slowly. [Prove it](prove.md) describes how.
+Written by `python -m tests.conformance.guarantees` from runs against {products}, with
+faults really injected: links are cut, programs and brokers are stopped and killed, readers take slowly.
+[Prove it](prove.md) describes how, [guarantees](guarantees.md) what the words mean.
 
 Each run sends {early} samples before the subscriber starts and 20 after that. A cell says in how many runs the guarantee was kept,
 of those in which C-QoS gives it. In brackets: how many of the other runs, in which C-QoS does not give it or does not know,
