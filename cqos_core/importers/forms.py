@@ -35,6 +35,7 @@ T = TypeVar("T")
 Schema: TypeAlias = dict[str, Any]
 
 _SCALARS: Final = ("string", "number", "boolean")
+_NAME: Final[Schema] = {"minLength": 1}
 
 
 class Shape(Generic[T]):
@@ -124,7 +125,7 @@ class Expression(Shape[str]):
     """A regular expression over names."""
 
     def __init__(self) -> None:
-        super().__init__("a regular expression", {"type": "string", "minLength": 1})
+        super().__init__("a regular expression", {"type": [*_SCALARS], "minLength": 1})
 
     def read(self, node: Node, reading: Reading, name: str) -> str | None:
         """Take what can be matched."""
@@ -133,7 +134,7 @@ class Expression(Shape[str]):
             try:
                 pattern(text)
             except PatternError as error:
-                reading.problem("CQ009", f"{shown(name)} cannot be read as a regular expression: {error}", node)
+                reading.problem("CQ011", f"{shown(name)} cannot be read as a regular expression: {error}", node)
                 return None
         return text
 
@@ -222,6 +223,7 @@ class AnySetting(Shape[Setting]):
         shared[name] = {
             "description": "A setting by its name in the rule pack; null means not stated.",
             "type": [*_SCALARS, "array", *(["object"] if self.maps else []), "null"],
+            **whatever_is_below(shared),
         }
         return {"$ref": f"#/$defs/{name}"}
 
@@ -263,7 +265,7 @@ class MapOf(Shape[dict[str, Member[T]]]):
     def schema(self, shared: dict[str, Schema]) -> Schema:
         """Any name, values of one schema."""
         values = self.shape.schema(shared)
-        return {"type": "object", "additionalProperties": values if self.empty else nullable(values)}
+        return named(values if self.empty else nullable(values))
 
 
 class ListOf(Shape[list[T]]):
@@ -465,6 +467,8 @@ class Form(Shape[Entry]):
             "properties": properties,
             "additionalProperties": self.others.schema(shared) if self.others is not None else False,
         }
+        if self.others is not None:
+            schema["propertyNames"] = _NAME
         if self.short is not None:
             schema["minLength"] = 1
         if self.required:
@@ -479,6 +483,19 @@ class Form(Shape[Entry]):
 def _of(key: Key[Any], shared: dict[str, Schema]) -> Schema:
     schema = key.shape.schema(shared)
     return schema if key.required else nullable(schema)
+
+
+def named(values: Schema) -> Schema:
+    """Return the schema of a map from names, which are never empty, to ``values``."""
+    return {"type": "object", "propertyNames": _NAME, "additionalProperties": values}
+
+
+def whatever_is_below(shared: dict[str, Schema]) -> Schema:
+    """Return what a schema says of a list's items and a map's values where they may be anything: no key is empty."""
+    below: Schema = {"$ref": "#/$defs/value"}
+    rest: Schema = {"items": below, "propertyNames": _NAME, "additionalProperties": below}
+    shared["value"] = {"description": "Any value.", **rest}
+    return rest
 
 
 def nullable(schema: Schema) -> Schema:
@@ -525,4 +542,4 @@ class SettingsMap(Shape["Settings"]):
 
     def schema(self, shared: dict[str, Schema]) -> Schema:
         """Any name, any setting."""
-        return {"type": "object", "additionalProperties": self.shape.schema(shared)}
+        return named(self.shape.schema(shared))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias, cast
 
-from cqos_core.importers.forms import TEXT, Date, Form, Key, Shape, Word, described
+from cqos_core.importers.forms import TEXT, Date, Form, Key, Shape, Word, described, named, whatever_is_below
 from cqos_core.importers.reading import did_you_mean, shown
 from cqos_core.importers.tree import MappingNode, SequenceNode, flow_text, is_null
 from cqos_core.system import Acceptance, Bound, TeamRule
@@ -71,18 +71,18 @@ class _Bounds(Shape[tuple[Bound, ...]]):
 
     def schema(self, shared: dict[str, Schema]) -> Schema:
         """A map whose values are values or maps of relations."""
-        del shared
-        value: Schema = {"type": ["string", "number", "boolean", "array", "object"]}
+        below = whatever_is_below(shared)
+        value: Schema = {"type": ["string", "number", "boolean", "array", "object"], **below}
         several: Schema = {"type": "array", "items": value, "minItems": 1}
         relations = {name: several if name == "one_of" else value for name in RELATIONS}
-        bare: Schema = {"type": ["string", "number", "boolean", "array"]}
+        bare: Schema = {"type": ["string", "number", "boolean", "array"], **below}
         related: Schema = {
             "type": "object",
             "properties": relations,
             "additionalProperties": False,
             "minProperties": 1,
         }
-        return {"type": "object", "additionalProperties": {"anyOf": [bare, related]}, "minProperties": 1}
+        return {**named({"anyOf": [bare, related]}), "minProperties": 1}
 
 
 BECAUSE: Final = Key("because", TEXT, "The reason, for whoever reads this later.", required=True)
