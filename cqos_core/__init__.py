@@ -14,11 +14,13 @@ import importlib
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from cqos_core.api import check, check_pair, diff, explain, read
+    from cqos_core.api import apply, check, check_pair, diff, explain, read
+    from cqos_core.applying import Edited
     from cqos_core.differences import Diff, Different, Missing, Named
     from cqos_core.policy import INFINITE
     from cqos_core.problems import CqosError, InputError, PackError, Problem, SentenceError
     from cqos_core.report import (
+        Edit,
         Fact,
         Finding,
         Group,
@@ -57,11 +59,13 @@ if TYPE_CHECKING:
     )
 
 _HOMES: Final = {
-    "api": ("check", "check_pair", "diff", "explain", "read"),
+    "applying": ("Edited",),
+    "api": ("apply", "check", "check_pair", "diff", "explain", "read"),
     "differences": ("Diff", "Different", "Missing", "Named"),
     "policy": ("INFINITE",),
     "problems": ("CqosError", "InputError", "PackError", "Problem", "SentenceError"),
     "report": (
+        "Edit",
         "Fact",
         "Finding",
         "Group",
@@ -112,6 +116,8 @@ __all__ = [
     "CqosError",
     "Diff",
     "Different",
+    "Edit",
+    "Edited",
     "Endpoint",
     "Fact",
     "Finding",
@@ -146,6 +152,7 @@ __all__ = [
     "TeamRule",
     "Topic",
     "Verdict",
+    "apply",
     "check",
     "check_pair",
     "diff",

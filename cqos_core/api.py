@@ -24,6 +24,7 @@ from cqos_core.plugins import Plugins, load_plugins
 from cqos_core.policy import INFINITE, Names
 from cqos_core.problems import CqosError, InputError, Problem
 from cqos_core.remarks import suggestion
+from cqos_core.report import Edit
 from cqos_core.routes import MOST_ENDPOINTS
 from cqos_core.spelling import Known
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System
@@ -33,10 +34,11 @@ from cqos_core.trial import tried_out
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
+    from cqos_core.applying import Edited
     from cqos_core.codes import CodeInfo
     from cqos_core.differences import Diff
     from cqos_core.pack import RulePack
-    from cqos_core.report import Finding, PairReport, Report
+    from cqos_core.report import Finding, PairReport, Remedy, Report
     from cqos_core.rule import Rule
 
 Input: TypeAlias = "str | PathLike[str] | bytes | System"
@@ -188,6 +190,38 @@ def check(
     return exact_places(check_system(system, where), system.sources)
 
 
+def apply(inputs: Input | Sequence[Input], fixes: Iterable[Remedy | Edit], *, importer: str | None = None) -> Edited:
+    """Apply fixes of a report to the texts that it was made of; layout and comments stay.
+
+    >>> report = check("system.yaml")
+    >>> edited = apply("system.yaml", [report.findings[0].remedies[0]])
+    >>> print(edited.diff())
+    >>> edited.write()
+
+    Args:
+        inputs: what was checked: one input or several.
+        fixes: remedies of the report, or single edits of them.
+        importer: read all inputs with this importer.
+
+    Returns:
+        The new texts by name of their source, and edits that could not be applied, each with the reason. Nothing is
+        written until `Edited.write` is called, and nothing is checked again.
+
+    Raises:
+        InputError: an input cannot be read.
+    """
+    from cqos_core.applying import apply_edits, opened_sources
+
+    each = [inputs] if isinstance(inputs, (str, bytes, PathLike, System)) else list(inputs)
+    edits = [edit for fix in fixes for edit in ((fix,) if isinstance(fix, Edit) else fix.edits)]
+    sources = opened_sources([read(*each, importer=importer)], edits)
+    for position, one in enumerate(each):
+        if isinstance(one, bytes):
+            source = _source(each, position)
+            sources[source.name] = source.data
+    return apply_edits(sources, edits, importer)
+
+
 def diff(
     a: Input,
     b: Input,
@@ -275,7 +309,13 @@ def exact_places(report: Report, sources: Mapping[str, bytes]) -> Report:
             )
             for side in finding.sides
         )
-        return replace(finding, sides=sides)
+        remedies = tuple(
+            replace(
+                remedy, edits=tuple(replace(edit, place=known.get(edit.place, edit.place)) for edit in remedy.edits)
+            )
+            for remedy in finding.remedies
+        )
+        return replace(finding, sides=sides, remedies=remedies)
 
     findings = (pinned(each) if any(place in known for place in _places(each)) else each for each in report.findings)
     return replace(report, findings=tuple(findings))
@@ -286,6 +326,9 @@ def _places(finding: Finding) -> Iterator[Place]:
         for place in (side.place, *(each.place for each in side.facts)):
             if place is not None:
                 yield place
+    for remedy in finding.remedies:
+        for edit in remedy.edits:
+            yield edit.place
 
 
 def as_text(value: SettingValue) -> str:
@@ -411,6 +454,7 @@ __all__ = [
     "INFINITE",
     "Context",
     "Plugins",
+    "apply",
     "as_text",
     "check",
     "check_pair",

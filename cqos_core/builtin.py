@@ -23,6 +23,7 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
             f"{_CLAIMS}:claims_bpmn",
             "cqos_core.importers.bpmn:read",
             whole=True,
+            inserter="cqos_core.importers.bpmn.editing:insert",
         )
     )
     register(
@@ -33,6 +34,7 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
             f"{_CLAIMS}:claims_yaml",
             "cqos_core.importers.yaml_system:read",
             whole=True,
+            inserter="cqos_core.importers.editing:insert",
         )
     )
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.judge import Spoken, judge_pair
+from cqos_core.judge import Spoken, judge_endpoint, judge_pair
 from cqos_core.pairing import apart
-from cqos_core.policy import Duration, FromPeers, Value
+from cqos_core.policy import NEED, Duration, FromPeers, Value
 from cqos_core.report import Finding, Remedy
 from cqos_core.resolved import intern
+from cqos_core.rewrites import edits_of
 from cqos_core.solve import changed, solutions
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 
@@ -25,6 +27,8 @@ VERBS: Final[dict[str, tuple[str, str]]] = {
     PUBLISHER: ("offers", "offer"),
     SUBSCRIBER: ("requests", "request"),
 }
+_PARTNERS_ASKED: Final = 20
+"""How many groups of partners each changed endpoint is tried with before a change is offered."""
 _EFFECT_LIMIT: Final = 500
 """Judgements that counting the effect of one remedy may take."""
 
@@ -47,22 +51,84 @@ def remedies(topic: Topic, spoken: Spoken, publishers: list[Members], subscriber
             (PUBLISHER, publishers, False),
             (SUBSCRIBER, subscribers, True),
         ):
+            partners = publishers if second else subscribers
             # A guarantee may rest on one side alone.
             for change in solutions(
-                bound.bound, a.values, b.values, second=second, want=want, fixes=bound.rule.fixes, pair=True
+                bound.bound,
+                *(a.values, b.values),
+                second=second,
+                want=want,
+                fixes=bound.rule.fixes,
+                pair=True,
+                may=partial(_may, role, groups, partners, topic.publishers if second else topic.subscribers),
             ):
-                found += _remedy(topic, role, list(groups), change.index, change.value)
+                found += _remedy(topic, role, groups, change.index, change.value)
+        if bound.rule.guarantee and not found:
+            # Where no setting gives it, only less can be required.
+            for change in solutions(
+                bound.bound,
+                *(a.values, b.values),
+                second=True,
+                want=want,
+                fixes=(f"{NEED}.{bound.rule.guarantee}",),
+                pair=True,
+                may=partial(_may, SUBSCRIBER, subscribers, publishers, topic.publishers),
+                levels=(NEED,),
+            ):
+                found += _remedy(topic, SUBSCRIBER, subscribers, change.index, change.value)
     else:
         groups = publishers or subscribers
         role = PUBLISHER if publishers else SUBSCRIBER
         values = next(iter(groups)).profile.values
-        for change in solutions(bound.bound, values, values, second=False, want=want, fixes=bound.rule.fixes):
-            found += _remedy(topic, role, list(groups), change.index, change.value)
+        may = partial(_may, role, groups, (), topic.subscribers if role == PUBLISHER else topic.publishers)
+        for change in solutions(bound.bound, values, values, second=False, want=want, fixes=bound.rule.fixes, may=may):
+            found += _remedy(topic, role, groups, change.index, change.value)
     return tuple(sorted(found, key=_rank))
+
+
+def _may(
+    role: Role,
+    groups: Sequence[Members],
+    partners: Sequence[Members],
+    others: Sequence[Members],
+    index: int,
+    value: Plain,
+) -> bool:
+    """Whether a change brings no error of its endpoints, nor of their pairs with ``partners``, that was not there before.
+
+    A pair with ``others`` may get a worse verdict, which is counted and shown, but no further error beside its own.
+    """
+    for members in groups:
+        before, after = members.profile, _with(members.profile, index, value)
+        if _errors(judge_endpoint(after, role, members.observed)) - _errors(
+            judge_endpoint(before, role, members.observed)
+        ):
+            return False
+        for partner in others[:_PARTNERS_ASKED]:
+            then, now = (_spoken(profile, partner.profile, role) for profile in (before, after))
+            if _errors(now) - _errors(then) and (partner in partners or _errors(then)):
+                return False
+    return True
+
+
+def _with(profile: QosProfile, index: int, value: Plain) -> QosProfile:
+    pack = profile.pack
+    values = changed(profile.values, pack.policies[index], index, pack.vocabulary.size, value)
+    return intern(pack, values, profile.beside, profile.refused)
+
+
+def _errors(spoken: Iterable[Spoken]) -> set[str]:
+    return {each.bound.rule.code for each in spoken if each.bound.rule.severity == "error" and not each.unknown}
+
+
+def _spoken(changing: QosProfile, partner: QosProfile, role: str) -> tuple[Spoken, ...]:
+    publisher, subscriber = (changing, partner) if role == PUBLISHER else (partner, changing)
+    return judge_pair(publisher, subscriber).spoken
 
 
 def _rank(remedy: Remedy) -> tuple[Any, ...]:
     return (
+        remedy.weakens,
         remedy.kind == "needs_code",
         bool(remedy.breaks),
         len(remedy.members),
@@ -96,6 +162,8 @@ def _remedy(topic: Topic, role: Role, groups: list[Members], index: int, value: 
             text=remedy_text(role, policy.name, text_value, members, policy.level),
             mends=mends,
             breaks=breaks,
+            weakens=any(policy.weakens(members.profile.values[index], value) for members in groups),
+            edits=edits_of((each for members in groups for each in members.endpoints), index, value),
         )
     ]
 
@@ -113,6 +181,8 @@ def remedy_text(role: str, policy: str, value: str, members: Sequence[str], leve
     """The change in words: ``offer reliability `reliable` on robot/scan``."""
     more = len(members) - 1
     where = members[0] if not more else f"{members[0]} and {more} more"
+    if level == NEED:
+        return f"require {policy.removeprefix(f'{NEED}.')} `{value}` on {where}"
     verb = VERBS[role][1] if level == "endpoint" else "set"
     of = "" if level == "endpoint" else " of the participant"
     return f"{verb} {policy} `{value}`{of} on {where}"
@@ -122,15 +192,13 @@ def effect(
     topic: Topic, role: str, groups: Sequence[Members], index: int, value: Plain
 ) -> tuple[int | None, int | None]:
     """How many pairs of the topic a change makes better, and how many worse; None where that would take too long."""
-    pack = topic.pack
     if len(groups) * max(len(topic.publishers), len(topic.subscribers)) > _EFFECT_LIMIT:
         return None, None
     mends = breaks = 0
     partners = topic.subscribers if role == PUBLISHER else topic.publishers
     for members in groups:
         profile = members.profile
-        values = changed(profile.values, pack.policies[index], index, pack.vocabulary.size, value)
-        after = intern(pack, values, profile.beside, profile.refused)
+        after = _with(profile, index, value)
         for partner in partners:
             before = _rank_of(profile, partner.profile, role)
             then = _rank_of(after, partner.profile, role)
@@ -161,8 +229,13 @@ def merged_remedies(findings: Sequence[Finding]) -> tuple[Remedy, ...]:
             places = {(topic, member) for topic, remedy in same for member in remedy.members}
             known = len(places) == sum(len(remedy.members) for remedy in each)
             mends, breaks = (_sum(r.mends for r in each), _sum(r.breaks for r in each)) if known else (None, None)
-            text = remedy_text(role, policy, value, members)
-            found.append(replace(same[0][1], members=members, text=text, mends=mends, breaks=breaks))
+            text = same[0][1].text if members == same[0][1].members else remedy_text(role, policy, value, members)
+            # One part that cannot be edited leaves the change half done.
+            parts = [remedy.edits for _, remedy in same]
+            edits = tuple(dict.fromkeys(edit for part in parts for edit in part)) if all(parts) else ()
+            weakens = any(remedy.weakens for _, remedy in same)
+            merged = replace(same[0][1], members=members, text=text, mends=mends, breaks=breaks)
+            found.append(replace(merged, weakens=weakens, edits=edits))
     return tuple(sorted(found, key=_rank))
 
 

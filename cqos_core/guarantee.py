@@ -99,6 +99,7 @@ def _word(name: str, domain: Domain, kind: Kind, over: Over, doc: str) -> Word:
         roles=("subscriber",),
         aliases=(name,),
         words=words,
+        stronger="lower" if kind == "at_most" else "higher",
     )
     return Word(need, kind, over, doc)
 

@@ -37,7 +37,7 @@ _KINDS: Final[Mapping[str, type[Any]]] = {
         (
             report,
             (
-                *("Report", "Group", "Finding", "Side", "Fact", "Remedy"),
+                *("Report", "Group", "Finding", "Side", "Fact", "Remedy", "Edit"),
                 *("PairReport", "PolicyComparison", "Guarantee", "GuaranteeCell", "HopReport"),
             ),
         ),

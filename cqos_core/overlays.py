@@ -118,7 +118,9 @@ class Overlays:
             found, unread = self._reader.recognise(
                 pack, (ENDPOINT,), overlay.settings, dialect, overlay.name, "system", []
             )
-            layer = self._layers[id(pack), index] = Layer(overlay.name, found, overlay="holds", unread=unread)
+            layer = self._layers[id(pack), index] = Layer(
+                overlay.name, found, overlay="holds", unread=unread, dialect=overlay.dialect
+            )
         return layer
 
     def report(self) -> None:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from cqos_core.exporters.contract import Writer
     from cqos_core.formatters.style import Style
-    from cqos_core.importers.source import Claim, Reader
+    from cqos_core.importers.source import Claim, Inserter, Reader
     from cqos_core.pack import RulePack
     from cqos_core.report import Report
 
@@ -97,6 +97,7 @@ class ImporterInfo:
         declines: ``"module:function"``; says of a name and first bytes that no importer claims what the file is, and what
             to do instead, as two texts; None where it does not know.
         whole: one of its files is a whole system; else a file is a part of one, and its partners are in other files.
+        inserter: ``"module:function"``, an `Inserter`: adds settings to what is `extendable`; empty: the format has none.
     """
 
     name: str
@@ -107,6 +108,7 @@ class ImporterInfo:
     overlays: str = ""
     whole: bool = False
     declines: str = ""
+    inserter: str = ""
 
     def load_claim(self) -> Claim:
         """Import the function that recognises the format."""
@@ -115,6 +117,10 @@ class ImporterInfo:
     def load_reader(self) -> Reader:
         """Import the reader."""
         return Lazy[Any](self.reader)()  # type: ignore[no-any-return]
+
+    def load_inserter(self) -> Inserter | None:
+        """Import what adds settings, where there is anything."""
+        return Lazy[Any](self.inserter)() if self.inserter else None
 
 
 @dataclass(frozen=True, slots=True)

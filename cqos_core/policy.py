@@ -195,6 +195,10 @@ class Domain:
         """Whether ``value`` is one of this domain's values."""
         return not isinstance(value, int) or self.lowest <= value <= self.highest
 
+    def around(self, value: int) -> tuple[int, ...]:
+        """Return the values at and next to a number that somebody may want to set."""
+        return (value, value + 1, value - 1)
+
     def expected(self) -> str:
         """What is allowed, for messages."""
         return "text"
@@ -257,6 +261,10 @@ class Choice(Domain):
         """All ranks."""
         return tuple(range(len(self.names)))
 
+    def around(self, value: int) -> tuple[int, ...]:
+        """Without an order, no value is next to another."""
+        return super().around(value) if self.ordered else (value,)
+
     def expected(self) -> str:
         """List the names in their order."""
         if self.ordered and len(self.names) > 1:
@@ -317,11 +325,12 @@ class Duration(Domain):
     """A time span in integer nanoseconds, or infinite; never negative.
 
     ``infinities`` are nanosecond totals that some vendor writes for infinite. A value as large as the largest
-    representable one is infinite too.
+    representable one is infinite too. ``step`` is the smallest difference of two values, in nanoseconds.
     """
 
     kind = "duration"
     ordered = True
+    step: int = 1
 
     def __init__(
         self,
@@ -409,6 +418,14 @@ class Duration(Domain):
         unit = next(unit for unit in _PRINTED if number % _UNITS[unit] == 0)
         return f"{number // _UNITS[unit]}{unit}"
 
+    def around(self, value: int) -> tuple[int, ...]:
+        """Return the neighbours in steps of `step`; nothing is next to zero and to infinite but zero and infinite."""
+        if value <= 0 or value >= INFINITE:
+            return (max(0, min(value, INFINITE)), INFINITE)
+        below, above = value - value % self.step, value + -value % self.step
+        near = (below, above) if below != above else (below, below + self.step, below - self.step)
+        return (*(each for each in near if each), INFINITE)
+
     def expected(self) -> str:
         """Give examples."""
         return "a duration such as 2s, 500ms, 1.5h, PT2S, or infinite"
@@ -486,6 +503,11 @@ class Count(Domain):
             message = f"`{text}` is out of range"
             raise InvalidValueError(message, self.expected())
         return number
+
+    def around(self, value: int) -> tuple[int, ...]:
+        """Return the value, its neighbours, and no limit; nothing is next to no limit."""
+        near = (value, value + 1, value - 1) if value < INFINITE else ()
+        return (*near, INFINITE) if self.unlimited else near
 
     def has(self, value: Plain) -> bool:
         """Whether it is within the bounds, or unlimited where that is allowed."""

@@ -104,6 +104,23 @@ class Side:
 
 
 @dataclass(frozen=True, slots=True)
+class Edit:
+    """One change of a file or of an element of a model; `cqos_core.apply` makes new texts of edits.
+
+    Attributes:
+        place: of the value that is replaced; of what the setting is added to, where it is not stated yet.
+        attribute: the name that the value is stated under; for a setting that is added, the name of its policy.
+        old: the text that is replaced, as written; None where the setting is added.
+        new: the text that takes its place, in the spelling of its file.
+    """
+
+    place: Place
+    attribute: str
+    old: str | None
+    new: str
+
+
+@dataclass(frozen=True, slots=True)
 class Remedy:
     """A change of one policy on one side that makes the rule pass; verified by judging it.
 
@@ -114,6 +131,8 @@ class Remedy:
         mends: how many pairs it turns from worse to better, and `breaks` from better to worse, on the whole
             topic; None where there are too many to count.
         text: the change in words: ``offer `reliable` on drone/req_weather``.
+        weakens: it promises or demands less than the design does now; such remedies come last.
+        edits: the change as new texts; none where no file states the endpoints, or its format has no place for it.
     """
 
     role: Role
@@ -124,6 +143,8 @@ class Remedy:
     text: str
     mends: int | None = 0
     breaks: int | None = 0
+    weakens: bool = False
+    edits: tuple[Edit, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from cqos_core.report import Severity, Verdict
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cqos_core.report import Fact, Finding, Group, Remedy, Report, Side
+    from cqos_core.report import Edit, Fact, Finding, Group, Remedy, Report, Side
     from cqos_core.system import Place
 
     Exact: TypeAlias = Callable[[Place], Place]
@@ -93,7 +93,7 @@ def finding(finding: Finding, exact: Exact) -> Json:
         "pairs": finding.pairs,
         "place": _place(finding.place, exact),
         "sides": [_side(side, exact) for side in finding.sides],
-        "remedies": [_remedy(remedy) for remedy in finding.remedies],
+        "remedies": [_remedy(remedy, exact) for remedy in finding.remedies],
         "help": finding.help,
         "notes": list(finding.notes),
         "worlds": {world: verdict.value for world, verdict in sorted(finding.worlds.items())},
@@ -123,7 +123,7 @@ def _fact(fact: Fact, exact: Exact) -> Json:
     }
 
 
-def _remedy(remedy: Remedy) -> Json:
+def _remedy(remedy: Remedy, exact: Exact) -> Json:
     return {
         "text": remedy.text,
         "role": remedy.role,
@@ -133,7 +133,13 @@ def _remedy(remedy: Remedy) -> Json:
         "kind": remedy.kind,
         "mends": remedy.mends,
         "breaks": remedy.breaks,
+        "weakens": remedy.weakens,
+        "edits": [_edit(edit, exact) for edit in remedy.edits],
     }
+
+
+def _edit(edit: Edit, exact: Exact) -> Json:
+    return {"place": _place(edit.place, exact), "attribute": edit.attribute, "old": edit.old, "new": edit.new}
 
 
 def _place(place: Place | None, exact: Exact) -> Json | None:

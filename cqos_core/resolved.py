@@ -25,6 +25,7 @@ class Stated(NamedTuple):
 
     Attributes:
         name: the one it was written with.
+        field: the key, where the value is one of a map.
         code: of the finding that reports why the value is not known, where there is one already.
     """
 
@@ -32,6 +33,7 @@ class Stated(NamedTuple):
     setting: Setting
     name: str = ""
     code: str = ""
+    field: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +46,7 @@ class Layer:
         assumed: nobody named them: what the protocol gives an endpoint that says nothing.
         overlay: they are laid over the endpoint's own from elsewhere: ``holds``, or ``may_hold`` where that is not known.
         unread: codes of the errors that report what was stated beside them and is not understood.
+        dialect: of an overlay: which of the pack's dialects its texts are written in.
     """
 
     origin: str
@@ -53,6 +56,7 @@ class Layer:
     assumed: bool = False
     overlay: Literal["no", "holds", "may_hold"] = "no"
     unread: tuple[str, ...] = ()
+    dialect: str = "yaml"
 
     @property
     def texts(self) -> tuple[object, ...]:

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from itertools import islice
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.evaluate import NO_SIGNAL, Bound, Signal, Use, Values, Written
 from cqos_core.expression import Apply, Arithmetic, Compare, Literal, Operand, Term
-from cqos_core.policy import INFINITE, Plain, Policy, normalise
+from cqos_core.policy import ENDPOINT, INFINITE, Choice, Plain, Policy, normalise
+from cqos_core.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
+    from collections.abc import Callable, Collection, Iterator
 
-    from cqos_core.policy import Domain
+    from cqos_core.policy import Domain, Value
+
+_TRIED: Final = 6
+"""How many values of one policy are proposed to `may`, the best ones first."""
 
 
 def may_change(policy: str, scope: str, fixes: Collection[str]) -> bool:
@@ -45,6 +50,8 @@ def solutions(
     fixes: tuple[str, ...] = (),
     signal: Signal = NO_SIGNAL,
     pair: bool = False,
+    may: Callable[[int, Plain], bool] = lambda _index, _value: True,
+    levels: Collection[str] = (ENDPOINT, "participant"),
 ) -> list[Change]:
     """Find, for each policy of one side, the smallest change after which the sentence is ``want``.
 
@@ -57,9 +64,12 @@ def solutions(
         fixes: which policies may change, of which side; see `Rule`.
         signal: for sentences with aggregates.
         pair: it is one of pairs, even where it reads nothing of one side.
+        levels: of the policies that may change.
+        may: whether a policy may be set to a value, by its index; asked of the best values only.
 
     Returns:
         One change per policy that can reach it alone, in the order of the sentence; every one has been tried out.
+        Where it can, it weakens nothing.
     """
     # Equal values of both sides are one and the same tuple, so identity says nothing about the sentence.
     scopes = {use.term.scope for use in bound.uses}
@@ -68,44 +78,53 @@ def solutions(
     found = []
     for use in bound.uses:
         policy = vocabulary.policies[use.index]
-        if (not single and use.second is not second) or policy.level not in {"endpoint", "participant"}:
+        if (not single and use.second is not second) or policy.level not in levels:
             continue
-        if policy.default is None or not may_change(policy.name, use.term.scope, fixes):
+        if policy.derived or not may_change(policy.name, use.term.scope, fixes):
             continue
+        if policy.default is None and not fixes:
+            continue  # a fact, which no rule names as its fix
         current = (b if use.second else a)[use.index]
-        passing = []
-        for value in _candidates(bound, use, policy, a, b):
+        passing: list[Plain] = []
+        for value in _candidates(bound, use, policy, a, b, second=second):
             side = changed(b if second else a, policy, use.index, vocabulary.size, value)
             left, right = (side, side) if single else (a, side) if second else (side, b)
             if value != current and bound.judge(left, right, signal).result is want:
                 passing.append(value)
-        if passing:
-            found.append(Change(second, use.index, _nearest(passing, current, policy, second=second)))
+        best = islice(_preferred(passing, current, policy, second=second), _TRIED)
+        chosen = next((value for value in best if may(use.index, value)), None)
+        if chosen is not None:
+            found.append(Change(second, use.index, chosen))
     return found
 
 
-def _nearest(passing: list[Plain], current: object, policy: Policy, *, second: bool) -> Plain:
-    """The passing value next to the current one; where that is open, the weakest offer or the strongest request."""
+def _preferred(passing: list[Plain], current: Value, policy: Policy, *, second: bool) -> list[Plain]:
+    """Sort passing values: none that weakens first, then the next to the current one.
+
+    Where the current one is open, the weakest offer or the strongest request comes first.
+    """
+    if isinstance(policy.domain, Choice) and not policy.domain.ordered and len(passing) > 1:
+        # Nothing makes one of them better than another: only what the rule itself or the pack names is offered.
+        return []
     if isinstance(current, int) and all(isinstance(value, int) for value in passing):
-        return min(passing, key=lambda value: (abs(int(value) - current), value))  # type: ignore[arg-type]
-    few = policy.domain.candidates()
-    if few and not isinstance(current, (str, tuple)):
-        return max(passing) if second else min(passing)
+        now: int = current
+        return sorted(passing, key=lambda value: (policy.weakens(now, value), abs(int(value) - now), value))  # type: ignore[arg-type]
+    if policy.domain.candidates() and not isinstance(current, (str, tuple)):
+        return sorted(passing, reverse=second)
     # The first candidate is the value at which the comparison just turns.
-    return passing[0]
+    return passing
 
 
-def _candidates(bound: Bound, use: Use, policy: Policy, a: Values, b: Values) -> list[Plain]:
-    """Values worth trying: all of a small domain, else those where some comparison of the sentence turns."""
-    few = policy.domain.candidates()
-    if few:
-        return list(few)
-    values = turning_points(bound, use, a, b)
-    if policy.domain.ordered:
-        # Where nothing else will do, or nothing is known of the other side.
-        values |= dict.fromkeys((policy.domain.lowest, policy.domain.highest))
-    # A zero that stands for a word is no value that could be written.
-    return [value for value in values if policy.domain.has(value) and not (value == 0 and policy.zero is not None)]
+def _candidates(bound: Bound, use: Use, policy: Policy, a: Values, b: Values, *, second: bool) -> list[Plain]:
+    """Values worth trying that somebody may write: all of a small domain, else those where a comparison turns."""
+    domain = policy.domain
+    values = dict.fromkeys(domain.candidates()) or turning_points(bound, use, a, b)
+    if domain.ordered and domain.highest == INFINITE:
+        values[INFINITE] = None
+    default = policy.default_for(SUBSCRIBER if second else PUBLISHER)
+    if default is not None and domain.word(default) not in policy.words:
+        values[domain.parse(default)] = None
+    return [value for value in values if domain.has(value) and policy.spelling(value) is not None]
 
 
 def turning_points(bound: Bound, use: Use, a: Values, b: Values) -> dict[Plain, None]:
@@ -168,7 +187,7 @@ def _isolate(node: Operand, term: Term, target: Plain | None, bound: Bound, a: V
     """Yield values of ``term`` at and around which ``node`` reaches ``target``."""
     if node.key == term.key:
         if isinstance(target, int):
-            yield from (target, min(target + 1, INFINITE), target - 1, INFINITE)
+            yield from bound.vocabulary.policies[bound.vocabulary.find(term)].domain.around(target)
         elif target is not None:
             yield target
         return

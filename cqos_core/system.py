@@ -184,6 +184,7 @@ class Endpoint:
             no finding while another has one.
         protocol: overrides the participant's.
         label: a person's name for the endpoint (the BPMN event's name), for messages.
+        extendable: its file has room for further settings at its place, and its format says how to add them.
     """
 
     id: str
@@ -206,6 +207,7 @@ class Endpoint:
     protocol: str | None = None
     label: str | None = None
     place: Place | None = None
+    extendable: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,6 +252,7 @@ class Participant:
             declares (``rmw``, ``domain``, ``namespace``, ``broker`` …), by the name they were written with.
         remap: topic renames, from → to, as written.
         starts_after: ids of participants that are up before this one.
+        extendable: as that of endpoints.
     """
 
     id: str
@@ -261,6 +264,7 @@ class Participant:
     template: str | None = None
     label: str | None = None
     place: Place | None = None
+    extendable: bool = False
 
 
 @dataclass(slots=True)

@@ -6,21 +6,22 @@ import os
 import sys
 from dataclasses import dataclass, field, replace
 from importlib.metadata import metadata, version
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import click
 
 from cqos_core.baseline import read_baseline, write_baseline
 from cqos_core.checker import check_system
+from cqos_core.cli.fixing import fixed
 from cqos_core.cli.parameters import FormatName, Run, color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.selection import counted
 from cqos_core.cli.several import said_once
 from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
-from cqos_core.cli.streams import colored, say, say_problems, width, write_file
+from cqos_core.cli.streams import colored, emit, say, say_problems, width, write_file
 from cqos_core.cli.units import units
-from cqos_core.files import read_path
+from cqos_core.files import STDIN, read_path
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.wording import listed
 from cqos_core.plugins import load_plugins
@@ -108,6 +109,13 @@ class Wishes:
     help="Exit with 1 on findings of this severity or worse; error if not given.",
 )
 @click.option("--require-pairs", is_flag=True, help="Exit with 1 where no pair was compared, also of parts of systems.")
+@click.option(
+    "--fix",
+    is_flag=True,
+    help="Change the files: apply the first fix of each error and warning that weakens nothing and breaks nothing, check "
+    "again, and report what is left. Comments and layout stay; what was observed is never changed.",
+)
+@click.option("--diff", "show_diff", is_flag=True, help="Print what --fix would change, and write nothing.")
 @click.option("--baseline", metavar="FILE", help="Findings in this file are known and no longer count; new ones do.")
 @click.option(
     "--write-baseline",
@@ -139,6 +147,8 @@ def check(
     ignore: tuple[str, ...],
     fail_on: str | None,
     require_pairs: bool,
+    fix: bool,
+    show_diff: bool,
     baseline: str | None,
     write_baseline: str | None,
     server: str | None,
@@ -185,9 +195,23 @@ def check(
     )
     if server is not None and (reading.pack_files or config.packs):
         raise click.UsageError(_PACKS_STAY, ctx)
+    if fix or show_diff:
+        _refuse_fixing(ctx, paths, server or write_baseline)
     work = _Check(reader, wishes, _known(baseline or config.baseline, write_baseline), server)
+    work.fixing = "diff" if show_diff else "write" if fix else ""
     work.run(paths)
+    if show_diff:
+        emit("".join(work.diffs))
+        sinks = [sink for sink in sinks if sink.path != STDOUT]
     ctx.exit(work.finish(sinks))
+
+
+def _refuse_fixing(ctx: click.Context, paths: Sequence[str], other: str | None) -> None:
+    """Refuse what does not go with changing files."""
+    if other is not None:
+        raise click.UsageError("--fix and --diff go with neither --server nor --write-baseline.", ctx)
+    if STDIN in paths:
+        raise click.UsageError("--fix and --diff change files, and `-` is none.", ctx)
 
 
 def _default_format(config: Config) -> str:
@@ -239,6 +263,8 @@ class _Check:
     skipped: int = 0
     parts: dict[str, str] = field(default_factory=dict)
     not_searched: tuple[str, ...] = ()
+    fixing: Literal["", "write", "diff"] = ""
+    diffs: list[str] = field(default_factory=list)
 
     def run(self, paths: Sequence[str]) -> None:
         """Read and check everything."""
@@ -262,6 +288,11 @@ class _Check:
         reader = self.reader.nearest(unit.path)
         system = tried_out(reader.whole(unit.systems), reader.protocol)
         report = self.wishes.counted(self._judged(system, reader, step))
+        if self.fixing and report.findings:
+            system, report, diff, notes = fixed(unit, system, reader, self.wishes.counted, write=self.fixing == "write")
+            self.diffs.append(diff)
+            for note in notes:
+                self._note(note)
         if not report.endpoints and not report.partial:
             if unit.named and (alone or not _only_profiles(system)):
                 self.empty.append(_nothing(unit.path, len(system.endpoints)))

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-import errno
 import os
-import secrets
 import shutil
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 import click
 
+from cqos_core.files import write_whole
 from cqos_core.formatters.terminal import clean, paint
 from cqos_core.problems import CqosError
 
@@ -135,37 +133,22 @@ def _discard_output() -> None:
         os.close(nowhere)
 
 
+def write_bytes(path: str, data: bytes) -> None:
+    """Write a file so that it holds all of ``data``, or what it held before.
+
+    Raises:
+        CqosError: it cannot be written; nothing is left behind.
+    """
+    try:
+        write_whole(path, data)
+    except OSError as error:
+        raise CqosError(f"cannot write {path}: {error.strerror}") from None
+
+
 def write_file(path: str, text: str) -> None:
     """Write a file so that it holds all of ``text``, or what it held before.
 
     Raises:
         CqosError: it cannot be written; nothing is left behind.
     """
-    try:
-        _replace(path, text.encode("utf-8", "backslashreplace"))
-    except OSError as error:
-        raise CqosError(f"cannot write {path}: {error.strerror}") from None
-
-
-def _replace(path: str, data: bytes) -> None:
-    # A link stays a link, and the file it leads to is the one replaced.
-    target = Path(os.path.realpath(path))
-    if target.exists() and not target.is_file():
-        # A pipe or a device cannot be replaced by a file.
-        target.write_bytes(data)
-        return
-    if target.exists() and not os.access(target, os.W_OK):
-        # Its folder would allow to put another file in its place, but somebody has protected it.
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-    draft = target.with_name(f".{target.name[:100]}.{secrets.token_hex(8)}.tmp")
-    try:
-        with draft.open("xb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        if target.exists():
-            shutil.copymode(target, draft)
-        draft.replace(target)
-    except BaseException:
-        draft.unlink(missing_ok=True)
-        raise
+    write_bytes(path, text.encode("utf-8", "backslashreplace"))

@@ -24,11 +24,13 @@ class Unit:
     Attributes:
         path: of its only file, else of the folder or of the first file.
         named: whether all its paths were given, so that the caller expects something to be in them.
+        files: the paths of all its files.
     """
 
     path: str
     systems: list[System]
     named: bool
+    files: tuple[str, ...] = ()
 
 
 def units(loaded: Loaded, grouping: str) -> tuple[list[Unit], str]:
@@ -61,4 +63,5 @@ def units(loaded: Loaded, grouping: str) -> tuple[list[Unit], str]:
 def _unit(read: Sequence[Read], *, named: bool | None = None) -> Unit:
     file = read[0][0]
     folder = file.folder if len(read) > 1 and len({file.folder for file, _ in read}) == 1 else None
-    return Unit(folder or file.path, [system for _, system in read], file.named if named is None else named)
+    files = tuple(each.path for each, _ in read)
+    return Unit(folder or file.path, [system for _, system in read], file.named if named is None else named, files)

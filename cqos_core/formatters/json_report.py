@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from cqos_core import report_form
 from cqos_core.formatters.places import Places
 from cqos_core.problems import CqosError
-from cqos_core.report import Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
+from cqos_core.report import Edit, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
 from cqos_core.report_form import VERSION
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Place
 
@@ -141,6 +141,10 @@ class _Object:
         found = self._get(key, list, "a list of objects")
         return [_Object(item, f"{self._path}.{key}[{index}]") for index, item in enumerate(found)]
 
+    def objects_or_none(self, key: str) -> list[_Object]:
+        """What reports of earlier versions do not have."""
+        return self.objects(key) if key in self._values else []
+
     def verdict_or_none(self, key: str) -> Verdict | None:
         return None if self._values.get(key) is None else self.one_of(key, Verdict)
 
@@ -229,7 +233,13 @@ def _read_remedy(remedy: _Object) -> Remedy:
         text=remedy.text("text"),
         mends=remedy.number("mends"),
         breaks=remedy.number("breaks"),
+        weakens=remedy.flag("weakens"),
+        edits=tuple(_read_edit(edit) for edit in remedy.objects_or_none("edits")),
     )
+
+
+def _read_edit(edit: _Object) -> Edit:
+    return Edit(_read_place(edit.object("place")), edit.text("attribute"), edit.text_or_none("old"), edit.text("new"))
 
 
 def _read_place(place: _Object) -> Place:

@@ -35,3 +35,5 @@ def _places(finding: Finding) -> Iterator[Place]:
     for side in finding.sides:
         candidates = (side.place, *(fact.place for fact in side.facts))
         yield from (place for place in candidates if place is not None)
+    for remedy in finding.remedies:
+        yield from (edit.place for edit in remedy.edits)

@@ -75,6 +75,8 @@ def helps(finding: Finding) -> list[str]:
 
 def _remarks(remedy: Remedy) -> str:
     remarks = []
+    if remedy.weakens:
+        remarks.append("weakens the design")
     if remedy.kind == "needs_code":
         remarks.append("the program must keep this promise")
     if remedy.breaks:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.system import System
+    from cqos_core.system import Place, System
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +60,21 @@ class ReadContext:
     open: Opener = no_files
     read: ForeignReader = nobody_reads
     options: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+
+
+class Replacement(NamedTuple):
+    """A part of a text by its first character and the one behind it, and what takes its place."""
+
+    start: int
+    end: int
+    text: str
+
+
+class Inserter(Protocol):
+    """Adds settings to something that a file states; the importer of the format brings it along."""
+
+    def __call__(self, text: str, place: Place, settings: Mapping[str, str]) -> Replacement | None:
+        """Return how to add settings, by name, to what stands at ``place``; None where there is no room for them."""
 
 
 class Reader(Protocol):

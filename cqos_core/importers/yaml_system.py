@@ -365,6 +365,7 @@ class _Builder:
             starts_after=_texts(entry, STARTS_AFTER),
             label=entry.get(LABEL),
             place=member.place,
+            extendable=True,
         )
 
     def endpoints(self, name: str, entry: Entry, *, observed: bool) -> tuple[list[Profile], list[_Stated]]:
@@ -476,6 +477,7 @@ def _endpoints(
                 protocol=stated.get(PROTOCOL),
                 label=stated.get(LABEL),
                 place=stated.place if several else member.place,
+                extendable=True,
             )
             yield _Stated(endpoint, given or _numbered(made_up, numbers), given is not None)
 

@@ -23,7 +23,7 @@ from cqos_core.formatters.junit import render_junit
 from cqos_core.formatters.sarif import render_sarif
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import clean
-from cqos_core.report import Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
+from cqos_core.report import Edit, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
 from cqos_core.system import Place
 
 HERE = Path(__file__).parent
@@ -67,6 +67,7 @@ sides = st.builds(
     place=st.none() | places,
     templates=few_texts,
 )
+edits = st.builds(Edit, place=places, attribute=texts, old=st.none() | texts, new=texts)
 remedies = st.builds(
     Remedy,
     role=st.sampled_from(["publisher", "subscriber"]),
@@ -77,6 +78,8 @@ remedies = st.builds(
     text=texts,
     mends=numbers,
     breaks=numbers,
+    weakens=st.booleans(),
+    edits=st.lists(edits, max_size=2).map(tuple),
 )
 findings = st.builds(
     Finding,
@@ -183,6 +186,7 @@ def sarif_validator():
         (places, Place),
         (facts, Fact),
         (sides, Side),
+        (edits, Edit),
         (remedies, Remedy),
         (findings, Finding),
         (groups, Group),

@@ -126,6 +126,7 @@ def _read(reading: Reading, element: Element, role: Role, extensions: list[Child
         protocol=word(element, "protocol"),
         label=fold(element.get("name")) or None,
         place=place,
+        extendable=place.element is not None,
     )
 
 

@@ -137,6 +137,7 @@ def _add(reading: Reading, element: Element, unique: Unique) -> Participant:
         external=bool(flag(reading, element, "external")),
         label=name or None,
         place=reading.document.place(element),
+        extendable=identity(element) is not None,
     )
     if participant.id != wanted:
         message = f"the id `{shown(wanted)}` is used twice; this one is called `{shown(participant.id)}`"

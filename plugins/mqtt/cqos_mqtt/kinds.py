@@ -30,6 +30,8 @@ def quality() -> Choice:
 class Seconds(Duration):
     """A whole number of seconds, as the fields of MQTT hold it; a bare number is in seconds."""
 
+    step = _S
+
     def __init__(self, maximum: int = LONGEST) -> None:
         """``maximum`` is the largest number that the field has room for."""
         super().__init__(bare_unit="s", infinities=(LONGEST * _S,))

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from cqos_ros2.exporters.values import Value
 
 _ENTITIES: Final = {PUBLISHER: "publisher", SUBSCRIBER: "subscription"}
+_BY_DEFAULT: Final = frozenset(("history", "depth", "reliability"))
+"""What a program takes from parameters where it lists nothing (rclcpp, QosOverridingOptions::with_default_policies)."""
 _TRANSFORMS: Final = frozenset(("/tf", "/tf_static"))  # tf2's listener lets them be overridden, in RViz as anywhere
 _ID: Final = re.compile(r"\w+", re.ASCII)
 _Slot: TypeAlias = tuple[str, str, str]
@@ -93,8 +95,15 @@ class _Overrides:
             except Unsayable as reason:
                 self.notes[f"`{each.id}`: {policy.name} is left out: {reason}"] = None
                 continue
-            if value is not None and self._has_parameter(each, part, policy):
-                found[policy.name] = _value(value)
+            if value is None or not self._has_parameter(each, part, policy):
+                continue
+            if self.context.changed is not None and policy.name not in _BY_DEFAULT:
+                self.notes[
+                    f"`{each.id}`: {policy.name} is left out: a program takes it from parameters only where it lists it in "
+                    "its QosOverridingOptions, so change the program"
+                ] = None
+                continue
+            found[policy.name] = _value(value)
         if found and self.context.changed is not None and each.endpoint.observed:
             self.notes[f"`{each.id}` was observed as it was: a new snapshot shows whether it was started with this"] = (
                 None

@@ -440,17 +440,18 @@ def test_only_what_mends_is_written():
     text = export(mended.system, "qos_overrides", mended.changed).text
     written = yaml.safe_load(text)
     assert written == {
-        "/maps": {"ros__parameters": {"qos_overrides": {"/map": {"publisher": {"durability": "transient_local"}}}}},
-        "/planner": {
-            "ros__parameters": {
-                "qos_overrides": {
-                    "/scan": {"subscription": {"reliability": "best_effort", "deadline": 9223372036854775807}}
-                }
-            },
-        },
+        "/lidar": {"ros__parameters": {"qos_overrides": {"/scan": {"publisher": {"reliability": "reliable"}}}}},
     }
     overrides = read_source(Source("params.yaml", text.encode()), "qos_overrides")
-    assert cqos.check(merge([cqos.read(CLASH.encode()), overrides])).verdict == "compatible"
+    left = {finding.code for finding in cqos.check(merge([cqos.read(CLASH.encode()), overrides])).findings}
+    assert "ROS101" not in left
+
+
+def test_what_nodes_take_from_no_parameter_by_default_is_no_remedy():
+    mended = mend(cqos.read(CLASH.encode()), WHERE, "configuration")
+    notes = "\n".join(export(mended.system, "qos_overrides", mended.changed).notes)
+    assert "durability is left out: a program takes it from parameters only where it lists it" in notes
+    assert "deadline is left out" in notes
 
 
 def test_one_of_several_needs_an_id():

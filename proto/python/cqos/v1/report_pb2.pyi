@@ -683,6 +683,8 @@ class Remedy(_message.Message):
     TEXT_FIELD_NUMBER: _builtins.int
     MENDS_FIELD_NUMBER: _builtins.int
     BREAKS_FIELD_NUMBER: _builtins.int
+    WEAKENS_FIELD_NUMBER: _builtins.int
+    EDITS_FIELD_NUMBER: _builtins.int
     role: Global___Role.ValueType
     """Whose change it is."""
     policy: _builtins.str
@@ -697,9 +699,15 @@ class Remedy(_message.Message):
     """How many pairs of the topic it turns from worse to better; absent where there are too many to count."""
     breaks: _builtins.int
     """How many pairs of the topic it turns from better to worse; absent where there are too many to count."""
+    weakens: _builtins.bool
+    """It promises or demands less than the design does now; such remedies come last."""
     @_builtins.property
     def members(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """Ids of the endpoints that change."""
+
+    @_builtins.property
+    def edits(self) -> _containers.RepeatedCompositeFieldContainer[Global___Edit]:
+        """The change as new texts; none where no file states the endpoints, or its format has no place for it."""
 
     def __init__(
         self,
@@ -712,10 +720,12 @@ class Remedy(_message.Message):
         text: _builtins.str = ...,
         mends: _builtins.int | None = ...,
         breaks: _builtins.int | None = ...,
+        weakens: _builtins.bool = ...,
+        edits: _abc.Iterable[Global___Edit] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_breaks", b"_breaks", "_mends", b"_mends", "breaks", b"breaks", "mends", b"mends"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_breaks", b"_breaks", "_mends", b"_mends", "breaks", b"breaks", "kind", b"kind", "members", b"members", "mends", b"mends", "policy", b"policy", "role", b"role", "text", b"text", "value", b"value"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_breaks", b"_breaks", "_mends", b"_mends", "breaks", b"breaks", "edits", b"edits", "kind", b"kind", "members", b"members", "mends", b"mends", "policy", b"policy", "role", b"role", "text", b"text", "value", b"value", "weakens", b"weakens"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__breaks: _TypeAlias = _typing.Literal["breaks"]  # noqa: Y015
     _WhichOneofArgType__breaks: _TypeAlias = _typing.Literal["_breaks", b"_breaks"]  # noqa: Y015
@@ -727,6 +737,44 @@ class Remedy(_message.Message):
     def WhichOneof(self, oneof_group: _WhichOneofArgType__mends) -> _WhichOneofReturnType__mends | None: ...
 
 Global___Remedy: _TypeAlias = Remedy  # noqa: Y015
+
+@_typing.final
+class Edit(_message.Message):
+    """One change of a file or of an element of a model."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    PLACE_FIELD_NUMBER: _builtins.int
+    ATTRIBUTE_FIELD_NUMBER: _builtins.int
+    OLD_FIELD_NUMBER: _builtins.int
+    NEW_FIELD_NUMBER: _builtins.int
+    attribute: _builtins.str
+    """The name that the value is stated under; for a setting that is added, the name of its policy."""
+    old: _builtins.str
+    """The text that is replaced, as written; absent where the setting is added."""
+    new: _builtins.str
+    """The text that takes its place, in the spelling of its file."""
+    @_builtins.property
+    def place(self) -> Global___Place:
+        """Of the value that is replaced; of what the setting is added to, where it is not stated yet."""
+
+    def __init__(
+        self,
+        *,
+        place: Global___Place | None = ...,
+        attribute: _builtins.str = ...,
+        old: _builtins.str | None = ...,
+        new: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_old", b"_old", "old", b"old", "place", b"place"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_old", b"_old", "attribute", b"attribute", "new", b"new", "old", b"old", "place", b"place"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    _WhichOneofReturnType__old: _TypeAlias = _typing.Literal["old"]  # noqa: Y015
+    _WhichOneofArgType__old: _TypeAlias = _typing.Literal["_old", b"_old"]  # noqa: Y015
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__old) -> _WhichOneofReturnType__old | None: ...
+
+Global___Edit: _TypeAlias = Edit  # noqa: Y015
 
 @_typing.final
 class PairReport(_message.Message):

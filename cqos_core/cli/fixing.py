@@ -1,0 +1,50 @@
+"""What ``cqos check --fix`` and ``--diff`` do with one system: apply fixes to its files, or print them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from cqos_core.checker import check_system
+from cqos_core.cli.streams import write_bytes
+from cqos_core.trial import tried_out
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from cqos_core.cli.reading import Reader
+    from cqos_core.cli.units import Unit
+    from cqos_core.report import Report
+    from cqos_core.system import System
+
+
+class Outcome(NamedTuple):
+    """The system and the report after fixes, what changed as a diff, and what to say of it."""
+
+    system: System
+    report: Report
+    diff: str
+    notes: tuple[str, ...]
+
+
+def fixed(unit: Unit, system: System, reader: Reader, counted: Callable[[Report], Report], *, write: bool) -> Outcome:
+    """Apply fixes to the files of a system, in memory or, with ``write``, in place.
+
+    Raises:
+        CqosError: a file cannot be written.
+    """
+    from cqos_core.applying import fix_all, read_texts
+
+    def read(texts: Mapping[str, bytes]) -> System:
+        systems = read_texts(unit.files, texts, reader.options.importer, reader.switches, reader.protocol)
+        return tried_out(reader.whole(systems), reader.protocol)
+
+    done = fix_all(
+        system.sources, lambda texts: counted(check_system(read(texts), reader.context)), reader.options.importer
+    )
+    if write:
+        for name, data in done.edited.texts.items():
+            write_bytes(name, data)
+    verb = "fixed" if write else "would fix"
+    notes = [f"{verb} {finding.code}: {remedy.text}" for finding, remedy in done.applied]
+    notes += [f"not fixed, {finding.code} on `{finding.topic or '-'}`: {reason}" for finding, reason in done.left]
+    return Outcome(read({**system.sources, **done.edited.texts}), done.report, done.edited.diff(), tuple(notes))

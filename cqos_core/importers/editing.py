@@ -1,0 +1,168 @@
+"""Adds settings to system files: to maps in block or flow form, in YAML or JSON; comments and layout stay."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+from cqos_core.encoding import Lines
+from cqos_core.importers.source import Replacement
+from cqos_core.importers.tree import ScalarNode, quoted_where_needed
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from cqos_core.system import Place
+
+
+def is_json(text: str) -> bool:
+    """Whether a text is JSON, so that its new values have to be."""
+    return text.lstrip()[:1] in {"{", "["} and text.lstrip()[1:].lstrip()[:1] in {'"', "{", "}", "]"}
+
+
+def scalar(value: str, like: str = "", *, in_json: bool = False) -> str:
+    """Return a value as it may stand in YAML or JSON, in the quotes of what it takes the place of."""
+    if in_json:
+        return json.dumps(yaml.safe_load(value) if value[:1] in {"[", "{"} else value)
+    if value[:1] in {"[", "{"}:
+        return value
+    if like[:1] == '"':
+        return json.dumps(value, ensure_ascii=False)
+    if like[:1] == "'":
+        return "'" + value.replace("'", "''") + "'"
+    return quoted_where_needed(ScalarNode(value, None, None, plain=True))
+
+
+def insert(text: str, place: Place, settings: Mapping[str, str]) -> Replacement | None:
+    """Add settings to the map at ``place``, or to the one that the key at ``place`` has as its value."""
+    found = _found(text, place)
+    if found is None:
+        return None
+    key, node = found
+    lines = Lines(text)
+    in_json = is_json(text)
+    stated = [(scalar(name, in_json=in_json), scalar(value, in_json=in_json)) for name, value in settings.items()]
+    if isinstance(node, yaml.MappingNode):
+        if node.flow_style:
+            return _in_flow(text, lines, node, stated)
+        return _in_block(text, lines, node, stated)
+    if isinstance(node, yaml.ScalarNode) and key is not None:
+        return _as_map(text, lines, key, node, stated, in_json=in_json)
+    return None
+
+
+def replace_within(text: str, place: Place, name: str, old: str, new: str) -> Replacement | None:
+    """Replace a list in block form at ``place``, or one field of the map there by the last part of its ``name``."""
+    root = _composed(text)
+    nodes = [] if root is None or place.line is None or place.column is None else _entries(root)
+    lines = Lines(text)
+    field = name.rpartition(".")[2]
+    for key, node in nodes:
+        if not _is_at(node, (place.line or 1) - 1, (place.column or 1) - 1):
+            continue
+        if isinstance(node, yaml.SequenceNode) and node.value and key is not None:
+            items = [item.value for item in node.value if isinstance(item, yaml.ScalarNode)]
+            if len(items) != len(node.value) or items != yaml.load(old, Loader=yaml.BaseLoader):  # noqa: S506 - text only
+                return None
+            start = text.index(":", _offset(lines, key.end_mark)) + 1
+            end = _offset(lines, node.value[-1].end_mark)
+            return Replacement(start, end, f" {scalar(new, in_json=is_json(text))}")
+        if isinstance(node, yaml.MappingNode):
+            for inner, value in node.value:
+                if inner.value == field and isinstance(value, yaml.ScalarNode) and value.value == old:
+                    start, end = _offset(lines, value.start_mark), _offset(lines, value.end_mark)
+                    return Replacement(start, end, scalar(new, like=text[start:end], in_json=is_json(text)))
+    return None
+
+
+def _composed(text: str) -> Any:
+    try:
+        return yaml.compose(text, Loader=getattr(yaml, "CBaseLoader", yaml.BaseLoader))
+    except yaml.YAMLError:
+        return None
+
+
+def _entries(root: Any) -> Iterator[tuple[Any, Any]]:
+    """Yield every value of a map with its key, and every item of a list."""
+    waiting = [root]
+    seen: set[int] = set()
+    while waiting:
+        node = waiting.pop()
+        if id(node) in seen:
+            continue
+        seen.add(id(node))
+        children = node.value if not isinstance(node, yaml.ScalarNode) else ()
+        for child in children:
+            entry = child if isinstance(node, yaml.MappingNode) else (None, child)
+            yield entry
+            waiting.append(entry[1])
+
+
+def _found(text: str, place: Place) -> tuple[Any, Any] | None:
+    """Return the key at a place with its value, or the item of a list that begins there."""
+    root = _composed(text)
+    if root is None or place.line is None or place.column is None:
+        return None
+    line, column = place.line - 1, place.column - 1
+    for key, value in _entries(root):
+        if key is None:
+            if _is_at(value, line, column):
+                return None, value
+        # An alias stands for a map elsewhere, which others use too.
+        elif _is_at(key, line, column) and (value.start_mark.line, value.start_mark.column) >= (line, column):
+            return key, value
+    return None
+
+
+def _is_at(node: Any, line: int, column: int) -> bool:
+    return bool(node.start_mark.line == line and node.start_mark.column == column)
+
+
+def _offset(lines: Lines, mark: Any) -> int:
+    return (lines.start(mark.line + 1) or 0) + int(mark.column)
+
+
+def _in_flow(text: str, lines: Lines, node: Any, stated: list[tuple[str, str]]) -> Replacement:
+    listed = ", ".join(f"{name}: {value}" for name, value in stated)
+    if node.value:
+        after = _offset(lines, node.value[-1][1].end_mark)
+        if text[after : after + 1] not in {",", "}", " ", "\n", "\r"}:
+            after = _offset(lines, node.end_mark) - 1
+        return Replacement(after, after, f", {listed}")
+    start, end = _offset(lines, node.start_mark), _offset(lines, node.end_mark)
+    inner = text.index("{", start, end) + 1
+    return Replacement(inner, end - 1, listed)
+
+
+def _in_block(text: str, lines: Lines, node: Any, stated: list[tuple[str, str]]) -> Replacement:
+    key, last = node.value[0][0], node.value[-1][1]
+    indent = " " * int(key.start_mark.column)
+    newline = "\r\n" if "\r\n" in text else "\n"
+    own = [f"{name}: {value}" for name, value in stated]
+    simple = isinstance(last, yaml.ScalarNode) and last.style not in {"|", ">"}
+    if (simple or last.flow_style is True) and last.start_mark.line >= key.start_mark.line:
+        line = last.end_mark.line + 1
+        end = (lines.start(line) or 0) + len(lines.line(line))
+        return Replacement(end, end, "".join(f"{newline}{indent}{each}" for each in own))
+    start = _offset(lines, key.start_mark)
+    return Replacement(start, start, "".join(f"{each}{newline}{indent}" for each in own))
+
+
+def _as_map(
+    text: str, lines: Lines, key: Any, node: Any, stated: list[tuple[str, str]], *, in_json: bool
+) -> Replacement | None:
+    """Put a map in the place of nothing, or of the name of a profile that stands there alone."""
+    listed = ", ".join(f"{name}: {value}" for name, value in stated)
+    start, end = _offset(lines, node.start_mark), _offset(lines, node.end_mark)
+    if node.value and not (not node.style and node.value in {"~", "null", "Null", "NULL"}):
+        profile = '"profile"' if in_json else "profile"
+        return Replacement(start, end, f"{{{profile}: {text[start:end]}, {listed}}}")
+    if node.value:
+        return Replacement(start, end, f"{{{listed}}}")
+    after = _offset(lines, key.end_mark)
+    colon = text.find(":", after)
+    if colon < 0 or text[after:colon].strip():
+        return None
+    return Replacement(colon + 1, colon + 1, f" {{{listed}}}")

@@ -1,0 +1,51 @@
+"""``cqos check --fix`` and ``--diff``."""
+
+import pytest
+
+SYSTEM = """cqos: 1
+protocol: ros2
+# my robot
+participants:
+  lidar:
+    publishes:
+      /scan: {reliability: best_effort}   # cheap
+  planner:
+    subscribes:
+      /scan: {reliability: reliable}
+      /map: {durability: transient_local}
+  maps: {publishes: {/map: }}
+"""
+
+
+def test_fixes_are_written_and_checked_again(cqos, files):
+    (files / "a.yaml").write_text(SYSTEM, encoding="utf-8")
+    done = cqos("check", "--fix", "a.yaml")
+    assert done.code == 0
+    assert "note: fixed ROS101: offer reliability `reliable` on lidar/publisher//scan" in done.err
+    text = (files / "a.yaml").read_text(encoding="utf-8")
+    assert "# my robot" in text
+    assert "/scan: {reliability: reliable}   # cheap" in text
+    assert "maps: {publishes: {/map: {durability: transient_local} }}" in text
+
+
+def test_a_diff_writes_nothing(cqos, files):
+    (files / "a.yaml").write_text(SYSTEM, encoding="utf-8")
+    done = cqos("check", "--diff", "a.yaml")
+    assert "-      /scan: {reliability: best_effort}   # cheap\n" in done.out
+    assert "+      /scan: {reliability: reliable}   # cheap\n" in done.out
+    assert (files / "a.yaml").read_text(encoding="utf-8") == SYSTEM
+
+
+def test_what_weakens_or_needs_code_is_left_with_its_reason(cqos, files):
+    text = SYSTEM.replace("best_effort", "reliable").replace("{reliability: reliable}\n", "{deadline: 1s}\n")
+    (files / "a.yaml").write_text(text, encoding="utf-8")
+    done = cqos("check", "--fix", "a.yaml")
+    assert done.code == 1
+    assert "not fixed, ROS103 on `/scan`: offer deadline `1s`" in done.err
+    assert "is a promise that the program must keep" in done.err
+
+
+@pytest.mark.parametrize("arguments", [("--fix", "-"), ("--diff", "--server", "h:1", "a.yaml")])
+def test_what_cannot_be_fixed_in_place_is_refused(cqos, files, arguments):
+    (files / "a.yaml").write_text(SYSTEM, encoding="utf-8")
+    assert cqos("check", *arguments).code == 2
