@@ -247,5 +247,5 @@ def fields_of(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setti
         if index is None:
             return {}
         text = value if isinstance(value, str) else json.dumps(value)
-        found[index] = Stated(text, Setting(text, setting.place), name, key)
+        found[index] = Stated(text, Setting(text, setting.place), name, field=key)
     return found

@@ -1,0 +1,209 @@
+"""Law: a fix fixes. Its edits applied to the text, and the text read back: the finding is gone, and no error is new."""
+
+from __future__ import annotations
+
+import os
+import sys
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cqos_core.api import context, read
+from cqos_core.applying import apply_edits
+from cqos_core.checker import check_system
+from cqos_core.policy import Choice, Count, Duration, Flag
+from cqos_core.problems import InputError
+from cqos_core.report import Severity, Verdict
+from cqos_core.testing import load_cases
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from cqos_core.pack import RulePack
+    from cqos_core.policy import Policy
+    from cqos_core.report import Finding, Remedy, Report
+    from cqos_core.testing import Case
+
+ROOT: Final = Path(__file__).parents[2]
+CASES: Final = {"ros2": "plugins/ros2", "dds": "plugins/dds_full", "mqtt": "plugins/mqtt"}
+WHERE: Final = context()
+EXPLORE: Final = os.environ.get("CQOS_HYPOTHESIS") == "explore"
+EVERY: Final = 1 if EXPLORE else 20
+"""One of so many cases is tried; `dev.py explore` tries all."""
+EXAMPLES: Final = settings.default.max_examples // 5 if settings.default is not None else 20
+
+
+def checked(data: bytes) -> Report:
+    return check_system(read(data), WHERE)
+
+
+def errors(report: Report) -> set[tuple[str, str | None, str]]:
+    return {
+        (each.code, each.topic, member)
+        for each in report.findings
+        if each.severity is Severity.ERROR
+        for side in each.sides
+        for member in side.members
+    }
+
+
+def still_there(finding: Finding, remedy: Remedy, after: Report) -> bool:
+    """Whether the finding is there again, of endpoints that the remedy has changed."""
+    for each in after.findings:
+        members = {side.role: set(side.members) for side in each.sides}
+        same = each.code == finding.code and each.topic == finding.topic
+        met = all(members.get(side.role, set()) & set(side.members) for side in finding.sides)
+        if same and met and set().union(*members.values()) & set(remedy.members):
+            return True
+    return False
+
+
+def law(text: str) -> Iterator[str]:
+    """Yield what is wrong with the fixes of a system."""
+    data = text.encode()
+    before = checked(data)
+    for finding in before.findings:
+        for remedy in finding.remedies:
+            if not remedy.edits:
+                continue
+            edited = apply_edits({"<bytes>": data}, remedy.edits)
+            if edited.left or not edited.texts:
+                yield f"{finding.code}, {remedy.text}: not applied, {edited.left}"
+                continue
+            try:
+                after = checked(edited.texts["<bytes>"])
+            except InputError as error:
+                yield f"{finding.code}, {remedy.text}: the text is refused, {error}"
+                continue
+            if still_there(finding, remedy, after):
+                yield f"{finding.code}, {remedy.text}: it is still there"
+            if not remedy.breaks and (new := errors(after) - errors(before)):
+                yield f"{finding.code}, {remedy.text}: new errors {sorted(map(str, new))}"
+
+
+def unquoted(value: Any) -> Any:
+    """Return maps and lists that a case writes as text as what they are."""
+    if isinstance(value, str) and value[:1] in {"{", "["}:
+        return yaml.load(value, Loader=yaml.BaseLoader)  # noqa: S506 - makes text only
+    return value
+
+
+def text_of(case: Case) -> str:
+    """Write a case as a system file."""
+    content = case.content
+    if "system" in content:
+        return yaml.safe_dump(content["system"], sort_keys=False)
+    pack = WHERE.find_pack(case.pack)
+    assert pack is not None
+    topic = {**content.get("topic", {}), "external": True}
+    name = topic.pop("name", "topic")
+    participants: dict[str, Any] = {}
+    for who, key, alone in (("p", "offered", "publisher"), ("s", "requested", "subscriber")):
+        stated = content.get(key, content.get(alone))
+        if stated is None:
+            continue
+        own = {n for n in stated if pack.find("endpoint", n) is None and pack.find("participant", n) is not None}
+        endpoint = {n: unquoted(value) for n, value in stated.items() if n not in own}
+        if who == "s" and content.get("needs"):
+            endpoint["needs"] = content["needs"]
+        verb = "publishes" if who == "p" else "subscribes"
+        participants[who] = {**{n: unquoted(stated[n]) for n in own}, verb: {name: endpoint}}
+    options = {case.pack: content.get("options", {})}
+    system = {"cqos": 1, "protocol": case.pack, "options": options, "topics": {name: topic}}
+    return yaml.safe_dump({**system, "participants": participants}, sort_keys=False)
+
+
+@cache
+def texts(pack: str) -> tuple[tuple[str, str], ...]:
+    """The cases of a pack as system files; those that state what a file cannot are left out."""
+    found = []
+    for case in load_cases(ROOT / CASES[pack] / "tests/cases", pack):
+        text = text_of(case)
+        try:
+            read(text.encode())
+        except InputError:
+            continue
+        found.append((str(case), text))
+    return tuple(found)
+
+
+@pytest.mark.parametrize("pack", CASES)
+def test_every_fix_of_the_cases_fixes(pack):
+    wrong = [f"{name}: {said}" for name, text in texts(pack)[::EVERY] for said in law(text)]
+    assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.parametrize("pack", CASES)
+def test_nearly_every_pair_error_has_a_fix_in_the_words_of_its_file(pack):
+    """At least 95 % of pair errors carry a fix, 80 % of those as text; docs/command.md has the figures of all cases."""
+    found = [
+        finding
+        for _, text in texts(pack)[:: EVERY // 2 or 1]
+        for finding in checked(text.encode()).findings
+        if finding.severity is Severity.ERROR and finding.verdict is Verdict.INCOMPATIBLE
+    ]
+    fixed = [finding for finding in found if finding.remedies]
+    assert len(fixed) >= 0.95 * len(found)
+    assert sum(any(remedy.edits for remedy in finding.remedies) for finding in fixed) >= 0.8 * len(fixed)
+
+
+def value_of(policy: Policy) -> st.SearchStrategy[str] | None:
+    """Some values of a policy, in the spelling of a system file."""
+    domain = policy.domain
+    if isinstance(domain, (Choice, Flag)):
+        return st.sampled_from([domain.format(value) for value in domain.candidates()])
+    if isinstance(domain, Duration):
+        return st.sampled_from(["1s", "2s", "10s", "infinite"])
+    if isinstance(domain, Count):
+        return st.sampled_from(["1", "5", "20"])
+    return None
+
+
+def settings_of(pack: RulePack, level: str, role: str) -> st.SearchStrategy[dict[str, str]]:
+    values = {
+        policy.name: value
+        for policy in pack.policies
+        if policy.level == level and role in policy.roles and not policy.derived
+        if policy.default is not None and (value := value_of(policy)) is not None
+    }
+    return st.lists(st.sampled_from(sorted(values)), max_size=4, unique=True).flatmap(
+        lambda names: st.fixed_dictionaries({name: values[name] for name in names})
+    )
+
+
+@st.composite
+def random_systems(draw: Any, pack: RulePack) -> str:
+    participants: dict[str, Any] = {}
+    for number in range(draw(st.integers(2, 4))):
+        role = draw(st.sampled_from(["publisher", "subscriber"]))
+        topic = draw(st.sampled_from(["t", "u"]))
+        verb = "publishes" if role == "publisher" else "subscribes"
+        participants[f"p{number}"] = {verb: {topic: draw(settings_of(pack, "endpoint", role))}}
+    return yaml.safe_dump({"cqos": 1, "protocol": pack.id, "participants": participants}, sort_keys=False)
+
+
+@pytest.mark.parametrize("name", CASES)
+@settings(max_examples=EXAMPLES)
+@given(st.data())
+def test_every_fix_of_random_systems_fixes(name, data):
+    pack = WHERE.find_pack(name)
+    assert pack is not None
+    text = data.draw(random_systems(pack))
+    wrong = list(law(text))
+    assert not wrong, "\n".join([text, *wrong])
+
+
+if __name__ == "__main__":
+    lines = ["| pack | pair errors | with a fix | as text for the file |", "| ---- | ---- | ---- | ---- |"]
+    for each in CASES:
+        everything = [finding for _, text in texts(each) for finding in checked(text.encode()).findings]
+        pairs = [one for one in everything if one.severity is Severity.ERROR and one.verdict is Verdict.INCOMPATIBLE]
+        with_fix = [one for one in pairs if one.remedies]
+        as_text = [one for one in with_fix if any(remedy.edits for remedy in one.remedies)]
+        lines.append(f"| {each} | {len(pairs)} | {len(with_fix)} | {len(as_text)} |")
+    sys.stdout.write("\n".join(lines) + "\n")
