@@ -97,3 +97,20 @@ def test_no_pair_becomes_worse(wanted, system):
     assert sum(after.values()) <= sum(before.values())
     if wanted == "configuration":
         assert all(each.remedy.kind == "configuration" for each in mended.applied)
+
+
+def test_a_remedy_of_no_endpoint_setting_is_left():
+    """What a participant states, or what an application requires, is no setting of an endpoint to lay over."""
+    from cqos_core.api import context, read
+
+    text = b"""cqos: 1
+protocol: ros2
+participants:
+  a: {publishes: {/t: {reliability: best_effort}}}
+  b: {subscribes: {/t: {reliability: best_effort, needs: {loss_free: true}}}}
+"""
+    system = read(text)
+    before = [each for each in check_system(system, context()).findings if each.severity is Severity.ERROR]
+    assert {remedy.policy for each in before for remedy in each.remedies} == {"need.loss_free"}
+    mended = mend(system, context(), "configuration")
+    assert (mended.applied, {each.code for each in mended.left}) == ((), {each.code for each in before})
