@@ -76,15 +76,10 @@ def test_a_mended_design(cqos, files):
     assert cqos("check", "mended.yaml").code == 0
 
 
-def test_only_what_was_changed(cqos):
+def test_only_what_was_changed_and_nodes_take_by_default(cqos):
     done = cqos("convert", DIAGRAM, "--to", "qos_overrides", "--remedies", "configuration")
-    assert yaml.safe_load(done.out) == {
-        f"/Participant_{name}": {"ros__parameters": {"qos_overrides": {"/req_weather_data": changed}}}
-        for name, changed in (
-            ("Drone", {"publisher": {"reliability": "reliable"}}),
-            ("Station", {"subscription": {"liveliness": "automatic"}}),
-        )
-    }
+    overrides = {"/req_weather_data": {"publisher": {"reliability": "reliable"}}}
+    assert yaml.safe_load(done.out) == {"/Participant_Drone": {"ros__parameters": {"qos_overrides": overrides}}}
 
 
 def test_nothing_to_mend(cqos, files):
