@@ -22,10 +22,12 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
     """Register the files in which people write what MQTT clients do."""
     for name, summary, suffixes in _READ:
         claim = f"cqos_mqtt.importers.detect:claims_{name}"
-        register(ImporterInfo(name, summary, suffixes, claim, f"cqos_mqtt.importers.{name}:read"))
+        reader = f"cqos_mqtt.importers.{name}:read"
+        register(ImporterInfo(name, summary, suffixes, claim, reader, declines=_DECLINED.get(name, "")))
 
 
 _DOCUMENTS = (".yaml", ".yml", ".json")
+_DECLINED = {"asyncapi": "cqos_mqtt.importers.detect:declines_asyncapi"}
 _READ = (
     ("asyncapi", "AsyncAPI 2.x and 3.x documents with MQTT servers", _DOCUMENTS),
     ("wot", "W3C WoT Thing Descriptions with MQTT forms", (".jsonld", ".json", ".td")),

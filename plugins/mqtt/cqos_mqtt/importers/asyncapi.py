@@ -14,11 +14,11 @@ from math import prod
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import collector_paused, listed, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text
 from cqos_core.problems import InputError, Problem
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Place, Setting
 from cqos_mqtt.filters import intersect
-from cqos_mqtt.importers.document import Document, entries_of, levels, stated
+from cqos_mqtt.importers.document import Document, entries_of, everything, levels, stated
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -51,6 +51,16 @@ _SUBSCRIPTION: Final = {
     "x-retainAsPublished": "retain_as_published",
     "x-retainHandling": "retain_handling",
 }
+_OTHERS: Final = frozenset(
+    (
+        *("bindingVersion", "lastWill", "payloadFormatIndicator", "correlationData", "contentType", "responseTopic"),
+        *_CONNECTION,
+        *_PUBLICATION,
+        *_SUBSCRIPTION,
+    )
+)
+"""Fields of MQTT bindings, wherever they stand."""
+_BINDINGS: Final = ("mqtt", "mqtt5")
 _PARAMETER: Final = re.compile(r"\{([^{}]*)\}")
 _MOST_TOPICS: Final = 100
 _SAYS: Final = {"subscribe": PUBLISHER, "publish": SUBSCRIBER, "send": PUBLISHER, "receive": SUBSCRIBER}
@@ -115,9 +125,20 @@ class _Reader(Document):
         title = self.a_text(self.a_map(stated(root, "info"), "info"), "title") or self.source.name
         self.system.name = title
         servers = self.servers(root, title)
+        if stated(root, "servers") is None and self.binds_mqtt(root):
+            # Servers are optional: where the application connects is then not known.
+            servers = [_Server("", root, self.client(title, root, {}))]
         if not servers:
             where = stated(root, "servers") or Place(self.source.name, root.line, root.column)
-            self.note("MQTT903", f"`{title}` has no server that speaks MQTT, so nothing of it is read", where)
+            protocols = dict.fromkeys(
+                protocol
+                for _, node in entries_of(self.a_map(stated(root, "servers"), "servers"))
+                if (protocol := self.a_text(self.a_map(node, "servers"), "protocol"))
+            )
+            over = (
+                f"no importer reads AsyncAPI over {listed(protocols, 'and')}" if protocols else "no server speaks MQTT"
+            )
+            self.note("MQTT903", f"{over}, so nothing of `{title}` is read", where)
             return
         if version[1] == "2":
             self.of_version_2(self.a_map(stated(root, "channels"), "channels"), servers)
@@ -140,6 +161,17 @@ class _Reader(Document):
             clients.append(_Server(key.text, server, client))
         return clients
 
+    def binds_mqtt(self, root: MappingNode) -> bool:
+        """Whether anything in the document has a binding for MQTT."""
+        found = []
+        for node in everything(root):
+            for name, (_, value) in node.entries.items() if isinstance(node, MappingNode) else ():
+                if name == "bindings":
+                    found.append(self.at_hand(value))
+                elif name.endswith("Bindings") and isinstance(value, MappingNode):
+                    found += [self.at_hand(each) for _, each in value.entries.values()]
+        return any(isinstance(each, MappingNode) and each.entries.keys() & set(_BINDINGS) for each in found)
+
     def connection(self, server: MappingNode, key: ScalarNode) -> Settings:
         """Read how the application connects."""
         address = self.a_text(server, "host") or self.a_text(server, "url")
@@ -151,7 +183,7 @@ class _Reader(Document):
         elif self.a_text(server, "protocol").lower() in {"mqtt5", "mqtts5"}:
             settings["protocol_version"] = Setting("5.0", self.place(stated(server, "protocol") or key))
         bindings = self.a_map(stated(server, "bindings"), "bindings")
-        for name in ("mqtt5", "mqtt"):
+        for name in reversed(_BINDINGS):
             binding = self.a_map(stated(bindings, name), name)
             self.take(binding, _CONNECTION, settings)
             self.take(self.a_map(stated(binding, "lastWill"), "lastWill"), _WILL, settings)
@@ -360,6 +392,7 @@ class _Reader(Document):
             bindings = self.a_map(stated(layer, "bindings"), "bindings")
             binding = self.a_map(stated(bindings, "mqtt"), "mqtt")
             self.take(binding, _PUBLICATION if role == PUBLISHER else _SUBSCRIPTION, settings)
+            self.misplaced(bindings, role, settings)
         for server in servers:
             one_of = None if topic.one_of is None else f"{server.client}/{role}/{topic.one_of}"
             self.endpoint(server.client, role, topic.name, where, dict(settings), one_of=one_of, guessed=guessed)
@@ -368,12 +401,23 @@ class _Reader(Document):
 
     def take(self, binding: MappingNode, names: dict[str, str], settings: Settings) -> None:
         """Take the fields of a binding as settings."""
+        for meant, unknown in self.misspelt(binding, names, _OTHERS, cause="the MQTT binding has no field"):
+            settings[names[meant]] = unknown
         for name, policy in names.items():
             node = self.followed(stated(binding, name))
             if node is not None:
                 value = self.value(node, name)
                 if value is not None:
                     settings[policy] = value
+
+    def misplaced(self, bindings: MappingNode, role: Role, settings: Settings) -> None:
+        """Report QoS that stands among the names of protocols."""
+        names = _PUBLICATION if role == PUBLISHER else _SUBSCRIPTION
+        for name, (key, value) in bindings.entries.items():
+            if name in names:
+                cause = f"{shown(name)} stands beside the bindings"
+                self.warn_once("CQ040", f"{cause}, not in one, so it is not read", key, f"write `mqtt: {{{name}: …}}`")
+                settings[names[name]] = Setting(flow_text(value), self.place(key), unknown=cause, reported="CQ040")
 
     def value(self, node: Node, name: str) -> Setting | None:
         """Read a value, or the schema of one: what it fixes, else that it is not known."""

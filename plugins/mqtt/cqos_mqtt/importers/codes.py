@@ -35,8 +35,8 @@ CODES: Final = (
         "no-mqtt-server",
         "warning",
         "No server of an AsyncAPI document speaks MQTT, so its channels are not read.",
-        "Only what is sent and received over MQTT is read.",
-        help="state `protocol: mqtt` (or mqtts, secure-mqtt) at a server",
+        "No importer reads AsyncAPI over other protocols. A document without servers is read where it has MQTT bindings.",
+        help="state `protocol: mqtt` (or mqtts, secure-mqtt) at a server, if there is one",
     ),
     CodeInfo(
         "MQTT905",
@@ -83,6 +83,13 @@ CODES: Final = (
         "A node names a broker that is not among the nodes of the flows.",
         "It is never connected.",
         help="choose a broker in the editor, or export the configuration nodes as well",
+    ),
+    CodeInfo(
+        "MQTT923",
+        "flows-without-mqtt",
+        "note",
+        "Flows of Node-RED have no MQTT node.",
+        "Nothing is read from them.",
     ),
     CodeInfo(
         "MQTT940",

@@ -8,12 +8,16 @@ from typing import Final
 _WIDE: Final = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 _ASYNCAPI: Final = re.compile(r"""^(?:asyncapi|"asyncapi"|'asyncapi')[ \t]*:""", re.MULTILINE)
 _ASYNCAPI_IN_FLOW: Final = re.compile(r"""[{,]\s*["']?asyncapi["']?\s*:""")
+_PROTOCOL: Final = re.compile(r"""\bprotocol["']?\s*:\s*["']?([A-Za-z0-9-]+)""")
 _FLOW: Final = re.compile(r"(?:\s++|#[^\n]*+|---)*+\{")
 _MQTT: Final = re.compile(r"mqtt", re.IGNORECASE)
 _CONTEXT: Final = re.compile(r'"@context"\s*:')
 _THING: Final = re.compile(r"www\.w3\.org/\d{4}/wot/td|w3\.org/ns/td|wot/td/v1")
 _FORM: Final = re.compile(r'"mqv:|"mqtts?://|"mqtts?\+')
 _FLOWS: Final = re.compile(r"\s*\[\s*\{")
+_TAB: Final = re.compile(r'"type"\s*:\s*"tab"|"wires"\s*:\s*\[')
+_CUT: Final = 65_536
+"""Bytes of a head that may not be the whole file."""
 _NODE: Final = re.compile(r'"type"\s*:\s*"mqtt(?:-broker| in| out)"')
 _PARAMETERS: Final = re.compile(r"""^[^#\n]*\bros__parameters["']?[ \t]*:""", re.MULTILINE)
 _BRIDGED: Final = re.compile(r"^[^#\n]*\b(?:ros2mqtt|mqtt2ros)\b", re.MULTILINE)
@@ -35,6 +39,16 @@ def claims_asyncapi(name: str, head: bytes) -> bool:  # noqa: ARG001 - the signa
     return key.search(text) is not None and _MQTT.search(text) is not None
 
 
+def declines_asyncapi(name: str, head: bytes) -> tuple[str, str] | None:  # noqa: ARG001
+    """Say of an AsyncAPI document without MQTT that no importer reads its protocol."""
+    text = _text(head)
+    if (_ASYNCAPI_IN_FLOW if _FLOW.match(text) else _ASYNCAPI).search(text) is None:
+        return None
+    spoken = ", ".join(dict.fromkeys(_PROTOCOL.findall(text)))
+    what = f"this is an AsyncAPI document over {spoken}" if spoken else "this is an AsyncAPI document without MQTT"
+    return f"{what}, which no importer reads", "AsyncAPI is read where its servers or bindings are of MQTT"
+
+
 def claims_wot(name: str, head: bytes) -> bool:  # noqa: ARG001
     """Say whether this is a Thing Description with forms for MQTT."""
     text = _text(head)
@@ -42,9 +56,11 @@ def claims_wot(name: str, head: bytes) -> bool:  # noqa: ARG001
 
 
 def claims_node_red(name: str, head: bytes) -> bool:  # noqa: ARG001
-    """Say whether these are flows of Node-RED with MQTT nodes."""
+    """Say whether these are flows of Node-RED with MQTT nodes; in long ones these may come later."""
     text = _text(head)
-    return _FLOWS.match(text) is not None and _NODE.search(text) is not None
+    if _FLOWS.match(text) is None:
+        return False
+    return _NODE.search(text) is not None or (len(head) >= _CUT and _TAB.search(text) is not None)
 
 
 def claims_mosquitto(name: str, head: bytes) -> bool:

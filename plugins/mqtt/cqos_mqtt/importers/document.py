@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from urllib.parse import unquote
 
 from cqos_core.importers.forms import described
+from cqos_core.importers.qos_keys import looks_like_qos
 from cqos_core.importers.reading import Reading, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flag, flow_text, is_null
 from cqos_core.importers.yaml_tree import read_tree
@@ -18,7 +19,7 @@ from cqos_mqtt.importers.codes import note
 from cqos_mqtt.names import PATTERN
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Container, Iterable, Iterator
 
     from cqos_core.importers.source import Opener, Source
     from cqos_core.importers.tree import Node
@@ -99,6 +100,13 @@ class Document(Reading):
             self._told.add(key)
             self.notes.append(note(code, message, place, advice))
 
+    def warn_once(self, code: str, message: str, where: Node, advice: str) -> None:
+        """Warn with a code of the core, once for each place."""
+        key = (message, self.place(where))
+        if key not in self._told:
+            self._told.add(key)
+            self.warn(code, message, where, advice)
+
     # What is expected
 
     def a_map(self, node: Node | None, name: str) -> MappingNode:
@@ -138,6 +146,22 @@ class Document(Reading):
     def setting(self, node: Node, text: str | None = None) -> Setting:
         """Return a value with its place; ``text`` stands for what is written."""
         return Setting(flow_text(node) if text is None else text, self.place(node))
+
+    def misspelt(
+        self, entries: MappingNode, names: Iterable[str], known: Container[str] = (), *, cause: str
+    ) -> Iterator[tuple[str, Setting]]:
+        """Report keys that look like one of ``names`` and are neither these nor ``known``.
+
+        Yields the name that each may stand for, and what then is not known.
+        """
+        read = tuple(names)
+        for name, (key, value) in entries.entries.items():
+            meant = None if name in read or name in known else looks_like_qos(name, read)
+            if meant is None:
+                continue
+            place = self.place(key)
+            self.warn_once("CQ040", f"{cause} {shown(name)}, so it is not read", key, f"did you mean `{meant}`?")
+            yield meant, Setting(flow_text(value), place, unknown=f"{cause} {shown(name)}", reported="CQ040")
 
     # References
 
@@ -210,7 +234,7 @@ class Document(Reading):
             return f"{shown(source.name)} cannot be read"
         if not self.stands_alone(root):
             self.system.sources[source.name] = source.data
-        self._homes.update((id(node), source.name) for node in _everything(root))
+        self._homes.update((id(node), source.name) for node in everything(root))
         return self._files.setdefault(_same(source.name), _File(source.name, root))
 
     def stands_alone(self, root: Node) -> bool:  # noqa: ARG002 - for formats in which there is more to say
@@ -325,7 +349,7 @@ def _only_document(reading: Reading) -> Node | None:
     return documents[0] if documents else None
 
 
-def _everything(root: Node) -> Iterator[Node]:
+def everything(root: Node) -> Iterator[Node]:
     """Yield all nodes of a tree, keys too."""
     waiting, seen = [root], {id(root)}
     while waiting:

@@ -34,11 +34,12 @@ _ACCESS: Final = ("read", "write", "readwrite", "deny")
 
 
 class Line(NamedTuple):
-    """One directive: its name, the rest of its line, and where it stands."""
+    """One directive: its name, the rest of its line, and where it stands; of a misspelt one the name that is meant."""
 
     name: str
     value: str
     place: Place
+    refused: str = ""
 
 
 def read(source: Source, context: ReadContext) -> System:
@@ -161,7 +162,7 @@ class _Reader(Reading):
         if meant in _DIRECTIVES:
             self.settings[_POLICIES.get(meant, EVERY_OTHER)] = unknown
         elif self.connection is not None:
-            self.connection.append(line)
+            self.connection.append(Line(meant, line.value, line.place, cause))
 
     def of_listeners(self) -> None:
         """Take what holds for one listener as what holds for the broker, where all have it alike."""

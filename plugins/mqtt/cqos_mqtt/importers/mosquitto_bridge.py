@@ -43,6 +43,19 @@ OF_CONNECTIONS: Final = frozenset(
 )
 """The directives that belong to the connection above them; others below it are about the broker."""
 
+_POLICIES: Final = {
+    "cleansession": "clean_start",
+    "local_cleansession": "clean_start",
+    "keepalive_interval": "keep_alive",
+    "clientid": "client_id",
+    "local_clientid": "client_id",
+    "remote_clientid": "client_id",
+    "bridge_protocol_version": "protocol_version",
+    "bridge_session_expiry_interval": "session_expiry_interval",
+}
+_RETAINED: Final = {"try_private": ("in",), "bridge_outgoing_retain": ("out",), "bridge_protocol_version": ("in",)}
+"""The ways whose RETAIN flag a directive decides."""
+
 
 def add_bridge(system: System, local_broker: str, name: str, lines: Sequence[Line]) -> None:
     """Add one bridge, as a client of either broker and a route for each topic.
@@ -50,6 +63,8 @@ def add_bridge(system: System, local_broker: str, name: str, lines: Sequence[Lin
     Raises:
         ValueError: Mosquitto refuses a line; the text says why, its second argument is the line.
     """
+    refused = [line for line in lines if line.refused]
+    lines = [line for line in lines if not line.refused]
     stated = {line.name: line for line in lines if line.name != "topic"}
     address = stated.get("address") or stated.get("addresses")
     if address is None:
@@ -59,8 +74,12 @@ def add_bridge(system: System, local_broker: str, name: str, lines: Sequence[Lin
     system.brokers.setdefault(remote_broker, Broker(remote_broker, "mqtt", place=address.place))
     local, remote = f"{name} ({local_broker})", f"{name} ({local_broker} at {host})"
     client_id = f"{local_broker}.{name}"
+    unclear = {_POLICIES[line.name]: _unknown(line) for line in refused if line.name in _POLICIES}
     for side, broker in ((local, local_broker), (remote, remote_broker)):
-        own = _connection(stated, broker, f"local.{client_id}" if side == local else client_id, here=side == local)
+        own = (
+            _connection(stated, broker, f"local.{client_id}" if side == local else client_id, here=side == local)
+            | unclear
+        )
         system.participants[side] = Participant(side, "mqtt", own, external=side == remote, place=lines[0].place)
     five = "bridge_protocol_version" in stated and stated["bridge_protocol_version"].value == "mqttv50"
     # As a bridge, or by the options of 5.0, it is sent messages with their RETAIN flag and never its own ones.
@@ -69,10 +88,13 @@ def add_bridge(system: System, local_broker: str, name: str, lines: Sequence[Lin
         "out": Setting("from_publishers" if _is_true(stated, "bridge_outgoing_retain", otherwise=True) else "false"),
         "in": Setting("from_publishers" if knows else "unknown"),
     }
+    for line in refused:
+        retained |= dict.fromkeys(_RETAINED.get(line.name, ()), _unknown(line))
+    any_topic = next((_unknown(line) for line in refused if line.name == "topic"), None)
     routes: list[Route] = []
     for line in lines:
         if line.name == "topic":
-            routes += _routes(local, remote, line, retained)
+            routes += _routes(local, remote, line, retained, any_topic)
             if not knows and line.value.split()[1:2] == ["both"]:
                 message = (
                     f"with `try_private false` the broker at {host} sends back what it gets over bridge `{name}`: what is "
@@ -83,6 +105,11 @@ def add_bridge(system: System, local_broker: str, name: str, lines: Sequence[Lin
     carries = () if knows else (_TAKES_BACK,)
     bridge = f"{name} ({local_broker})"
     system.bridges[bridge] = Bridge(bridge, tuple(routes), carries, place=lines[0].place)
+
+
+def _unknown(line: Line) -> Setting:
+    """Return what a misspelt line leaves open; that Mosquitto refuses it is reported where it is read."""
+    return Setting(line.value, line.place, unknown=line.refused, reported="CQ040")
 
 
 def _host_and_port(address: str) -> tuple[str, str]:
@@ -167,8 +194,10 @@ def _version(line: Line) -> Setting:
     return Setting(_VERSIONS[line.value], line.place)
 
 
-def _routes(local: str, remote: str, line: Line, retained: dict[str, Setting]) -> Iterator[Route]:
-    """Yield the ways of one ``topic`` line."""
+def _routes(
+    local: str, remote: str, line: Line, retained: dict[str, Setting], unclear: Setting | None
+) -> Iterator[Route]:
+    """Yield the ways of one ``topic`` line; ``unclear`` is another one that may be about the same topics."""
     if not line.value.split():
         raise ValueError("it needs a value", line)
     pattern, *rest = (part.strip('"') for part in line.value.split())
@@ -179,7 +208,7 @@ def _routes(local: str, remote: str, line: Line, retained: dict[str, Setting]) -
         raise ValueError("expected 0, 1 or 2 as the QoS", line)
     if wrong := wrong_wildcards(pattern):
         raise ValueError(f"`{pattern}` is no filter: {wrong}", line)
-    settings: Settings = {"qos": Setting(qos, line.place)}
+    settings: Settings = {"qos": unclear or Setting(qos, line.place)}
     for name, expression in _named(pattern):
         for way in _DIRECTIONS[direction]:
             ends = ((local, f"{here}{name}"), (remote, f"{there}{name}"))

@@ -23,6 +23,20 @@ IN: Final = "mqtt in"
 OUT: Final = "mqtt out"
 _VERSIONS: Final = {"3": "3.1.1", "4": "3.1.1", "5": "5.0"}
 _WILL: Final = {"willTopic": "topic", "willQos": "qos", "willRetain": "retain", "willPayload": "payload"}
+_OF_NODES: Final = ("qos", "retain", "expiry", "topic", "broker", "nl", "rap", "rh", "d", "z")
+_OF_BROKERS: Final = (
+    *("broker", "port", "clientid", "cleansession", "keepalive", "protocolVersion", "sessionExpiry", "willMsg"),
+    *_WILL,
+    *("birthTopic", "birthQos", "birthRetain", "closeTopic", "closeQos", "closeRetain"),
+)
+_OTHERS: Final = frozenset(
+    (
+        *("id", "type", "name", "g", "x", "y", "l", "info", "env", "wires", "inputs", "datatype", "respTopic"),
+        *("contentType", "userProps", "correl", "tls", "usetls", "verifyservercert", "compatmode", "autoConnect"),
+        *("autoUnsubscribe", "credentials", "birthPayload", "birthMsg", "closePayload", "closeMsg"),
+    )
+)
+"""Fields of nodes that hold no QoS that is read here."""
 _DEFAULT_IN: Final = "2"
 _DEFAULT_OUT: Final = "0"
 
@@ -55,9 +69,17 @@ class _Reader(Document):
             kind = self.a_text(node, "type")
             if kind in {IN, OUT} and not truth(stated(node, "d")) and self.a_text(node, "z") not in off:
                 self.node(node, kind, clients)
+        if not clients:
+            self.note("MQTT923", "no node of these flows is about MQTT", self.root)
+
+    def unused(self, node: MappingNode, names: tuple[str, ...]) -> None:
+        """Report fields that Node-RED passes over; it then takes its default."""
+        for _ in self.misspelt(node, names, _OTHERS, cause="Node-RED has no field"):
+            pass
 
     def connection(self, node: MappingNode) -> tuple[str, bool]:
         """Add a client; return its id and whether it speaks 5.0."""
+        self.unused(node, _OF_BROKERS)
         host, port = self.a_text(node, "broker"), self.a_text(node, "port")
         version = _VERSIONS.get(self.a_text(node, "protocolVersion"), "3.1.1")
         where = stated(node, "broker") or node
@@ -122,6 +144,7 @@ class _Reader(Document):
             self.note("MQTT922", f"{shown(label or kind)} on {shown(topic)} is connected to no broker", broker or node)
             return
         client, in_5_0 = found
+        self.unused(node, _OF_NODES)
         where = stated(node, "topic") or node
         if kind == IN:
             settings = self._stated(node, (("qos", "qos", _DEFAULT_IN),))

@@ -40,6 +40,9 @@ _DEFAULT_OPS: Final = {
     "actions": ("invokeaction",),
     "events": ("subscribeevent",),
 }
+_TERMS: Final = {"mqv:qos": "qos", "mqv:retain": "retain"}
+"""Terms of a form that hold QoS, with their policies."""
+_OTHER_TERMS: Final = frozenset(("mqv:filter", "mqv:topic", "mqv:controlPacket"))
 _SCHEMES: Final = ("mqtt", "mqtts", "mqtt+ws", "mqtt+wss", "mqtt+tcp", "mqtts+tcp")
 
 
@@ -58,6 +61,10 @@ def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - noth
 
 class _Reader(Document):
     """Reads one Thing Description."""
+
+    def __init__(self, source: Source) -> None:
+        super().__init__(source)
+        self.clients: dict[str, str] = {}  # by host
 
     def thing(self, thing: MappingNode) -> None:
         """Read all forms."""
@@ -94,9 +101,16 @@ class _Reader(Document):
             for node, topic in topics:
                 if client is None:
                     host = address.netloc.rpartition("@")[2]
-                    settings = {"broker": self.broker(host, form)} if host else {}
-                    client = self.client(thing, form, settings, external=True)
+                    client = self.client_at(host, thing, form)
                 self.does(client, packet, levels(topic), node, form)
+
+    def client_at(self, host: str, thing: str, form: MappingNode) -> str:
+        """Return the client that the Thing has at a host; it is called after the Thing, a further one after its host too."""
+        if host not in self.clients:
+            name = f"{thing} at {host}" if self.clients and host else thing
+            settings = {"broker": self.broker(host, form)} if host else {}
+            self.clients[host] = self.client(name, form, settings, external=True)
+        return self.clients[host]
 
     def packets(self, form: MappingNode, default: tuple[str, ...]) -> list[str]:
         """Return what a consumer sends: as the form says, else as its operations mean."""
@@ -119,7 +133,8 @@ class _Reader(Document):
 
     def does(self, client: str, packet: str, topic: str, where: Node, form: MappingNode) -> None:
         """Add the Thing's end of what a consumer does."""
-        settings: Settings = {}
+        unclear = self.misspelt(form, (*_TERMS, *_OTHER_TERMS), cause="the MQTT binding has no term")
+        settings: Settings = {_TERMS[meant]: setting for meant, setting in unclear if meant in _TERMS}
         qos, retain = stated(form, "mqv:qos"), stated(form, "mqv:retain")
         if qos is not None:
             settings["qos"] = self.setting(qos)

@@ -209,7 +209,7 @@ def test_what_a_schema_leaves_open_is_not_known():
 
 
 def test_a_document_without_mqtt_says_so():
-    assert codes(V3.replace("mqtts", "kafka")) == ["CQ404", "MQTT903"]
+    assert codes(V3.replace("mqtts", "kafka")) == ["MQTT903"]
 
 
 @pytest.mark.parametrize("version", ["1.2.0", "4.0.0", "three"])
@@ -235,3 +235,40 @@ def test_what_is_not_as_it_should_be_is_no_traceback(text):
     except InputError as error:
         report = error
     assert report
+
+
+BOUND = """
+asyncapi: 3.0.0
+info: {title: display, version: 1.0.0}
+channels: {orders: {address: orders}}
+operations:
+  order: {action: send, channel: {$ref: "#/channels/orders"}, bindings: {mqtt: {qos: 1}}}
+"""
+
+
+def test_servers_may_be_missing_where_bindings_are_of_mqtt():
+    assert endpoints(BOUND) == {"display/publisher/orders": {"qos": "1"}}
+    assert "MQTT903" in codes(BOUND.replace("bindings: {mqtt:", "bindings: {kafka:"))
+    assert "MQTT903" in codes(BOUND + "servers: {a: {host: h, protocol: kafka}}\n")
+
+
+@pytest.mark.parametrize(
+    ("binding", "policy"),
+    [
+        ("{mqtt: {qoss: 1}}", "qos"),
+        ("{mqtt: {reatin: true}}", "retain"),
+        ("{mqtt: {messageExpiryIntervall: 1}}", "message_expiry_interval"),
+        ("{qos: 1, mqtt: {}}", "qos"),
+    ],
+)
+def test_a_binding_with_a_typing_error_is_reported_and_unknown(binding, policy):
+    system = read(BOUND.replace("{mqtt: {qos: 1}}", binding).encode(), importer="asyncapi")
+    assert [(each.code, each.severity) for each in system.notes] == [("CQ040", "warning")]
+    (endpoint,) = system.endpoints
+    assert {name for name, setting in endpoint.settings.items() if setting.unknown} == {policy}
+
+
+def test_a_document_over_another_protocol_names_it():
+    text = BOUND + "servers: {a: {host: h, protocol: kafka}}\n"
+    (note,) = read(text.encode(), importer="asyncapi").notes
+    assert "no importer reads AsyncAPI over kafka" in note.message

@@ -411,3 +411,21 @@ def test_configurations_are_recognised(text, claimed):
     from cqos_mqtt.importers.detect import claims_mosquitto
 
     assert claims_mosquitto("broker.conf", text) == claimed
+
+
+@pytest.mark.parametrize(
+    ("directive", "policy"),
+    [("cleansesion true", "clean_start"), ("keepalive_intervall 5", "keep_alive"), ("bridge_protocol_versoin x", "*")],
+)
+def test_a_misspelt_directive_of_a_connection_leaves_unknown_what_it_may_have_set(directive, policy):
+    system = cqos.read(f"connection b\naddress h\ntopic x out 1\n{directive}\n".encode(), importer="mosquitto")
+    assert [each.code for each in system.notes] == ["CQ040"]
+    wanted = "protocol_version" if policy == "*" else policy
+    unknown = {name for each in system.participants.values() for name, to in each.settings.items() if to.unknown}
+    assert unknown == {wanted}
+
+
+def test_a_misspelt_topic_leaves_unknown_with_which_qos_topics_are_carried():
+    system = cqos.read(b"connection b\naddress h\ntopic x out 1\ntopicc x out 2\n", importer="mosquitto")
+    (bridge,) = system.bridges.values()
+    assert [bool(route.source.settings["qos"].unknown) for route in bridge.routes] == [True]

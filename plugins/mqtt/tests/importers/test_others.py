@@ -50,7 +50,7 @@ def test_a_thing_does_the_opposite_of_what_its_consumers_do():
         "lamp/publisher/lamp/+/state": {"qos": "1", "retain": "true"},
         "lamp/subscriber/lamp/set": {"qos": "2"},
         "lamp/subscriber/lamp/+/blink": {},
-        "lamp/publisher/lamp/gone": {},
+        "lamp at other/publisher/lamp/gone": {},
     }
     assert sorted(system.brokers) == ["broker:1883", "other"]
 
@@ -270,7 +270,7 @@ def test_the_broker_of_a_configuration_judges_its_clients(house):
     found = {finding.code: finding for finding in report.findings}
     assert found["MQTT201"].severity == "error"
     assert found["MQTT621"].topic == "home/secret"
-    assert [(group.topic, group.verdict) for group in report.groups] == [("home/a/temperature", "compatible")]
+    assert [(group.topic, group.verdict) for group in report.groups] == [("home/a/temperature", "incompatible")]
 
 
 def test_an_acl_file_that_is_not_there_is_told(tmp_path):
@@ -355,3 +355,49 @@ def test_every_code_has_its_page_and_its_use():
     sources = "\n".join(path.read_text(encoding="utf-8") for path in Path(detect.__file__).parent.glob("*.py"))
     for info in CODES:
         assert sources.count(info.code) > 1, info.code
+
+
+# What is misspelt, long or elsewhere
+
+
+def test_flows_whose_mqtt_nodes_come_late_are_recognised(tmp_path):
+    filler = [{"id": f"n{i}", "type": "inject", "z": "tab", "wires": [[]]} for i in range(2000)]
+    path = tmp_path / "flows.json"
+    path.write_text(json.dumps([*filler, *json.loads(flows(node_in(1)))]), encoding="utf-8")
+    assert path.read_bytes().find(b"mqtt") > 65_536
+    assert read(str(path)).endpoints
+    path.write_text(json.dumps(filler), encoding="utf-8")
+    assert [each.code for each in read(str(path)).notes] == ["MQTT923"]
+
+
+def test_a_thing_has_a_client_at_each_host():
+    system = read(json.dumps(THING).encode())
+    assert {each.id: each.settings["broker"].text for each in system.participants.values()} == {
+        "lamp": "broker:1883",
+        "lamp at other": "other",
+    }
+
+
+def test_terms_of_forms_with_typing_errors_are_reported():
+    form = {"href": "mqtt://h/a", "op": "observeproperty", "mqv:qoss": "1"}
+    thing = {**THING, "events": {}, "actions": {}, "properties": {"a": {"forms": [form]}}}
+    system = read(json.dumps(thing).encode())
+    assert [(each.code, each.severity) for each in system.notes] == [("CQ040", "warning")]
+    (endpoint,) = system.endpoints
+    assert endpoint.settings["qos"].unknown
+
+
+def test_fields_of_nodes_with_typing_errors_are_reported():
+    text = flows(node_in(1), node_out(1))
+    nodes = json.loads(text)
+    assert not [each for each in read(text).notes if each.code == "CQ040"]
+    nodes = [{("qoss" if name == "qos" else name): value for name, value in node.items()} for node in nodes]
+    notes = [each for each in read(json.dumps(nodes).encode()).notes if each.code == "CQ040"]
+    assert notes
+    assert {each.help for each in notes} == {"did you mean `qos`?"}
+
+
+@pytest.mark.parametrize("data", [b"asyncapi: 3.0.0\nservers: {a: {protocol: kafka}}\n", b'{"asyncapi": "3.0.0"}'])
+def test_asyncapi_over_another_protocol_is_named_as_what_it_is(data):
+    with pytest.raises(InputError, match="no importer reads"):
+        read(data)
