@@ -87,6 +87,7 @@ class Assignment(NamedTuple):
         return f"{self.owner}.{self.name}={self.value}"
 
 
+_VARIABLE = re.compile(r"(?P<name>[A-Za-z_]\w*)=(?P<value>.*)", re.DOTALL)
 _ASSIGNMENT = re.compile(r"(?P<owner>[^.=\s]+)\.(?P<name>[^=\s]+)=(?P<value>.+)", re.DOTALL)
 if TYPE_CHECKING:
     _Assignments = click.ParamType[Assignment]
@@ -99,18 +100,20 @@ class AssignmentType(_Assignments):
 
     name = "assignment"
 
-    def __init__(self, form: str, example: str) -> None:
+    def __init__(self, form: str, example: str, owner: str = "") -> None:
+        """Read ``owner.name=value``; with an ``owner`` given, ``name=value``."""
         self.form = form
         self.example = example
+        self.owner = owner
 
     def convert(self, value: str | Assignment, param: click.Parameter | None, ctx: click.Context | None) -> Assignment:
         """Take the text apart."""
         if isinstance(value, Assignment):
             return value
-        match = _ASSIGNMENT.fullmatch(value.strip())
+        match = (_VARIABLE if self.owner else _ASSIGNMENT).fullmatch(value.strip())
         if match is None:
             self.fail(f"`{value}` is not of the form {self.form}, for instance {self.example}.", param, ctx)
-        return Assignment(**match.groupdict())
+        return Assignment(**{"owner": self.owner, **match.groupdict()})
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:  # noqa: ARG002
         """Show the form."""

@@ -14,6 +14,7 @@ from cqos_core.api import context, with_options
 from cqos_core.cli.parameters import Assignment, AssignmentType, ImporterName, nearest
 from cqos_core.files import STDIN, STDIN_NAME, read_path, read_stream
 from cqos_core.ignoring import patterns
+from cqos_core.importers.source import VARIABLES
 from cqos_core.loading import load_paths
 from cqos_core.merging import merge
 from cqos_core.plugins import load_plugins
@@ -43,6 +44,7 @@ class ReadingOptions:
     pack_files: tuple[str, ...]
     assumptions: tuple[Assignment, ...]
     switches: tuple[Assignment, ...]
+    variables: tuple[Assignment, ...]
     message_flows: bool
     stdin_name: str
     excluded: tuple[str, ...]
@@ -83,6 +85,13 @@ _OPTIONS = (
         type=AssignmentType("IMPORTER.NAME=VALUE", "bpmn.message_flows=true"),
         multiple=True,
         help="A switch of an importer, for instance bpmn.message_flows=true. Can be repeated.",
+    ),
+    click.option(
+        "--define",
+        "variables",
+        type=AssignmentType("NAME=VALUE", "ROBOT=beta", VARIABLES),
+        multiple=True,
+        help="What a variable in files stands for, such as $(ROBOT) in XML files of DDS. Can be repeated.",
     ),
     click.option(
         "--message-flows",
@@ -246,6 +255,8 @@ def _switches(options: ReadingOptions) -> dict[str, dict[str, str]]:
         if switch.owner not in importers:
             raise _refused("--switch", f"there is no importer `{switch.owner}`{nearest(switch.owner, importers)}")
         switches.setdefault(switch.owner, {})[switch.name] = switch.value
+    if options.variables:
+        switches[VARIABLES] = {each.name: each.value for each in options.variables}
     return switches
 
 

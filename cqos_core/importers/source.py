@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from cqos_core.system import Place, System
+
+
+VARIABLES: Final = "$"
+"""The entry among the switches of importers that holds the values of variables."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +58,7 @@ class ReadContext:
         open: opens included files.
         read: reads included files of other formats.
         options: importer switches from the command line or configuration, by importer name and switch, for instance
-            ``{"bpmn": {"message_flows": "true"}}``.
+            ``{"bpmn": {"message_flows": "true"}}``; under `VARIABLES` what variables in files stand for.
     """
 
     open: Opener = no_files

@@ -38,7 +38,7 @@ CODES: Final = (
         "built-in-base-unknown",
         "warning",
         "A profile is based on one that is built into RTI Connext, and what that sets is not known here.",
-        "What it sets is taken as left at the defaults.",
+        "Whatever the profile does not state itself is unknown: no default is assumed in its place.",
         help="state in the file what counts",
     ),
     CodeInfo(
@@ -46,7 +46,7 @@ CODES: Final = (
         "reference-leads-nowhere",
         "error",
         "A participant, an endpoint or a topic refers to something that the file does not define.",
-        "Domains, topics and participants are looked up within one file. Without the domain, domain 0 is assumed.",
+        "Domains, topics and participants are looked up within one file. Without the domain, its number is unknown.",
         help="define it in the same file",
     ),
     CodeInfo(
@@ -55,6 +55,14 @@ CODES: Final = (
         "error",
         "Participants or domains are based on each other in a circle.",
         "No implementation can load them; what lies in the circle is read without its base.",
+    ),
+    CodeInfo(
+        "DDS907",
+        "reference-to-another-file",
+        "warning",
+        "A participant, an endpoint or a topic refers to a library that the file does not have, or by a variable.",
+        "Systems of DDS-XML may span files. What the other file says is unknown here, and what meets it may be there.",
+        help="check it with the libraries in one file, or state the variable with `--define`",
     ),
 )
 _BY_CODE: Final = {info.code: info for info in CODES}

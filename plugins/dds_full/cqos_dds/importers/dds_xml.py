@@ -12,7 +12,7 @@ from cqos_core.importers.xml_source import parse_xml
 from cqos_dds.importers import fastdds_xml
 from cqos_dds.importers.entities import PARTICIPANT_LIBRARIES, Entities
 from cqos_dds.importers.qos_libraries import QosLibraries
-from cqos_dds.importers.xml_values import MOST_TAGS, XmlReading, children, elements, local
+from cqos_dds.importers.xml_values import MOST_TAGS, XmlReading, children, elements, expand, local
 
 if TYPE_CHECKING:
     from cqos_core.importers.source import ReadContext, Source
@@ -33,6 +33,7 @@ def read(source: Source, context: ReadContext) -> System:
         if local(root) == "dds" and children(root, "profiles") and not children(root, *_LIBRARIES):
             # Types before the profiles may fill all that is looked at to recognise the format.
             return fastdds_xml.read(source, context)
+        expand(root, context)
         return _File(XmlReading(source)).read(root)
 
 

@@ -19,7 +19,7 @@ from cqos_core.system import (
 )
 from cqos_dds.importers.policy_forms import PUBLISHER_QOS, READER, SUBSCRIBER_QOS, WRITER
 from cqos_dds.importers.qos_libraries import SEPARATOR, part_of
-from cqos_dds.importers.xml_values import children, elements, flag, local, text
+from cqos_dds.importers.xml_values import children, elements, flag, local, not_set, text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -97,6 +97,7 @@ class Entities:
         self.applied: dict[str, Element] = {}
         self.keyed: dict[str, bool] = {}
         self.ids: set[str] = set()
+        self.elsewhere: set[str] = set()
 
     # What the file defines
 
@@ -185,18 +186,34 @@ class Entities:
             name, element = base, found
         return _Chain(links[::-1])
 
-    def nowhere(self, element: Element, what: str, name: str, known: Mapping[str, object]) -> None:
-        """Tell that a reference leads to nothing in the file."""
+    def nowhere(self, element: Element, what: str, name: str, known: Mapping[str, object]) -> str:
+        """Tell that a reference leads to nothing in the file; return the code under which that is told."""
+        if cause := not_set(name):
+            self.reading.note("DDS907", f"{what}, {shown(name)}, is not known: {cause}", element)
+            return "DDS907"
+        library, _, own = name.rpartition(SEPARATOR)
+        if not any(each.startswith(f"{library}{SEPARATOR}" if library else "") for each in known):
+            if self.elsewhere.isdisjoint({library or own, own}):
+                stands = f"the library {shown(library)}" if library else "the library of it"
+                self.reading.note(
+                    "DDS907", f"{what}, {shown(name)}, is not known: {stands} is not in this file", element
+                )
+            self.elsewhere |= {library or own, own}
+            return "DDS907"
         message = f"{what}, {shown(name)}, is not defined in this file{did_you_mean(name, known)}"
         self.reading.note("DDS905", message, element)
+        return "DDS905"
 
     def participant(self, chain: _Chain) -> None:
         """Make one participant with its endpoints."""
         owner = Participant(chain.name, place=self.reading.place(chain.own))
-        domain = self.domain(chain)
+        domain, lost = self.domain(chain)
         number, where = self.domain_id(chain, domain)
         if number:
-            owner.settings["domain"] = Setting(number, self.reading.place(where))
+            owner.settings["domain"] = Setting(number, self.reading.place(where), unknown=not_set(number))
+        elif lost:
+            cause = f"the domain of `{chain.name}` is not defined in this file"
+            owner.settings["domain"] = Setting("", self.reading.place(where), unknown=cause, reported=lost)
         self.reading.system.participants[owner.id] = owner
         around = [link for each in (domain, chain) if each is not None for link in each.links]
         topics = _Chain(around).named("topic")
@@ -204,24 +221,23 @@ class Entities:
         for side in _SIDES:
             for group in (chain, *chain.named(side.group).values()):
                 for endpoint in group.named(side.endpoint).values():
-                    self.endpoint(owner, side, group, endpoint, topics, types)
+                    self.endpoint(owner, side, group, endpoint, topics, types, known=not lost)
         for _, element in chain.links:
             self.unread(element)
 
-    def domain(self, chain: _Chain) -> _Chain | None:
-        """Return the domain that a participant is in, if the file defines it."""
+    def domain(self, chain: _Chain) -> tuple[_Chain | None, str]:
+        """Return the domain that a participant is in, else the code under which is told that the file lacks it."""
         name = chain.attribute("domain_ref")
         if not name:
-            return None
+            return None, ""
         element = self.domains.get(name)
         if element is None and SEPARATOR not in name:
             full = [each for each in self.domains if each.endswith(f"{SEPARATOR}{name}")]
             name = full[0] if len(full) == 1 else name
             element = self.domains.get(name)
         if element is None:
-            self.nowhere(chain.own, f"the domain of `{chain.name}`", name, self.domains)
-            return None
-        return self.chain(name, element, self.domains)
+            return None, self.nowhere(chain.own, f"the domain of `{chain.name}`", name, self.domains)
+        return self.chain(name, element, self.domains), ""
 
     def domain_id(self, chain: _Chain, domain: _Chain | None) -> tuple[str, Element]:
         """Return the number of a participant's domain, and where it is stated."""
@@ -255,14 +271,16 @@ class Entities:
         endpoint: _Chain,
         topics: Mapping[str, _Chain],
         types: Mapping[str, _Chain],
+        *,
+        known: bool,
     ) -> None:
-        """Make one data writer or data reader."""
+        """Make one data writer or data reader; ``known``: the domain with its topics is."""
         reference = endpoint.attribute("topic_ref")
         if not reference:
             self.reading.problem("CQ010", f"`{local(endpoint.own)}` needs a `topic_ref`", endpoint.own)
             return
         topic = topics.get(reference) or topics.get(reference.rpartition(SEPARATOR)[2])
-        if topic is None and topics:
+        if topic is None and topics and known:
             self.nowhere(endpoint.own, f"the topic of `{endpoint.name}`", reference, topics)
         name = reference if topic is None else topic.attribute("topic_name") or topic.attribute("name") or reference
         refs: list[ProfileRef] = []
@@ -277,6 +295,7 @@ class Entities:
             settings=settings,
             profiles=tuple(refs),
             type=self.topic(name, topic, types),
+            external=bool(not_set(name)) or (topic is None and not known),
             place=self.reading.place(endpoint.own),
         )
         self.reading.system.endpoints.append(made)

@@ -12,8 +12,18 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.importers.reading import collector_paused, shown
 from cqos_core.importers.xml_source import parse_xml
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Profile, ProfileRef, Scope, Setting, Topic
-from cqos_dds.importers.policy_forms import FAST_ALSO, FAST_QOS, FAST_TOPIC
-from cqos_dds.importers.xml_values import MOST_TAGS, PROTOCOL, XmlReading, children, elements, local, text
+from cqos_dds.importers.policy_forms import FAST_ALSO, FAST_QOS, FAST_READ_ONLY, FAST_TOPIC
+from cqos_dds.importers.xml_values import (
+    MOST_TAGS,
+    PROTOCOL,
+    XmlReading,
+    children,
+    elements,
+    expand,
+    local,
+    not_set,
+    text,
+)
 from cqos_dds.policies import (
     MAX_INSTANCES,
     MAX_PER_INSTANCE,
@@ -51,12 +61,12 @@ _LIMITS: Final = frozenset(
 _KEYS: Final = {"WITH_KEY": "true", "NO_KEY": "false"}
 _OF_TOPIC: Final = frozenset(("kind", "name", "dataType"))
 _FORMS: Final[dict[str, dict[str, dict[str, Policy]]]] = {
-    "qos": FAST_QOS | {other: FAST_QOS[name] for other, name in FAST_ALSO.items()},
+    "qos": FAST_QOS | {other: FAST_QOS[name] for other, name in FAST_ALSO.items()} | FAST_READ_ONLY,
     "topic": FAST_TOPIC,
 }
 
 
-def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - nothing is included
+def read(source: Source, context: ReadContext) -> System:
     """Read profiles of writers and readers; what a profile leaves open has the default of Fast DDS.
 
     Raises:
@@ -64,6 +74,7 @@ def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - noth
     """
     with collector_paused():
         root = parse_xml(source, MOST_TAGS)
+        expand(root, context)
         return _File(source).read(root)
 
 
@@ -134,6 +145,7 @@ class _File(XmlReading):
                 program,
                 profiles=(ProfileRef(profile, place),),
                 type=(element.get("dataType") or "").strip() or None,
+                external=bool(not_set(topic)),
                 place=place,
             )
         )

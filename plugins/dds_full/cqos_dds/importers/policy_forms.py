@@ -145,6 +145,21 @@ FAST_ALSO: Final = {
 }
 """Spellings of other versions."""
 
+FAST_READ_ONLY: Final[dict[str, dict[str, Policy]]] = {
+    "transport_priority": OMG["transport_priority"],
+    "transportPriority": OMG["transport_priority"],
+}
+"""What only some versions know, so that it is read and never written."""
+
+BESIDE_POLICIES: Final = frozenset(
+    (
+        "autopurge_disposed_instances_delay",
+        "autopurge_nowriter_instances_delay",
+        "autopurge_unregistered_instances_delay",
+    )
+)
+"""What implementations have beside the standard under names near those of the standard."""
+
 WRITER: Final = "datawriter_qos"
 READER: Final = "datareader_qos"
 PUBLISHER_QOS: Final = "publisher_qos"

@@ -11,10 +11,12 @@ import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.importers.reading import shown
 from cqos_core.policy import normalise
-from cqos_core.system import EVERYBODY, Profile, ProfileRef, Scope
+from cqos_core.system import EVERYBODY, Profile, ProfileRef, Scope, Setting
 from cqos_dds.importers.policy_forms import OMG, OTHER_ENTITIES, PARTS, READER, SPELLINGS, WRITER
-from cqos_dds.importers.xml_values import children, elements, flag, local, text
+from cqos_dds.importers.xml_values import children, elements, flag, local, not_set, text
+from cqos_dds.policies import POLICIES
 from cqos_dds.presets import PRESETS
 
 if TYPE_CHECKING:
@@ -40,6 +42,7 @@ class _Stated:
     Attributes:
         base: what it is based on, first what counts least.
         parts: the QoS of each entity, by the element's canonical name.
+        lost: parts whose values are not known, because their elements are misspelt.
     """
 
     name: str
@@ -47,6 +50,7 @@ class _Stated:
     place: Place
     base: list[ProfileRef] = field(default_factory=list)
     parts: dict[str, list[Element]] = field(default_factory=dict)
+    lost: list[ProfileRef] = field(default_factory=list)
 
 
 class QosLibraries:
@@ -86,7 +90,15 @@ class QosLibraries:
             elif part in OTHER_ENTITIES:
                 self.other(child, part)
             elif local(child) != "base_name":
-                self.reading.unknown(child, f"qos_profile/{local(child)}", PARTS)
+                self.not_read(child, stated)
+
+    def not_read(self, element: Element, stated: _Stated) -> None:
+        """Leave unknown what a misspelt element of a profile may set."""
+        near = self.reading.unknown(element, f"qos_profile/{local(element)}", PARTS)
+        if near is not None:
+            cause = f"{shown(local(element))} is no element of a profile"
+            place, number = self.reading.place(element), len(stated.lost) + 1
+            stated.lost.append(self.unknown_part(f"{stated.name}/{near}?{number}", near, place, cause, "DDS902"))
 
     def single(self, element: Element, library: str) -> None:
         """Read the QoS of an entity that stands in a library by itself."""
@@ -122,20 +134,35 @@ class QosLibraries:
         for name, where in named:
             if name.strip():
                 full = name.strip() if SEPARATOR in name else _full(name.strip(), library)
-                if self.is_known(full, where):
-                    place = self.reading.place(where)
+                if _BESIDE.fullmatch(full):
+                    continue
+                place = self.reading.place(where)
+                if cause := self.not_known(full, where):
+                    found += self.unknown_base(full, place, *cause)
+                else:
                     found += [ProfileRef(full, place, scope) for scope in _scopes(full)]
         return found
 
-    def is_known(self, name: str, where: Element) -> bool:
-        """Whether a base is to be looked up; what is built into an implementation is known in part only."""
+    def not_known(self, name: str, where: Element) -> tuple[str, str] | None:
+        """Why a base cannot be looked up, and the code under which that is reported; None where it can be."""
+        if cause := not_set(name):
+            return f"the base {shown(name)} is not known: {cause}", ""
         if not _BUILT_IN.fullmatch(name) or normalise(name) in _KNOWN:
-            return True
-        if _BESIDE.fullmatch(name):
-            return False
+            return None
         message = f"the base `{name}` is built into RTI Connext, and what it sets is not known here"
         self.reading.note("DDS904", message, where)
-        return False
+        return message, "DDS904"
+
+    def unknown_base(self, name: str, place: Place, cause: str, reported: str) -> list[ProfileRef]:
+        """Take a base whose values are not known as one part for each entity, in which every policy is unknown."""
+        return [self.unknown_part(f"{name}/{part}", part, place, cause, reported) for part in PARTS]
+
+    def unknown_part(self, name: str, part: str, place: Place, cause: str, reported: str) -> ProfileRef:
+        """Make a part in which every policy of its entity is unknown."""
+        entity, role = PARTS[part]
+        unknown = Setting("", place, unknown=cause, reported=reported)
+        self.add(Profile(name, {each.name: unknown for each in POLICIES if entity in each.entities}, (), place))
+        return ProfileRef(name, place, Scope(role, part=part))
 
     # Profiles of the system
 
@@ -143,7 +170,7 @@ class QosLibraries:
         """Put every profile, and each part of it, among the profiles of the system."""
         for stated in self.stated.values():
             refs = [ref for part, each in stated.parts.items() for ref in self.parts(stated, part, each)]
-            self.add(Profile(stated.name, {}, (*stated.base, *refs), stated.place))
+            self.add(Profile(stated.name, {}, (*stated.base, *refs, *stated.lost), stated.place))
 
     def parts(self, stated: _Stated, part: str, qos: list[Element]) -> list[ProfileRef]:
         """Make the parts of one profile for one entity; filters come first, in order, then what has none."""

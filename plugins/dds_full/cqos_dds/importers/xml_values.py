@@ -4,23 +4,25 @@ from __future__ import annotations
 
 import base64
 import binascii
-import difflib
 import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.excerpt import exact
+from cqos_core.importers.qos_keys import looks_like_qos
 from cqos_core.importers.reading import collect, listed, shown
+from cqos_core.importers.source import VARIABLES
 from cqos_core.policy import Choice, Count, Duration, Flag, Names, Text, normalise
 from cqos_core.problems import InputError, InvalidValueError, Problem
 from cqos_core.system import Place, Setting, System
 from cqos_dds.importers.codes import note
+from cqos_dds.importers.policy_forms import BESIDE_POLICIES
 from cqos_dds.policies import DATA_REPRESENTATION
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
-    from cqos_core.importers.source import Source
+    from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.xml_source import Element
     from cqos_core.policy import Policy
     from cqos_core.system import ImportNote, Settings
@@ -34,10 +36,9 @@ _AUTOMATIC: Final = re.compile(r"(?:dds_)?duration_auto(?:_n?sec)?", re.IGNORECA
 _FIELDS: Final = {"sec": "sec", "seconds": "sec", "nanosec": "nanosec", "nsec": "nanosec", "nanoseconds": "nanosec"}
 _NUMBER: Final = re.compile(r"(?:0[xX][0-9a-fA-F]+|[0-9]{1,3})")
 _BYTE: Final = 0xFF
-_NEAR: Final = 0.87
+_VARIABLE: Final = re.compile(r"\$\(([A-Za-z_]\w*)\)|\$\{([A-Za-z_]\w*)\}")
 _MOST_LISTED: Final = 25
 _MOST_UNREAD: Final = 1000
-_LONGEST_NAME: Final = 60
 
 
 class XmlReading:
@@ -122,10 +123,11 @@ class XmlReading:
             form = forms.get(local(element))
             path = f"{local(above)}/{local(element)}"
             if form is None:
-                self.unknown(element, path, forms)
+                near = self.unknown(element, path, forms)
+                self.not_read(element, forms[near] if near else {}, entity, settings)
                 continue
             fitting = [policy for policy in form.values() if not entity or entity in policy.entities]
-            if not fitting and local(element) not in _ALSO_ELSEWHERE:
+            if not fitting and (local(element), entity) not in _ALSO_ELSEWHERE:
                 owners = listed(dict.fromkeys(each for policy in form.values() for each in policy.entities), "and")
                 message = f"`{local(element)}` stands in `{local(above)}`, but is set on {owners} only"
                 self.note("DDS903", message, element)
@@ -134,15 +136,24 @@ class XmlReading:
             else:
                 self.pass_over(element, path)
 
-    def unknown(self, element: Element, path: str, forms: Mapping[str, object]) -> None:
-        """Remember an element that is no policy of the standard; one that is misspelt is told."""
-        known = path in self.unread or len(self.unread) >= _MOST_UNREAD or len(local(element)) > _LONGEST_NAME
-        near = [] if known else difflib.get_close_matches(local(element).lower(), forms, 1, _NEAR)
+    def unknown(self, element: Element, path: str, names: Iterable[str]) -> str | None:
+        """Remember an element that is none of ``names``; one that is misspelt is told, and which it was meant to be."""
+        known = path in self.unread or len(self.unread) >= _MOST_UNREAD or local(element) in BESIDE_POLICIES
+        near = None if known else looks_like_qos(local(element), names)
         if near:
-            message = f"{shown(local(element))} is no policy; did you mean `{near[0]}`?"
-            self.note("DDS902", message, element, f"write <{near[0]}>")
+            message = f"{shown(local(element))} is no policy; did you mean `{near}`?"
+            self.note("DDS902", message, element, f"write <{near}>")
         else:
             self.pass_over(element, path)
+        return near
+
+    def not_read(self, element: Element, form: Mapping[str, Policy], entity: str, settings: Settings) -> None:
+        """Leave unknown what a misspelt element may set."""
+        cause = f"{shown(local(element))} is no policy"
+        for policy in form.values():
+            if not entity or entity in policy.entities:
+                unknown = Setting("", self.place(element), unknown=cause, reported="DDS902")
+                settings.setdefault(policy.name, unknown)
 
     def fields(self, above: Element, form: Mapping[str, Policy], path: str, settings: Settings) -> None:
         """Read the fields of one policy; the text of an element that has no fields is its one field."""
@@ -155,12 +166,17 @@ class XmlReading:
             field = form.get(local(element))
             inner = f"{path}/{local(element)}"
             if field is None:
-                self.unknown(element, inner, form)
+                near = self.unknown(element, inner, form)
+                self.not_read(element, {near: form[near]} if near else {}, "", settings)
             else:
                 self.value(element, field, inner, settings)
 
     def value(self, element: Element, policy: Policy, path: str, settings: Settings) -> None:
         """Read one value into ``settings``, in the spelling of system files."""
+        whole = "".join(element.itertext()).strip()
+        if cause := not_set(whole):
+            settings[policy.name] = Setting(whole, self.place(element), unknown=cause)
+            return
         try:
             written = self.written(element, policy, path)
             if written is None:
@@ -231,7 +247,36 @@ def _in_fields(fields: Mapping[str, str]) -> str:
 
 _AUTO: Final = "auto_data_representation"
 # What an implementation adds to entities that do not have it by the standard.
-_ALSO_ELSEWHERE: Final = frozenset(("transport_priority",))
+_ALSO_ELSEWHERE: Final = frozenset(
+    (
+        ("transport_priority", "reader"),
+        ("transport_priority", "publisher"),
+        ("transport_priority", "subscriber"),
+        ("transport_priority", "participant"),
+        ("resource_limits", "participant"),
+    )
+)
+
+
+def expand(root: Element, context: ReadContext) -> None:
+    """Write the values of variables that are set in place of ``$(NAME)`` and ``${NAME}``, in texts and attributes."""
+    values = context.options.get(VARIABLES, {})
+
+    def value(found: re.Match[str]) -> str:
+        return values.get(found[1] or found[2], found[0])
+
+    for element in elements_within(root) if values else ():
+        if element.text and "$" in element.text:
+            element.text = _VARIABLE.sub(value, element.text)
+        for name, written in element.attrib.items():
+            if "$" in written:
+                element.set(name, _VARIABLE.sub(value, written))
+
+
+def not_set(written: str) -> str:
+    """Say which variable in a text is not set; empty where there is no variable."""
+    found = _VARIABLE.search(written) if "$" in written else None
+    return f"variable `{found[1] or found[2]}` is not set" if found else ""
 
 
 def octets(written: str) -> str:
@@ -263,6 +308,11 @@ def octets(written: str) -> str:
 def fields_of_duration(element: Element) -> bool:
     """Whether an element holds the fields of a duration."""
     return any(local(each) in _FIELDS for each in elements(element))
+
+
+def elements_within(root: Element) -> Iterator[Element]:
+    """Yield an element and all below it."""
+    return (each for each in root.iter() if isinstance(each.tag, str))
 
 
 def elements(above: Element) -> Iterator[Element]:

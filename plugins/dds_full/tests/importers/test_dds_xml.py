@@ -1,9 +1,11 @@
 """DDS-XML of the OMG, RTI Connext, OpenDDS and Cyclone DDS: profiles, inheritance, spellings, whole systems."""
 
 import pytest
+from click.testing import CliRunner
 
 import cqos_core as cqos
 from cqos_core.api import context
+from cqos_core.cli.app import cli
 from cqos_core.importers.source import ReadContext, Source
 from cqos_core.loading import read_source
 from cqos_core.merging import merge
@@ -200,7 +202,8 @@ class TestInheritance:
         expected = {"reliability": "reliable", "history": "keep_all", "durability": "transient_local"}
         for role in "publishes", "subscribes":
             assert used(system, "L::B", role) == expected
-        assert used(system, "L::C") == {}
+        assert all(value.startswith("unknown (the base") for value in used(system, "L::C").values())
+        assert {"reliability", "durability", "presentation.access_scope"} <= used(system, "L::C").keys()
         (note,) = system.notes
         assert (note.code, note.severity) == ("DDS904", "warning")
         assert "`BuiltinQosLib::Pattern.Event` is built into RTI Connext" in note.message
@@ -211,9 +214,108 @@ class TestInheritance:
         system = reads(dds(library("L", profile("A", f"<base_name>{listing}</base_name>", writer(depth(2))))))
         assert (used(system, "L::A", "publishes"), system.notes) == ({"history.depth": "2"}, [])
 
+    @pytest.mark.parametrize(
+        "base",
+        [
+            "BuiltinQosLib::Pattern.Status",
+            "BuiltinQosLib::Pattern.RPC",
+            "BuiltinQosLib::Pattern.ReliableStreaming",
+            "BuiltinQosLib::Generic.Monitoring2",
+            "BuiltinQosLib::Generic.Security",
+            "BuiltinQosSnippetLib::Optimization.ReliabilityProtocol.KeepLast",
+            "BuiltinQosLib::Generic.KeepLastReliable.LargeData.DynamicMemAlloc",
+            "Elsewhere::Base",
+            "$(LIBRARY)::Base",
+        ],
+    )
+    def test_under_a_base_that_is_not_known_nothing_has_a_default(self, base):
+        stated = writer(deadline("<sec>2</sec>")), reader(deadline("<sec>1</sec>"))
+        own = profile("A", *stated, more=f'base_name="{base}"')
+        text = dds(library("L", own))
+        report = cqos.check(text.encode())
+        assert [each.code for each in report.findings if each.code.startswith("DDS1")] == ["DDS103"]
+        values = used(reads(text), "L::A")
+        assert values.pop("deadline") == "2s"
+        assert {"reliability", "durability", "partition", "history"} <= values.keys()
+        assert all(value.startswith("unknown") for value in values.values())
+
+    def test_a_part_of_its_own_leaves_other_parts_known(self):
+        group = "<publisher_qos><partition><name><element>x</element></name></partition></publisher_qos>"
+        own = writer(depth(2), more='base_name="BuiltinQosLib::Pattern.Status"')
+        values = used(reads(dds(library("L", profile("A", group, own)))), "L::A")
+        assert (values["partition"], values["history.depth"]) == ("[x]", "2")
+        assert values["reliability"].startswith("unknown")
+
     def test_a_profile_outside_of_libraries(self):
         system = reads(dds(profile("Test", writer(depth(2))), attributes='xmlns="http://www.omg.org/dds"'))
         assert used(system, "Test") == {"history.depth": "2"}
+
+
+class TestVariables:
+    LIBRARY = dds(
+        library(
+            "L",
+            profile(
+                "P",
+                writer("<reliability><kind>$(KIND)</kind></reliability>", deadline("<sec>${SECONDS}</sec>"), depth(2)),
+                reader(RELIABLE),
+            ),
+        )
+    )
+
+    def test_a_variable_that_is_not_set_leaves_its_policy_unknown(self):
+        values = used(reads(self.LIBRARY), "L::P")
+        assert values["reliability"] == "unknown (variable `KIND` is not set)"
+        assert values["deadline"] == "unknown (variable `SECONDS` is not set)"
+        assert values["history.depth"] == "2"
+        report = cqos.check(self.LIBRARY.encode())
+        assert sorted(message for _, message in said(report, "CQ217")) == [
+            "publisher `L::P/publisher`: `deadline` is not known: variable `SECONDS` is not set",
+            "publisher `L::P/publisher`: `reliability` is not known: variable `KIND` is not set",
+        ]
+
+    def test_a_variable_that_is_set_is_read_as_its_value(self, tmp_path):
+        file = tmp_path / "p.xml"
+        file.write_text(self.LIBRARY)
+        defined = ("--define", "KIND=BEST_EFFORT_RELIABILITY_QOS", "--define", "SECONDS=3")
+        run = CliRunner().invoke(cli, ["check", str(file), *defined, "--format", "concise"])
+        assert "DDS101" in run.stdout
+        assert "CQ217" not in run.stdout
+        wrong = CliRunner().invoke(cli, ["check", str(file), "--define", "KIND=SOMETIMES"])
+        assert wrong.exit_code == 2
+        assert "SOMETIMES" in wrong.output
+
+    def test_domains_and_topics(self):
+        system = SYSTEM.replace('domain_id="7"', 'domain_id="$(DOMAIN)"').replace("al*", "$(PART)")
+        report = cqos.check(system.encode())
+        assert report.verdict == "unknown"
+        assert "CQ217" in {finding.code for finding in report.findings}
+
+
+class TestTypingErrors:
+    def test_what_a_misspelt_policy_may_set_is_unknown(self):
+        values = used(reads(dds(library("L", profile("P", writer("<reliabilty><kind>x</kind></reliabilty>"))))), "L::P")
+        assert {name for name, value in values.items() if value.startswith("unknown")} == {
+            "reliability",
+            "reliability.max_blocking_time",
+        }
+
+    def test_what_a_misspelt_entity_may_set_is_unknown(self):
+        system = reads(dds(library("L", profile("P", "<datawriter_qs/>", reader(RELIABLE)))))
+        assert [note.code for note in system.notes] == ["DDS902"]
+        assert used(system, "L::P")["reliability"].startswith("unknown")
+        assert used(system, "L::P", "subscribes") == {"reliability": "reliable"}
+
+    @pytest.mark.parametrize(
+        "extension",
+        [
+            reader("<reader_data_lifecycle><autopurge_disposed_instances_delay/></reader_data_lifecycle>"),
+            writer("<writer_data_lifecycle><autopurge_disposed_instances_delay/></writer_data_lifecycle>"),
+            "<domain_participant_qos><resource_limits><max_samples/></resource_limits></domain_participant_qos>",
+        ],
+    )
+    def test_what_rti_has_beside_the_standard_is_passed_over(self, extension):
+        assert {note.code for note in reads(dds(library("L", profile("P", extension)))).notes} <= {"DDS901"}
 
 
 class TestValues:
@@ -562,6 +664,14 @@ class TestSystems:
         (note,) = [note for note in system.notes if note.code == "DDS905"]
         assert (note.severity, note.message) == ("error", expected)
         assert note.place.line > 20
+
+    def test_what_stands_in_another_file_is_unknown_and_told_once(self):
+        before, _, rest = SYSTEM.partition("<domain_library")
+        participants = before + rest.partition("</domain_library>")[2]
+        report = cqos.check(participants.encode())
+        assert [finding.severity for finding in report.findings if finding.code == "DDS907"] == ["warning"]
+        assert not [finding for finding in report.findings if finding.severity == "error"]
+        assert report.verdict == "unknown"
 
     def test_participants_that_are_based_on_each_other(self):
         participants = "domain_participant name="

@@ -177,3 +177,20 @@ def test_a_system_file_takes_its_profiles_by_name(tmp_path):
     assert finding.code == "DDS103"
     places = {(fact.origin, fact.place.source.rpartition("/")[2]) for side in finding.sides for fact in side.facts}
     assert places == {("profile w/data_writer", "p.xml"), ("profile r/data_reader", "p.xml")}
+
+
+def test_a_variable_that_is_not_set_leaves_its_policy_unknown():
+    text = profiles(writer("W", "<reliability><kind>${KIND}</kind></reliability>"))
+    assert values(text)["W/publisher"] == {"reliability": "unknown (variable `KIND` is not set)"}
+
+
+def test_a_misspelt_policy_is_a_warning_and_unknown():
+    text = profiles(writer("W", "<reliabilty><kind>RELIABLE</kind></reliabilty><latencybudgt/>"))
+    assert [(note.code, note.severity) for note in reads(text).notes] == [("DDS902", "warning")] * 2
+    assert all(value.startswith("unknown") for value in values(text)["W/publisher"].values())
+
+
+def test_transport_priority_is_read():
+    text = profiles(writer("W", "<transport_priority><value>5</value></transport_priority>"))
+    assert values(text)["W/publisher"] == {"transport_priority": "5"}
+    assert reads(text).notes == []
