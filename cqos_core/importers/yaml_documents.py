@@ -46,11 +46,10 @@ _SINGLE: Final = (SYSTEM, DEFAULT_PROTOCOL, OPTIONS, INSTANCES, INCLUDE, SEVERIT
 
 
 class _Included(NamedTuple):
-    """A file to be included: its name as written, who names it, and the paths of the files that led here."""
+    """A file to be included: its name as written, and which file names it."""
 
     name: Setting
     reading: Reading
-    trail: tuple[str, ...]
 
 
 class Loader:
@@ -61,6 +60,7 @@ class Loader:
         documents: in order: a file, then what it includes.
         foreign: what included files of other formats state.
         sources: every file that was opened.
+        opened: their paths, each with that of the file that names it first, empty for the first of all.
         templates: texts that mention variables and may do so.
         variables: names of variables, also of those whose instances were refused.
     """
@@ -72,23 +72,23 @@ class Loader:
         self.documents: list[Entry] = []
         self.foreign: list[System] = []
         self.sources: dict[str, bytes] = {}
-        self.opened: set[str] = set()
+        self.opened: dict[str, str] = {}
         self.templates: list[tuple[ScalarNode, Reading]] = []
         self.variables: set[str] = set()
 
     def load(self, source: Source) -> None:
         """Read ``source`` and everything it includes."""
-        waiting = self.read(source, ())
+        waiting = self.read(source, "")
         while waiting:
             included = waiting.pop()
             opened = self.open(included)
             if opened is not None:
-                waiting += self.read(opened, included.trail)
+                waiting += self.read(opened, _same(included.reading.source.name))
 
-    def read(self, source: Source, trail: tuple[str, ...]) -> list[_Included]:
+    def read(self, source: Source, above: str) -> list[_Included]:
         """Read the documents of one file; return what it includes, the first last."""
         self.sources[source.name] = source.data
-        self.opened.add(_same(source.name))
+        self.opened[_same(source.name)] = above
         before = len(self.problems)
         reading = Reading(source, self.problems, self.notes)
         tree = read_tree(reading)
@@ -100,7 +100,15 @@ class Loader:
         entries = [entry for root in tree.documents if (entry := self.document(root, reading)) is not None]
         self.documents += entries
         names = [name for entry in entries for name in entry.get(INCLUDE) or ()]
-        return [_Included(name, reading, (*trail, _same(source.name))) for name in reversed(names)]
+        return [_Included(name, reading) for name in reversed(names)]
+
+    def trail(self, path: str) -> list[str]:
+        """Return the paths of the files that led to one, and its own."""
+        found = []
+        while path:
+            found.append(path)
+            path = self.opened[path]
+        return found[::-1]
 
     def keep_templates(self, tree: Tree, reading: Reading) -> None:
         """Keep the texts that mention variables, and refuse those of which there is one in the whole system."""
@@ -140,7 +148,7 @@ class Loader:
 
     def open(self, included: _Included) -> Source | None:
         """Open an included file, once however often it is named."""
-        name, reading, trail = included
+        name, reading = included
         place = name.place or Place(reading.source.name)
         try:
             source = self.context.open(name.text, reading.source.name)
@@ -148,18 +156,19 @@ class Loader:
             self.problems += [replace(problem, place=place) for problem in error.problems]
             return None
         path = _same(source.name)
-        if path in trail:
+        if path in self.opened:
+            trail = self.trail(_same(reading.source.name))
+            if path not in trail:
+                return None
             circle = " → ".join((*trail[trail.index(path) :], path))
             reading.problem("CQ008", f"{shown(path)} includes itself: {circle}", place)
-        elif path in self.opened:
-            return None
         elif len(self.opened) >= _MOST_FILES:
             reading.problem("CQ002", f"more than {_MOST_FILES} files are included, which is refused", place)
         elif _is_system_file(source):
             return source
         else:
             self.sources[source.name] = source.data
-            self.opened.add(path)
+            self.opened[path] = _same(reading.source.name)
             self.read_foreign(source, reading, place)
         return None
 

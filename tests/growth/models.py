@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import json
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import cqos_core as cqos
@@ -37,6 +39,18 @@ def printed(report: Report) -> int:
 def checked(text: bytes) -> Model:
     """Check a system file."""
     return Model(len(text), lambda: printed(cqos.check(text)))
+
+
+def checked_files(files: dict[str, str], *named: str) -> Model:
+    """Write files into a new folder, and check those that are named."""
+
+    def work() -> int:
+        with TemporaryDirectory() as folder:
+            for name, text in files.items():
+                Path(folder, name).write_text(text, encoding="utf-8")
+            return printed(cqos.check(*(str(Path(folder, name)) for name in named)))
+
+    return Model(sum(map(len, files.values())), work)
 
 
 def document(protocol: str, **parts: Any) -> bytes:
@@ -194,6 +208,48 @@ def _route(a: str, b: str, topic: str = "/t") -> dict[str, Any]:
     return {"from": {"participant": a, "topic": topic}, "to": {"participant": b, "topic": topic}}
 
 
+def access_control(n: int) -> Model:
+    """Clients of one broker, each with lines of its own in the acl_file."""
+    lines = "".join(f"user u{i}\ntopic write t/{i}\ntopic read t/{i}\n" for i in range(n))
+    participants = nodes(
+        node(f"c{i}", {f"t/{i}": {}}, {f"t/{i}": {}}, broker="mosquitto", username=f"u{i}", client_id=f"k{i}")
+        for i in range(n)
+    )
+    files = {"acl": lines, "mosquitto.conf": "acl_file acl\n"}
+    files["clients.yaml"] = document("mqtt", participants=participants).decode()
+    return checked_files(files, "clients.yaml", "mosquitto.conf")
+
+
+def references(n: int) -> Model:
+    """Channels of AsyncAPI that each lead to the next, and an operation at each."""
+    channels: dict[str, Any] = {f"c{i}": {"$ref": f"#/channels/c{i + 1}"} for i in range(n)}
+    operations = {f"o{i}": {"action": "send", "channel": {"$ref": f"#/channels/c{i}"}} for i in range(n)}
+    servers = {"a": {"host": "h", "protocol": "mqtt"}}
+    parts = {"servers": servers, "channels": channels | {f"c{n}": {"address": "t"}}, "operations": operations}
+    return checked(json.dumps({"asyncapi": "3.0.0", "info": {"title": "growing"}} | parts).encode())
+
+
+def includes(n: int) -> Model:
+    """Files that each include the next."""
+    files = {
+        f"f{i}.yaml": document(
+            "mqtt", participants=node(f"c{i}", {f"t{i}": {}}), include=[f"f{i + 1}.yaml"] if i + 1 < n else []
+        ).decode()
+        for i in range(n)
+    }
+    return checked_files(files, "f0.yaml")
+
+
+def allow_lists(n: int) -> Model:
+    """A Zenoh bridge that lets as many topics through as there are."""
+    names = [f"/t{i}" for i in range(n)]
+    allow = {"publishers": [*names, "/other/.*"], "subscribers": names}
+    bridge = json.dumps({"plugins": {"ros2dds": {"domain": 0, "allow": allow}}})
+    participants = node("a", {name: {} for name in names}) | node("b", (), {name: {} for name in names})
+    files = {"zenoh.json5": bridge, "robot.yaml": document("ros2", participants=participants).decode()}
+    return checked_files(files, "robot.yaml", "zenoh.json5")
+
+
 def brokers(n: int) -> Model:
     participants = nodes(node(f"c{i}", {"t": {}}, {"u": {}}, broker=f"b{i}") for i in range(n))
     return checked(document("mqtt", participants=participants, brokers={f"b{i}": {} for i in range(n)}))
@@ -211,13 +267,17 @@ def topics(n: int) -> Model:
 
 MODELS: Final = {
     acceptances: 100,
+    access_control: 100,
+    allow_lists: 300,
     baseline: 400,
     best_available: 60,
     broken_topics: 200,
     brokers: 150,
+    includes: 150,
     log_lines: 200,
     near_misses: 300,
     overlays: 200,
+    references: 400,
     team_checks: 100,
     topics: 400,
     unknown_participants: 300,

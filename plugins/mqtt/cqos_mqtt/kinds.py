@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Final
 
 from cqos_core.policy import INFINITE, Choice, Count, Duration, Names
@@ -60,6 +61,11 @@ class Access(Names):
 
     def parse(self, text: str) -> tuple[str, ...]:
         """Read ``["read alice farm/#"]``."""
+        # All clients of a broker have the same lines, of which there may be thousands.
+        return self._lines(text)
+
+    @lru_cache(maxsize=16)  # noqa: B019 - there is one of these, for the whole process
+    def _lines(self, text: str) -> tuple[str, ...]:
         lines = super().parse(text)
         for line in lines:
             parts = line.split(" ", 2)

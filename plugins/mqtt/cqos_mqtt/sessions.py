@@ -14,7 +14,7 @@ from cqos_core.policy import flow, normalise
 from cqos_core.problems import InvalidValueError
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Setting
 from cqos_mqtt import names
-from cqos_mqtt.filters import SHARE, bare, has_wildcards, matches
+from cqos_mqtt.filters import SHARE, Trie, bare, has_wildcards, matches
 from cqos_mqtt.kinds import Access
 from cqos_mqtt.policies import (
     ACCESS,
@@ -75,8 +75,9 @@ def complete(
     wills = list(_wills(participants, by_client))
     sent = {each.participant: each for each in wills}
     clients = {each.id: each for each in participants}
-    for client, participant in clients.items():
-        rights = _rights(participant, brokers) if brokers else None
+    controls = _controls(brokers)
+    for client, participant in clients.items() if controls else ():
+        rights = _rights(participant, brokers, controls)
         if rights is None:
             continue
         for position, endpoint in by_client.get(client, ()):
@@ -94,26 +95,73 @@ def _is_reserved(topic: str) -> bool:
     return topic.startswith(RESERVED) and not matches(BRIDGE_STATES, topic)
 
 
-def _rights(client: Participant, brokers: Mapping[str, Broker]) -> list[tuple[str, str]] | None:
-    """Return what the access control of its broker says of a client: access and filter; None where that is not known."""
+class _Filters:
+    """Filters by what access control lets a client do there."""
+
+    def __init__(self, lines: Iterable[tuple[str, str]]) -> None:
+        self.readable, self.writable, self.denied = Trie(), Trie(), Trie()
+        for access, written in lines:
+            for trie, words in (
+                (self.readable, ("read", "readwrite")),
+                (self.writable, ("write", "readwrite")),
+                (self.denied, ("deny",)),
+            ):
+                if access in words and names.is_filter(written):
+                    trie.add(written)
+
+
+class _Control:
+    """The access control of one broker; what is for one user is filed once."""
+
+    def __init__(self, lines: Iterable[str]) -> None:
+        self._lines: dict[str, list[tuple[str, str]]] = {}
+        self._filed: dict[str, _Filters] = {}
+        for line in lines:
+            access, who, written = line.split(" ", 2)
+            self._lines.setdefault(who, []).append((access, written))
+        self._names_users = not self._lines.keys() <= {ANYBODY, NOBODY}
+
+    def rights(self, user: Setting | None, client_id: Setting | None) -> list[_Filters] | None:
+        """Return what a client may do; None where that is not known."""
+        if user is None and self._names_users:
+            return None
+        known = {"%u": user.text if user is not None else "", "%c": client_id.text if client_id is not None else "+"}
+        found, own = [], []
+        for who in dict.fromkeys((ANYBODY, user.text.replace(" ", "_") if user is not None else NOBODY)):
+            lines = self._lines.get(who, [])
+            if who not in self._filed:
+                self._filed[who] = _Filters(line for line in lines if not _has_marks(line[1]))
+                self._lines[who] = lines = [line for line in lines if _has_marks(line[1])]
+            found.append(self._filed[who])
+            own += [(access, _filled(written, known)) for access, written in lines]
+        return [*found, _Filters(own)] if own else found
+
+
+def _has_marks(written: str) -> bool:
+    return "%u" in written or "%c" in written
+
+
+def _controls(brokers: Mapping[str, Broker]) -> dict[str, _Control]:
+    """Return the access control of each broker that has one."""
+    found = {}
+    for name, broker in brokers.items():
+        lines = stated(broker.settings, ACCESS)
+        try:
+            if lines is not None:
+                found[name] = _Control(Access().parse(lines.text))
+        except InvalidValueError:  # told where values are read
+            continue
+    return found
+
+
+def _rights(client: Participant, brokers: Mapping[str, Broker], controls: dict[str, _Control]) -> list[_Filters] | None:
+    """Return what the access control of its broker says of a client; None where that is not known."""
     named = stated(client.settings, BROKER)
-    broker = (
-        brokers.get(named.text) if named is not None else next(iter(brokers.values())) if len(brokers) == 1 else None
-    )
-    lines = stated(broker.settings, ACCESS) if broker is not None else None
-    if lines is None:
+    broker = named.text if named is not None else next(iter(brokers)) if len(brokers) == 1 else ""
+    control = controls.get(broker)
+    if control is None:
         return None
-    try:
-        parsed = Access().parse(lines.text)
-    except InvalidValueError:  # told where values are read
-        return None
-    entries = [each.split(" ", 2) for each in parsed]
-    user, client_id = stated(client.settings, USERNAME), stated(client.settings, CLIENT_ID)
-    if user is None and any(len(each) > 1 and each[1] not in {ANYBODY, NOBODY} for each in entries):
-        return None
-    who = {ANYBODY, user.text.replace(" ", "_") if user is not None else NOBODY}
-    known = {"%u": user.text if user is not None else "", "%c": client_id.text if client_id is not None else "+"}
-    return [(access, _filled(written, known)) for access, whom, written in entries if whom in who]
+    return control.rights(stated(client.settings, USERNAME), stated(client.settings, CLIENT_ID))
 
 
 def _filled(written: str, known: Mapping[str, str]) -> str:
@@ -126,18 +174,26 @@ def _derived(text: str) -> Setting:
     return Setting(text, derived=True)
 
 
-def _allowed(endpoint: Endpoint, rights: Sequence[tuple[str, str]]) -> dict[str, Setting]:
+def _allowed(endpoint: Endpoint, rights: Sequence[_Filters]) -> dict[str, Setting]:
     """Say what a client may do with one endpoint."""
     topic = endpoint.topic or ""
-    denied = [written for access, written in rights if access == "deny"]
     if endpoint.role == PUBLISHER:
-        writable = [written for access, written in rights if access in {"write", "readwrite"}]
-        allowed = names.hears(topic, writable) and not names.hears(topic, denied)
-        return {"may_publish": _derived("true" if allowed else "false"), "controlled_topic": _derived(topic)}
-    readable = [written for access, written in rights if access in {"read", "readwrite"}]
+        allowed = any(True for each in rights for _ in each.writable.matching(topic))
+        denied = any(True for each in rights for _ in each.denied.matching(topic))
+        return {
+            "may_publish": _derived("true" if allowed and not denied else "false"),
+            "controlled_topic": _derived(topic),
+        }
+    # Other filters match no topic that it hears.
+    readable = [written for each in rights for written in each.readable.intersecting(topic)]
     if not readable:
-        return {"unreadable": _derived(json.dumps(["#", "$SYS/#"]))}
-    return {"readable": _derived(json.dumps(readable)), "unreadable": _derived(json.dumps(denied))}
+        return {"unreadable": _derived(json.dumps(["#", "$SYS/#", *_with_dollar(topic)]))}
+    denied_here = [written for each in rights for written in each.denied.intersecting(topic)]
+    return {"readable": _derived(json.dumps(readable)), "unreadable": _derived(json.dumps(denied_here))}
+
+
+def _with_dollar(topic: str) -> tuple[str, ...]:
+    return (bare(topic),) if bare(topic).startswith("$") else ()
 
 
 def _of_the_filter(written: str, facts: dict[str, Setting]) -> None:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from itertools import product
-from math import prod
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import collector_paused, listed, shown
@@ -21,7 +20,7 @@ from cqos_mqtt.filters import intersect
 from cqos_mqtt.importers.document import Document, entries_of, everything, levels, stated
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
@@ -63,6 +62,7 @@ _OTHERS: Final = frozenset(
 _BINDINGS: Final = ("mqtt", "mqtt5")
 _PARAMETER: Final = re.compile(r"\{([^{}]*)\}")
 _MOST_TOPICS: Final = 100
+_UNCOUNTED: Final = 1_000_000
 _SAYS: Final = {"subscribe": PUBLISHER, "publish": SUBSCRIBER, "send": PUBLISHER, "receive": SUBSCRIBER}
 _ANSWERS: Final = {"subscribe": SUBSCRIBER, "publish": PUBLISHER, "send": SUBSCRIBER, "receive": PUBLISHER}
 _ACTIONS: Final = ("send", "receive")
@@ -334,9 +334,10 @@ class _Reader(Document):
         parameters = self.a_map(stated(channel, "parameters"), "parameters")
         used = dict.fromkeys(_PARAMETER.findall(address))
         choices = {name: few for name in used if (few := self.choices(parameters, name))}
-        count = prod(map(len, choices.values()))
+        count = _product(len(few) for few in choices.values())
         if count > _MOST_TOPICS:
-            message = f"{shown(address)} stands for {count} topics; it is read as {shown(levels(address))}"
+            number = count if count < _UNCOUNTED else f"more than {_UNCOUNTED}"
+            message = f"{shown(address)} stands for {number} topics; it is read as {shown(levels(address))}"
             self.note("MQTT905", message, stated(channel, "parameters") or channel)
             return [_Topic(levels(address))]
         filled = dict.fromkeys(
@@ -433,6 +434,16 @@ class _Reader(Document):
     def _only(self, schema: MappingNode) -> Node | None:
         listed_values = self.a_list(stated(schema, "enum"), "enum")
         return listed_values[0] if len(listed_values) == 1 else None
+
+
+def _product(numbers: Iterable[int]) -> int:
+    """Return a product of whole numbers from 1; no further than it matters, as it may have thousands of digits."""
+    count = 1
+    for number in numbers:
+        count *= number
+        if count >= _UNCOUNTED:
+            break
+    return count
 
 
 def _filled(address: str, values: Mapping[str, str]) -> str:

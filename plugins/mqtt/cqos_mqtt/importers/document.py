@@ -59,6 +59,8 @@ class Document(Reading):
         self._by_name: dict[tuple[str, str], _File | str] = {}
         # Of nodes that stand in other files, by identity: the name of the file.
         self._homes: dict[int, str] = {}
+        # Of nodes with a reference, by identity: what it leads to.
+        self._followed: dict[int, Node | None] = {}
         self._numbers: dict[str, int] = {}
         self._told: set[tuple[str, Place]] = set()
 
@@ -167,8 +169,21 @@ class Document(Reading):
 
     def followed(self, node: Node | None) -> Node | None:
         """Follow a `$ref` to what it leads to; None where it leads to nothing, which is told."""
-        trail: list[str] = []
+        if not isinstance(node, MappingNode) or stated(node, REF) is None:
+            return node
+        if id(node) not in self._followed:
+            passed: list[int] = []
+            found = self._end_of(node, passed)
+            self._followed.update(dict.fromkeys(passed, found))
+        return self._followed[id(node)]
+
+    def _end_of(self, node: Node | None, passed: list[int]) -> Node | None:
+        """Follow references one by one; ``passed`` gets the identities of all nodes that lead to the same."""
+        trail: dict[str, None] = {}
         while isinstance(node, MappingNode) and (reference := stated(node, REF)) is not None:
+            if id(node) in self._followed:
+                return self._followed[id(node)]
+            passed.append(id(node))
             if not isinstance(reference, ScalarNode):
                 self.refuse(reference, REF, "a text")
                 return None
@@ -178,10 +193,11 @@ class Document(Reading):
                 return None
             target = f"#{pointer}" if file.root is self.root else f"{file.path}#{pointer}"
             if target in trail:
-                circle = " → ".join([*trail[trail.index(target) :], target])
+                steps = list(trail)
+                circle = " → ".join([*steps[steps.index(target) :], target])
                 self.note("MQTT902", f"references lead in a circle: {circle}", reference)
                 return None
-            trail.append(target)
+            trail[target] = None
             node = pointed(file.root, pointer)
             if node is None:
                 self.note("MQTT901", f"reference {shown(reference.text)} leads to nothing", reference)

@@ -272,3 +272,51 @@ def test_a_document_over_another_protocol_names_it():
     text = BOUND + "servers: {a: {host: h, protocol: kafka}}\n"
     (note,) = read(text.encode(), importer="asyncapi").notes
     assert "no importer reads AsyncAPI over kafka" in note.message
+
+
+def test_thousands_of_parameters_are_no_endless_number():
+    names = [f"p{number}" for number in range(14_000)]
+    channel = {
+        "address": "/".join(f"{{{name}}}" for name in names),
+        "parameters": {name: {"enum": ["a", "b"]} for name in names},
+    }
+    document = {
+        "asyncapi": "3.0.0",
+        "servers": {"a": {"host": "h", "protocol": "mqtt"}},
+        "channels": {"c": channel},
+        "operations": {"o": {"action": "send", "channel": {"$ref": "#/channels/c"}}},
+    }
+    (note,) = read(json.dumps(document).encode()).notes
+    assert note.code == "MQTT905"
+    assert "more than 1000000 topics" in note.message
+
+
+def test_the_name_of_a_file_may_be_longer_than_any_file_system_has_it(tmp_path):
+    name = "a" * 300
+    path = tmp_path / "display.yaml"
+    path.write_text(BOUND.replace("#/channels/orders", f"{name}.yaml#/orders"), encoding="utf-8")
+    (note,) = [each for each in read(str(path)).notes if each.code == "MQTT901"]
+    assert "too long" in note.message
+    path = tmp_path / "mosquitto.conf"
+    path.write_text(f"acl_file {name}\n", encoding="utf-8")
+    assert [each.code for each in read(str(path)).notes] == ["MQTT941"]
+    path = tmp_path / "system.yaml"
+    path.write_text(f"cqos: 1\nprotocol: mqtt\ninclude: [{name}.yaml]\n", encoding="utf-8")
+    with pytest.raises(InputError, match="too long"):
+        read(str(path))
+
+
+def test_who_may_read_is_known_for_topics_of_the_broker_too(tmp_path):
+    (tmp_path / "acl").write_text("topic read a/#\n", encoding="utf-8")
+    (tmp_path / "mosquitto.conf").write_text("acl_file acl\n", encoding="utf-8")
+    system = {
+        "cqos": 1,
+        "protocol": "mqtt",
+        "participants": {
+            "a": {"broker": "mosquitto", "subscribes": {"$own/x": {}}},
+            "b": {"broker": "mosquitto", "publishes": {"$own/x": {}}},
+        },
+    }
+    (tmp_path / "s.yaml").write_text(json.dumps(system), encoding="utf-8")
+    report = check(str(tmp_path / "s.yaml"), str(tmp_path / "mosquitto.conf"))
+    assert "MQTT621" in [finding.code for finding in report.findings]
