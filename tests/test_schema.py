@@ -2,6 +2,7 @@
 
 import copy
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,15 +11,24 @@ from jsonschema import Draft202012Validator
 
 from cqos_core.importers.reading import Reading
 from cqos_core.importers.source import ReadContext, Source
-from cqos_core.importers.tree import MappingNode, SequenceNode, flag, kind_of, whole_number
+from cqos_core.importers.tree import MappingNode, SequenceNode, flag, flow_text, kind_of, whole_number
+from cqos_core.importers.yaml_form import DOCUMENT
 from cqos_core.importers.yaml_system import read
 from cqos_core.importers.yaml_tree import read_tree
+from cqos_core.plugins import load_plugins
 from cqos_core.problems import InputError
-from cqos_core.schema import system_schema
+from cqos_core.reading import can_be_stated
+from cqos_core.schema import suggested_values, system_schema, written_name
 
 ROOT = Path(__file__).resolve().parent.parent
 CASES = ROOT / "tests" / "importers" / "cases" / "yaml"
-SCHEMA = Draft202012Validator(system_schema())
+PLUGINS = load_plugins()
+PACKS = [pack for pack_id in sorted(PLUGINS.packs) if (pack := PLUGINS.pack(pack_id)) is not None]
+COMPLETING = system_schema(PACKS)
+SCHEMA = Draft202012Validator(COMPLETING)
+PLAIN = system_schema()
+STRUCTURAL = Draft202012Validator(PLAIN)
+"""Without packs: quicker, and the same but for what refuses nothing."""
 
 STRUCTURE = {"CQ004", "CQ006", "CQ009", "CQ010"}
 """Codes of what a schema can say; CQ011 is about values, of which it can say some."""
@@ -53,12 +63,14 @@ def codes(document):
 
 
 def test_is_a_schema_of_its_draft():
-    Draft202012Validator.check_schema(system_schema())
+    Draft202012Validator.check_schema(COMPLETING)
+    Draft202012Validator.check_schema(PLAIN)
 
 
 def test_file_in_docs_is_up_to_date():
     written = (ROOT / "docs" / "cqos-1.schema.json").read_text(encoding="utf-8")
-    assert written == json.dumps(system_schema(), indent=2, ensure_ascii=False) + "\n", "write `cqos schema` there"
+    assert len(written) < 400_000
+    assert written == json.dumps(COMPLETING, indent=2, ensure_ascii=False) + "\n", "write `cqos schema` there"
 
 
 def test_every_key_is_described():
@@ -74,7 +86,7 @@ def test_every_key_is_described():
     relations = {"exactly", "at_least", "at_most", "one_of", "not"}
     undescribed = {
         name
-        for name, key in keys(system_schema())
+        for name, key in keys(COMPLETING)
         if isinstance(key, dict) and "not" not in key and not key.get("description")
     }
     assert undescribed <= relations
@@ -194,7 +206,74 @@ def test_schema_and_reader_agree(document):
     differing = []
     for how, each in changed(document):
         found = codes(each)
-        valid = SCHEMA.is_valid(each)
+        valid = STRUCTURAL.is_valid(each)
         if (valid and found & STRUCTURE) or not (valid or found):
             differing.append((*how, found))
     assert differing == []
+
+
+# --- what packs suggest ---
+
+STATED = [(pack, policy) for pack in PACKS for policy in pack.policies if can_be_stated(policy) and not policy.derived]
+ODD = ["no such value", "", 0, -1.5, True, None, [], ["a", 1, None], "${x}"]
+
+
+def suggestions(part, name):
+    """The values suggested for a setting, apart from the `true` that takes any other."""
+    *closed, anything = COMPLETING["$defs"][part]["properties"][name].get("anyOf", [True])
+    assert anything is True
+    return [value for each in closed for value in each["enum"]]
+
+
+def as_read(value):
+    """The text that the reader makes of a value below a setting."""
+    tree = read_tree(Reading(Source("f.json", json.dumps({"x": value}).encode()), [], []))
+    return flow_text(tree.documents[0].entries["x"][1])
+
+
+def test_every_setting_is_suggested_with_values_that_its_pack_reads():
+    for pack, policy in STATED:
+        name = written_name(policy)
+        index = pack.find(policy.level, name)
+        assert index is not None
+        assert pack.policies[index] is policy
+        offered = suggestions(f"{policy.level}_settings", name)
+        for value in suggested_values(policy):
+            assert value in offered
+            text = as_read(value)
+            if policy.domain.word(text) not in policy.words:
+                assert policy.domain.has(policy.domain.parse(text)), f"{pack.id}: {name}: {text}"
+
+
+FORMS: dict[str, Any] = {}
+DOCUMENT.definition(FORMS)
+
+
+def test_packs_change_nothing_but_suggestions():
+    assert PLAIN["$defs"].keys() == COMPLETING["$defs"].keys()
+    assert {**PLAIN, "$defs": FORMS} == {**COMPLETING, "$defs": {name: COMPLETING["$defs"][name] for name in FORMS}}
+
+
+def test_no_suggestion_refuses_anything():
+    names = {written_name(policy) for _, policy in STATED}
+    for part in COMPLETING["$defs"].keys() - FORMS:
+        suggested = Draft202012Validator({"$ref": f"#/$defs/{part}", "$defs": COMPLETING["$defs"]})
+        for value in ODD:
+            settings = dict.fromkeys(names, value)
+            for each in (value, settings, {pack.id: settings for pack in PACKS}):
+                assert [error.message for error in suggested.iter_errors(each)] == []
+
+
+@pytest.mark.parametrize("schema", [PLAIN, COMPLETING], ids=["plain", "completing"])
+def test_every_part_is_there_and_used(schema):
+    assert set(re.findall(r'"#/\$defs/(\w+)"', json.dumps(schema))) == set(schema["$defs"])
+
+
+def test_an_editor_completes_settings_values_presets_options_and_needs():
+    ros2 = next(pack for pack in PACKS if pack.id == "ros2")
+    assert {"best_effort", "reliable", "system_default"} <= {*suggestions("endpoint_settings", "reliability")}
+    assert suggestions("need_settings", "latest") == [False, True]
+    presets = [each["const"] for each in COMPLETING["$defs"]["endpoint_presets"]["anyOf"][:-1]]
+    assert {*ros2.presets} <= {*presets}
+    options = COMPLETING["$defs"]["pack_options"]["properties"]["ros2"]["properties"]
+    assert "cyclonedds" in options["rmw"]["anyOf"][0]["enum"]

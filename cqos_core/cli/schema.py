@@ -15,7 +15,7 @@ from cqos_core.cli.streams import emit
 def schema() -> None:
     """Print the JSON schema of the YAML system file.
 
-    Editors use it to complete keys and to mark mistakes while you type.
+    Editors use it to complete keys, settings, values and presets of the installed rule packs, and to mark mistakes while you type.
 
     \b
     Example:
@@ -23,6 +23,9 @@ def schema() -> None:
       # then, as the first line of system.yaml:
       # yaml-language-server: $schema=cqos.schema.json
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    from cqos_core.plugins import load_plugins
     from cqos_core.schema import system_schema
 
-    emit(json.dumps(system_schema(), indent=2, ensure_ascii=False) + "\n")
+    plugins = load_plugins()
+    packs = [pack for pack_id in sorted(plugins.packs) if (pack := plugins.pack(pack_id)) is not None]
+    emit(json.dumps(system_schema(packs), indent=2, ensure_ascii=False) + "\n")

@@ -324,12 +324,14 @@ class Key(Generic[T]):
     Attributes:
         help: one or two sentences for people; the schema shows them in editors.
         required: the key must be there and state something.
+        hints: parts of the schema in which rule packs suggest values; they refuse nothing.
     """
 
     name: str
     shape: Shape[T]
     help: str
     required: bool = False
+    hints: tuple[str, ...] = ()
 
 
 class Entry:
@@ -367,6 +369,7 @@ class Form(Shape[Entry]):
         others: the shape of settings, which may stand beside the form's own keys; None where nothing may.
         never: names that are no settings, because they are keys of a form nearby.
         one_of: keys of which at least one is required.
+        hints: parts of the schema in which rule packs suggest settings or the bare text; they refuse nothing.
     """
 
     def __init__(
@@ -379,6 +382,7 @@ class Form(Shape[Entry]):
         others: Shape[Setting] | None = None,
         never: tuple[str, ...] = (),
         one_of: tuple[str, ...] = (),
+        hints: tuple[str, ...] = (),
     ) -> None:
         super().__init__(expected)
         self.name = name
@@ -387,6 +391,7 @@ class Form(Shape[Entry]):
         self.others = others
         self.never = never
         self.one_of = one_of
+        self.hints = hints
         self.required = tuple(key.name for key in self.keys.values() if key.required)
         self.flat = isinstance(others, AnySetting) and not others.maps
 
@@ -460,7 +465,9 @@ class Form(Shape[Entry]):
             kinds.append("null")
         if self.short is not None:
             kinds += _SCALARS
-        properties: Schema = {key.name: {"description": key.help, **_of(key, shared)} for key in self.keys.values()}
+        properties: Schema = {
+            key.name: {"description": key.help, **_of(key, shared), **_hinted(key.hints)} for key in self.keys.values()
+        }
         properties |= dict.fromkeys(self.never, False)
         schema: Schema = {
             "type": kinds if len(kinds) > 1 else kinds[0],
@@ -477,7 +484,11 @@ class Form(Shape[Entry]):
             schema["anyOf"] = [
                 {"required": [name], "properties": {name: {"not": {"type": "null"}}}} for name in self.one_of
             ]
-        return schema
+        return schema | _hinted(self.hints)
+
+
+def _hinted(parts: tuple[str, ...]) -> Schema:
+    return {"allOf": [{"$ref": f"#/$defs/{part}"} for part in parts]} if parts else {}
 
 
 def _of(key: Key[Any], shared: dict[str, Schema]) -> Schema:

@@ -106,6 +106,7 @@ REQUIRE: Final = Key(
     "require",
     _Bounds(),
     "Policy to value (exactly), or to a map of `at_least`, `at_most`, `one_of`, `not`, `exactly`.",
+    hints=("endpoint_settings",),
 )
 SENTENCE: Final = Key("sentence", TEXT, "A whole sentence in the language of rules, for what `require` cannot say.")
 NAME: Final = Key("name", TEXT, "Name of the check, in kebab case; say the good pattern.", required=True)

@@ -1,6 +1,7 @@
 """The system form: every key of a C-QoS system file, with its shape and what it is for.
 
-Only structure stands here. Which settings there are is known to the rule packs, so settings are taken by any name.
+Only structure stands here. Which settings there are is known to the rule packs, so settings are taken by any name; ``hints``
+name the parts of the JSON schema in which packs suggest theirs (see `cqos_core.schema`).
 """
 
 from __future__ import annotations
@@ -35,12 +36,18 @@ VERSION: Final = 1
 
 # Keys that stand in several forms
 
-PROTOCOL: Final = Key("protocol", TEXT, "Id of the rule pack that judges here, for instance `ros2`, `dds` or `mqtt`.")
+_PACKS: Final = ("packs",)
+PROTOCOL: Final = Key(
+    "protocol", TEXT, "Id of the rule pack that judges here, for instance `ros2`, `dds` or `mqtt`.", hints=_PACKS
+)
 PROFILE: Final = Key(
     "profile",
     TEXTS,
     "Profiles or presets to take values from; of several, a later one wins over an earlier one.",
+    hints=("endpoint_presets",),
 )
+BROKER_PROFILE: Final = replace(PROFILE, hints=("broker_presets",))
+BASE_PROFILE: Final = replace(PROFILE, hints=(*PROFILE.hints, *BROKER_PROFILE.hints))
 EXTERNAL: Final = Key("external", FLAG, "Has partners outside of this system, so a missing partner is no finding.")
 STARTS_AFTER: Final = Key("starts_after", TEXTS, "Ids of endpoints or participants that are up before this one.")
 LABEL: Final = Key("label", TEXT, "Name for people, used in messages.")
@@ -58,13 +65,16 @@ NEEDS: Final = Key(
     "needs",
     SettingsMap("a map of needs"),
     "What the application requires, in words that no protocol owns: `latest`, `loss_free`, `late_join`, `max_age` …",
+    hints=("need_settings",),
 )
+_ENDPOINT_SETTINGS: Final = ("endpoint_settings",)
 ENDPOINT: Final = Form(
     "endpoint",
     "an endpoint",
     (PROFILE, ID, TYPE, NEEDS, PROTOCOL, EXTERNAL, STARTS_AFTER, LABEL, OBSERVED),
     short=PROFILE.name,
     others=SETTING,
+    hints=(*_ENDPOINT_SETTINGS, *PROFILE.hints),
 )
 _ENDPOINTS: Final = MapOf(OneOrMore(ENDPOINT), "a map from topics to endpoints", empty=True)
 PUBLISHED: Final = Form(
@@ -74,6 +84,7 @@ PUBLISHED: Final = Form(
     short=PROFILE.name,
     others=SETTING,
     never=(NEEDS.name,),
+    hints=ENDPOINT.hints,
 )
 
 PUBLISHES: Final = Key(
@@ -97,7 +108,8 @@ def _group(name: str, key: Key[dict[str, Member[list[Entry]]]]) -> Form:
     never = tuple(other for other in _DIRECTIONS if other != key.name)
     # A group without endpoints is a slip: `publishers:` for `publishes:`.
     required = replace(key, required=True, help=f"{key.help} Without groups, write `{key.name}:` at the participant.")
-    return Form(name, f"a group that {key.name}", (required, PROFILE), others=SETTING, never=never)
+    expected = f"a group that {key.name}"
+    return Form(name, expected, (required, PROFILE), others=SETTING, never=never, hints=_ENDPOINT_SETTINGS)
 
 
 PUBLISHERS: Final = Key(
@@ -114,11 +126,18 @@ SUBSCRIBERS: Final = Key(
 # Participants
 
 REMAP: Final = Key("remap", MapOf(TEXT, "a map from topic names to topic names"), "Topic renames, from: to.")
-CLIENT: Final = Key("client", SettingsMap("a map of connection settings"), "Settings of its connection.")
+_PARTICIPANT_SETTINGS: Final = ("participant_settings", "option_settings")
+CLIENT: Final = Key(
+    "client",
+    SettingsMap("a map of connection settings"),
+    "Settings of its connection.",
+    hints=_PARTICIPANT_SETTINGS,
+)
 PARTICIPANT_OPTIONS: Final = Key(
     "options",
     SettingsMap("a map of options", FLAT_SETTING),
     "Options for this participant only, without the name of the pack.",
+    hints=("option_settings",),
 )
 PARTICIPANT: Final = Form(
     "participant",
@@ -141,19 +160,24 @@ PARTICIPANT: Final = Form(
         PARTICIPANT_OPTIONS,
     ),
     others=FLAT_SETTING,
+    hints=_PARTICIPANT_SETTINGS,
 )
 
 # Topics, profiles, brokers, bridges
 
-TOPIC: Final = Form("topic", "a topic", (EXTERNAL, PROTOCOL), short=TYPE.name, others=SETTING)
-PROFILE_FORM: Final = Form("profile", "a profile", (PROFILE,), others=SETTING)
-BROKER: Final = Form("broker", "a broker", (PROTOCOL, PROFILE), others=SETTING)
+TOPIC: Final = Form(
+    "topic", "a topic", (EXTERNAL, PROTOCOL), short=TYPE.name, others=SETTING, hints=("topic_settings",)
+)
+PROFILE_FORM: Final = Form(
+    "profile", "a profile", (BASE_PROFILE,), others=SETTING, hints=(*_ENDPOINT_SETTINGS, "broker_settings")
+)
+BROKER: Final = Form("broker", "a broker", (PROTOCOL, BROKER_PROFILE), others=SETTING, hints=("broker_settings",))
 TOPIC_NAME: Final = Key("topic", TEXT, "The topic; a `*` in it stands for the same on both sides.")
 PARTICIPANT_ID: Final = Key(
     "participant", TEXT, "Id of the participant that is this side of the bridge.", required=True
 )
 _SIDE: Final = (PARTICIPANT_ID, TOPIC_NAME, PROFILE, ID, TYPE, EXTERNAL, LABEL)
-ROUTE_SIDE: Final = Form("route_side", "a side of a route", _SIDE, others=SETTING)
+ROUTE_SIDE: Final = Form("route_side", "a side of a route", _SIDE, others=SETTING, hints=_ENDPOINT_SETTINGS)
 FROM: Final = Key(
     "from", ROUTE_SIDE, "What the bridge subscribes to, with the settings of its subscription.", required=True
 )
@@ -186,7 +210,9 @@ BRIDGE: Final = Form("bridge", "a bridge", (ROUTES, CARRIES))
 
 CQOS: Final = Key("cqos", Version(VERSION), f"Version of this form, always {VERSION}.", required=True)
 SYSTEM: Final = Key("system", TEXT, "Name of the system, for the report.")
-DEFAULT_PROTOCOL: Final = Key("protocol", TEXT, "Protocol of the participants in this file that state none.")
+DEFAULT_PROTOCOL: Final = Key(
+    "protocol", TEXT, "Protocol of the participants in this file that state none.", hints=_PACKS
+)
 ALL_OBSERVED: Final = Key("observed", FLAG, "The whole file is a snapshot of a running system or a recording.")
 OPTIONS: Final = Key(
     "options",
@@ -195,6 +221,7 @@ OPTIONS: Final = Key(
         "a map from packs to options",
     ),
     "What is assumed about the deployment, by rule pack: `{ros2: {rmw: cyclonedds}}`.",
+    hints=("pack_options",),
 )
 PROFILES: Final = Key("profiles", MapOf(PROFILE_FORM, "a map of profiles", empty=True), "Named bundles of settings.")
 TOPICS: Final = Key(
