@@ -75,6 +75,11 @@ def design_of(system: System, context: ExportContext) -> Design:
     return _Designer(system, context).run()
 
 
+def is_not_known(setting: Setting) -> bool:
+    """Whether an importer could not read a setting, so that its text says nothing."""
+    return bool(setting.unknown) and isinstance(setting.unknown, str)
+
+
 @dataclass(frozen=True, slots=True)
 class _Tongue:
     """What the settings of some endpoints are written in: the dialect of a pack, or None where that is the form's own."""
@@ -99,6 +104,9 @@ class _Tongue:
             if index is None:
                 if self.dialect is None or normalise(name) not in self.dialect.ignore:
                     found[name] = setting
+                continue
+            if is_not_known(setting):
+                found[name] = setting
                 continue
             policy = pack.policies[index]
             text = spelled(policy, setting.text, self.dialect)
@@ -153,7 +161,7 @@ class _Designer:
             accept=[self._acceptance(each) for each in self.system.accept],
             notes=[],
         )
-        return Design(system, self.comments, tuple(self.notes))
+        return Design(system, self.comments, (*self.notes, *self.profiles.notes))
 
     # Endpoints
 
@@ -348,6 +356,7 @@ class _Profiles:
         self.made_of: dict[str, Profile] = {}
         self.names: dict[tuple[str, str | None, int, str, _User], str] = {}
         self.taken = set(system.profiles)
+        self.notes: dict[str, None] = {}
 
     def used(self, refs: Iterable[ProfileRef], tongue: _Tongue, user: _User) -> tuple[ProfileRef, ...]:
         """Return references to the profiles as they read in ``tongue``, of their parts those that ``user`` takes."""
@@ -361,7 +370,7 @@ class _Profiles:
         if known is not None:
             return known
         profile = self.stated.get(name)
-        if profile is None or name in above:
+        if profile is None or name in above or self._only_named(profile):
             return name
         base = tuple(
             ProfileRef(self._name(ref.name, part or ref.scope.part, tongue, user, (*above, name)), ref.place)
@@ -376,6 +385,13 @@ class _Profiles:
             self.made_of[forms[form]] = replace(made, name=forms[form])
         self.names[key] = forms[form]
         return forms[form]
+
+    def _only_named(self, profile: Profile) -> bool:
+        """Whether nothing is known of a profile: its name alone says as much, and leaves as much unknown."""
+        nothing = bool(profile.settings) and not profile.base and all(map(is_not_known, profile.settings.values()))
+        if nothing:
+            self.notes[f"profile `{profile.name}` is named and not written, because what it sets is not known"] = None
+        return nothing
 
     def _free(self, name: str, part: str | None, tongue: _Tongue, user: _User, *, first: bool) -> str:
         """Return a name for one way in which a profile reads; where roles take different parts, each has its own."""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.exporters.contract import Exported
-from cqos_core.exporters.design import design_of, with_shared_profiles
+from cqos_core.exporters.design import design_of, is_not_known, with_shared_profiles
 from cqos_core.exporters.yaml_text import Block, Raw, document, scalar, value
 from cqos_core.importers.yaml_form import BROKER, ENDPOINT, PARTICIPANT, PROFILE_FORM, ROUTE_SIDE, TOPIC, VERSION
 from cqos_core.system import EVERYBODY, MESSAGE
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
         Profile,
         ProfileRef,
         Route,
+        Setting,
         Settings,
         System,
         TeamRule,
@@ -64,7 +66,12 @@ def _unsaid(system: System) -> list[str]:
     scoped = any(ref.scope != EVERYBODY for each in system.profiles.values() for ref in each.base)
     if system.endpoints or not scoped:
         return []
-    return ["which endpoints a part of a profile is meant for cannot be said, so each part is a profile of its own"]
+    patterns = {ref.scope.topic for each in system.profiles.values() for ref in each.base if ref.scope.by_topic} - {"*"}
+    left_out = (
+        [f"what profiles have for some topics only ({', '.join(sorted(patterns))}) is left out"] if patterns else []
+    )
+    said = "which endpoints a part of a profile is meant for cannot be said, so each part is a profile of its own"
+    return [said, *left_out]
 
 
 def _head(system: System) -> list[str]:
@@ -151,7 +158,7 @@ class _Form:
         client: dict[str, Node] = {}
         for name, setting in participant.settings.items():
             # A map, and what is named like a key of the form, stands where everything is a setting.
-            node = _value(setting.text)
+            node = _said(setting)
             (client if name in PARTICIPANT.keys or node.text.startswith("{") else own)[_escaped(name)] = node
         if client:
             own["client"] = client
@@ -316,11 +323,16 @@ def _own_settings(settings: Settings, form: Form) -> dict[str, Node]:
 
     Names of settings are read whatever their case, keys are not.
     """
-    return {_escaped(name.title() if name in form.keys else name): _value(each.text) for name, each in settings.items()}
+    return {_escaped(name.title() if name in form.keys else name): _said(each) for name, each in settings.items()}
 
 
 def _settings(settings: Settings) -> dict[str, Node]:
-    return {_escaped(name): _value(each.text) for name, each in settings.items()}
+    return {_escaped(name): _said(each) for name, each in settings.items()}
+
+
+def _said(setting: Setting) -> Raw:
+    """Return a value; one that is not known is a map that no policy reads, so that it stays unknown and says why."""
+    return value(_escaped(f"{{unknown: {json.dumps(setting.unknown)}}}" if is_not_known(setting) else setting.text))
 
 
 def _word(endpoint: Endpoint) -> str:

@@ -103,6 +103,8 @@ class _File:
             if self.alone and only_on_some_topics(each, self.notes):
                 continue
             values = stated(each, part, self.notes)
+            if values is None:
+                continue
             complete(values, part, _FORMS)
             profile = self.profile(part, values, each.id)
             if self.with_participants:

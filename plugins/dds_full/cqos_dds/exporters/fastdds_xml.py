@@ -53,6 +53,8 @@ def write(system: System, context: ExportContext) -> Exported:
         if alone and only_on_some_topics(each, notes):
             continue
         values = stated(each, part, notes)
+        if values is None:
+            continue
         # Writers of Fast DDS have another default than those of the standard.
         durability = plain(DURABILITY, part.profile.values[part.pack.vocabulary.indices["endpoint", DURABILITY.name]])
         if durability is not None:

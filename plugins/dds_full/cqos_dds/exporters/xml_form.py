@@ -28,6 +28,7 @@ _LONGEST: Final = 2**31 - 1
 _UNSAYABLE: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _REPRESENTATIONS: Final = {"xcdr1": "XCDR", "xml": "XML", "xcdr2": "XCDR2"}
 _LEFT_OPEN: Final = "default"
+_MOST_LOST: Final = 5
 
 Stated = dict[str, "str | tuple[str, ...] | int"]
 """Values by the names of their policies: an enumeration's name, names, or a number."""
@@ -69,9 +70,13 @@ def dds_endpoints(system: System, context: ExportContext, notes: dict[str, None]
         notes[f"{others} endpoint{'s' if others > 1 else ''} of other protocols left out"] = None
 
 
-def stated(each: Judged, part: Resolved, notes: dict[str, None]) -> Stated:
-    """Return the values that somebody stated for an endpoint; note those that no form can say."""
+def stated(each: Judged, part: Resolved, notes: dict[str, None]) -> Stated | None:
+    """Return the values that somebody stated for an endpoint; note those that no form can say.
+
+    None where nothing of what is stated is known: an empty profile would say that all of it is the default.
+    """
     found: Stated = {}
+    lost: list[str] = []
     for index, policy in enumerate(part.pack.policies):
         if policy.level != ENDPOINT or policy is TYPE or part.role not in policy.roles:
             continue
@@ -87,7 +92,14 @@ def stated(each: Judged, part: Resolved, notes: dict[str, None]) -> Stated:
         elif word in {"auto", "highest_offered"}:
             found[policy.name] = word
         else:
-            notes[f"endpoint `{each.id}`: {policy.name} is left out, because its value is not known"] = None
+            lost.append(policy.name)
+    if lost and not found:
+        notes[f"endpoint `{each.id}` is left out, because no value of it is known"] = None
+        return None
+    if lost:
+        more = f" and {len(lost) - _MOST_LOST} more" if len(lost) > _MOST_LOST else ""
+        named = f"{', '.join(lost[:_MOST_LOST])}{more}"
+        notes[f"endpoint `{each.id}`: left out, because the value is not known: {named}"] = None
     return found
 
 

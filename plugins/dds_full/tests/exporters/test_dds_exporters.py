@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import cqos_core as cqos
 from cqos_core.api import context
+from cqos_core.exporters import yaml_form
 from cqos_core.exporters.contract import ExportContext
 from cqos_core.importers.source import Source
 from cqos_core.loading import read_source
@@ -175,17 +176,36 @@ def test_what_the_forms_cannot_say_is_said():
         "the implementation (cyclonedds) has no place in the form: state it with --option dds.implementation=…",
     )
     assert dds_xml.write(system, ExportContext(FIND)).notes == (
-        "endpoint `w`: reliability is left out, because its value is not known",
+        "endpoint `w`: left out, because the value is not known: reliability",
         "endpoint `bell` has no topic name that XML can hold",
         *general,
     )
     assert fastdds_xml.write(system, ExportContext(FIND)).notes == (
-        "endpoint `w`: reliability is left out, because its value is not known",
+        "endpoint `w`: left out, because the value is not known: reliability",
         "endpoint `w`: profiles of Fast DDS have no presentation.access_scope",
         "endpoint `w`: profiles of Fast DDS have no transport_priority",
         "endpoint `bell` has no topic name that XML can hold",
         *general,
     )
+
+
+@pytest.mark.parametrize("exporter", [dds_xml, fastdds_xml, yaml_form])
+def test_what_is_not_known_is_not_written_as_a_default(exporter):
+    base = 'base_name="BuiltinQosLib::Pattern.Status"'
+    text = f"""<dds><qos_library name="L"><qos_profile name="A" {base}>
+      <datawriter_qos><reliability><kind>$(KIND)</kind></reliability></datawriter_qos></qos_profile>
+      <qos_profile name="C"><datawriter_qos><history><depth>2</depth></history>
+      <reliability><kind>$(KIND)</kind></reliability></datawriter_qos></qos_profile>
+      <qos_profile name="F"><datawriter_qos topic_filter="X*"><history><depth>3</depth></history></datawriter_qos>
+      </qos_profile></qos_library></dds>"""
+    exported = exporter.write(cqos.read(text.encode()), ExportContext(FIND))
+    assert any("known" in note for note in exported.notes)
+    assert any("for some topics only" in note for note in exported.notes)
+    if exporter is yaml_form:
+        assert "variable `KIND` is not set" in exported.text
+        assert cqos.check(exported.text.encode()).verdict == "unknown"
+    else:
+        assert 'name="A"' not in exported.text
 
 
 @pytest.mark.parametrize("exporter", [dds_xml, fastdds_xml])
