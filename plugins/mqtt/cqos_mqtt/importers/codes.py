@@ -122,6 +122,14 @@ CODES: Final = (
         help="leave `try_private` on, or set `bridge_protocol_version mqttv50`",
     ),
     CodeInfo(
+        "MQTT944",
+        "included-folder-not-read",
+        "warning",
+        "A configuration of Mosquitto includes the files of a folder, which C-QoS does not read.",
+        "What the configuration does not state itself is unknown.",
+        help="put the directives of these files into one file, and name that",
+    ),
+    CodeInfo(
         "MQTT960",
         "bridged-topic-incomplete",
         "warning",

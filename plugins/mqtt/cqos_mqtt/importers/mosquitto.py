@@ -138,6 +138,10 @@ class _Reader(Reading):
             self.directive(line, take)
         elif line.name == "acl_file":
             self.access(line)
+        elif line.name == "include_dir":
+            cause = f"the files in {shown(line.value)} are not read"
+            self.notes.append(note("MQTT944", f"{cause}, so what they may state is not known", line.place))
+            self.settings[EVERY_OTHER] = Setting(line.value, line.place, unknown=cause, reported="MQTT944")
         elif line.name not in _PASSED_OVER and (meant := looks_like_qos(line.name, (*_DIRECTIVES, *OF_CONNECTIONS))):
             self.misspelt(line, meant)
 

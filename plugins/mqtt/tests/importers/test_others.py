@@ -360,6 +360,26 @@ def test_every_code_has_its_page_and_its_use():
 # What is misspelt, long or elsewhere
 
 
+def test_what_an_included_folder_may_state_is_not_known(tmp_path):
+    system = {
+        "cqos": 1,
+        "protocol": "mqtt",
+        "participants": {
+            "a": {"broker": "mosquitto", "publishes": {"t": {"qos": 1}}},
+            "b": {"broker": "mosquitto", "subscribes": {"t": {"qos": 1}}},
+        },
+    }
+    (tmp_path / "s.yaml").write_text(json.dumps(system), encoding="utf-8")
+    path = tmp_path / "mosquitto.conf"
+    verdicts = []
+    for text in ("max_inflight_messages 5\n", "max_inflight_messages 5\ninclude_dir conf.d\n"):
+        path.write_text(text, encoding="utf-8")
+        report = check(str(tmp_path / "s.yaml"), str(path))
+        verdicts.append([group.verdict for group in report.groups])
+    assert verdicts == [["compatible"], ["unknown"]]
+    assert "MQTT944" in [finding.code for finding in report.findings]
+
+
 def test_flows_whose_mqtt_nodes_come_late_are_recognised(tmp_path):
     filler = [{"id": f"n{i}", "type": "inject", "z": "tab", "wires": [[]]} for i in range(2000)]
     path = tmp_path / "flows.json"
