@@ -6,6 +6,7 @@ values are texts as the profile writes them, durations in flow form (DDS 1.4; Fa
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
@@ -57,6 +58,8 @@ _DURATIONS: Final = {
 _NAMES: Final = {"qos/partition/names": "partition"}
 _POLICIES: Final = {*_KINDS, *_COUNTS, *_DURATIONS, *_NAMES}
 _WAYS: Final = {path.rpartition("/")[0] for path in _POLICIES} | {"qos", "topic"}
+_POLICY_AT: Final = {**{path: name for path, (name, _) in _KINDS.items()}, **_COUNTS, **_DURATIONS, **_NAMES}
+_VARIABLE: Final = re.compile(r"\$\{([A-Za-z_]\w*)\}")
 _SUFFIX: Final = "_QOS"
 _FIELDS: Final = {"sec": "sec", "seconds": "sec", "nanosec": "nanosec"}
 
@@ -151,7 +154,12 @@ class _Reader:
         """Read the policies below an element; what is none is remembered."""
         for element in _elements(above):
             inner = f"{path}/{_local(element)}".lstrip("/")
-            if inner in _DURATIONS and (inner not in _WAYS or self.is_duration(element)):
+            policy = _POLICY_AT.get(inner)
+            written = "".join(element.itertext()).strip()
+            if policy is not None and inner not in _WAYS and (variable := _VARIABLE.search(written)):
+                cause = f"variable `{variable[1]}` is not set"
+                settings[policy] = Setting(written, self.place(element), unknown=cause)
+            elif inner in _DURATIONS and (inner not in _WAYS or self.is_duration(element)):
                 self.duration(element, _DURATIONS[inner], settings)
             elif inner in _WAYS:
                 self.policies(element, inner, settings)

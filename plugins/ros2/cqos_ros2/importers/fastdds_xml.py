@@ -131,7 +131,10 @@ def _replacing(profile: FastDdsProfile, below: list[FastDdsProfile]) -> Settings
         if name in _POLICIES
     }
     own = {_POLICIES[name]: setting for name, setting in profile.settings.items() if name in _POLICIES}
-    return settings | {name: Setting(_shown(setting.text), setting.place) for name, setting in own.items()}
+    return settings | {
+        name: setting if setting.unknown else Setting(_shown(setting.text), setting.place)
+        for name, setting in own.items()
+    }
 
 
 def _shown(text: str) -> str:

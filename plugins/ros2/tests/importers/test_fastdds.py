@@ -182,3 +182,14 @@ class TestReading:
     def test_a_file_without_profiles_states_nothing(self):
         system = read(Source("p.xml", b"<dds><profiles/><log/></dds>"), ReadContext())
         assert (system.endpoints, system.overlays, system.notes) == ([], [], [])
+
+
+def test_a_variable_leaves_its_policy_unknown():
+    qos = "<reliability><kind>${KIND}</kind></reliability><durability><kind>VOLATILE</kind></durability>"
+    text = (
+        '<dds xmlns="http://www.eprosima.com"><profiles><data_writer profile_name="/scan"><qos>'
+        f"{qos}</qos></data_writer></profiles></dds>"
+    )
+    (overlay,) = read(Source("p.xml", text.encode()), ReadContext()).overlays
+    assert overlay.settings["reliability"].unknown == "variable `KIND` is not set"
+    assert overlay.settings["durability"].text == "volatile"
