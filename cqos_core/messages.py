@@ -206,14 +206,26 @@ def _texts(settings: Mapping[str, Setting], text: _Convert) -> dict[str, str]:
 
 
 def _stated(settings: Mapping[str, Setting], text: _Convert) -> list[system_pb2.StatedSetting]:
-    """Say where each was stated, in order; nothing where that says no more than the map."""
-    if all(setting.place is None for setting in settings.values()) and list(settings) == sorted(settings):
+    """Say where each was stated and what is not known of it, in order; nothing where that says no more than the map."""
+    plain = all(setting.place is None and not setting.unknown for setting in settings.values())
+    if plain and list(settings) == sorted(settings):
         return []
     write = _writer(report_pb2.Place, text)
     return [
-        system_pb2.StatedSetting(name=text(name), place=None if setting.place is None else write(setting.place))
+        system_pb2.StatedSetting(
+            name=text(name),
+            place=None if setting.place is None else write(setting.place),
+            reported=text(setting.reported),
+            **_unknown(setting.unknown, text),
+        )
         for name, setting in settings.items()
     ]
+
+
+def _unknown(unknown: str | system.Cases, text: _Convert) -> dict[str, Any]:
+    if isinstance(unknown, str):
+        return {"unknown": text(unknown)}
+    return {"assumption": text(unknown.assumption), "cases": [_named(case, text) for case in unknown.values]}
 
 
 def _named(pair: tuple[str, str], text: _Convert) -> report_pb2.NameValue:
@@ -405,9 +417,17 @@ def settings_value(texts: Mapping[str, str], stated: Any) -> system.Settings:
     """Return settings, in the order in which they were stated."""
     if not stated:
         return {name: _setting(texts[name]) for name in sorted(texts)}
-    places = {each.name: from_message(each.place) if each.HasField("place") else None for each in stated}
-    names = [*(name for name in places if name in texts), *(name for name in sorted(texts) if name not in places)]
-    return {name: Setting(texts[name], places.get(name)) for name in names}
+    known = {each.name: each for each in stated}
+    names = [*(name for name in known if name in texts), *(name for name in sorted(texts) if name not in known)]
+    return {name: _stated_value(texts[name], known[name]) if name in known else Setting(texts[name]) for name in names}
+
+
+def _stated_value(text: str, stated: Any) -> Setting:
+    unknown: str | system.Cases = stated.unknown
+    if stated.assumption:
+        unknown = system.Cases(stated.assumption, tuple((case.name, case.value) for case in stated.cases))
+    place = from_message(stated.place) if stated.HasField("place") else None
+    return Setting(text, place, unknown, reported=stated.reported)
 
 
 def _setting(text: str) -> Setting:

@@ -23,27 +23,47 @@ DESCRIPTOR: _descriptor.FileDescriptor
 
 @_typing.final
 class StatedSetting(_message.Message):
-    """Where a setting of a map was stated."""
+    """Where a setting of a map was stated, and what is not known of it."""
 
     DESCRIPTOR: _descriptor.Descriptor
 
     NAME_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
+    UNKNOWN_FIELD_NUMBER: _builtins.int
+    ASSUMPTION_FIELD_NUMBER: _builtins.int
+    CASES_FIELD_NUMBER: _builtins.int
+    REPORTED_FIELD_NUMBER: _builtins.int
     name: _builtins.str
     """The key in the map."""
+    unknown: _builtins.str
+    """Why the value is not known, for instance "variable `X` is not set"; empty where it is known. The policy is then
+    unknown whatever the map says. Under the key `*`: every policy that no nearer settings state.
+    """
+    assumption: _builtins.str
+    """The assumption on which the value depends, where it is one of `cases`."""
+    reported: _builtins.str
+    """Code of the import note that reports the cause already."""
     @_builtins.property
     def place(self) -> _report_pb2.Place:
         """Where it stands; absent where the model has no places."""
+
+    @_builtins.property
+    def cases(self) -> _containers.RepeatedCompositeFieldContainer[_report_pb2.NameValue]:
+        """By reading of the assumption the value; an empty value is the default."""
 
     def __init__(
         self,
         *,
         name: _builtins.str = ...,
         place: _report_pb2.Place | None = ...,
+        unknown: _builtins.str = ...,
+        assumption: _builtins.str = ...,
+        cases: _abc.Iterable[_report_pb2.NameValue] | None = ...,
+        reported: _builtins.str = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["name", b"name", "place", b"place"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["assumption", b"assumption", "cases", b"cases", "name", b"name", "place", b"place", "reported", b"reported", "unknown", b"unknown"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -556,6 +576,7 @@ class Endpoint(_message.Message):
     LABEL_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
     ALTERNATIVE_FIELD_NUMBER: _builtins.int
+    EXTENDABLE_FIELD_NUMBER: _builtins.int
     id: _builtins.str
     """Unique; a modeler gives its own element id and finds it again in groups, findings and remedies."""
     role: _report_pb2.Role.ValueType
@@ -586,6 +607,8 @@ class Endpoint(_message.Message):
     """Any one of the endpoints of this template may be the one that there is: one without a partner is then no finding while
     another has one.
     """
+    extendable: _builtins.bool
+    """Its file has room for further settings at its place, and its format says how to add them."""
     @_builtins.property
     def settings(self) -> _containers.ScalarMap[_builtins.str, _builtins.str]:
         """QoS by policy name or alias. What is not stated takes the protocol's default."""
@@ -648,10 +671,11 @@ class Endpoint(_message.Message):
         label: _builtins.str | None = ...,
         place: _report_pb2.Place | None = ...,
         alternative: _builtins.bool = ...,
+        extendable: _builtins.bool = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_dialect", b"_dialect", "_kind", b"_kind", "_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "_topic", b"_topic", "_type", b"_type", "dialect", b"dialect", "kind", b"kind", "label", b"label", "place", b"place", "protocol", b"protocol", "template", b"template", "topic", b"topic", "type", b"type"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_dialect", b"_dialect", "_kind", b"_kind", "_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "_topic", b"_topic", "_type", b"_type", "alternative", b"alternative", "dialect", b"dialect", "external", b"external", "id", b"id", "kind", b"kind", "label", b"label", "needs", b"needs", "needs_stated", b"needs_stated", "observed", b"observed", "overlay", b"overlay", "overlay_stated", b"overlay_stated", "participant", b"participant", "place", b"place", "profiles", b"profiles", "protocol", b"protocol", "role", b"role", "settings", b"settings", "settings_stated", b"settings_stated", "starts_after", b"starts_after", "template", b"template", "topic", b"topic", "topic_is_guess", b"topic_is_guess", "type", b"type"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_dialect", b"_dialect", "_kind", b"_kind", "_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "_topic", b"_topic", "_type", b"_type", "alternative", b"alternative", "dialect", b"dialect", "extendable", b"extendable", "external", b"external", "id", b"id", "kind", b"kind", "label", b"label", "needs", b"needs", "needs_stated", b"needs_stated", "observed", b"observed", "overlay", b"overlay", "overlay_stated", b"overlay_stated", "participant", b"participant", "place", b"place", "profiles", b"profiles", "protocol", b"protocol", "role", b"role", "settings", b"settings", "settings_stated", b"settings_stated", "starts_after", b"starts_after", "template", b"template", "topic", b"topic", "topic_is_guess", b"topic_is_guess", "type", b"type"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__dialect: _TypeAlias = _typing.Literal["dialect"]  # noqa: Y015
     _WhichOneofArgType__dialect: _TypeAlias = _typing.Literal["_dialect", b"_dialect"]  # noqa: Y015
@@ -835,6 +859,7 @@ class Participant(_message.Message):
     TEMPLATE_FIELD_NUMBER: _builtins.int
     LABEL_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
+    EXTENDABLE_FIELD_NUMBER: _builtins.int
     id: _builtins.str
     """Unique in the system."""
     protocol: _builtins.str
@@ -845,6 +870,8 @@ class Participant(_message.Message):
     """The id before instances were multiplied out."""
     label: _builtins.str
     """A person's name for it, for messages."""
+    extendable: _builtins.bool
+    """As that of endpoints."""
     @_builtins.property
     def settings(self) -> _containers.ScalarMap[_builtins.str, _builtins.str]:
         """Connection and options of this participant: `rmw`, `domain`, `namespace`, `broker` and whatever the rule pack knows."""
@@ -878,10 +905,11 @@ class Participant(_message.Message):
         template: _builtins.str | None = ...,
         label: _builtins.str | None = ...,
         place: _report_pb2.Place | None = ...,
+        extendable: _builtins.bool = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "label", b"label", "place", b"place", "protocol", b"protocol", "template", b"template"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "external", b"external", "id", b"id", "label", b"label", "place", b"place", "protocol", b"protocol", "remap", b"remap", "settings", b"settings", "settings_stated", b"settings_stated", "starts_after", b"starts_after", "template", b"template"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "extendable", b"extendable", "external", b"external", "id", b"id", "label", b"label", "place", b"place", "protocol", b"protocol", "remap", b"remap", "settings", b"settings", "settings_stated", b"settings_stated", "starts_after", b"starts_after", "template", b"template"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__label: _TypeAlias = _typing.Literal["label"]  # noqa: Y015
     _WhichOneofArgType__label: _TypeAlias = _typing.Literal["_label", b"_label"]  # noqa: Y015
@@ -930,6 +958,7 @@ class Broker(_message.Message):
     SETTINGS_STATED_FIELD_NUMBER: _builtins.int
     PROFILES_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
+    ADDRESSES_FIELD_NUMBER: _builtins.int
     id: _builtins.str
     """Unique in the system."""
     protocol: _builtins.str
@@ -950,6 +979,10 @@ class Broker(_message.Message):
     def place(self) -> _report_pb2.Place:
         """Where it was stated."""
 
+    @_builtins.property
+    def addresses(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """How files that are read together with its own may name it, as `host:port`."""
+
     def __init__(
         self,
         *,
@@ -959,10 +992,11 @@ class Broker(_message.Message):
         settings_stated: _abc.Iterable[Global___StatedSetting] | None = ...,
         profiles: _abc.Iterable[Global___ProfileRef] | None = ...,
         place: _report_pb2.Place | None = ...,
+        addresses: _abc.Iterable[_builtins.str] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "place", b"place", "protocol", b"protocol"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "id", b"id", "place", b"place", "profiles", b"profiles", "protocol", b"protocol", "settings", b"settings", "settings_stated", b"settings_stated"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "addresses", b"addresses", "id", b"id", "place", b"place", "profiles", b"profiles", "protocol", b"protocol", "settings", b"settings", "settings_stated", b"settings_stated"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__protocol: _TypeAlias = _typing.Literal["protocol"]  # noqa: Y015
     _WhichOneofArgType__protocol: _TypeAlias = _typing.Literal["_protocol", b"_protocol"]  # noqa: Y015
