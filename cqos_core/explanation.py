@@ -11,7 +11,7 @@ from cqos_core.checker import check_system, participant_findings
 from cqos_core.findings import Draft, fact, make
 from cqos_core.given import derive, give, over
 from cqos_core.hops import Hop
-from cqos_core.judge import already_told, judge_endpoint, judge_pair
+from cqos_core.judge import already_told, judge_endpoint, judge_pair, of_end
 from cqos_core.pairing import Members, Topic, apart, group
 from cqos_core.problems import CqosError
 from cqos_core.remarks import core_finding, suggestion
@@ -176,12 +176,20 @@ def _pair_report(topic: Topic, verdict: Verdict, further: Sequence[Finding]) -> 
     publisher, subscriber = topic.publishers[0], topic.subscribers[0]
     reasons = apart(publisher.profile, subscriber.profile)
     judgement = judge_pair(publisher.profile, subscriber.profile)
+    sides_of_pair = ((publisher, PUBLISHER), (subscriber, SUBSCRIBER))
+    # A guarantee is one of pairs that fit.
+    refused = any(finding.verdict is Verdict.INCOMPATIBLE for finding in further) or any(
+        at_best is Verdict.INCOMPATIBLE
+        for members, role in sides_of_pair
+        for at_best, _ in of_end(members.profile, role, members.observed, members.wired)
+    )
     drafts = [
         Draft(topic, spoken, {publisher: None}, {subscriber: None}, 1)
         for spoken in (() if reasons else judgement.spoken)
         if not already_told(spoken, publisher.profile, subscriber.profile)
+        and not (refused and spoken.bound.rule.guarantee)
     ]
-    for members, role in ((publisher, PUBLISHER), (subscriber, SUBSCRIBER)):
+    for members, role in sides_of_pair:
         for spoken in judge_endpoint(members.profile, role, members.observed):
             if not spoken.unknown or spoken.failed is not None:
                 sides = ({members: None}, {}) if role == PUBLISHER else ({}, {members: None})
