@@ -340,7 +340,12 @@ def assemble(
         plain.append(core_finding("CQ404", message, severity=Severity.NOTE if expected else None))
     made += [Made(finding, ("own", index), frozenset()) for index, finding in enumerate(plain)]
     if system.hypothetical:
-        made = [replace(one, finding=_tried(one.finding)) for one in made]
+        own = frozenset(
+            bound.rule.code
+            for pack in packs.values()
+            for bound in (*pack.by_scope.get("endpoint", ()), *pack.beyond_topics)
+        )
+        made = [one if one.finding.code in own else replace(one, finding=_tried(one.finding)) for one in made]
     made = with_severities(made, system.severities, context.find_rule)
     if system.accept:
         today = context.today or date.today()  # noqa: DTZ011 - a calendar day, where the user is
@@ -365,7 +370,7 @@ def assemble(
 
 
 def _tried(finding: Finding) -> Finding:
-    """What is wrong with a hypothetical pair is a warning: nothing says that its ends ever match."""
+    """What is wrong with a hypothetical pair, not with an end of it, is a warning: nothing says that they ever match."""
     if finding.verdict is None or finding.severity is not Severity.ERROR:
         return finding
     return replace(finding, severity=Severity.WARNING)
