@@ -193,8 +193,10 @@ class TestProblems:
             ),
             "CQ009 cqos.toml:7: `format` must be a text, found a list",
             "CQ011 cqos.toml:8: `X` must be error, warning, note or off, found `quiet`",
-            "CQ009 cqos.toml:11: `alpha` must be a map of options, found `strict` "
-            "(options are by rule pack: `options: {PACK: {alpha: strict}}`)",
+            (
+                "CQ009 cqos.toml:11: `alpha` must be a map of options, found `strict` "
+                "(options are by rule pack: `options: {PACK: {alpha: strict}}`)"
+            ),
             "CQ010 cqos.toml:18: a check needs `because` (the reason, for whoever reads this later)",
             (
                 "CQ006 cqos.toml:26: `depth` cannot be required `atleast`; did you mean `at_least`? (allowed: exactly,"
