@@ -230,7 +230,8 @@ _RENAMED_LIMITS: Final = {
 
 def settings_from(given: dict[str, Any], token: str | None) -> Settings:
     """Return the settings that the options ask for."""
-    limits = {_RENAMED_LIMITS.get(name, name): value for name, value in given.items()}
+    # Click gives options in the order of the command line: `--workers` must not take the name of `--heavy-workers`.
+    limits = {_RENAMED_LIMITS.get(name, name): value for name, value in given.items() if name not in _RENAMED}
     others = {_RENAMED.get(name, name): value for name, value in given.items()}
     quotas = () if given["token_file"] is None else read_tokens(given["token_file"], given["max_share"])
     tokens = tuple(each[0] for each in quotas)

@@ -21,7 +21,7 @@ from cqos_core.service.observing import NoMeter
 from cqos_core.service.refusal import Refused
 from cqos_core.service.settings import Limits
 from tests.service.running import serving
-from tests.service.test_robustness import metric, refused, system, violations
+from tests.service.test_robustness import metric, refused, violations
 from tests.service.test_sessions import two
 
 MIB = 1024 * 1024
@@ -82,18 +82,19 @@ def test_a_session_that_takes_all_memory_hears_so_and_those_beside_it_go_on(tigh
 
 def test_a_call_whose_workers_are_killed_twice_says_so():
     """As the system does where all of it is short, of which the process itself hears nothing."""
-    with serving("--heavy-workers", "1") as own, grpc.insecure_channel(own.grpc) as channel:
+    with serving("--heavy-workers", "2") as own, grpc.insecure_channel(own.grpc) as channel:
         checks = check_pb2_grpc.CheckServiceStub(channel)
-        (worker,) = own.children()
-        heavy = check_pb2.CheckSystemRequest(system=system(16_000, topics=4_000, varied=True))
-        under_way = checks.CheckSystem.future(heavy, timeout=60)
+        (first,) = own.children()
+        os.kill(first, signal.SIGSTOP)  # so that the call stays under way until its worker is killed
+        under_way = checks.CheckDocument.future(document(1), timeout=60)
         time.sleep(0.5)
-        os.kill(worker, signal.SIGKILL)
-        while not (others := set(own.children()) - {worker}):
+        assert checks.CheckDocument(document(2), timeout=60).report.endpoints == 2
+        (second,) = set(own.children()) - {first}
+        os.kill(second, signal.SIGSTOP)
+        for worker in (first, second):
             assert not under_way.done()
-            time.sleep(0.01)
-        time.sleep(2)
-        os.kill(others.pop(), signal.SIGKILL)
+            os.kill(worker, signal.SIGKILL)
+            time.sleep(0.5)
         assert under_way.code() == grpc.StatusCode.UNAVAILABLE
         assert "memory" not in under_way.details()
         told = "the worker process ended while it answered (signal SIGKILL)"

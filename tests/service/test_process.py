@@ -29,6 +29,7 @@ from grpc_reflection.v1alpha import reflection_pb2, reflection_pb2_grpc
 import cqos_core as cqos
 from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.cli import main
+from cqos_core.cli.serve import serve, settings_from
 from cqos_core.client import AsyncClient, Client, ServiceError, SessionLostError
 from cqos_core.problems import CqosError
 from cqos_core.service.settings import Limits, Settings
@@ -230,6 +231,17 @@ UNUSABLE = [
     ((None, "server.key", None), "belong together: a certificate and its private key"),
     (("nowhere.pem", "server.key", None), "nowhere.pem: No such file or directory"),
 ]
+
+
+@pytest.mark.parametrize("first", [0, 2, 4])
+def test_options_mean_the_same_in_any_order(first):
+    given = ["--heavy-workers", "3", "--workers", "4", "--session-workers", "5"]
+    for arguments in (given[first:] + given[:first], given[first : first + 2]):
+        settings = settings_from(serve.make_context("serve", list(arguments)).params, None)
+        asked = dict(zip(arguments[::2], arguments[1::2], strict=True))
+        assert settings.processes == int(asked.get("--workers", 1))
+        assert settings.limits.workers == int(asked.get("--heavy-workers", 2))
+        assert settings.limits.session_workers == int(asked.get("--session-workers", 2))
 
 
 @pytest.mark.parametrize(("files", "told"), UNUSABLE)
@@ -559,8 +571,6 @@ def test_the_systemd_unit_is_one(tmp_path):
 
 def test_deployments_use_options_that_there_are():
     import re
-
-    from cqos_core.cli.serve import serve
 
     variables = {f"CQOS_SERVE_{str(option.name).upper()}" for option in serve.params}
     flags = {flag for option in serve.params for flag in option.opts}
