@@ -50,15 +50,15 @@ class Polite(NamedTuple):
     lost: int
 
 
-def polite(address: str, seconds: float, pause: float = 0.01) -> Polite:
-    """Ask small questions one after the other."""
+def polite(address: str, seconds: float, pause: float = 0.01, least: int = 1) -> Polite:
+    """Ask small questions one after the other, for so many seconds and at least so many."""
     took, lost = [], 0
     with reached(address) as channel:
         ask = channel.unary_unary(PAIR)
         ask(POLITE, timeout=20)
         until = time.monotonic() + seconds
         number = 0
-        while time.monotonic() < until:
+        while time.monotonic() < until or number < least:
             number += 1
             question = check_pb2.CheckPairRequest(
                 protocol="ros2", topic={"name": f"polite{number}"}

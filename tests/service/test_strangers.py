@@ -42,9 +42,8 @@ def start():
 def test_no_polite_call_is_lost_or_refused_under_attack(name, besieged):
     """The short form of `tests/benchmarks/attacks.py`: whether, and not how fast."""
     with attacking(name, besieged.grpc, besieged.addresses["web"]):
-        seen = polite(besieged.grpc, 1.0)
+        seen = polite(besieged.grpc, 0.5, least=5)
         assert seen.lost == 0
-        assert seen.calls > 1
         page = http.client.HTTPConnection(besieged.addresses["web"], timeout=20)
         with contextlib.closing(page):
             page.request("GET", "/healthz")
