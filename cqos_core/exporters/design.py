@@ -176,6 +176,10 @@ class _Designer:
         tongue = _tongue(each)
         settings = tongue.translated(endpoint.settings)
         self._lay_over(each, tongue, settings)
+        if endpoint.needs and endpoint.role == PUBLISHER:
+            self.notes[f"endpoint `{each.id}` publishes, and only subscribers have needs: its needs are left out"] = (
+                None
+            )
         return replace(
             endpoint,
             id=each.id,
@@ -183,6 +187,7 @@ class _Designer:
             settings=settings,
             profiles=self.profiles.used(endpoint.profiles, tongue, _user(each)),
             overlay={},
+            needs={} if endpoint.role == PUBLISHER else endpoint.needs,
             type=endpoint.type or None,
             dialect=YAML,
             topic_is_guess=False,

@@ -50,9 +50,11 @@ POST = ExportContext(CONTEXT.find_pack)
 
 
 def plain(value):
-    """A value without the places in it, nor what files it came from."""
+    """A value without the places in it, whether there is room at them, nor what files it came from."""
     if isinstance(value, System):
         value = replace(value, sources={}, notes=[])
+    if isinstance(value, (Endpoint, Participant)):
+        value = replace(value, extendable=False)
     if isinstance(value, Place):
         return None
     if is_dataclass(value):
@@ -70,7 +72,7 @@ def by_id(system):
 
 
 def told(report):
-    """All that a report says, without places and without a system's own name for itself."""
+    """All that a report says, without places, the edits at them, and without a system's own name for itself."""
     pairs = [(pair.topic, pair.publisher, pair.subscriber, pair.verdict) for pair in report.pairs]
     findings = [
         (
@@ -83,7 +85,7 @@ def told(report):
                 (side.role, side.members, tuple((f.policy, f.value, f.origin) for f in side.facts))
                 for side in each.sides
             ),
-            each.remedies,
+            tuple(replace(remedy, edits=()) for remedy in each.remedies),
         )
         for each in report.findings
     ]
@@ -367,6 +369,16 @@ def test_names_in_free_text_become_those_they_are_checked_as():
     assert {each.topic for each in design.endpoints} == {"/req_weather_data", "/resp_weather_data"}
     assert {name: each.name for name, each in design.topics.items()} == {"/req_weather_data": "/req_weather_data"}
     assert design.accept[-1].topic == "/resp_weather_data"
+
+
+def test_needs_of_a_publisher_are_left_out_and_said():
+    system = world(writer("t", "w"), reader("t", "r"))
+    for end in system.endpoints:
+        end.needs = settings(loss_free="yes")
+    exported = write(system, POST)
+    assert exported.notes == ("endpoint `w` publishes, and only subscribers have needs: its needs are left out",)
+    again = {end.id: set(end.needs) for end in cqos.read(exported.text.encode()).endpoints}
+    assert again == {"w": set(), "r": {"loss_free"}}
 
 
 def test_overlays_are_laid_over_and_said():
