@@ -152,7 +152,8 @@ def test_an_end_that_cannot_be_created_makes_its_pairs_incompatible(protocol, of
         own = {name: Setting(str(value)) for name, value in stated.items()}
         system.endpoints.append(Endpoint(role, role, "topic", role, own))
     checked = check(system)
-    assert (checked.verdict, checked.groups[0].codes) == ("incompatible", (code,))
+    assert checked.verdict == "incompatible"
+    assert code in checked.groups[0].codes
     # An endpoint that was seen exists, whatever a rule about creating one says.
     seen = replace(system, endpoints=[replace(each, observed=True) for each in system.endpoints])
     assert code not in check(seen).groups[0].codes

@@ -18,7 +18,7 @@ def forget():
     for memory in (resolved.READ, resolved._PROFILES, resolve._NAMED, participants._SURROUNDINGS):
         memory.clear()
     for remembered in (
-        *(shape._remembered, judge.judge_pair, judge.judge_endpoint, pairing.apart),
+        *(shape._remembered, judge.judge_pair, judge.judge_endpoint, judge.refusals, pairing.apart),
         *(resolve._conventions, _plain_remembered),
     ):
         remembered.cache_clear()
@@ -31,6 +31,7 @@ def test_everything_that_remembers_is_forgotten_here():
         "_remembered",
         "judge_pair",
         "judge_endpoint",
+        "refusals",
         "apart",
         "_conventions",
     }
