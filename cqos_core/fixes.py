@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.judge import Spoken, judge_endpoint, judge_pair
+from cqos_core.judge import Spoken, judge_endpoint, judge_pair, of_end
 from cqos_core.pairing import apart
 from cqos_core.policy import NEED, Duration, FromPeers, Value
 from cqos_core.report import Finding, Remedy
@@ -200,18 +200,25 @@ def effect(
         profile = members.profile
         after = _with(profile, index, value)
         for partner in partners:
-            before = _rank_of(profile, partner.profile, role)
-            then = _rank_of(after, partner.profile, role)
+            before = _rank_of(members, profile, partner, role)
+            then = _rank_of(members, after, partner, role)
             count = len(members.endpoints) * len(partner.endpoints)
             mends += count if then < before else 0
             breaks += count if then > before else 0
     return mends, breaks
 
 
-def _rank_of(changing: QosProfile, partner: QosProfile, role: str) -> int:
-    """Verdict of a pair by rank; a pair that does not meet is worse than any verdict."""
-    publisher, subscriber = (changing, partner) if role == PUBLISHER else (partner, changing)
-    return 3 if apart(publisher, subscriber) else judge_pair(publisher, subscriber).verdict.rank
+def _rank_of(members: Members, changing: QosProfile, partner: Members, role: str) -> int:
+    """Verdict of a pair by rank, with what its ends allow at best; a pair that does not meet is worse than any verdict."""
+    publisher, subscriber = (changing, partner.profile) if role == PUBLISHER else (partner.profile, changing)
+    if apart(publisher, subscriber):
+        return 3
+    other = SUBSCRIBER if role == PUBLISHER else PUBLISHER
+    ends = (
+        *of_end(changing, role, members.observed, members.wired),
+        *of_end(partner.profile, other, partner.observed, partner.wired),
+    )
+    return max(judge_pair(publisher, subscriber).verdict.rank, *(verdict.rank for verdict, _ in ends), 0)
 
 
 def merged_remedies(findings: Sequence[Finding]) -> tuple[Remedy, ...]:
