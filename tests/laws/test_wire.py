@@ -32,7 +32,8 @@ def on_wire(stated: Settings) -> Settings:
     """The same values as a program of DDS writes them."""
     found = dict(WIRE.fixed)
     for own, wire in WIRE.translations():
-        found[wire] = WIRE.words.get(stated[own], stated[own])
+        if own in stated:
+            found[wire] = WIRE.words.get(stated[own], stated[own])
     return found
 
 
@@ -72,7 +73,7 @@ def judged(offered: Settings, requested: Settings, rmw: str) -> Report:
 
 
 def _has(role: Role, name: str) -> bool:
-    return role == PUBLISHER or not name.startswith(("lifespan", "durability_service"))
+    return role == PUBLISHER or not name.startswith(("lifespan", "durability_service", "liveliness.announcement"))
 
 
 def verdicts(report: Report) -> dict[str, tuple[Any, set[str]]]:
