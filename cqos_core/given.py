@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.guarantee import FAULTS, LINK, SURVIVES, WORDS, faults_of
 from cqos_core.judge import ask
-from cqos_core.policy import INFINITE, NEED, Depends
+from cqos_core.policy import INFINITE, NEED, Depends, is_plain
 from cqos_core.solve import turning_points
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from cqos_core.rule import Rule
 
 _CACHE: Final = 50_000
+NOT_NAMED: Final = "an implementation that is not stated"
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,9 +128,11 @@ def _evidence(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Where a cell was seen on running middleware, and the implementations of the pair on which it was not."""
     pack = publisher.pack
-    if not pack.implementation_option:
+    index = next(
+        (at for level in ("option", "broker") if (at := pack.find(level, pack.implementation_option)) is not None), None
+    )
+    if index is None:
         return (), ()
-    index = pack.vocabulary.indices["option", pack.implementation_option]
     proofs = [each for each in pack.proofs if (each.guarantee, each.fault) == (word.name, fault)]
     seen = {each.value for each in proofs}
     of_pair = dict.fromkeys(
@@ -142,7 +145,7 @@ def _evidence(
 def _alternatives(policy: Policy, value: Value) -> tuple[str, ...]:
     if isinstance(value, Depends):
         return tuple(name for _, case in value.cases for name in _alternatives(policy, case))
-    return (policy.format(value),)
+    return (policy.format(value) if is_plain(value) else NOT_NAMED,)
 
 
 def _granted(

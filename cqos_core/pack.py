@@ -300,7 +300,7 @@ class RulePack:
         unaffected: guarantees that faults leave as they are; a fault with neither this nor a rule leaves a guarantee open.
         derivations: values of a pair that no end states; `cqos explain` shows them.
         proofs: which guarantees were seen under which faults on a running implementation.
-        implementation_option: the option whose value `proofs` name; empty without proofs.
+        implementation_option: the option, or the policy of brokers, whose value `proofs` name; empty without proofs.
         source: where the facts come from.
     """
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import pytest
 
-from cqos_core import check, read
+from cqos_core import check, explain, read
 from cqos_core.api import context
 from cqos_core.proving import Fault
 from cqos_core.proving.runs import disagreements, kept_by, named, prepare
@@ -134,6 +134,7 @@ ELSEWHERE = {
     *(("offline", fault) for fault in ("link", "subscriber_restart", "broker_stop")),
     *(("liveness", fault) for fault in ("link", "publisher_restart")),
     ("max_age", "link"),
+    ("max_gap", "link"),
 }
 """Cells that the tests below and those of `test_mosquitto.py` show."""
 
@@ -362,6 +363,27 @@ def test_mosquitto_notices_a_silent_client_late_and_within_what_the_preset_says(
     delay = 7.0
     assert PACK.presets["mosquitto"].settings["keep_alive_delay"] == f"{delay:g}s"
     assert 1.5 < asyncio.run(show()) <= 1.5 + delay
+
+
+def test_what_is_published_with_a_period_arrives_with_it():
+    """The fact behind MQTT504: the broker holds nothing back from a connected client."""
+
+    async def show() -> float:
+        period, times = 0.1, []
+        async with running() as broker, Watched(broker, "p") as p, Watched(broker, "s", Subscription("t", 1)) as s:
+            for number in range(10):
+                p.publish("t", str(number))
+                before = asyncio.get_running_loop().time()
+                await while_still(lambda: len(s.arrived) <= number)  # noqa: B023 - waited for within the round
+                times.append(asyncio.get_running_loop().time() - before)
+                await asyncio.sleep(period)
+        return max(times)
+
+    assert asyncio.run(show()) < 1.0
+    report = explain(json.dumps(design({}, {})).encode(), publisher="p/publisher/t", subscriber="s/subscriber/t")
+    assert [(each.value, each.cells[0].proven) for each in report.guarantees if each.word == "max_gap"] == [
+        ("20ms", ("Mosquitto 2.0.11",))
+    ]
 
 
 @pytest.mark.parametrize(("five", "qos", "largest"), [(True, 0, 94), (True, 1, 92), (False, 0, 95), (False, 1, 93)])

@@ -7,7 +7,17 @@ from typing import Final
 from cqos_core.guarantee import LINK, Proof
 
 _SEEN: Final = {
-    LINK: ("latest", "loss_free", "duplicate_free", "ordered", "late_join", "offline", "max_age", "liveness"),
+    LINK: (
+        "latest",
+        "loss_free",
+        "duplicate_free",
+        "ordered",
+        "late_join",
+        "offline",
+        "max_age",
+        "liveness",
+        "max_gap",
+    ),
     "link_outage": ("latest", "loss_free", "duplicate_free", "ordered", "late_join"),
     "subscriber_restart": ("latest", "loss_free", "duplicate_free", "ordered", "late_join", "offline"),
     "publisher_restart": ("latest", "loss_free", "duplicate_free", "ordered", "late_join", "liveness"),

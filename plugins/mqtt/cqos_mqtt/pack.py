@@ -11,7 +11,7 @@ from cqos_mqtt import filters, names, sessions
 from cqos_mqtt.evidence import PROOFS
 from cqos_mqtt.guarantees import GUARANTEES, UNAFFECTED
 from cqos_mqtt.importers.codes import CODES
-from cqos_mqtt.policies import POLICIES, QOS
+from cqos_mqtt.policies import IMPLEMENTATION, POLICIES, QOS
 from cqos_mqtt.presets import PRESETS
 from cqos_mqtt.rules import EFFECTIVE, RULES
 
@@ -88,6 +88,7 @@ PACK: Final = RulePack(
     unaffected=UNAFFECTED,
     derivations=DERIVATIONS,
     proofs=PROOFS,
+    implementation_option=IMPLEMENTATION.name,
     codes=CODES,
     provers={"mosquitto": "cqos_mqtt.prove.runner:MOSQUITTO"},
     source="OASIS MQTT 3.1.1 and 5.0, Sparkplug B 3.0; manuals of the brokers; Mosquitto by running it",

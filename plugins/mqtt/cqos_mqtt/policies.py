@@ -469,6 +469,14 @@ SUBSCRIBED: Final = Policy(
 
 # What a broker can do ---------------------------------------------------------------------------------------
 
+IMPLEMENTATION: Final = Policy(
+    "implementation",
+    Choice("mosquitto", "hivemq_ce", "emqx", "aws_iot_core", "zenoh", "other", ordered=False),
+    None,
+    "Which software it is; `cqos explain` says what of a pair was seen on that.",
+    level="broker",
+)
+
 MAXIMUM_QOS: Final = Policy(
     "maximum_qos",
     quality(),
@@ -745,6 +753,7 @@ POLICIES: Final = (
     SAME_ID,
     SESSION,
     SUBSCRIBED,
+    IMPLEMENTATION,
     MAXIMUM_QOS,
     GRANTED_QOS,
     RETAIN_AVAILABLE,

@@ -25,6 +25,7 @@ BROKERS: Final = {
         "Eclipse Mosquitto 2 without configuration (mosquitto.conf(5); receive maximum and topic aliases as it announces them; "
         "keep alives are looked at every 6 s, in whole seconds).",
         "eclipse_mosquitto",
+        implementation="mosquitto",
         max_queued_messages="1000",
         max_inflight_messages="20",
         receive_maximum="20",
@@ -37,6 +38,7 @@ BROKERS: Final = {
     "hivemq_ce": a_broker(
         "HiveMQ Community Edition (config.xml: defaults of <mqtt> and <restrictions>).",
         "hivemq",
+        implementation="hivemq_ce",
         max_queued_messages="1000",
         receive_maximum="10",
         topic_alias_maximum="5",
@@ -46,6 +48,7 @@ BROKERS: Final = {
     ),
     "emqx": a_broker(
         "EMQX 5 (configuration `mqtt`: defaults; sessions and retained messages are in memory).",
+        implementation="emqx",
         max_queued_messages="1000",
         max_inflight_messages="32",
         receive_maximum="32",
@@ -57,6 +60,7 @@ BROKERS: Final = {
     "aws_iot_core": a_broker(
         "A cloud broker without QoS 2: AWS IoT Core (AWS IoT Core message broker and protocol limits and quotas).",
         "cloud_without_qos_2",
+        implementation="aws_iot_core",
         maximum_qos="1",
         session_expiry_interval="7d",
         server_keep_alive="1200",
@@ -69,6 +73,7 @@ BROKERS: Final = {
     "zenoh": a_broker(
         "The MQTT plug-in of Zenoh, which grants QoS 0 to everybody (zenoh-plugin-mqtt, README).",
         "zenoh_mqtt",
+        implementation="zenoh",
         granted_qos="0",
         persistence="false",
     ),

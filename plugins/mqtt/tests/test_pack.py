@@ -10,7 +10,7 @@ import pytest
 from cqos_core import Session, check, check_pair, explain, read
 from cqos_core.api import context
 from cqos_core.expression import parse
-from cqos_core.guarantee import WORDS
+from cqos_core.guarantee import FAULTS, LINK, WORDS, faults_of, unstated
 from cqos_core.judge import judge_pair
 from cqos_core.report import Report, Severity
 from cqos_core.resolve import resolve
@@ -66,6 +66,39 @@ def test_every_word_of_the_currency_is_given():
 def test_every_rule_names_its_clause_for_each_version_it_holds_for():
     for rule in PACK.rules:
         assert rule.clause.startswith(("MQTT 3.1.1, ", "MQTT 5.0, ", "C-QoS, ", "Mosquitto, ")), rule.code
+
+
+def test_every_cell_that_may_be_given_is_proven_or_has_a_clause_of_a_standard_or_manual():
+    proven = {(proof.guarantee, proof.fault) for proof in PACK.proofs}
+    clauses = {(each.guarantee, fault): each.clause for each in PACK.unaffected for fault in each.faults}
+    for rule in PACK.rules:
+        for fault in (
+            faults_of(rule.survives) or (LINK,) if rule.guarantee and not rule.clause.startswith("C-QoS") else ()
+        ):
+            clauses[rule.guarantee, fault] = rule.clause
+    told = {(word, fault) for word in WORDS for fault in (LINK, *FAULTS)} - proven - clauses.keys()
+    left_open = {
+        (rule.guarantee, fault) for rule in unstated(PACK.rules, PACK.unaffected) for fault in faults_of(rule.survives)
+    }
+    assert told <= left_open
+
+
+@pytest.mark.parametrize(
+    ("broker", "derived"),
+    [
+        ({"profile": "mosquitto"}, ()),
+        ({"profile": "emqx"}, ("emqx",)),
+        ({"persistence": False}, ("an implementation that is not stated",)),
+    ],
+)
+def test_explain_names_where_a_guarantee_was_seen(broker, derived):
+    system = text(
+        brokers={"b": broker},
+        participants={"p": {"publishes": {"t": {"qos": 1}}}, "s": {"subscribes": {"t": {"qos": 1}}}},
+    )
+    pair = explain(system, publisher="p/publisher/t", subscriber="s/subscriber/t")
+    cell = next(each.cells[0] for each in pair.guarantees if each.word == "loss_free")
+    assert (cell.fault, cell.value, cell.proven, cell.derived) == ("link", "yes", ("Mosquitto 2.0.11",), derived)
 
 
 def test_every_preset_of_a_broker_names_its_source():
