@@ -365,6 +365,24 @@ def test_mosquitto_notices_a_silent_client_late_and_within_what_the_preset_says(
     assert 1.5 < asyncio.run(show()) <= 1.5 + delay
 
 
+@pytest.mark.parametrize("raised", [False, True])
+def test_messages_arrive_with_the_qos_that_explain_names(raised):
+    """The fact behind MQTT107."""
+
+    async def show(published: int, subscribed: int) -> str:
+        directive = f"upgrade_outgoing_qos {str(raised).lower()}"
+        own = Subscription("t", subscribed)
+        async with running(directive) as broker, Watched(broker, "s", own) as s, Watched(broker, "p") as p:
+            p.publish("t", qos=published)
+            await s.get(1)
+            return str(s.arrived[0].qos)
+
+    for published, subscribed in product(range(3), repeat=2):
+        own = design({"qos": published}, {"qos": subscribed}, broker={"upgrade_outgoing_qos": raised})
+        report = explain(json.dumps(own).encode(), publisher="p/publisher/t", subscriber="s/subscriber/t")
+        assert report.derived == (("arrives with QoS", asyncio.run(show(published, subscribed))),)
+
+
 def test_what_is_published_with_a_period_arrives_with_it():
     """The fact behind MQTT504: the broker holds nothing back from a connected client."""
 

@@ -475,7 +475,7 @@ GUARANTEES: Final = (
     ),
     gives(
         "duplicate_free",
-        ((offered(QOS) == "0") & ~broker(QUEUES_QOS0)) | SAVED_AT_ONCE,
+        ((offered(QOS) == "0") & (EFFECTIVE == "0") & ~broker(QUEUES_QOS0)) | SAVED_AT_ONCE,
         survives="broker_crash",
         code="MQTT116",
         name="duplicates-after-broker-crash",

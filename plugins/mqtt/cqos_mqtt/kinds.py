@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Final
+from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.policy import INFINITE, Choice, Count, Duration, Names
+from cqos_core.policy import INFINITE, Choice, Count, Duration, Flag, Names
 from cqos_core.problems import InvalidValueError
+
+if TYPE_CHECKING:
+    from cqos_core.policy import Plain
 
 _S: Final = 1_000_000_000
 LONGEST: Final = 2**32 - 1
@@ -26,6 +29,40 @@ def quality() -> Choice:
             **{f"{word}{level}": level for word in ("qos", "qos_") for level in "012"},
         },
     )
+
+
+class Raised(Choice):
+    """Whether QoS are raised, as the one to which they are: 0 is as good as not, 2 raises all."""
+
+    flag: Final = Flag()
+
+    def __init__(self) -> None:
+        """Have the levels of a QoS, so that it can be compared with one."""
+        super().__init__(*quality().names)
+
+    def parse(self, text: str) -> int:
+        """Read a flag."""
+        return self.highest * self.flag.parse(text)
+
+    def format(self, value: Plain) -> str:
+        """Print a flag."""
+        return self.flag.format(value)
+
+    def candidates(self) -> tuple[Plain, ...]:
+        """Both."""
+        return (0, self.highest)
+
+    def around(self, value: int) -> tuple[int, ...]:
+        """Between the two is nothing."""
+        return (value,)
+
+    def expected(self) -> str:
+        """Name both."""
+        return self.flag.expected()
+
+    def describe(self) -> dict[str, Any]:
+        """Describe a flag."""
+        return self.flag.describe()
 
 
 class Seconds(Duration):

@@ -47,7 +47,7 @@ DERIVATIONS: Final = (
         "arrives with QoS",
         EFFECTIVE,
         QOS,
-        "the lowest of what is published, what is subscribed, and what the broker grants",
+        "the lowest of what is published, what is subscribed, and what the broker grants; a broker that raises QoS leaves out the first",
     ),
 )
 

@@ -9,7 +9,7 @@ from typing import Final
 
 from cqos_core.guarantee import TAKEN_EVERY
 from cqos_core.policy import Anything, Choice, Count, Duration, Flag, FromPeers, Names, Policy, Text
-from cqos_mqtt.kinds import Access, Seconds, quality, unlimited
+from cqos_mqtt.kinds import Access, Raised, Seconds, quality, unlimited
 
 PUBLICATION: Final = ("publisher",)
 SUBSCRIPTION: Final = ("subscriber",)
@@ -642,7 +642,7 @@ AUTOSAVE: Final = Policy(
 )
 UPGRADES: Final = Policy(
     "upgrade_outgoing_qos",
-    Flag(),
+    Raised(),
     "false",
     "Whether it delivers with the QoS of the subscription also where the publication has less, which MQTT does not allow.",
     level="broker",

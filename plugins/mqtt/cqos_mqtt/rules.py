@@ -19,6 +19,7 @@ from cqos_core.expression import (
     broker,
     call,
     count,
+    greatest,
     least,
     offered,
     participant,
@@ -95,7 +96,7 @@ if TYPE_CHECKING:
 
 # The core of MQTT: what a subscription is granted, and with which guarantee a message arrives.
 GRANTED: Final = least(requested(QOS), broker(MAXIMUM_QOS), broker(GRANTED_QOS))
-EFFECTIVE: Final = least(offered(QOS), GRANTED)
+EFFECTIVE: Final = least(GRANTED, greatest(offered(QOS), broker(UPGRADES)))
 
 
 def in_3_1_1(side: Callable[[Term], Operand]) -> Sentence:
@@ -140,7 +141,7 @@ def implied(
 
 DELIVERY: Final = (
     *implied(
-        stated(requested(QOS)) & (offered(QOS) < GRANTED),
+        stated(requested(QOS)) & (EFFECTIVE < GRANTED),
         code="MQTT103",
         name="publisher-limits",
         because="a message arrives with the lower QoS of the two, and the subscription's is only a maximum",
@@ -173,7 +174,7 @@ DELIVERY: Final = (
         fixes=("qos",),
     ),
     forbids(
-        broker(UPGRADES) & (offered(QOS) < requested(QOS)),
+        (broker(UPGRADES) > offered(QOS)) & (offered(QOS) < GRANTED),
         code="MQTT107",
         name="upgrading-broker",
         because="the broker delivers with a higher QoS than the message had on the way to it, where it may have been lost",

@@ -138,13 +138,21 @@ def test_loss_and_duplicates_are_two_properties(published, granted, loss_free, d
 
 
 @pytest.mark.parametrize(
-    ("published", "granted", "maximum", "arrives"), [("2", "1", "2", "1"), ("0", "2", "2", "0"), ("2", "2", "1", "1")]
+    ("published", "granted", "broker", "arrives"),
+    [
+        ("2", "1", {}, "1"),
+        ("0", "2", {}, "0"),
+        ("2", "2", {"maximum_qos": 1}, "1"),
+        ("0", "1", {"upgrade_outgoing_qos": True}, "1"),
+        ("0", "2", {"upgrade_outgoing_qos": True, "granted_qos": 1}, "1"),
+        ("2", "0", {"upgrade_outgoing_qos": True}, "0"),
+    ],
 )
-def test_explain_says_with_which_qos_a_message_arrives(published, granted, maximum, arrives):
+def test_explain_says_with_which_qos_a_message_arrives(published, granted, broker, arrives):
     own = {
         "cqos": 1,
         "protocol": "mqtt",
-        "brokers": {"main": {"maximum_qos": maximum}},
+        "brokers": {"main": broker},
         "participants": {
             "p": {"publishes": {"t": {"qos": published}}},
             "s": {"subscribes": {"t": {"qos": granted}}},
