@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -18,7 +17,7 @@ from cqos_core.applying import apply_edits
 from cqos_core.checker import check_system
 from cqos_core.policy import Choice, Count, Duration, Flag
 from cqos_core.problems import InputError
-from cqos_core.report import Severity, Verdict
+from cqos_core.report import Severity
 from cqos_core.testing import load_cases
 
 if TYPE_CHECKING:
@@ -138,20 +137,6 @@ def test_every_fix_of_the_cases_fixes(pack):
     assert not wrong, "\n".join(wrong)
 
 
-@pytest.mark.parametrize("pack", CASES)
-def test_nearly_every_pair_error_has_a_fix_in_the_words_of_its_file(pack):
-    """At least 95 % of pair errors carry a fix, 80 % of those as text; docs/command.md has the figures of all cases."""
-    found = [
-        finding
-        for _, text in texts(pack)
-        for finding in checked(text.encode()).findings
-        if finding.severity is Severity.ERROR and finding.verdict is Verdict.INCOMPATIBLE and finding.pairs
-    ]
-    fixed = [finding for finding in found if finding.remedies]
-    assert len(fixed) >= 0.95 * len(found)
-    assert sum(any(remedy.edits for remedy in finding.remedies) for finding in fixed) >= 0.8 * len(fixed)
-
-
 def value_of(policy: Policy) -> st.SearchStrategy[str] | None:
     """Some values of a policy, in the spelling of a system file."""
     domain = policy.domain
@@ -196,14 +181,3 @@ def test_every_fix_of_random_systems_fixes(name, data):
     text = data.draw(random_systems(pack))
     wrong = list(law(text))
     assert not wrong, "\n".join([text, *wrong])
-
-
-if __name__ == "__main__":
-    lines = ["| pack | pair errors | with a fix | as text for the file |", "| ---- | ---- | ---- | ---- |"]
-    for each in CASES:
-        everything = [finding for _, text in texts(each) for finding in checked(text.encode()).findings]
-        pairs = [one for one in everything if one.severity is Severity.ERROR and one.verdict is Verdict.INCOMPATIBLE]
-        with_fix = [one for one in pairs if one.remedies]
-        as_text = [one for one in with_fix if any(remedy.edits for remedy in one.remedies)]
-        lines.append(f"| {each} | {len(pairs)} | {len(with_fix)} | {len(as_text)} |")
-    sys.stdout.write("\n".join(lines) + "\n")
