@@ -17,7 +17,7 @@ from cqos_core.pairing import apart
 from cqos_core.pattern import any_of
 from cqos_core.problems import InputError, Problem
 from cqos_core.resolve import Resolver
-from cqos_core.system import MESSAGE, PUBLISHER, SUBSCRIBER, ImportNote
+from cqos_core.system import MESSAGE, PUBLISHER, SUBSCRIBER, ImportNote, endpoint_id
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -205,13 +205,13 @@ class _Growing:
     def _end(self, bridge: Bridge, side: Endpoint, topic: str, *, unasked: bool) -> str:
         does = side.role if side.kind == MESSAGE else side.kind
         patterned = "*" in (side.topic or "")
-        wanted = f"{side.id}/{topic}" if side.id and patterned else side.id or f"{bridge.id}/{does}/{topic}"
+        wanted = f"{side.id}/{topic}" if side.id and patterned else side.id or endpoint_id(bridge.id, does, topic)
         identifier, number = wanted, 2
         while identifier in self.taken:
             identifier, number = f"{wanted}#{number}", number + 1
         self.taken.add(identifier)
         self.own[identifier] = bridge.id
-        template = f"{bridge.id}/{does}/{side.topic}" if patterned else None
+        template = endpoint_id(bridge.id, does, side.topic or "") if patterned else None
         # A pattern brings whatever there is, so there is nothing to say where nobody behind the bridge wants it.
         external = side.external or (patterned and unasked)
         self.whole.endpoints.append(replace(side, id=identifier, topic=topic, template=template, external=external))

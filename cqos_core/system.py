@@ -158,6 +158,11 @@ class Topic:
     place: Place | None = None
 
 
+def endpoint_id(participant: str, part: str, topic: str) -> str:
+    """Return ``participant/part/topic``, the id of an endpoint that states none; ``part`` is a role or a kind."""
+    return f"{participant}/{part}/{topic.removeprefix('/')}"
+
+
 @dataclass(slots=True)
 class Endpoint:
     """One publisher or subscriber.

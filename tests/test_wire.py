@@ -40,7 +40,7 @@ def test_a_mixed_pair_is_judged_by_the_rules_of_the_wire():
     (finding,) = report.findings
     assert finding.code == "DDS101"
     assert {member for side in finding.sides for member in side.members} == {
-        "node/publisher//chatter",
+        "node/publisher/chatter",
         "program/subscriber/rt/chatter",
     }
 

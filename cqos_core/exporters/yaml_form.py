@@ -9,7 +9,7 @@ from cqos_core.exporters.contract import Exported
 from cqos_core.exporters.design import design_of, is_not_known, with_shared_profiles
 from cqos_core.exporters.yaml_text import Block, Raw, document, scalar, value
 from cqos_core.importers.yaml_form import BROKER, ENDPOINT, PARTICIPANT, PROFILE_FORM, ROUTE_SIDE, TOPIC, VERSION
-from cqos_core.system import EVERYBODY, MESSAGE
+from cqos_core.system import EVERYBODY, MESSAGE, endpoint_id
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -376,7 +376,7 @@ def _given_ids(system: System) -> frozenset[str]:
     slots: dict[str, set[tuple[str, str, str | None]]] = {}
     for endpoint in system.endpoints:
         word = _word(endpoint)
-        name = f"{endpoint.participant}/{word}/{endpoint.topic}"
+        name = endpoint_id(endpoint.participant, word, endpoint.topic or "")
         made_up.setdefault(name, []).append(endpoint)
         slots.setdefault(name, set()).add((endpoint.participant, word, endpoint.topic))
     given: set[str] = set()

@@ -68,6 +68,7 @@ from cqos_core.system import (
     Route,
     System,
     Topic,
+    endpoint_id,
 )
 
 if TYPE_CHECKING:
@@ -460,7 +461,7 @@ def _endpoints(
         for stated in member.value:
             given = stated.get(ID)
             own = stated.get(OBSERVED)
-            made_up = f"{participant}/{direction.word}/{topic}"
+            made_up = endpoint_id(participant, direction.word, topic)
             endpoint = Endpoint(
                 id=given or made_up,
                 role=direction.role,

@@ -34,10 +34,10 @@ def test_text(real, two):
         done.out
         == """\
 /map
-  subscriber `planner/subscriber//map` is only in A (old.yaml:10:7)
+  subscriber `planner/subscriber/map` is only in A (old.yaml:10:7)
 
 /scan
-  publisher `lidar/publisher//scan`
+  publisher `lidar/publisher/scan`
     reliability is best_effort in A (old.yaml:6:28) and reliable in B (new.yaml:6:28)
 
 A is old.yaml, B is new.yaml: 2 differences; 2 endpoints in both, 1 of them known by topic only, because their participants \
@@ -63,7 +63,7 @@ def test_json(cqos, two):
     assert (different["a"]["value"], different["b"]["value"]) == ("best_effort", "reliable")
     assert different["a"]["value_place"]["column"] == 28
     (missing,) = document["missing"]
-    assert (missing["only_in"], missing["endpoint"]["id"]) == ("a", "planner/subscriber//map")
+    assert (missing["only_in"], missing["endpoint"]["id"]) == ("a", "planner/subscriber/map")
 
 
 def test_no_difference(cqos):

@@ -21,7 +21,7 @@ def test_fixes_are_written_and_checked_again(cqos, files):
     (files / "a.yaml").write_text(SYSTEM, encoding="utf-8")
     done = cqos("check", "--fix", "a.yaml")
     assert done.code == 0
-    assert "note: fixed ROS101: offer reliability `reliable` on lidar/publisher//scan" in done.err
+    assert "note: fixed ROS101: offer reliability `reliable` on lidar/publisher/scan" in done.err
     text = (files / "a.yaml").read_text(encoding="utf-8")
     assert "# my robot" in text
     assert "/scan: {reliability: reliable}   # cheap" in text

@@ -124,7 +124,7 @@ def test_what_is_mended_in_one_file_is_gone(tmp_path, file, old, new, gone):
 def test_will_this_bag_play_into_the_stack():
     code, out, _ = run("check", "robot.yaml", "bag/", "--together", "--format", "concise", folder=EXAMPLE)
     assert code == 1
-    assert out.startswith("robot.yaml:25:43: error[ROS101] publisher `rosbag2_player/publisher//imu/data` ")
+    assert out.startswith("robot.yaml:25:43: error[ROS101] publisher `rosbag2_player/publisher/imu/data` ")
     assert out.count("error[") == 1
 
 

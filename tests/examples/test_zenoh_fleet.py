@@ -53,15 +53,15 @@ def test_each_is_mended_by_itself(number, tmp_path):
 
 
 def test_the_way_of_the_map_is_explained_hop_by_hop():
-    ends = ["localization/publisher//map", "dashboard/subscriber//carrier/map"]
+    ends = ["localization/publisher/map", "dashboard/subscriber/carrier/map"]
     shown = subprocess.run([COMMAND, "explain", EXAMPLE, *ends], capture_output=True, text=True, check=True).stdout
     first, *_ = shown.partition("\n\nguarantee")
     assert first.splitlines() == [
-        "publisher `localization/publisher//map`",
-        "subscriber `dashboard/subscriber//carrier/map`",
+        "publisher `localization/publisher/map`",
+        "subscriber `dashboard/subscriber/carrier/map`",
         "over 2 bridges",
         "",
-        "1. localization/publisher//map to zenoh_bridge_ros2dds (carrier)/subscriber//map on ros2 topic `/map`: compatible",
+        "1. localization/publisher/map to zenoh_bridge_ros2dds (carrier)/subscriber/map on ros2 topic `/map`: compatible",
         "   then over bridge zenoh_bridge_ros2dds (carrier)",
         (
             "2. zenoh_bridge_ros2dds (carrier)/publisher/zenoh:/carrier/map to zenoh_bridge_ros2dds (desk)/subscriber/"
@@ -69,7 +69,7 @@ def test_the_way_of_the_map_is_explained_hop_by_hop():
         ),
         "   then over bridge zenoh_bridge_ros2dds (desk)",
         (
-            "3. zenoh_bridge_ros2dds (desk)/publisher//carrier/map to dashboard/subscriber//carrier/map on ros2 topic "
+            "3. zenoh_bridge_ros2dds (desk)/publisher/carrier/map to dashboard/subscriber/carrier/map on ros2 topic "
             "`/carrier/map`: compatible"
         ),
     ]

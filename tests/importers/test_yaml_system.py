@@ -344,8 +344,8 @@ class TestInstances:
         )
         endpoint = read_system.endpoints[1]
         assert (endpoint.id, endpoint.template) == (
-            "robot_two/publisher//two/pose",
-            "robot_${n}/publisher//${n}/pose",
+            "robot_two/publisher/two/pose",
+            "robot_${n}/publisher/${n}/pose",
         )
         assert (endpoint.topic, endpoint.participant, endpoint.profiles[0].name) == (
             "/two/pose",
@@ -359,8 +359,8 @@ class TestInstances:
         )
         assert [(endpoint.id, endpoint.template) for endpoint in read_system.endpoints] == [
             ("fleet/publisher/t", None),
-            ("fleet/subscriber//1/pose", "fleet/subscriber//${n}/pose"),
-            ("fleet/subscriber//2/pose", "fleet/subscriber//${n}/pose"),
+            ("fleet/subscriber/1/pose", "fleet/subscriber/${n}/pose"),
+            ("fleet/subscriber/2/pose", "fleet/subscriber/${n}/pose"),
         ]
 
     def test_several_variables_make_every_combination(self):

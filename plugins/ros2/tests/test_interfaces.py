@@ -100,7 +100,7 @@ def test_a_server_that_nobody_calls_yet_is_a_note(key: str):
 
 def test_several_servers_that_nobody_calls_are_told_together():
     report = system({"arm": {"serves": {"/grasp": {}}}, "hand": {"serves": {"/grasp": {}}}})
-    said = "`arm/service_server//grasp` and 1 more serve `/grasp`, which nobody in the system calls"
+    said = "`arm/service_server/grasp` and 1 more serve `/grasp`, which nobody in the system calls"
     assert said in messages(report)
 
 

@@ -33,9 +33,9 @@ def told(found):
 def test_a_snapshot():
     found = cqos.diff(DESIGN, CASES / "topic_info" / "jazzy_loop.txt")
     assert told(found) == [
-        ("/planner/global/costmap/subscriber//map", "depth", "10", "1"),
-        ("/planner/global/costmap/subscriber//map", "durability", "volatile", "transient_local"),
-        ("/planner/global/costmap/subscriber//map", "liveliness", "automatic", "manual_by_topic"),
+        ("/planner/global/costmap/subscriber/map", "depth", "10", "1"),
+        ("/planner/global/costmap/subscriber/map", "durability", "volatile", "transient_local"),
+        ("/planner/global/costmap/subscriber/map", "liveliness", "automatic", "manual_by_topic"),
     ]
     (missing,) = found.missing
     assert (missing.only_in, missing.endpoint.participant.partition("@")[0]) == ("b", "/_NODE_NAME_UNKNOWN_")
@@ -48,6 +48,6 @@ def test_a_recording():
     path = str(CASES / "rosbag2" / "v9_jazzy.yaml")
     recorded = read_source(read_path(path), "rosbag2", {"rosbag2": {"as": "recorded"}})
     found = compare(cqos.read(DESIGN), recorded, context())
-    assert told(found) == [("imu_driver/publisher//imu", "reliability", "reliable", "best_effort")]
+    assert told(found) == [("imu_driver/publisher/imu", "reliability", "reliable", "best_effort")]
     assert (found.matched, found.by_topic) == (2, 2)
     assert "2 endpoints of A: B was observed and reports no subscribers at all" in found.not_compared

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.exporters.contract import unique
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, System, Topic
+from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, System, Topic, endpoint_id
 from cqos_dds.snapshot import ros
 from cqos_dds.snapshot.seen import SeenParticipant
 
@@ -170,6 +170,6 @@ def _number(endpoints: Sequence[Endpoint]) -> None:
     taken: dict[str, int] = defaultdict(int)
     for endpoint in endpoints:
         kind = endpoint.role if endpoint.kind == "message" else endpoint.kind
-        name = f"{endpoint.participant}/{kind}/{endpoint.topic}"
+        name = endpoint_id(endpoint.participant, kind, endpoint.topic or "")
         taken[name] += 1
         endpoint.id = name if taken[name] == 1 else f"{name}#{taken[name]}"

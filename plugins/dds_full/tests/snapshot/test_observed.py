@@ -69,7 +69,7 @@ def test_a_topic_of_ros_2_is_one():
     system = system_of(seen(endpoint(PUBLISHER, "rt/chatter", reliability="reliable", deadline="1s")), with_ros=True)
     assert said(system) == [("ros2", "message", "/chatter", "std_msgs/msg/String")]
     (only,) = system.endpoints
-    assert only.id == "node/publisher//chatter"
+    assert only.id == "node/publisher/chatter"
     assert only.observed
     assert {name: setting.text for name, setting in only.settings.items()} == {
         "durability": "volatile",

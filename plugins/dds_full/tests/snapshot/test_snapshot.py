@@ -122,12 +122,12 @@ def test_it_sees_exactly_what_runs(domain: int, start: Start, tmp_path: Path):
     assert all(each.observed for each in system.endpoints)
     found = endpoints(file)
     assert {name: each[:3] for name, each in found.items()} == {
-        "talker/publisher//chatter": ("ros2", "publisher", "std_msgs/msg/String"),
-        "listener/subscriber//chatter": ("ros2", "subscriber", "std_msgs/msg/String"),
+        "talker/publisher/chatter": ("ros2", "publisher", "std_msgs/msg/String"),
+        "listener/subscriber/chatter": ("ros2", "subscriber", "std_msgs/msg/String"),
         "listener/publisher/state": ("dds", "publisher", "State"),
         "python/subscriber/state": ("dds", "subscriber", "State"),
     }
-    assert found["talker/publisher//chatter"][3].items() >= {"reliability": "reliable", "deadline": "100ms"}.items()
+    assert found["talker/publisher/chatter"][3].items() >= {"reliability": "reliable", "deadline": "100ms"}.items()
     assert (
         found["listener/publisher/state"][3].items()
         >= {
@@ -167,9 +167,9 @@ def test_nodes_of_one_process_are_told_apart(domain: int, start: Start, tmp_path
         if "namespace" in each.settings
     } == {"talker": "/robot"}
     assert endpoints(file).keys() >= {
-        "talker/publisher//chatter",
-        "talker/publisher//rosout",
-        "listener/subscriber//chatter",
+        "talker/publisher/chatter",
+        "talker/publisher/rosout",
+        "listener/subscriber/chatter",
     }
     # What is of no node stays with the process.
     (process,) = {each.participant for each in system.endpoints} - {"talker", "listener"}

@@ -9,7 +9,7 @@ from cqos_core.importers.reading import Reading, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flag, flow_text, is_null, whole_number
 from cqos_core.importers.yaml_tree import read_json5, read_tree
 from cqos_core.problems import InputError
-from cqos_core.system import Endpoint, Participant, Place, ProfileRef, Setting, System
+from cqos_core.system import Endpoint, Participant, Place, ProfileRef, Setting, System, endpoint_id
 from cqos_ros2.importers.codes import note
 
 if TYPE_CHECKING:
@@ -182,7 +182,7 @@ class Configuration(Reading):
         kind: str = "message",
     ) -> Endpoint:
         """Return an endpoint with an id that no other has."""
-        identifier = f"{participant}/{role if kind == 'message' else kind}/{topic}"
+        identifier = endpoint_id(participant, role if kind == "message" else kind, topic)
         number = self._numbers[identifier] = self._numbers.get(identifier, 0) + 1
         return Endpoint(
             identifier if number == 1 else f"{identifier}#{number}",

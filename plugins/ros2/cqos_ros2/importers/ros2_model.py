@@ -13,7 +13,17 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.encoding import decode
 from cqos_core.importers.reading import Reading, collector_paused, did_you_mean, shown
 from cqos_core.problems import InputError
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, ProfileRef, Setting, System
+from cqos_core.system import (
+    PUBLISHER,
+    SUBSCRIBER,
+    Endpoint,
+    Participant,
+    Place,
+    ProfileRef,
+    Setting,
+    System,
+    endpoint_id,
+)
 from cqos_ros2.importers.codes import note
 
 if TYPE_CHECKING:
@@ -221,7 +231,7 @@ class _Model:
         type_part, namespace, qos = (by_key.get(key) for key in ("type", "ns", "qos"))
         settings, profiles = self.qos(qos) if qos is not None else ({}, ())
         topic = _topic(interface.key, namespace.value if namespace is not None else "")
-        identifier = f"{node}/{role if kind == 'message' else kind}/{topic}"
+        identifier = endpoint_id(node, role if kind == "message" else kind, topic)
         number = self.numbers[identifier] = self.numbers.get(identifier, 0) + 1
         self.system.endpoints.append(
             Endpoint(

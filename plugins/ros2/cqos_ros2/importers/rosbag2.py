@@ -19,7 +19,7 @@ from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.policy import normalise
 from cqos_core.problems import InputError, InvalidValueError
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, System
+from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, System, endpoint_id
 from cqos_ros2.dialects import RMW_CODES
 from cqos_ros2.importers.codes import note
 from cqos_ros2.importers.embedded import read_embedded
@@ -256,7 +256,7 @@ def _check_whole(total: Node | None, topics: list[_Topic], reading: Reading) -> 
 
 def _endpoint(topic: _Topic, node: str, role: Role, settings: Settings, *, observed: bool = False) -> Endpoint:
     return Endpoint(
-        id=f"{node}/{role}/{topic.name}",
+        id=endpoint_id(node, role, topic.name),
         role=role,
         topic=topic.name,
         participant=node,

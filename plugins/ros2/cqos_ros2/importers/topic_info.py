@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.encoding import Lines, decode
 from cqos_core.importers.reading import Reading, listed, shown
 from cqos_core.problems import InputError, Problem
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System
+from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System, endpoint_id
 from cqos_ros2.importers.codes import note
 from cqos_ros2.importers.switches import read_switches
 from cqos_ros2.importers.topic_headings import full_name, heading, named_by_file, unnamed
@@ -257,7 +257,7 @@ class _Writer:
         participant = self.participant(block, gid)
         topic = snapshot.topic.text
         endpoint = Endpoint(
-            id=f"{participant}/{role}/{topic}",
+            id=endpoint_id(participant, role, topic),
             role=role,
             topic=topic,
             participant=participant,

@@ -360,7 +360,7 @@ participants:
 @pytest.mark.parametrize("mended", [False, True])
 def test_what_is_not_in_the_bag_needs_no_override(mended):
     system = cqos.read(WITH_BAG.encode())
-    changed = frozenset(("viewer/subscriber//" + topic, "reliability") for topic in ("scan", "image"))
+    changed = frozenset(("viewer/subscriber/" + topic, "reliability") for topic in ("scan", "image"))
     exported = export(system, "rosbag2_overrides", changed=changed if mended else None, side="player")
     assert list(yaml.safe_load(exported.text)) == ["/scan"]
     # Only of what somebody asked for is it said that it is not there.
@@ -406,8 +406,8 @@ def test_nodes_that_take_their_qos_from_elsewhere_are_told():
         "/driver": {"ros__parameters": {"qos_overrides": {"/scan": {"publisher": {"reliability": "best_effort"}}}}},
     }
     assert exported.notes == (
-        "`rosbag2_player/publisher//scan`: `ros2 bag play` takes its QoS from `--qos-profile-overrides-path`, not from parameters",
-        "`rviz2/subscriber//scan`: RViz takes its QoS from its configuration, not from parameters",
+        "`rosbag2_player/publisher/scan`: `ros2 bag play` takes its QoS from `--qos-profile-overrides-path`, not from parameters",
+        "`rviz2/subscriber/scan`: RViz takes its QoS from its configuration, not from parameters",
     )
 
 
@@ -416,10 +416,10 @@ def test_a_remedy_for_what_was_observed_shows_in_a_new_snapshot_only():
         "publishes: {/scan: {reliability: best_effort", "subscribes: {/scan: {depth: 5"
     )
     mended = mend(cqos.read(design.encode()), WHERE, "configuration")
-    assert mended.changed == {("driver/publisher//scan", "reliability")}
+    assert mended.changed == {("driver/publisher/scan", "reliability")}
     notes = export(mended.system, "qos_overrides", mended.changed).notes
     assert (
-        "`driver/publisher//scan` was observed as it was: a new snapshot shows whether it was started with this"
+        "`driver/publisher/scan` was observed as it was: a new snapshot shows whether it was started with this"
     ) in notes
 
 

@@ -85,7 +85,7 @@ class TestDomains:
         other = self.talker.replace("talker", "other").replace("QOS", "best_effort")
         both = self.talker.replace("QOS", "reliable") + other
         groups = checked(DOMAINS, both + self.listener.replace("QOS", requested)).groups
-        assert {group.publishers: group.verdict for group in groups}["domain_bridge_2/publisher//chatter",] == verdict
+        assert {group.publishers: group.verdict for group in groups}["domain_bridge_2/publisher/chatter",] == verdict
 
     def test_where_it_starts_after_all_of_them_it_offers_what_all_do(self):
         other = self.talker.replace("talker", "other").replace("QOS", "best_effort")
@@ -106,7 +106,7 @@ class TestDomains:
         report = checked(bridge, self.talker.replace("QOS", "best_effort") + self.listener.replace("QOS", "reliable"))
         assert errors(report) == [("ROS101", "/chatter")]
         (finding,) = [finding for finding in report.findings if finding.code == "ROS101"]
-        assert finding.sides[0].members == ("domain_bridge_1/subscriber//chatter",)
+        assert finding.sides[0].members == ("domain_bridge_1/subscriber/chatter",)
 
     def test_a_deadline_that_is_copied_is_the_longest_there_is(self):
         bridge = DOMAINS.replace("String}", "String, qos: {deadline: auto}}")
@@ -121,18 +121,18 @@ class TestDomains:
         needing = self.listener.replace("{reliability: QOS}", "{reliability: best_effort, needs: {latest: true}}")
         report = checked(DOMAINS, self.talker.replace("QOS", "best_effort") + needing)
         (finding,) = [finding for finding in report.findings if finding.code == "ROS501"]
-        assert finding.sides[0].members == ("domain_bridge_1/subscriber//chatter", "listener/subscriber//chatter")
+        assert finding.sides[0].members == ("domain_bridge_1/subscriber/chatter", "listener/subscriber/chatter")
 
     def test_the_way_over_it_is_explained_hop_by_hop(self):
         sources = [
             f"cqos: 1\nprotocol: ros2\nparticipants:\n{self.talker}{self.listener}".replace("QOS", "reliable"),
             DOMAINS,
         ]
-        talker, listener = "talker/publisher//chatter", "listener/subscriber//chatter"
+        talker, listener = "talker/publisher/chatter", "listener/subscriber/chatter"
         report = explain(*[each.encode() for each in sources], publisher=talker, subscriber=listener)
         assert [(hop.publisher, hop.subscriber, hop.bridge) for hop in report.hops] == [
-            (talker, "domain_bridge_1/subscriber//chatter", "domain_bridge"),
-            ("domain_bridge_2/publisher//chatter", listener, None),
+            (talker, "domain_bridge_1/subscriber/chatter", "domain_bridge"),
+            ("domain_bridge_2/publisher/chatter", listener, None),
         ]
 
     def test_both_ways_it_takes_back_nothing_of_its_own(self):

@@ -69,35 +69,35 @@ def problems(text, **how):
 SENSOR = "keep_last 10 best_effort volatile infinite infinite automatic infinite false"
 LATCHED = "keep_last 10 reliable transient_local infinite infinite automatic infinite false"
 DEFAULT = "keep_last 10 reliable volatile infinite infinite automatic infinite false"
-IMU = {"publisher//imu": SENSOR}
+IMU = {"publisher/imu": SENSOR}
 
 # Every layout, as the player
 
 EXPECTED = {
-    **{f"v{version}_no_qos.yaml": {"publisher//chatter": DEFAULT, "publisher//tf": DEFAULT} for version in (1, 2, 3)},
+    **{f"v{version}_no_qos.yaml": {"publisher/chatter": DEFAULT, "publisher/tf": DEFAULT} for version in (1, 2, 3)},
     **{f"v4_foxy_{rmw}.yaml": IMU for rmw in ("fastdds", "connext", "cyclonedds")},
-    "v4_galactic.yaml": {"publisher//ros_can/twist": DEFAULT},
+    "v4_galactic.yaml": {"publisher/ros_can/twist": DEFAULT},
     "v5_humble.yaml": {
         **IMU,
-        "publisher//map": LATCHED,
-        "publisher//pose": "keep_last 10 reliable volatile 200ms 1s manual_by_topic 2s false",
-        "publisher//mixed": DEFAULT,
-        "publisher//quiet": DEFAULT,
+        "publisher/map": LATCHED,
+        "publisher/pose": "keep_last 10 reliable volatile 200ms 1s manual_by_topic 2s false",
+        "publisher/mixed": DEFAULT,
+        "publisher/quiet": DEFAULT,
     },
     "v6_in_between.yaml": IMU,
-    "v7_iron.yaml": {**IMU, "publisher//left": DEFAULT},
+    "v7_iron.yaml": {**IMU, "publisher/left": DEFAULT},
     "v8_in_between.yaml": IMU,
     "v9_jazzy.yaml": {
         **IMU,
-        "publisher//map": LATCHED,
-        "publisher//rosout": DEFAULT,
-        "publisher//odd": "keep_last 10 ? ? infinite infinite ? infinite false",
+        "publisher/map": LATCHED,
+        "publisher/rosout": DEFAULT,
+        "publisher/odd": "keep_last 10 ? ? infinite infinite ? infinite false",
     },
     "v9_integer_codes.yaml": IMU,
     "no_version_codes.yaml": IMU,
     "no_version_words.yaml": IMU,
     "v5_words_in_block_text.yaml": IMU,
-    "v5_list_of_a_converter.yaml": {"publisher//imu": DEFAULT},
+    "v5_list_of_a_converter.yaml": {"publisher/imu": DEFAULT},
 }
 SAID = {
     **{
@@ -167,7 +167,7 @@ def test_the_player_is_one_participant_with_places_of_values_in_the_text():
     assert list(system.participants) == ["rosbag2_player"]
     assert system.name == "run"
     imu, _, pose, mixed, _ = system.endpoints
-    assert (imu.id, imu.topic, imu.type) == ("rosbag2_player/publisher//imu", "/imu", "sensor_msgs/msg/Imu")
+    assert (imu.id, imu.topic, imu.type) == ("rosbag2_player/publisher/imu", "/imu", "sensor_msgs/msg/Imu")
     assert not imu.observed
     assert str(imu.place) == "run/metadata.yaml:11:15"
     lines = (CASES / "v5_humble.yaml").read_text().split("\n")
@@ -254,13 +254,13 @@ def test_when_recorded_publishers_agree(second, agrees):
     system = bag(
         minimal(f"[{profile(reliability='best_effort')}, {profile(**{'reliability': 'best_effort', **second})}]")
     )
-    assert rows(system)["publisher//t"] == (SENSOR if agrees else DEFAULT)
+    assert rows(system)["publisher/t"] == (SENSOR if agrees else DEFAULT)
     assert [note.code for note in system.notes] == ([] if agrees else ["ROS911"])
 
 
 def test_the_lifespan_is_that_of_the_first():
     first, second = profile(lifespan=SOON), profile(lifespan=LATER)
-    assert rows(bag(minimal(f"[{first}, {second}]")))["publisher//t"].split()[5] == "1s"
+    assert rows(bag(minimal(f"[{first}, {second}]")))["publisher/t"].split()[5] == "1s"
 
 
 @pytest.mark.parametrize("policy", ["reliability", "durability", "liveliness"])
@@ -274,7 +274,7 @@ def test_the_marker_of_best_available_is_read():
     """No running publisher has it, but files edited by hand may."""
     marker = {"sec": 9223372036, "nsec": 854775806}
     system = bag(minimal(f"[{profile(deadline=marker, reliability=4)}]"))
-    assert rows(system)["publisher//t"].startswith("keep_last 10 reliable volatile ?")
+    assert rows(system)["publisher/t"].startswith("keep_last 10 reliable volatile ?")
 
 
 @pytest.mark.parametrize("policy", ["reliability", "history", "durability", "liveliness"])
@@ -298,7 +298,7 @@ participants:
   b: {publishes: {/t: {reliability: best_effort, durability: transient_local}}}
 """
     recorder = bag(minimal("[]"), "recorder")
-    assert [endpoint.id for endpoint in recorder.endpoints] == ["rosbag2_recorder/subscriber//t"]
+    assert [endpoint.id for endpoint in recorder.endpoints] == ["rosbag2_recorder/subscriber/t"]
     assert recorder.endpoints[0].external
     one = read_source(Source("a.yaml", stack.replace(b"  b:", b"  # b:")))
     assert check(one, recorder).verdict == "compatible"
@@ -315,21 +315,21 @@ def test_a_recorder_that_nobody_feeds_is_no_finding():
 def test_what_was_recorded_is_observed():
     system = from_case("v5_humble.yaml", "recorded")
     assert rows(system) == {
-        "publisher//imu": "? ? best_effort volatile infinite infinite automatic infinite false",
-        "publisher//map": "? ? reliable transient_local infinite infinite automatic infinite false",
-        "publisher//pose": "? ? reliable volatile 200ms 1s manual_by_topic 2s false",
-        "publisher//pose#2": "keep_last 7 reliable volatile 200ms 3s manual_by_topic 2s false",
-        "publisher//mixed": "? ? reliable transient_local infinite infinite automatic infinite false",
-        "publisher//mixed#2": "? ? best_effort volatile infinite infinite automatic infinite false",
+        "publisher/imu": "? ? best_effort volatile infinite infinite automatic infinite false",
+        "publisher/map": "? ? reliable transient_local infinite infinite automatic infinite false",
+        "publisher/pose": "? ? reliable volatile 200ms 1s manual_by_topic 2s false",
+        "publisher/pose#2": "keep_last 7 reliable volatile 200ms 3s manual_by_topic 2s false",
+        "publisher/mixed": "? ? reliable transient_local infinite infinite automatic infinite false",
+        "publisher/mixed#2": "? ? best_effort volatile infinite infinite automatic infinite false",
     }
     assert all(endpoint.observed for endpoint in system.endpoints)
     assert not system.notes
 
 
 def test_messages_without_profiles_came_from_somebody():
-    assert rows(bag(minimal("[]"), "recorded")) == {"publisher//t": "? ? ? ? ? ? ? ? ?"}
+    assert rows(bag(minimal("[]"), "recorded")) == {"publisher/t": "? ? ? ? ? ? ? ? ?"}
     depth = bag(minimal("[{history: unknown, depth: 10}]"), "recorded")
-    assert rows(depth)["publisher//t"].startswith("? ? ")
+    assert rows(depth)["publisher/t"].startswith("? ? ")
 
 
 @pytest.mark.parametrize("switches", [{"as": "both"}, {"is": "player"}])
@@ -345,7 +345,7 @@ def test_switches_that_make_no_sense_are_refused(switches):
 @pytest.mark.parametrize("version", ["", "  version: 5\n", "  version: 9\n"])
 @pytest.mark.parametrize("nothing", ['""', "''", "[]", "'[]'", "", "~", "null", '"# nothing"', "|\n"])
 def test_every_way_to_say_that_nothing_is_known(nothing, version):
-    assert rows(bag(minimal(nothing, version))) == {"publisher//t": DEFAULT}
+    assert rows(bag(minimal(nothing, version))) == {"publisher/t": DEFAULT}
 
 
 @pytest.mark.parametrize(
@@ -494,11 +494,11 @@ def test_will_this_bag_play_into_my_stack():
     assert "2 errors" in done.stdout
     for line in (
         "error[ROS101] reliability-weaker-than-requested",
-        "--> stack.yaml:7:27  estimator/subscriber//imu . reliability",
-        "::: bag/metadata.yaml:14:73  rosbag2_player/publisher//imu . reliability",
+        "--> stack.yaml:7:27  estimator/subscriber/imu . reliability",
+        "::: bag/metadata.yaml:14:73  rosbag2_player/publisher/imu . reliability",
         "error[ROS102] durability-weaker-than-requested",
-        "--> stack.yaml:11:28  planner/subscriber//quiet . durability",
-        "::: bag/metadata.yaml:35:15  rosbag2_player/publisher//quiet . durability",
+        "--> stack.yaml:11:28  planner/subscriber/quiet . durability",
+        "::: bag/metadata.yaml:35:15  rosbag2_player/publisher/quiet . durability",
     ):
         assert line in done.stdout
 

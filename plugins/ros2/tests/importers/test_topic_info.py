@@ -91,29 +91,29 @@ def whole(publishers="", subscriptions="", counts=(0, 0)):
 
 EXPECTED = {
     "foxy_fastdds.txt": [
-        "/mavros/imu/publisher//mavros/imu/data | sensor_msgs/msg/Imu | best_effort ? ? volatile infinite infinite automatic infinite",
-        "/mavros/setpoint_position/subscriber//mavros/setpoint_position/local | geometry_msgs/msg/PoseStamped | reliable ? ? transient_local 20ms 30ms manual_by_topic infinite",
+        "/mavros/imu/publisher/mavros/imu/data | sensor_msgs/msg/Imu | best_effort ? ? volatile infinite infinite automatic infinite",
+        "/mavros/setpoint_position/subscriber/mavros/setpoint_position/local | geometry_msgs/msg/PoseStamped | reliable ? ? transient_local 20ms 30ms manual_by_topic infinite",
     ],
     "galactic_cyclonedds.txt": [
-        "/minimal_publisher/publisher//topic | std_msgs/msg/String | reliable ? ? volatile infinite infinite automatic infinite",
-        "/minimal_subscriber/subscriber//topic | std_msgs/msg/String | reliable ? ? volatile infinite infinite automatic infinite",
+        "/minimal_publisher/publisher/topic | std_msgs/msg/String | reliable ? ? volatile infinite infinite automatic infinite",
+        "/minimal_subscriber/subscriber/topic | std_msgs/msg/String | reliable ? ? volatile infinite infinite automatic infinite",
     ],
     "humble_headings.md": [
-        "_CREATED_BY_BARE_DDS_APP_@01.0f.0b.5c.8b.7d.00.00.01.00.00.00.00.00.01.03/publisher//utlidar/imu | sensor_msgs/msg/Imu | reliable ? ? volatile infinite infinite automatic infinite",
-        "_CREATED_BY_BARE_DDS_APP_@01.0f.0b.5c.8b.7d.00.00.01.00.00.00.00.00.02.03/publisher//utlidar/imu | sensor_msgs/msg/Imu | best_effort ? ? volatile infinite infinite automatic infinite",
-        "/localization/filter/subscriber//utlidar/imu#01.0f.10.96.e7.38.59.9d.01.00.00.00.00.00.7d.04 | sensor_msgs/msg/Imu | reliable ? ? volatile infinite infinite automatic infinite",
-        "/localization/filter/subscriber//utlidar/imu#01.0f.10.96.e7.38.59.9d.01.00.00.00.00.00.7e.04 | sensor_msgs/msg/Imu | best_effort keep_last ? volatile infinite infinite automatic infinite",
+        "_CREATED_BY_BARE_DDS_APP_@01.0f.0b.5c.8b.7d.00.00.01.00.00.00.00.00.01.03/publisher/utlidar/imu | sensor_msgs/msg/Imu | reliable ? ? volatile infinite infinite automatic infinite",
+        "_CREATED_BY_BARE_DDS_APP_@01.0f.0b.5c.8b.7d.00.00.01.00.00.00.00.00.02.03/publisher/utlidar/imu | sensor_msgs/msg/Imu | best_effort ? ? volatile infinite infinite automatic infinite",
+        "/localization/filter/subscriber/utlidar/imu#01.0f.10.96.e7.38.59.9d.01.00.00.00.00.00.7d.04 | sensor_msgs/msg/Imu | reliable ? ? volatile infinite infinite automatic infinite",
+        "/localization/filter/subscriber/utlidar/imu#01.0f.10.96.e7.38.59.9d.01.00.00.00.00.00.7e.04 | sensor_msgs/msg/Imu | best_effort keep_last ? volatile infinite infinite automatic infinite",
     ],
     "iron_type_hash.txt": [
-        "/demo/speaker/publisher//chatter | std_msgs/msg/String | reliable keep_last 10 volatile infinite 2s automatic infinite",
+        "/demo/speaker/publisher/chatter | std_msgs/msg/String | reliable keep_last 10 volatile infinite 2s automatic infinite",
     ],
     "jazzy_loop.txt": [
-        "/map_server/publisher//map | nav_msgs/msg/OccupancyGrid | reliable keep_last 1 transient_local infinite infinite automatic infinite",
-        "_NODE_NAME_UNKNOWN_@01.10.6c.2f.1e.0a.9b.42.6d.7f.01.b2.00.00.15.03/publisher//map | nav_msgs/msg/OccupancyGridUpdate | ? keep_all ? ? infinite infinite ? infinite",
-        "/planner/global/costmap/subscriber//map | nav_msgs/msg/OccupancyGrid | reliable keep_last 1 transient_local infinite infinite manual_by_topic 5s",
+        "/map_server/publisher/map | nav_msgs/msg/OccupancyGrid | reliable keep_last 1 transient_local infinite infinite automatic infinite",
+        "_NODE_NAME_UNKNOWN_@01.10.6c.2f.1e.0a.9b.42.6d.7f.01.b2.00.00.15.03/publisher/map | nav_msgs/msg/OccupancyGridUpdate | ? keep_all ? ? infinite infinite ? infinite",
+        "/planner/global/costmap/subscriber/map | nav_msgs/msg/OccupancyGrid | reliable keep_last 1 transient_local infinite infinite manual_by_topic 5s",
     ],
     "documentation_indented.txt": [
-        "/ImagePublisher/publisher//camera/image_raw | sensor_msgs/msg/Image | best_effort keep_last 100 volatile infinite infinite automatic infinite",
+        "/ImagePublisher/publisher/camera/image_raw | sensor_msgs/msg/Image | best_effort keep_last 100 volatile infinite infinite automatic infinite",
     ],
 }
 
@@ -325,10 +325,10 @@ def test_what_is_cut_off_is_said_to_be():
         "ROS904 warning 2:7 the snapshot of `/t` ends before its subscriptions: the output is cut off",
     ]
     assert values(cut) == [
-        "/talker/publisher//t | std_msgs/msg/String | reliable ? ? volatile infinite ? ? ?",
+        "/talker/publisher/t | std_msgs/msg/String | reliable ? ? volatile infinite ? ? ?",
     ]
     bare = snapshot(text.partition("Node namespace")[0])
-    assert values(bare) == ["/talker/publisher//t | ? | ? ? ? ? ? ? ? ?"]
+    assert values(bare) == ["/talker/publisher/t | ? | ? ? ? ? ? ? ? ?"]
 
 
 def test_an_endpoint_without_a_side_is_refused():
@@ -339,7 +339,7 @@ def test_an_endpoint_without_a_side_is_refused():
 def test_a_block_alone_is_enough():
     system = snapshot(f"We see\n\n{block()}and more", "chatter.txt")
     assert values(system) == [
-        "/talker/publisher//chatter | std_msgs/msg/String | reliable ? ? volatile infinite infinite automatic infinite"
+        "/talker/publisher/chatter | std_msgs/msg/String | reliable ? ? volatile infinite infinite automatic infinite"
     ]
     assert [note.code for note in system.notes] == ["ROS902"]
 
@@ -361,18 +361,18 @@ def test_the_same_endpoint_seen_twice_is_one():
     assert [note.code for note in changed.notes] == ["ROS906"]
     restarted = snapshot(f"/t\n{whole(block() + block(gid='01.03'), counts=(2, 0))}")
     assert [endpoint.id for endpoint in restarted.endpoints] == [
-        "/talker/publisher//t#01.02",
-        "/talker/publisher//t#01.03",
+        "/talker/publisher/t#01.02",
+        "/talker/publisher/t#01.03",
     ]
 
 
 def test_endpoints_without_a_gid_stay_apart():
     text = whole(block(node="_NODE_NAME_UNKNOWN_", gid="") * 2 + block(gid="") * 2, counts=(4, 0))
     assert [endpoint.id for endpoint in snapshot("/t\n" + text).endpoints] == [
-        "_NODE_NAME_UNKNOWN_@1/publisher//t",
-        "_NODE_NAME_UNKNOWN_@2/publisher//t",
-        "/talker/publisher//t#1",
-        "/talker/publisher//t#2",
+        "_NODE_NAME_UNKNOWN_@1/publisher/t",
+        "_NODE_NAME_UNKNOWN_@2/publisher/t",
+        "/talker/publisher/t#1",
+        "/talker/publisher/t#2",
     ]
 
 
