@@ -2,31 +2,35 @@
 
 python -m tests.conformance.proofs 200 2026            run so many pairs on each implementation of DDS, and record what comes out
 python -m tests.conformance.proofs 200 2026 fastdds    the same on one of them
+python -m tests.conformance.proofs 200 2026 examples   only the pair errors of the examples, each with its fixes
 """
 
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from statistics import median
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.api import context, pair_system, read
 from cqos_core.checker import check_system
 from cqos_core.problems import CqosError
-from cqos_core.proving import NotRunnableError
+from cqos_core.proving import NotRunnableError, Outcome
 from cqos_core.proving.runs import disagreements, fixed, named, prepare, summary
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 from tests.conformance.comparison import random_pairs
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.proving import Outcome
+    from cqos_core.proving import Plan
     from cqos_core.proving.runs import Trial
     from cqos_core.system import System
 
@@ -37,6 +41,8 @@ EXAMPLES: Final = "examples"
 LIMIT: Final = 5.0
 """Seconds that one run may take."""
 _AT_ONCE: Final = 2
+_CHANCE: Final = {"liveliness.lease_duration": "1ns"}
+_LEASE: Final = {"liveliness.lease_duration": "500ms"}
 
 
 @dataclass(frozen=True)
@@ -65,8 +71,9 @@ def prove(name: str, trial: Trial) -> Proof:
 
 
 def random_trials(number: int, seed: int, implementation: str) -> Iterator[tuple[str, Trial]]:
-    """Plan random pairs of the DDS pack."""
-    for position, (offered, requested) in enumerate(random_pairs(number, seed)):
+    """Plan random pairs of the DDS pack. A lease of 1 ns has run out before anything arrives: what happens then is chance."""
+    for position, pair in enumerate(random_pairs(number, seed)):
+        offered, requested = ({**end, **(_LEASE if end.items() >= _CHANCE.items() else {})} for end in pair)
         system = pair_system("dds", offered, requested, {}, {}, {})
         name = f"pair {position} of seed {seed}: {offered}, {requested}"
         yield name, prepare(system, PUBLISHER, SUBSCRIBER, context(), implementation)
@@ -110,24 +117,62 @@ def record(number: int, seed: int, names: Sequence[str]) -> int:
     recorded = json.loads(RECORDED.read_text(encoding="utf-8")) if RECORDED.exists() else {}
     wrong = 0
     for name in names:
-        examples = (each for file in sorted((ROOT / "examples").iterdir()) for each in _planned(file))
-        found = list(proofs(examples if name == EXAMPLES else random_trials(number, seed, name)))
+        found = list(proofs(trials_of(name, number, seed)))
         for each in found:
             if each.wrong or each.seconds > LIMIT:
                 sys.stderr.write(f"{each}\n")
         wrong += sum(bool(each.wrong) for each in found)
+        times = [each.seconds for each in found]
         recorded[name] = {
             "commit": commit.stdout.strip(),
             "seed": seed,
             "by": sorted({each.outcome.by for each in found}),
-            "pairs": len(found),
-            "connected": sum(each.outcome.matched is True for each in found),
-            "not created": sum(bool(each.outcome.not_created) for each in found),
-            "agree": sum(not each.wrong for each in found),
-            "slowest": round(max(each.seconds for each in found), 1),
+            "seconds": {"median": round(median(times), 1), "most": round(max(times), 1), "limit": LIMIT},
+            "rows": [_row(each) for each in found],
         }
-        RECORDED.write_text(json.dumps(recorded, indent=2) + "\n", encoding="utf-8")
+        _write(recorded)
     return wrong
+
+
+def trials_of(name: str, number: int, seed: int) -> Iterator[tuple[str, Trial]]:
+    """Plan what is recorded under a name: random pairs of an implementation, or the examples."""
+    if name != EXAMPLES:
+        return random_trials(number, seed, name)
+    return (each for file in sorted((ROOT / "examples").iterdir()) for each in _planned(file))
+
+
+def _write(recorded: Mapping[str, Any]) -> None:
+    """Write a row to a line."""
+    text = json.dumps(recorded, indent=1)
+    rows = re.sub(r"\n {4,}", " ", text)  # what is nested deeper than a row is on its line
+    RECORDED.write_text(re.sub(r"\n {3}(?=[\]}])", "", rows) + "\n", encoding="utf-8")
+
+
+def _row(proof: Proof) -> dict[str, Any]:
+    """Return what happened, from which `replayed` makes it again; the values of a pair follow from the seed."""
+    outcome = proof.outcome
+    return {
+        "name": proof.name.partition(":")[0],
+        "plan": digest(proof.trial.plan),
+        "by": outcome.by,
+        "not_created": dict(outcome.not_created),
+        "matched": outcome.matched,
+        "refused": list(outcome.refused),
+        "sent": list(outcome.sent),
+        "arrived": list(outcome.arrived),
+        "seconds": round(proof.seconds, 1),
+    }
+
+
+def digest(plan: Plan) -> str:
+    """Return a text that is the same for equal plans."""
+    return sha256(json.dumps(asdict(plan), sort_keys=True).encode()).hexdigest()[:12]
+
+
+def replayed(row: Mapping[str, Any]) -> Outcome:
+    """Return the outcome of a recorded run, without its timeline."""
+    parts = {name: tuple(row[name]) for name in ("refused", "sent", "arrived")}
+    return Outcome(row["by"], (), row["matched"], not_created=row["not_created"], **parts)
 
 
 def _planned(file: Path) -> Iterator[tuple[str, Trial]]:

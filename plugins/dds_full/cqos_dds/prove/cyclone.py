@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import sys
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Final
 
 from cqos_dds.prove.dds import Implementation
+from cqos_dds.prove.forking import Forks
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable
+
+    from cqos_dds.prove.stage import Running
 
 _LOOPBACK: Final = (
     # With unicast peers alone, two participants do not find each other again once a lease has run out.
@@ -41,14 +43,15 @@ class _Cyclone(Implementation):
         except PackageNotFoundError:
             return None
 
-    def command(self) -> Sequence[str]:
-        """Run the end with this Python."""
-        return [sys.executable, "-m", "cqos_dds.prove.cyclone_end"]
+    def starter(self) -> Callable[[], Running]:
+        """Fork the end from a process that has imported Cyclone DDS."""
+        return _FORKS.start
 
-    def environment(self, lease: float | None) -> dict[str, str]:
+    def further(self, lease: float | None) -> dict[str, str]:
         """Keep Cyclone DDS on loopback, whatever the user has configured."""
         stated = "" if lease is None else f"<LeaseDuration>{lease:g} s</LeaseDuration>"
-        return {"CYCLONEDDS_URI": _LOOPBACK.format(lease=stated)}
+        return {"configuration": _LOOPBACK.format(lease=stated)}
 
 
+_FORKS: Final = Forks("cqos_dds.prove.cyclone_end")
 PROVER: Final = _Cyclone()

@@ -15,9 +15,10 @@ from cqos_dds.prove.settings import encoded, parsed
 from cqos_dds.prove.stage import Cast, Program, run
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Mapping
 
     from cqos_core.proving import End, Event, Outcome, Plan
+    from cqos_dds.prove.stage import Running
 
 _SECOND: Final = 1_000_000_000
 _SETTLE: Final = 0.5
@@ -48,11 +49,11 @@ class Implementation(ABC):
         """Return the version that runs."""
 
     @abstractmethod
-    def command(self) -> Sequence[str]:
-        """Return the command of an end; it may have to be made first."""
+    def starter(self) -> Callable[[], Running]:
+        """Return what starts the program of an end; the program may have to be made first."""
 
-    def environment(self, lease: float | None) -> Mapping[str, str]:  # noqa: ARG002 - for those that are configured so
-        """Return the variables with which an end runs; ``lease`` is the participant's, in seconds."""
+    def further(self, lease: float | None) -> Mapping[str, str]:  # noqa: ARG002 - for those that are configured so
+        """Return further settings of the program; ``lease`` is the participant's, in seconds."""
         return {}
 
     def prove(self, plan: Plan, report: Callable[[Event], None] = lambda _event: None) -> Outcome:
@@ -82,8 +83,8 @@ class Implementation(ABC):
         lease = _seconds(end.participant.get("participant_lease"))
         if lease is not None:
             settings["lease"] = round(lease * _SECOND)
-        texts = {name: encoded(value) for name, value in settings.items()}
-        return Program(self.command(), texts, self.environment(lease))
+        settings.update(self.further(lease))
+        return Program(self.starter(), {name: encoded(value) for name, value in settings.items()})
 
 
 def _pause(plan: Plan) -> float:

@@ -10,16 +10,20 @@ from functools import cache
 from hashlib import sha256
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, cast
 
 from cqos_core.proving import NotRunnableError
 from cqos_dds.prove.dds import Implementation
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable
+
+    from cqos_dds.prove.stage import Running
 
 _INSTALL: Final = "apt-get install g++ libfastrtps-dev (Debian and Ubuntu)"
 _FLAGS: Final = ("-std=c++17", "-O1")
+_ENVIRONMENT: Final = {"SKIP_DEFAULT_XML": "1", "FASTRTPS_DEFAULT_PROFILES_FILE": "", "ROS_DISCOVERY_SERVER": ""}
+"""Keeps what the user has configured for other programs away."""
 _LIBRARIES: Final = ("-lfastrtps", "-lfastcdr", "-lpthread")
 
 
@@ -41,16 +45,27 @@ class _FastDds(Implementation):
         """Return the version of the library that is installed."""
         return _library_version() or "?"
 
-    def command(self) -> Sequence[str]:
-        """Return the program, compiled if it is not in the cache."""
-        return [str(_program())]
-
-    def environment(self, lease: float | None) -> dict[str, str]:  # noqa: ARG002 - the program sets the lease itself
-        """Keep what the user has configured for other programs away."""
-        return {"SKIP_DEFAULT_XML": "1", "FASTRTPS_DEFAULT_PROFILES_FILE": "", "ROS_DISCOVERY_SERVER": ""}
+    def starter(self) -> Callable[[], Running]:
+        """Run the program, compiled if it is not in the cache."""
+        program = str(_program())
+        return lambda: _started(program)
 
 
 PROVER: Final = _FastDds()
+
+
+def _started(program: str) -> Running:
+    started = subprocess.Popen(  # noqa: S603 - what was compiled here
+        [program],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        encoding="utf-8",
+        errors="replace",
+        env={**os.environ, **_ENVIRONMENT},
+    )
+    return cast("Running", started)
 
 
 def _compiler() -> str | None:

@@ -17,6 +17,7 @@
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/log/Log.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
@@ -371,11 +372,44 @@ static std::string complaint()
 // --- the end
 
 static std::atomic<bool> cut{false};
+static std::atomic<bool> discovered{false};
+static bool announced = false;
 static bool connected = false;
 static std::set<int> named;
 
+// Notices that the other end is there, whether the two match or not.
+class Discovery : public DomainParticipantListener
+{
+public:
+
+    void on_subscriber_discovery(DomainParticipant*, rtps::ReaderDiscoveryInfo&& other) override
+    {
+        notice(other.status == rtps::ReaderDiscoveryInfo::DISCOVERED_READER, other.info.topicName().to_string());
+    }
+
+    void on_publisher_discovery(DomainParticipant*, rtps::WriterDiscoveryInfo&& other) override
+    {
+        notice(other.status == rtps::WriterDiscoveryInfo::DISCOVERED_WRITER, other.info.topicName().to_string());
+    }
+
+private:
+
+    static void notice(bool there, const std::string& topic)
+    {
+        if (there && topic == decoded(settings["topic"]))
+        {
+            discovered = true;
+        }
+    }
+};
+
 static void watch(bool matched, const IncompatibleQosStatus& incompatible)
 {
+    if (discovered && !announced)
+    {
+        announced = true;
+        say("seen");
+    }
     if (matched != connected)
     {
         connected = matched;
@@ -427,7 +461,9 @@ static DomainParticipant* join()
         builtin.discovery_config.leaseDuration = duration("lease");
         builtin.discovery_config.leaseDuration_announcementperiod = seconds(third);
     }
-    return DomainParticipantFactory::get_instance()->create_participant(static_cast<uint32_t>(domain), qos);
+    static Discovery discovery;
+    return DomainParticipantFactory::get_instance()->create_participant(
+        static_cast<uint32_t>(domain), qos, &discovery, StatusMask::none());
 }
 
 class End

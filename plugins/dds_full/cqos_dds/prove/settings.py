@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 LISTS: Final = ("partition", "data_representation")
-TEXTS: Final = ("type", "user_data", "group_data", "topic", "extensibility", "role")
+TEXTS: Final = ("type", "user_data", "group_data", "topic", "extensibility", "role", "configuration")
 UNLIMITED: Final = -1
 """A count without limit, as all implementations write it."""
 

@@ -3,45 +3,58 @@
 A program reads lines from its standard input: first ``set NAME VALUE`` for each setting and ``start``, then commands:
 ``send FIRST LAST MILLISECONDS``, ``cut``, ``restore``. It ends when its input ends, so that it never outlives the command.
 It writes one line for each event: ``WHAT NUMBER TEXT``, with ``-`` where the event has no number, and ``done -`` after each
-``send``.
+``send``. ``seen -`` says that it has discovered the other end, so that the two match now or never.
 """
 
 from __future__ import annotations
 
-import os
-import subprocess
 import threading
 import time
 from collections import deque
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Any, Final
+from typing import IO, TYPE_CHECKING, Final, Protocol
 
 from cqos_core.problems import CqosError
 from cqos_core.proving import Event, Outcome
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Mapping
     from types import TracebackType
-    from typing import IO, Self
+    from typing import Self
 
     from cqos_core.proving import Plan
 
 _START: Final = 60.0
 """Seconds that a program may take until its end is created, on a machine that is busy."""
 _END: Final = 2.0
+DISCOVERY: Final = 5.0
+"""Seconds that the two may take to discover each other, on a machine that is busy."""
 _TAIL: Final = 20  # lines of a program's errors that are shown
+
+
+class Running(Protocol):
+    """A program that was started, as `subprocess.Popen` has it."""
+
+    stdin: IO[str]
+    stdout: IO[str]
+    stderr: IO[str]
+
+    def kill(self) -> None:
+        """Send SIGKILL."""
+
+    def wait(self) -> int:
+        """Return the exit code once the program has ended."""
 
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """What is run for one end: the command, and the settings that it is given."""
+    """What is run for one end: what starts it, and the settings that it is given."""
 
-    command: Sequence[str]
+    start: Callable[[], Running]
     settings: Mapping[str, str]
-    environment: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +63,7 @@ class Cast:
 
     Attributes:
         by: the implementation with its version.
-        settle: seconds without an event after which the two are taken not to match, or nothing more to arrive.
+        settle: seconds without an event after which nothing more is expected to arrive.
         recover: the same after a fault, when lost samples are sent again late.
         pause: seconds between two takes of the subscriber.
     """
@@ -89,6 +102,7 @@ class _Stage:
         self.began = time.monotonic()
         self.ready = self.began  # when both ends were there
         self.done = 0  # commands to send that were completed
+        self.seen: set[str] = set()  # roles of ends that have discovered the other one
         self.faulty = plan.fault is not None and plan.fault.kind != "slow_reader"
 
     def __enter__(self) -> Self:
@@ -119,7 +133,10 @@ class _Stage:
         self.ready = time.monotonic()
         if self.refused():
             return
-        self.wait(lambda: self.matched() or self.happened("incompatible"), self.cast.settle * 3)
+        self.wait(lambda: self.decided() or bool(self.seen), DISCOVERY)
+        # a writer whose lease ends at once is never discovered
+        self.wait(lambda: self.decided() or len(self.seen) == len(self.processes), self.cast.settle * 2)
+        self.wait(self.decided, self.cast.settle / 2)
         if plan.early:
             self.wait(
                 lambda: not self.outcome().lost, self.cast.settle + self.cast.pause
@@ -220,6 +237,10 @@ class _Stage:
         """Whether an end could not be created."""
         return self.happened("refused")
 
+    def decided(self) -> bool:
+        """Whether the two are connected, or an end has said why not."""
+        return self.matched() or self.happened("incompatible")
+
     def happened(self, what: str) -> bool:
         """Whether an end reported this."""
         return any(event.what == what for event in self.events)
@@ -266,6 +287,9 @@ class _Stage:
         if what == "done":
             self.done += 1
             return
+        if what == "seen":
+            self.seen.add(role)
+            return
         process.answered |= what in {"created", "refused"}
         self.happen(role, what, None if number == "-" else int(number), text)
 
@@ -296,17 +320,7 @@ class _Process:
         self.killed = False
         self.answered = False
         self.tail: deque[str] = deque(maxlen=_TAIL)
-        self.process = subprocess.Popen(  # noqa: S603 - a program of an installed pack
-            list(program.command),
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            encoding="utf-8",
-            errors="replace",
-            bufsize=1,
-            env={**os.environ, **program.environment},
-        )
+        self.process = program.start()
         self.threads = [
             threading.Thread(target=target, args=(stream,), daemon=True)
             for target, stream in ((self._listen, self.process.stdout), (self._keep, self.process.stderr))
@@ -327,14 +341,10 @@ class _Process:
     def write(self, line: str) -> None:
         """Give the program a line; where it has ended, its output says so."""
         try:
-            self._input.write(line + "\n")
-            self._input.flush()
+            self.process.stdin.write(line + "\n")
+            self.process.stdin.flush()
         except BrokenPipeError:
             return
-
-    @property
-    def _input(self) -> Any:
-        return self.process.stdin
 
     def end(self) -> None:
         """Kill the program; what it has written is still read."""
@@ -342,12 +352,11 @@ class _Process:
         self.process.kill()
         self.process.wait()
         with suppress(BrokenPipeError):  # what was not read is of no use any more
-            self._input.close()
+            self.process.stdin.close()
         for thread in self.threads:
             thread.join()
         for stream in (self.process.stdout, self.process.stderr):
-            if stream is not None:
-                stream.close()
+            stream.close()
 
     def code(self) -> int:
         """Return how the program ended."""
