@@ -144,11 +144,8 @@ def _near_misses(
     silenced: set[tuple[str, str]] = set()
     for pack_id, pack in sorted(packs.items()):
         offering = [k for k, v in sorted(lonely.items()) if k[0] == pack_id and v[0].role == PUBLISHER]
-        missing = [
-            k
-            for k, v in sorted(lonely.items())
-            if k[0] == pack_id and v[0].role == SUBSCRIBER and not all(e.external for e in v)
-        ]
+        subscribed = [k for k, v in sorted(lonely.items()) if k[0] == pack_id and v[0].role == SUBSCRIBER]
+        missing = [key for key in subscribed if not all(each.external for each in lonely[key])]
         for words, fold in pack.meeting.folds:
             folded: dict[str, list[tuple[str, str]]] = {}
             for key in offering:
@@ -167,7 +164,8 @@ def _near_misses(
                 silenced |= {key, *candidates}
                 findings.append(_near_miss(lonely[key], [each for c in candidates for each in lonely[c]], words))
         offered = {key[1]: key for key in offering if key not in silenced}
-        for name, misspelt in typing_errors([k[1] for k in missing if k not in silenced], offered).items():
+        # A partner from outside, too, is on a topic of the right name.
+        for name, misspelt in typing_errors([key[1] for key in subscribed if key not in silenced], offered).items():
             key = (pack_id, name)
             candidates = [
                 c

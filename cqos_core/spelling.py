@@ -143,10 +143,15 @@ _WORD: Final = re.compile(r"[^\W\d]+(?:[-.]?[^\W\d]+)*")
 
 
 def _stubs(name: str, *, digits: bool = False) -> set[str]:
-    """Return ``name``, and it without each one of its letters, or of its ``digits`` too."""
+    """Return the letters of ``name`` in alphabetical order, all and without each one of them, or of its ``digits`` too.
+
+    Two names that share one of them differ by one letter, or by one and by the order of letters.
+    """
     if len(name) > _LONGEST:
         return set()
-    return {name, *(name[:at] + name[at + 1 :] for at, letter in enumerate(name) if digits or not letter.isdigit())}
+    letters = "".join(sorted(letter for letter in name if digits or not letter.isdigit()))
+    fixed = "" if digits else "".join(letter for letter in name if letter.isdigit())
+    return {letters + fixed, *(letters.replace(letter, "", 1) + fixed for letter in set(letters))}
 
 
 def _mistyped(one: str, other: str) -> int:

@@ -318,6 +318,11 @@ def test_a_typing_error_is_no_guess_between_two_topics_or_types():
     assert "CQ403" not in codes(checked(*typed))
 
 
+def test_a_subscriber_with_partners_outside_finds_a_misspelt_publisher():
+    report = checked(writer("lettre", "w"), replace(reader("letter", "r"), external=True))
+    assert only(report, "CQ403").message.endswith("did you mean `lettre`?")
+
+
 def test_who_has_a_partner_misses_nobody():
     report = checked(writer("Box", "w1"), reader("Box", "r1"), reader("box", "r2"))
     assert codes(report) == ["CQ401"]

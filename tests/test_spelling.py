@@ -84,4 +84,5 @@ def test_numbered_names_and_short_words_are_no_typing_errors():
 
 def test_in_a_long_word_a_letter_may_have_moved():
     assert typing_errors(["/ignd_box"], ["/ding_box"]) == {}
+    assert typing_errors(["/diagnotisc"], ["/diagnostics"]) == {"/diagnotisc": ["/diagnostics"]}
     assert typing_errors(["/image_wra"], ["/image_raw", "/image_war"]) == {"/image_wra": ["/image_war", "/image_raw"]}
