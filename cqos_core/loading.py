@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+from collections import defaultdict
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.files import HEAD, STDIN, STDIN_NAME, File, find_files, open_file, read_path
-from cqos_core.importers.source import Opener, ReadContext, Source, no_files
+from cqos_core.importers.source import Family, Opener, ReadContext, Source, no_files
 from cqos_core.plugins import FAULTS, ImporterInfo, Plugins, load_plugins
 from cqos_core.problems import CqosError, InputError, Problem, describe, keep_traceback
 from cqos_core.system import Place, System
@@ -64,6 +65,13 @@ def depends_on_others(source: Source) -> bool:
     return len(claiming) > 1 and any(info.overlays for info in claiming)
 
 
+def shares_names(source: Source, importer: str | None = None) -> str:
+    """Return the importer of ``source`` if its files define names for one another, else an empty text."""
+    plugins = load_plugins()
+    claiming = [plugins.importers[importer]] if importer in plugins.importers else _claiming(source, plugins)
+    return next((info.name for info in claiming if info.shares_names), "")
+
+
 def protocols_of(systems: Iterable[System]) -> frozenset[str]:
     """Return the protocols that anything in ``systems`` is of."""
     found: set[str | None] = set()
@@ -91,6 +99,7 @@ def read_source(
     opener: Opener = no_files,
     protocol: str | None = None,
     beside: Collection[str] = (),
+    family: Family | None = None,
 ) -> System:
     """Read one source with the importer that claims it, or the named one.
 
@@ -101,6 +110,7 @@ def read_source(
         opener: opens files that it includes.
         protocol: what it means if it states none; else the protocol that its format stands for.
         beside: the protocols of the files given together with it; see `recognise`.
+        family: the sources of its format that are read together with it.
 
     Raises:
         InputError: nobody reads the format, or the content cannot be read; with every problem found.
@@ -114,7 +124,7 @@ def read_source(
         found = recognise(source, plugins, None, {*protocols, *_stated(protocol)})
         return None if found is None else _read(found, source, ReadContext(opener, options=switches or {}), protocol)
 
-    return _read(info, source, ReadContext(opener, included, switches or {}), protocol)
+    return _read(info, source, ReadContext(opener, included, switches or {}, family or Family()), protocol)
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,18 +148,30 @@ def read_together(
     Sources whose reader is decided by what they are given with are read last. Of one that another of them includes, the
     system is empty: it is read as part of that.
     """
+    families: dict[str, Family] = defaultdict(Family)
+    for each in given:
+        families[shares_names(each.source, importer)].sources.append(each.source)
 
-    def read_one(each: Given, beside: Collection[str] = ()) -> System | InputError:
+    def read_one(number: int, beside: Collection[str] = ()) -> System | InputError:
+        each = given[number]
+        family = shares_names(each.source, importer)
         try:
-            opener = each.opener
-            return read_source(each.source, importer, switches, opener=opener, protocol=protocol, beside=beside)
+            return read_source(
+                each.source,
+                importer,
+                switches,
+                opener=each.opener,
+                protocol=protocol,
+                beside=beside,
+                family=families[family] if family else None,
+            )
         except InputError as error:
             return error
 
     later = {n for n, each in enumerate(given) if importer is None and depends_on_others(each.source)}
-    found = {n: read_one(each) for n, each in enumerate(given) if n not in later}
+    found = {n: read_one(n) for n in range(len(given)) if n not in later}
     beside = protocols_of([*others, *(each for each in found.values() if isinstance(each, System))]) if later else ()
-    found |= {n: read_one(given[n], beside) for n in later}
+    found |= {n: read_one(n, beside) for n in later}
     parts = _parts({given[n].source.name: each for n, each in found.items() if isinstance(each, System)})
     return [System() if os.path.realpath(each.source.name) in parts else found[n] for n, each in enumerate(given)]
 
@@ -311,6 +333,7 @@ def load_paths(
     waiting = dict(enumerate(found.files))
     done = 0
     beside: frozenset[str] | None = None  # not known while there are files that say it themselves
+    families: dict[str, Family] = defaultdict(Family)
     while waiting:
         later: dict[int, File] = {}
         for position, file in waiting.items():
@@ -318,6 +341,10 @@ def load_paths(
                 source = stdin if file.path == STDIN and stdin is not None else _open(file, plugins, importer)
                 if source is None:
                     loaded.skipped += 1
+                elif beside is None and (family := shares_names(source, importer)):
+                    families[family].sources.append(source)
+                    later[position] = file
+                    continue
                 elif beside is None and importer is None and depends_on_others(source):
                     later[position] = file
                     continue
@@ -331,6 +358,7 @@ def load_paths(
                             opener=no_files if source.name == STDIN_NAME else open_file,
                             protocol=protocol(file.path) if callable(protocol) else protocol,
                             beside=beside or (),
+                            family=families.get(shares_names(source, importer)),
                         ),
                     )
             except InputError as error:

@@ -98,6 +98,7 @@ class ImporterInfo:
             to do instead, as two texts; None where it does not know.
         whole: one of its files is a whole system; else a file is a part of one, and its partners are in other files.
         inserter: ``"module:function"``, an `Inserter`: adds settings to what is `extendable`; empty: the format has none.
+        shares_names: its files refer to what other files of this format define, by name.
     """
 
     name: str
@@ -109,6 +110,7 @@ class ImporterInfo:
     whole: bool = False
     declines: str = ""
     inserter: str = ""
+    shares_names: bool = False
 
     def load_claim(self) -> Claim:
         """Import the function that recognises the format."""

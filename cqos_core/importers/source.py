@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -51,6 +51,19 @@ def nobody_reads(source: Source, protocols: frozenset[str]) -> None:
 
 
 @dataclass(frozen=True, slots=True)
+class Family:
+    """Sources of one format that are read together, because its files `share names <ImporterInfo.shares_names>`.
+
+    Attributes:
+        sources: all of them.
+        known: what the reader remembers of each, by the name of the source, so that it is parsed once.
+    """
+
+    sources: list[Source] = field(default_factory=list)
+    known: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
 class ReadContext:
     """What a reader may use beside its source.
 
@@ -59,11 +72,13 @@ class ReadContext:
         read: reads included files of other formats.
         options: importer switches from the command line or configuration, by importer name and switch, for instance
             ``{"bpmn": {"message_flows": "true"}}``; under `VARIABLES` what variables in files stand for.
+        family: the sources of this format that are read together, this one among them.
     """
 
     open: Opener = no_files
     read: ForeignReader = nobody_reads
     options: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    family: Family = field(default_factory=Family)
 
 
 class Replacement(NamedTuple):

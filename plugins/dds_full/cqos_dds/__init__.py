@@ -28,7 +28,8 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
     """Register the files that DDS people have."""
     for name, summary in _READ:
         claim = f"cqos_dds.importers.detect:claims_{name}"
-        register(ImporterInfo(name, summary, (".xml",), claim, f"cqos_dds.importers.{name}:read"))
+        reader = f"cqos_dds.importers.{name}:read"
+        register(ImporterInfo(name, summary, (".xml",), claim, reader, shares_names=name == "dds_xml"))
 
 
 @hookimpl

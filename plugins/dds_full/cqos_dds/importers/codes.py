@@ -60,9 +60,9 @@ CODES: Final = (
         "DDS907",
         "reference-to-another-file",
         "warning",
-        "A participant, an endpoint or a topic refers to a library that the file does not have, or by a variable.",
+        "A participant, an endpoint or a topic refers to a library that no file has that was read, or by a variable.",
         "Systems of DDS-XML may span files. What the other file says is unknown here, and what meets it may be there.",
-        help="check it with the libraries in one file, or state the variable with `--define`",
+        help="name the file with the library beside this one, or state the variable with `--define`",
     ),
 )
 _BY_CODE: Final = {info.code: info for info in CODES}

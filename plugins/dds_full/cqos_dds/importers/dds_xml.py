@@ -5,16 +5,20 @@ All of them share the libraries and the words of the policies; what one of them 
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import collector_paused, shown
 from cqos_core.importers.xml_source import parse_xml
+from cqos_core.problems import InputError
 from cqos_dds.importers import fastdds_xml
 from cqos_dds.importers.entities import PARTICIPANT_LIBRARIES, Entities
 from cqos_dds.importers.qos_libraries import QosLibraries
 from cqos_dds.importers.xml_values import MOST_TAGS, XmlReading, children, elements, expand, local
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.xml_source import Element
     from cqos_core.system import System
@@ -34,19 +38,48 @@ def read(source: Source, context: ReadContext) -> System:
             # Types before the profiles may fill all that is looked at to recognise the format.
             return fastdds_xml.read(source, context)
         expand(root, context)
-        return _File(XmlReading(source)).read(root)
+        return _File(XmlReading(source), _beside(source, context)).read(root)
+
+
+def _beside(own: Source, context: ReadContext) -> Callable[[str], list[Entities]]:
+    """Return what says which of the files beside ``own`` hold a word, and what these define."""
+    known: dict[str, Entities] = context.family.known
+
+    def defined(source: Source) -> Entities:
+        if source.name not in known:
+            file = _File(XmlReading(source))
+            known[source.name] = file.entities
+            with suppress(InputError):  # its own reading reports that
+                root = parse_xml(source, MOST_TAGS)
+                expand(root, context)
+                file.define(root)
+        return known[source.name]
+
+    def beside(word: str) -> list[Entities]:
+        return [
+            defined(each) for each in context.family.sources if word.encode() in each.data and each.name != own.name
+        ]
+
+    return beside
 
 
 class _File:
     """Reads one file."""
 
-    def __init__(self, reading: XmlReading) -> None:
+    def __init__(self, reading: XmlReading, beside: Callable[[str], list[Entities]] = lambda _: []) -> None:
         self.reading = reading
         self.qos = QosLibraries(reading)
-        self.entities = Entities(reading, self.qos)
+        self.entities = Entities(reading, self.qos, beside)
 
     def read(self, root: Element) -> System:
         """Read all libraries, and then make what they define: names may be used before they are defined."""
+        self.define(root)
+        self.qos.make()
+        self.entities.make()
+        return self.reading.finish()
+
+    def define(self, root: Element) -> None:
+        """Read all libraries."""
         if local(root) in _LIBRARIES:
             self.library(root)
         elif local(root) == "dds":
@@ -55,9 +88,6 @@ class _File:
         else:
             message = f"this is no DDS-XML: its first element is {shown(local(root))}"
             self.reading.problem("CQ001", message, root, "expected `dds`, or one of its libraries")
-        self.qos.make()
-        self.entities.make()
-        return self.reading.finish()
 
     def library(self, element: Element) -> None:
         """Read one library."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from cqos_core.importers.reading import did_you_mean, shown
 from cqos_core.system import (
@@ -22,7 +22,7 @@ from cqos_dds.importers.qos_libraries import SEPARATOR, part_of
 from cqos_dds.importers.xml_values import children, elements, flag, local, not_set, text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from cqos_core.importers.xml_source import Element
     from cqos_core.system import Role, Settings
@@ -87,17 +87,25 @@ class _Chain:
 
 
 class Entities:
-    """Reads the participants of one file into endpoints of the system."""
+    """Reads the participants of one file into endpoints of the system.
 
-    def __init__(self, reading: XmlReading, profiles: QosLibraries) -> None:
+    Attributes:
+        beside: returns what those of the files read together with this one define that hold a word.
+    """
+
+    def __init__(
+        self, reading: XmlReading, profiles: QosLibraries, beside: Callable[[str], list[Entities]] = lambda _: []
+    ) -> None:
         self.reading = reading
         self.profiles = profiles
+        self.beside = beside
         self.domains: dict[str, Element] = {}
         self.participants: dict[str, Element] = {}
         self.applied: dict[str, Element] = {}
         self.keyed: dict[str, bool] = {}
         self.ids: set[str] = set()
         self.elsewhere: set[str] = set()
+        self._bases: set[str] | None = None
 
     # What the file defines
 
@@ -147,14 +155,42 @@ class Entities:
                 own = any(flag(member.get("key")) for member in children(child, "member"))
                 self.keyed[name] = own or self.keyed.get(base, False) or self.keyed.get(f"{scope}{base}", False)
 
+    def defined(self, kind: Literal["domains", "participants"], name: str) -> Element | None:
+        """Return the domain or participant of a full name, from this file or from the one beside it that defines it."""
+        found: Element | None = getattr(self, kind).get(name)
+        if found is None and (file := self.definer(kind, name)) is not None:
+            found = getattr(file, kind)[name]
+            self.reading.files[found.getroottree().getroot()] = file.reading.source.name
+        return found
+
+    def definer(self, kind: Literal["domains", "participants", "keyed"], name: str) -> Entities | None:
+        """Return the file beside this one that defines ``name``; of several the one in the same folder, else None."""
+        found = [each for each in self.beside(name.rpartition(SEPARATOR)[2]) if name in getattr(each, kind)]
+        near = [each for each in found if _folder(each) == _folder(self)] or found
+        return near[0] if len(near) == 1 else None
+
+    @staticmethod
+    def defines(file: Entities, name: str) -> bool:
+        """Whether a file defines a domain or a participant of this full name."""
+        return name in file.domains or name in file.participants
+
+    def bases(self) -> set[str]:
+        """Return the full names of what participants of this file are based on."""
+        if self._bases is None:
+            named = (*self.participants.items(), *self.applied.items())
+            self._bases = {self.base_of(element, name) for name, element in named}
+        return self._bases
+
     # Participants
 
     def make(self) -> None:
         """Make the participants of applications, and those of libraries that no other is based on."""
-        used = {self.base_of(element, name) for name, element in (*self.participants.items(), *self.applied.items())}
+        used = set(self.bases())
+        libraries = {name.rpartition(SEPARATOR)[0] for name in self.participants}
+        used.update(*(each.bases() for library in libraries for each in self.beside(library)))
         for name, element in (*self.participants.items(), *self.applied.items()):
             if name not in used:
-                self.participant(self.chain(name, element, self.participants))
+                self.participant(self.chain(name, element, "participants"))
 
     def base_of(self, element: Element, name: str) -> str:
         """Return the full name of what a participant or domain is based on, empty where there is none."""
@@ -163,14 +199,14 @@ class Entities:
             return base
         return f"{name.rpartition(SEPARATOR)[0]}{SEPARATOR}{base}"
 
-    def chain(self, name: str, element: Element, among: Mapping[str, Element]) -> _Chain:
+    def chain(self, name: str, element: Element, among: Literal["domains", "participants"]) -> _Chain:
         """Follow the bases of a participant or domain."""
         links = [(name, element)]
         trail = [name]
         while base := self.base_of(element, name):
-            found = among.get(base)
+            found = self.defined(among, base)
             if found is None:
-                self.nowhere(element, f"the base of `{name}`", base, among)
+                self.nowhere(element, f"the base of `{name}`", base, getattr(self, among))
                 break
             if base in trail:
                 circle = " → ".join((*trail[trail.index(base) :], base))
@@ -195,9 +231,9 @@ class Entities:
         if not any(each.startswith(f"{library}{SEPARATOR}" if library else "") for each in known):
             if self.elsewhere.isdisjoint({library or own, own}):
                 stands = f"the library {shown(library)}" if library else "the library of it"
-                self.reading.note(
-                    "DDS907", f"{what}, {shown(name)}, is not known: {stands} is not in this file", element
-                )
+                several = len({each.reading.source.name for each in self.beside(own) if self.defines(each, name)})
+                cause = f"{several} files define it" if several else f"{stands} is in none of the files"
+                self.reading.note("DDS907", f"{what}, {shown(name)}, is not known: {cause}", element)
             self.elsewhere |= {library or own, own}
             return "DDS907"
         message = f"{what}, {shown(name)}, is not defined in this file{did_you_mean(name, known)}"
@@ -230,14 +266,13 @@ class Entities:
         name = chain.attribute("domain_ref")
         if not name:
             return None, ""
-        element = self.domains.get(name)
-        if element is None and SEPARATOR not in name:
+        if name not in self.domains and SEPARATOR not in name:
             full = [each for each in self.domains if each.endswith(f"{SEPARATOR}{name}")]
             name = full[0] if len(full) == 1 else name
-            element = self.domains.get(name)
+        element = self.defined("domains", name)
         if element is None:
             return None, self.nowhere(chain.own, f"the domain of `{chain.name}`", name, self.domains)
-        return self.chain(name, element, self.domains), ""
+        return self.chain(name, element, "domains"), ""
 
     def domain_id(self, chain: _Chain, domain: _Chain | None) -> tuple[str, Element]:
         """Return the number of a participant's domain, and where it is stated."""
@@ -335,10 +370,16 @@ class Entities:
         chain = types.get(registered) or types.get(registered.rpartition(SEPARATOR)[2])
         type_name = chain.attribute("type_ref") if chain is not None else registered
         about = self.reading.system.topics.setdefault(name, Topic(name, place=self.reading.place(topic.own)))
+        if type_name not in self.keyed and (file := self.definer("keyed", type_name)) is not None:
+            self.keyed[type_name] = file.keyed[type_name]
         keyed = self.keyed.get(type_name)
         if keyed is not None:
             about.settings.setdefault("keyed", Setting("true" if keyed else "false", about.place))
         return registered or None
+
+
+def _folder(file: Entities) -> str:
+    return file.reading.source.name.rpartition("/")[0]
 
 
 _READ_IN_PARTICIPANT: Final = frozenset(

@@ -47,6 +47,7 @@ class XmlReading:
     Attributes:
         system: what it states, as far as it is read.
         unread: paths of elements that are no policies of the standard, each with its first place.
+        files: by their first element the names of other files of which elements are used.
     """
 
     def __init__(self, source: Source) -> None:
@@ -54,6 +55,7 @@ class XmlReading:
         self.problems: list[Problem] = []
         self.notes: list[ImportNote] = []
         self.unread: dict[str, Place] = {}
+        self.files: dict[Element, str] = {}
         self.system = System(protocol=PROTOCOL, sources={source.name: source.data})
 
     def finish(self) -> System:
@@ -84,7 +86,8 @@ class XmlReading:
     def place(self, element: Element) -> Place:
         """Where an element is; its name tells it from others on the line when the column is looked for."""
         line = element.sourceline
-        return Place(self.source.name, int(line) if line else 1, path=f"{_written(element)}[1]")
+        name = self.files.get(element.getroottree().getroot()) if self.files else None
+        return Place(name or self.source.name, int(line) if line else 1, path=f"{_written(element)}[1]")
 
     def problem(self, code: str, message: str, where: Element, advice: str | None = None) -> None:
         """Collect a problem."""

@@ -689,7 +689,7 @@ class TestSystems:
         text = dds("\n", library("L", "\n", profile("P", "\n", writer(BEST_EFFORT), "\n", reader(RELIABLE))))
         report = cqos.check(text.encode())
         (finding,) = [each for each in report.findings if each.code == "DDS101"]
-        assert (report.verdict, report.pair_count, report.hypothetical) == ("unknown", 0, 1)
+        assert (report.verdict, sum(each.pairs for each in report.groups), report.hypothetical) == ("unknown", 0, 1)
         assert finding.severity == "warning"
         assert {fact.place.line for side in finding.sides for fact in side.facts} == {4, 5}
 
@@ -710,3 +710,60 @@ class TestSystems:
         facts = {fact.policy: (fact.origin, fact.place.line) for side in finding.sides for fact in side.facts}
         assert facts["history.depth"] == ("profile L::B/datawriter_qos", 5)
         assert facts["resource_limits.max_samples_per_instance"] == ("profile L::A/datawriter_qos", 3)
+
+
+# Systems that span files
+
+TYPES = '<dds><types><struct name="Pose"><member name="id" key="true"/></struct></types></dds>'
+DOMAINS = """<dds><domain_library name="Dl"><domain name="Main" domain_id="7">
+  <register_type name="PoseType" type_ref="Pose"/><topic name="pose" register_type_ref="PoseType"/>
+</domain></domain_library></dds>"""
+BASES = """<dds><domain_participant_library name="Bases"><domain_participant name="Any" domain_ref="Dl::Main">
+  <publisher name="P"><data_writer name="W" topic_ref="pose"/></publisher>
+</domain_participant></domain_participant_library></dds>"""
+PARTICIPANTS = """<dds><domain_participant_library name="Pl">
+  <domain_participant name="A" base_name="Bases::Any"/>
+  <domain_participant name="B" domain_ref="Dl::Main">
+    <subscriber name="S"><data_reader name="R" topic_ref="pose"/></subscriber>
+  </domain_participant>
+</domain_participant_library></dds>"""
+
+
+def together(folder, **files):
+    for name, text in files.items():
+        folder.joinpath(f"{name}.xml").parent.mkdir(exist_ok=True)
+        folder.joinpath(f"{name}.xml").write_text(text)
+    return cqos.read(*(folder / f"{name}.xml" for name in sorted(files)))
+
+
+def test_domains_bases_and_types_come_from_the_files_beside(tmp_path):
+    system = together(tmp_path, types=TYPES, domains=DOMAINS, bases=BASES, participants=PARTICIPANTS)
+    assert sorted(system.participants) == ["Pl::A", "Pl::B"]
+    domains = {name: each.settings["domain"] for name, each in system.participants.items()}
+    assert {name: each.text for name, each in domains.items()} == {"Pl::A": "7", "Pl::B": "7"}
+    assert {each.place.source.rpartition("/")[2] for each in domains.values()} == {"domains.xml"}
+    assert {each.topic: each.type for each in system.endpoints} == {"pose": "PoseType"}
+    assert system.topics["pose"].settings["keyed"].text == "true"
+    report = cqos.check(system)
+    assert (report.verdict, sum(each.pairs for each in report.groups), said(report, "DDS907")) == ("compatible", 1, [])
+    assert cqos.check(tmp_path).verdict == "compatible"
+
+
+def test_a_file_of_several_that_is_missing_leaves_unknown_what_it_defines(tmp_path):
+    report = cqos.check(together(tmp_path, bases=BASES, participants=PARTICIPANTS))
+    assert report.verdict == "unknown"
+    assert [message for _, message in said(report, "DDS907")] == [
+        "the domain of `Pl::A`, `Dl::Main`, is not known: the library `Dl` is in none of the files"
+    ]
+
+
+def test_of_two_files_that_define_a_domain_the_one_in_the_same_folder_holds(tmp_path):
+    other = DOMAINS.replace('"7"', '"8"')
+    files = {"one/domains": DOMAINS, "two/domains": other, "one/bases": BASES, "one/participants": PARTICIPANTS}
+    system = together(tmp_path, **files)
+    assert {each.settings["domain"].text for each in system.participants.values()} == {"7"}
+    open_ = cqos.check(
+        together(tmp_path, **{"one/domains": DOMAINS, "two/domains": other, "three/participants": BASES})
+    )
+    assert open_.verdict == "unknown"
+    assert "2 files define it" in said(open_, "DDS907")[0][1]
