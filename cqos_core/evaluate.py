@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from itertools import product
+from math import prod
 from types import NoneType
 from typing import Any, Final, NamedTuple, TypeAlias
 
@@ -99,12 +100,17 @@ class Function:
         call: takes plain values, returns True, False or None for unknown.
         doc: one sentence.
         column: whether it also works on columns; those that do not are listed by ``cqos packs``.
+        many: where ``call`` compares a value of the publisher, its first argument, with one of the subscriber, its second, and
+            never answers None: the same for many at once. It takes the distinct first values, the distinct second ones, each
+            with a set of bits, and the further arguments. It returns per first value the bits of all second ones for which
+            ``call`` is True. Without it every combination is asked about.
     """
 
     name: str
     call: Callable[..., bool | None]
     doc: str = ""
     column: bool = False
+    many: Callable[..., Sequence[int]] | None = None
 
 
 _LEVELS: Final = {
@@ -118,7 +124,8 @@ _LEVELS: Final = {
     "broker": ("broker",),
     "option": ("option",),
 }
-_SECOND: Final = frozenset({"requested", "subscriber"})
+SECOND_SCOPES: Final = frozenset({"requested", "subscriber"})
+"""What looks up values of the second tuple."""
 
 
 class Vocabulary:
@@ -273,6 +280,16 @@ class Bound:
                 collect_variables(values[use.index], found)
         return dict(sorted(found.items()))
 
+    def worlds(self, firsts: Sequence[Values], seconds: Sequence[Values]) -> Iterator[dict[str, str]] | None:
+        """Yield every assignment of the assumptions in play among many values; None where there are too many."""
+        found: dict[str, tuple[str, ...]] = {}
+        for use in self.uses:
+            for values in seconds if use.second else firsts:
+                collect_variables(values[use.index], found)
+        if prod(map(len, found.values())) > MAXIMUM_WORLDS:
+            return None
+        return (dict(zip(found, chosen, strict=True)) for chosen in product(*found.values()))
+
 
 _PLAIN: Final = frozenset({int, str, tuple, bool, type(None)})
 _MEMORY: Final = 10_000
@@ -302,29 +319,29 @@ def in_world(value: Any, world: Mapping[str, str]) -> Any:
     return Anything("it is taken from peers") if isinstance(value, FromPeers) else value
 
 
-def _settle_tuple(values: Values, world: Mapping[str, str], indices: Iterable[int]) -> Values:
+def settled(values: Values, world: Mapping[str, str], indices: Iterable[int]) -> Values:
     """Return ``values`` with what a sentence reads, at ``indices``, under the assumptions of ``world``."""
     opened = [index for index in indices if isinstance(values[index], (Depends, FromPeers))]
     if not opened:
         return values
-    settled = list(values)
+    known = list(values)
     for index in opened:
-        settled[index] = in_world(values[index], world)
-    return tuple(settled)
+        known[index] = in_world(values[index], world)
+    return tuple(known)
 
 
 def _settle_all(
     a: Values, b: Values, signal: Signal, world: Mapping[str, str], indices: Iterable[int]
 ) -> tuple[Values, Values, Signal]:
-    first = _settle_tuple(a, world, indices)
-    second = first if b is a else _settle_tuple(b, world, indices)
+    first = settled(a, world, indices)
+    second = first if b is a else settled(b, world, indices)
     if signal is NO_SIGNAL:
         return first, second, signal
-    settled = Signal(
-        tuple((_settle_tuple(values, world, indices), n) for values, n in signal.publishers),
-        tuple((_settle_tuple(values, world, indices), n) for values, n in signal.subscribers),
+    under = Signal(
+        tuple((settled(values, world, indices), n) for values, n in signal.publishers),
+        tuple((settled(values, world, indices), n) for values, n in signal.subscribers),
     )
-    return first, second, settled
+    return first, second, under
 
 
 _OPERATORS: Final[dict[str, Callable[[Any, Any], Any]]] = {
@@ -335,7 +352,7 @@ _OPERATORS: Final[dict[str, Callable[[Any, Any], Any]]] = {
     ">=": operator.ge,
     ">": operator.gt,
 }
-_MIRRORED: Final = {"<": ">", "<=": ">=", "==": "==", "!=": "!=", ">=": "<=", ">": "<"}
+MIRRORED: Final = {"<": ">", "<=": ">=", "==": "==", "!=": "!=", ">=": "<=", ">": "<"}
 
 
 def _range(value: Any) -> Range | None:
@@ -346,13 +363,13 @@ def _range(value: Any) -> Range | None:
 
 def compare_open(op: str, left: Any, right: Any) -> bool | None:
     """Compare two values of which either may be a `Range` or unknown (`Anything`, None)."""
-    if type(left) in _KNOWN and type(right) in _KNOWN:
+    if type(left) in KNOWN and type(right) in KNOWN:
         return bool(_OPERATORS[op](left, right))
     x, y = _range(left), _range(right)
     if x is None or y is None:
         return None
     if op in {">", ">="}:
-        return compare_open(_MIRRORED[op], y, x)
+        return compare_open(MIRRORED[op], y, x)
     if op == "<":
         return True if x.hi < y.lo else False if x.lo >= y.hi else None
     if op == "<=":
@@ -363,7 +380,7 @@ def compare_open(op: str, left: Any, right: Any) -> bool | None:
     return equal if op == "==" or equal is None else not equal
 
 
-_KNOWN: Final = frozenset({int, str, tuple, bool})
+KNOWN: Final = frozenset({int, str, tuple, bool})
 
 
 def _and(left: bool | None, right: bool | None) -> bool | None:
@@ -439,7 +456,7 @@ def _in(value: Any, *values: Any) -> bool:
 
 def _open_in(value: Any, *values: Any) -> bool | None:
     if len(values) == 1 and type(values[0]) is tuple:  # a `Range` is no list of names
-        return value in values[0] if type(value) in _KNOWN else None
+        return value in values[0] if type(value) in KNOWN else None
     answers = [compare_open("==", value, other) for other in values]
     if any(answer is True for answer in answers):
         return True
@@ -585,7 +602,7 @@ class _Binder:
 
         def known_only(a: Values, b: Values, s: Signal) -> Any:
             args = [judge(a, b, s) for judge in judges]
-            return call(*args) if all(type(arg) in _KNOWN for arg in args) else None
+            return call(*args) if all(type(arg) in KNOWN for arg in args) else None
 
         return known_only
 
@@ -596,7 +613,7 @@ class _Binder:
             raise SentenceError(message)
         index = self.use(term)
         self.asked.add(index)
-        second, at = term.scope in _SECOND, self.vocabulary.size + index
+        second, at = term.scope in SECOND_SCOPES, self.vocabulary.size + index
         if node.name == "stated_here":
             return _how(second, at, lambda written: written is not None and written.here)
         if len(node.args) == 1:
@@ -613,7 +630,9 @@ class _Binder:
 
     def side(self, node: Node) -> bool:
         """Whether the terms inside an aggregate speak of subscribers (True) or publishers (False)."""
-        sides = {t.scope in _SECOND for t in node.walk() if isinstance(t, Term) and t.scope not in {"topic", "option"}}
+        sides = {
+            t.scope in SECOND_SCOPES for t in node.walk() if isinstance(t, Term) and t.scope not in {"topic", "option"}
+        }
         if len(sides) != 1 or any(isinstance(t, Term) and t.scope == "own" for t in node.walk()):
             message = f"`{node}` must speak of offered or of requested values, and only of one of them"
             raise SentenceError(message)
@@ -684,7 +703,7 @@ class _Binder:
 
     def use(self, term: Term) -> int:
         index = self.vocabulary.find(term)
-        second = term.scope in _SECOND
+        second = term.scope in SECOND_SCOPES
         uses = self.aggregate_uses if self.aggregating else self.uses
         uses.setdefault((second, index), Use(second, index, term))
         return index
@@ -735,12 +754,12 @@ class _Binder:
     def term(self, node: Term) -> Judge:
         index = self.use(node)
         if not self.open_form:
-            if node.scope in _SECOND:
+            if node.scope in SECOND_SCOPES:
                 return lambda a, b, s: b[index]
             return lambda a, b, s: a[index]
         domain = self.vocabulary.policies[index].domain
         whole = Range(domain.lowest, domain.highest) if domain.ordered or domain.candidates() else None
-        second, shared = node.scope in _SECOND, node.scope == "option"
+        second, shared = node.scope in SECOND_SCOPES, node.scope == "option"
 
         def read(a: Values, b: Values, s: Signal) -> Any:
             value = b[index] if second else a[index]
@@ -858,6 +877,15 @@ def bind(sentence: Sentence, vocabulary: Vocabulary) -> Bound:
     )
 
 
+def bind_operands(node: Compare | Test, vocabulary: Vocabulary) -> tuple[Judge, ...]:
+    """Compile, in the open form, what a comparison compares or what a pack's function is asked about."""
+    binder = _Binder(vocabulary, open_form=True)
+    if isinstance(node, Compare):
+        domain = binder.domain(node.left) or binder.domain(node.right)
+        return binder.operand(node.left, domain), binder.operand(node.right, domain)
+    return tuple(binder.operand(arg, Text()) for arg in node.args)  # type: ignore[arg-type]
+
+
 def terms(sentence: Sentence) -> Iterator[tuple[Term, bool]]:
     """Yield every term of a sentence, and whether it stands inside an aggregate."""
 
@@ -896,6 +924,9 @@ def role_of(sentence: Sentence) -> str | None:
 
 assert set(_LEVELS) == set(SCOPES)  # noqa: S101 - the two tables are read side by side
 __all__ = [
+    "KNOWN",
+    "MIRRORED",
+    "SECOND_SCOPES",
     "Bound",
     "Function",
     "Judge",
@@ -907,10 +938,12 @@ __all__ = [
     "Values",
     "Vocabulary",
     "bind",
+    "bind_operands",
     "collect_variables",
     "compare_open",
     "in_world",
     "role_of",
     "scope_of",
+    "settled",
     "terms",
 ]

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
 T = TypeVar("T")
-_WILD: Final = re.compile(r"[*?\[]")
+_WILD: Final = re.compile(r"[*?\[\]]")
 
 
 class NameIndex(Generic[T]):
@@ -20,8 +20,8 @@ class NameIndex(Generic[T]):
     costs a few dictionary look-ups and one match per pattern that begins or ends like the name.
     """
 
-    def __init__(self, entries: Iterable[tuple[str, T]]) -> None:
-        """File each value under its pattern."""
+    def __init__(self, entries: Iterable[tuple[str, T]], wild: re.Pattern[str] = _WILD) -> None:
+        """File each value under its pattern; ``wild`` finds the characters that do not stand for themselves."""
         self._values: list[T] = []
         self._exact: dict[str, list[int]] = {}
         self._by_head: dict[str, list[tuple[int, str]]] = {}
@@ -29,10 +29,10 @@ class NameIndex(Generic[T]):
         for number, (pattern, value) in enumerate(entries):
             self._values.append(value)
             self._exact.setdefault(pattern, []).append(number)
-            wild = _WILD.search(pattern)
-            if wild is None:
+            found = [*wild.finditer(pattern)]
+            if not found:
                 continue
-            head, tail = pattern[: wild.start()], re.split(r"[*?\[\]]", pattern)[-1]
+            head, tail = pattern[: found[0].start()], pattern[found[-1].end() :]
             filed = self._by_tail if not head and tail else self._by_head
             filed.setdefault(tail if filed is self._by_tail else head, []).append((number, pattern))
         self._heads = sorted({len(head) for head in self._by_head})
@@ -49,8 +49,18 @@ class NameIndex(Generic[T]):
         found: set[int] = set()
         for name in names:
             found.update(self._exact.get(name, ()))
-            ends = [self._by_head.get(name[:length], ()) for length in self._heads if length <= len(name)]
-            ends += [self._by_tail.get(name[-length:], ()) for length in self._tails if length <= len(name)]
-            for filed in ends:
-                found.update(number for number, pattern in filed if fnmatchcase(name, pattern))
+            found.update(number for number, pattern in self._like(name) if fnmatchcase(name, pattern))
         return [self._values[number] for number in sorted(found)]
+
+    def candidates(self, name: str) -> list[T]:
+        """Return the values whose pattern is ``name``, or begins or ends like it up to its first and last wild character."""
+        found = {number for number, _ in self._like(name)}.union(self._exact.get(name, ()))
+        return [self._values[number] for number in sorted(found)]
+
+    def _like(self, name: str) -> Iterator[tuple[int, str]]:
+        for length in self._heads:
+            if length <= len(name):
+                yield from self._by_head.get(name[:length], ())
+        for length in self._tails:
+            if length <= len(name):
+                yield from self._by_tail.get(name[-length:], ())

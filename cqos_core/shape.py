@@ -9,11 +9,13 @@ others, in the same system or in the one that came before, and cost a look-up.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache, reduce
+from operator import or_
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.evaluate import NO_SIGNAL, Outcome, Signal
 from cqos_core.judge import Spoken, already_told, ask, judge_endpoint, of_end, passed_over, verdict_by
+from cqos_core.relation import related
 from cqos_core.report import Verdict
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 
@@ -26,6 +28,8 @@ if TYPE_CHECKING:
 
 MOST_COMBINATIONS: Final = 25
 """Distinct combinations of values that one rule reports on one topic; the rest is put together in one finding."""
+_FEW_COMBINATIONS: Final = 256
+"""So many are judged one by one; of more, those whose answer is certain are found at once."""
 _REMEMBERED: Final = 16_384
 _REMEMBERED_GROUPS: Final = 64
 _ENDS: Final = frozenset({"offered", "requested", "publisher", "subscriber"})
@@ -67,6 +71,7 @@ class Outline:
         tags: acceptances that name all its endpoints.
         more: how many combinations of values are put together here, where there are too many to list; else 0.
         example: one of them: a group per role.
+        reached: the groups of `subscribers` as bits, where it speaks of pairs.
     """
 
     spoken: Spoken
@@ -76,6 +81,7 @@ class Outline:
     tags: frozenset[int] = frozenset()
     more: int = 0
     example: dict[str, int] = field(default_factory=dict)
+    reached: int = 0
 
     def side(self, role: str) -> dict[int, None]:
         """The groups of one role."""
@@ -84,10 +90,16 @@ class Outline:
 
 @dataclass(slots=True, eq=False)
 class Apart:
-    """A meeting condition that keeps two classes apart: by publisher group the subscriber groups it does not meet."""
+    """A meeting condition that keeps a class of publishers apart from subscribers: by publisher group those groups, as bits.
+
+    Attributes:
+        tags: acceptances that name the publishers.
+        subscribers: the classes that the condition sorts all subscribers into.
+    """
 
     bound: BoundRule
     tags: frozenset[int]
+    subscribers: Classes
     hits: dict[int, int] = field(default_factory=dict)
 
 
@@ -125,14 +137,16 @@ def judge_shape(shape: Shape) -> Judged:
 
 def positions(mask: int) -> Iterator[int]:
     """The positions of the bits that are set."""
-    while mask:
-        low = mask & -mask
-        yield low.bit_length() - 1
-        mask ^= low
+    for start, byte in enumerate(mask.to_bytes((mask.bit_length() + 7) // 8, "little")):
+        if byte:
+            yield from (start * 8 + at for at in _BITS[byte])
+
+
+_BITS: Final = [[at for at in range(8) if byte >> at & 1] for byte in range(256)]
 
 
 @dataclass(slots=True)
-class _Class:
+class Class:
     """Groups of one side that a rule cannot tell apart; ``mask`` has their bits."""
 
     first: Alike
@@ -141,16 +155,82 @@ class _Class:
 
     @property
     def profile(self) -> QosProfile:
+        """The values of one of them."""
         return self.first.profile
+
+
+class Classes:
+    """The classes of one side, in order, and which of them have groups in a mask."""
+
+    def __init__(self, each: list[Class]) -> None:
+        self.each = each
+
+    def within(self, mask: int) -> list[Class]:
+        """The classes with groups in ``mask``."""
+        return [self.each[at] for at in sorted({self._at[position] for position in positions(mask)})]
+
+    def first(self, mask: int) -> Class:
+        """The first class with groups in ``mask``, which has all or none of each."""
+        return self.each[self._at[(mask & -mask).bit_length() - 1]]
+
+    def count(self, mask: int) -> int:
+        """How many classes have groups in ``mask``."""
+        single, wide = self._by_width
+        return (mask & single).bit_count() + sum(1 for one in wide if one.mask & mask)
+
+    def by_tags(self, mask: int) -> Iterator[tuple[frozenset[int], int]]:
+        """The groups in ``mask``, as bits, by the acceptances that name them."""
+        return ((tags, mask & same) for tags, same in self._tagged.items() if mask & same)
+
+    @cached_property
+    def _at(self) -> dict[int, int]:
+        return {position: at for at, one in enumerate(self.each) for position in one.members}
+
+    @cached_property
+    def _by_width(self) -> tuple[int, list[Class]]:
+        single = sum(one.mask for one in self.each if len(one.members) == 1)
+        return single, [one for one in self.each if len(one.members) > 1]
+
+    @cached_property
+    def _tagged(self) -> dict[frozenset[int], int]:
+        found: dict[frozenset[int], int] = {}
+        for one in self.each:
+            found[one.first.tags] = found.get(one.first.tags, 0) | one.mask
+        return found
+
+
+class _Said(NamedTuple):
+    """What a rule says of two classes; ``combinations`` counts further ones that these stand for, else it is 0."""
+
+    publishers: Class
+    subscribers: Class
+    spoken: Spoken
+    combinations: int = 0
+
+
+class _Row(NamedTuple):
+    """What a rule says of a class of publishers: of which subscriber groups it speaks for certain, as bits, and what else."""
+
+    publishers: Class
+    certain: int
+    others: list[tuple[Class, Spoken]]
 
 
 @dataclass(slots=True)
 class _Pairs:
-    """Pairs while they are judged; ``segments`` are per publisher group: verdict and codes to subscriber groups."""
+    """Pairs while they are judged; ``segments`` are per publisher group: verdict and codes to subscriber groups.
+
+    ``sizes`` are the subscriber groups whose number of endpoints has 1, 2, 4, … in it, as bits.
+    """
 
     met: list[int]
     kept_apart: list[Apart] = field(default_factory=list)
     segments: list[dict[tuple[Verdict, tuple[str, ...]], int]] = field(default_factory=list)
+    sizes: list[int] = field(default_factory=list)
+
+    def weight(self, mask: int) -> int:
+        """How many endpoints the subscriber groups of ``mask`` have."""
+        return sum((mask & same).bit_count() << power for power, same in enumerate(self.sizes))
 
 
 _Outlines = dict[tuple[Any, ...], Outline]
@@ -179,12 +259,15 @@ def _met(shape: Shape) -> _Pairs:
     """Find which groups form pairs, and what keeps the others apart."""
     everybody = (1 << len(shape.subscribers)) - 1
     native = sum(1 << index for index, alike in enumerate(shape.subscribers) if not alike.carried)
-    pairs = _Pairs([native if alike.carried else everybody for alike in shape.publishers])
+    pairs = _Pairs(
+        [native if alike.carried else everybody for alike in shape.publishers], sizes=_sizes(shape.subscribers)
+    )
     for bound in shape.pack.by_scope["meets"]:
-        for publishers, subscribers, _ in _spoken_classes(shape, bound):
-            apart = Apart(bound, publishers.first.tags | subscribers.first.tags)
+        subscribers = _classes(shape.subscribers, bound.bound.sides[1])
+        for publishers, missed, _ in _spoken(shape, bound, subscribers):
+            apart = Apart(bound, publishers.first.tags, subscribers)
             for publisher in publishers.members:
-                hit = pairs.met[publisher] & subscribers.mask
+                hit = pairs.met[publisher] & missed
                 if hit:
                     pairs.met[publisher] &= ~hit
                     apart.hits[publisher] = hit
@@ -192,6 +275,15 @@ def _met(shape: Shape) -> _Pairs:
                 pairs.kept_apart.append(apart)
     pairs.segments = [{(Verdict.COMPATIBLE, ()): met} if met else {} for met in pairs.met]
     return pairs
+
+
+def _sizes(groups: Sequence[Alike]) -> list[int]:
+    """The groups whose size has 1, 2, 4, … in it, as bits."""
+    found = [0] * max(alike.size.bit_length() for alike in groups)
+    for position, alike in enumerate(groups):
+        for power in positions(alike.size):
+            found[power] |= 1 << position
+    return found
 
 
 def _pair_rules(shape: Shape, pairs: _Pairs, outlines: _Outlines) -> None:
@@ -204,11 +296,12 @@ def _pair_rules(shape: Shape, pairs: _Pairs, outlines: _Outlines) -> None:
                 continue
             asked = fitting = fitting or _fitting(pairs)
         said: dict[tuple[int, bool], int] = {}
-        for publishers, subscribers, spoken, combinations in _few(_spoken_classes(shape, bound)):
-            _outline(shape, outlines, publishers, subscribers, spoken, asked, combinations)
-            for publisher in publishers.members:
-                key = (publisher, spoken.unknown)
-                said[key] = said.get(key, 0) | subscribers.mask
+        columns = _classes(shape.subscribers, bound.bound.sides[1])
+        for each in _few(bound, _spoken(shape, bound, columns), columns):
+            _outline(shape, pairs, outlines, each, asked)
+            for publisher in each.publishers.members:
+                key = (publisher, each.spoken.unknown)
+                said[key] = said.get(key, 0) | each.subscribers.mask
         for (publisher, unknown), mask in said.items():
             verdict = verdict_by(bound.rule, unknown=unknown)
             _split_segments(pairs.segments[publisher], mask & asked[publisher], verdict, (bound.rule.code,))
@@ -239,77 +332,93 @@ def _fitting(pairs: _Pairs) -> list[int]:
     return found
 
 
-def _spoken_classes(shape: Shape, bound: BoundRule) -> Iterator[tuple[_Class, _Class, Spoken]]:
-    """Judge one rule over every combination of its classes; yield those of which it speaks."""
-    first, second = bound.bound.sides
-    publishers = _classes(shape.publishers, first)
-    subscribers = _classes(shape.subscribers, second)
+def _spoken(shape: Shape, bound: BoundRule, columns: Classes) -> Iterator[_Row]:
+    """Judge one rule over every combination of its classes; yield what it says."""
+    publishers = _classes(shape.publishers, bound.bound.sides[0]).each
+    if not bound.rule.guarantee:  # which depends on what the subscriber needs
+        publishers = [each for each in publishers if not passed_over(bound, each.profile, each.profile)]
+    subscribers = [each for each in columns.each if not passed_over(bound, each.profile, each.profile)]
     speaks = bound.rule.kind == "forbids"
-    told = Spoken(bound, Outcome(speaks))
-    judge = bound.bound.plain
+    found = None
+    if len(publishers) * len(subscribers) > _FEW_COMBINATIONS:
+        found = related(
+            bound.bound,
+            [each.profile.values for each in publishers],
+            [(each.profile.values, each.mask) for each in subscribers],
+        )
     easy = bound.bound.infallible and all(
         bound.bound.is_plain(each.profile.values) for each in (*publishers, *subscribers)
     )
-    for offering in publishers:
-        a = offering.profile
-        for requesting in subscribers:
-            b = requesting.profile
-            if passed_over(bound, a, b):
-                continue
+    for row, offering in enumerate(publishers):
+        a, certain, asked = offering.profile.values, 0, subscribers
+        if found is not None:
+            certain = found.true[row] if speaks else found.false[row]
+            asked = columns.within(found.open[row])
+        others = []
+        for requesting in asked:
+            b = requesting.profile.values
             if easy:
-                if bool(judge(a.values, b.values, NO_SIGNAL)) is speaks:
-                    yield offering, requesting, told
+                certain |= requesting.mask if bool(bound.bound.plain(a, b, NO_SIGNAL)) is speaks else 0
                 continue
-            spoken = ask(bound, a.values, b.values)
-            if spoken is not None and not (bound.rule.kind == "meets" and spoken.outcome.result is not False):
-                yield offering, requesting, spoken
+            spoken = ask(bound, a, b)
+            if spoken is None:
+                continue
+            if spoken.outcome.result is speaks:
+                certain |= requesting.mask
+            elif bound.rule.kind != "meets":
+                others.append((requesting, spoken))
+        if certain or others:
+            yield _Row(offering, certain, others)
 
 
-def _few(
-    spoken: Iterator[tuple[_Class, _Class, Spoken]],
-) -> Iterator[tuple[_Class, _Class, Spoken, int]]:
-    """Pass the first combinations on, each counted 0, and then per publisher class one that stands for the others."""
-    together: dict[tuple[Any, ...], tuple[_Class, _Class, Spoken, int]] = {}
-    for number, (publishers, subscribers, each) in enumerate(spoken):
-        if number < MOST_COMBINATIONS:
-            yield publishers, subscribers, each, 0
-            continue
-        key = (id(publishers), each.outcome.result, subscribers.first.tags)
-        _, reached, said, count = together.get(
-            key, (publishers, _Class(subscribers.first, subscribers.members), each, 0)
-        )
-        reached.mask |= subscribers.mask
-        together[key] = (publishers, reached, said, count + 1)
-    yield from together.values()
+def _few(bound: BoundRule, rows: Iterable[_Row], columns: Classes) -> Iterator[_Said]:
+    """Pass the first combinations on, and then per publisher class one that stands for the others."""
+    certain = Spoken(bound, Outcome(bound.rule.kind == "forbids"))
+    later = []
+    left = MOST_COMBINATIONS
+    for publishers, mask, others in rows:
+        if left:
+            said = {id(each): spoken for each, spoken in others}
+            for each in columns.within(reduce(or_, (each.mask for each, _ in others), mask))[:left]:
+                yield _Said(publishers, each, said.get(id(each), certain))
+                left -= 1
+                mask &= ~each.mask  # noqa: PLW2901 - what is left of it
+                said.pop(id(each), None)
+            others = [(each, spoken) for each, spoken in others if id(each) in said]  # noqa: PLW2901 - likewise
+        together = []
+        for _, same in columns.by_tags(mask):
+            first = columns.first(same)
+            together.append(_Said(publishers, Class(first.first, first.members, same), certain, columns.count(same)))
+        undecided: dict[frozenset[int], list[tuple[Class, Spoken]]] = {}
+        for each, spoken in others:
+            undecided.setdefault(each.first.tags, []).append((each, spoken))
+        for (first, spoken), *more in undecided.values():
+            same = reduce(or_, (each.mask for each, _ in more), first.mask)
+            together.append(_Said(publishers, Class(first.first, first.members, same), spoken, len(more) + 1))
+        later += sorted(together, key=lambda each: each.subscribers.members[0])
+    yield from later
 
 
-def _classes(groups: Iterable[Alike], indices: Sequence[int]) -> list[_Class]:
+def _classes(groups: Iterable[Alike], indices: Sequence[int]) -> Classes:
     """Sort one side's groups by the values that a rule reads of it, and by who excuses them."""
-    found: dict[Any, _Class] = {}
+    found: dict[Any, Class] = {}
     for position, alike in enumerate(groups):
         values = alike.profile.values
         key = (tuple([values[index] for index in indices]), alike.profile.unmatched, alike.tags)
         each = found.get(key)
         if each is None:
-            each = found[key] = _Class(alike)
+            each = found[key] = Class(alike)
         each.members.append(position)
         each.mask |= 1 << position
-    return list(found.values())
+    return Classes(list(found.values()))
 
 
-def _outline(
-    shape: Shape,
-    outlines: _Outlines,
-    publishers: _Class,
-    subscribers: _Class,
-    spoken: Spoken,
-    met: Sequence[int],
-    combinations: int,
-) -> None:
-    """Note what a rule says of two classes, or of ``combinations`` further ones that are put together."""
+def _outline(shape: Shape, pairs: _Pairs, outlines: _Outlines, said: _Said, asked: Sequence[int]) -> None:
+    """Note what a rule says of two classes, or of further ones that are put together, where they are pairs of ``asked``."""
+    publishers, subscribers, spoken, combinations = said
     if spoken.unknown and already_told(spoken, publishers.profile, subscribers.profile):
         return
-    hits = {publisher: hit for publisher in publishers.members if (hit := met[publisher] & subscribers.mask)}
+    hits = {publisher: hit for publisher in publishers.members if (hit := asked[publisher] & subscribers.mask)}
     if not hits:
         return
     code, tags = spoken.bound.rule.code, publishers.first.tags | subscribers.first.tags
@@ -319,25 +428,17 @@ def _outline(
     if combinations and not outline.example:
         outline.example = _example(subscribers, hits)
     outline.publishers.update(dict.fromkeys(hits))
-    reached = 0
-    for publisher, hit in hits.items():
-        reached |= hit
-        outline.pairs += shape.publishers[publisher].size * _weight(shape.subscribers, hit)
-    outline.subscribers.update(dict.fromkeys(positions(reached)))
+    reached = reduce(or_, hits.values())
+    outline.pairs += sum(shape.publishers[publisher].size * pairs.weight(hit) for publisher, hit in hits.items())
+    outline.subscribers.update(dict.fromkeys(positions(reached & ~outline.reached)))
+    outline.reached |= reached
 
 
-def _example(subscribers: _Class, hits: Mapping[int, int]) -> dict[str, int]:
+def _example(subscribers: Class, hits: Mapping[int, int]) -> dict[str, int]:
     """One publisher and one subscriber that meet, of the class that was judged if any of it does."""
     publisher, hit = next(iter(hits.items()))
     subscriber = next((each for each in subscribers.members if hit >> each & 1), (hit & -hit).bit_length() - 1)
     return {PUBLISHER: publisher, SUBSCRIBER: subscriber}
-
-
-def _weight(groups: Sequence[Alike], mask: int) -> int:
-    """How many endpoints the groups of ``mask`` have."""
-    if mask == (1 << len(groups)) - 1:
-        return sum(alike.size for alike in groups)
-    return sum(groups[position].size for position in positions(mask))
 
 
 def _split_segments(
@@ -429,14 +530,28 @@ def _parts(shape: Shape, pairs: _Pairs) -> list[tuple[list[int], list[int]]]:
     """Split a topic into parts that do not meet each other (domains, partitions), each a signal of its own."""
     if not shape.publishers:
         return [([], list(range(len(shape.subscribers))))]
-    parts: list[tuple[list[int], int]] = []
+    parts: dict[int, tuple[list[int], int]] = {}  # by the publisher that was the last to join one
+    owners: dict[int, int] = {}  # by subscriber, its part when it joined
+    joined = list(range(len(pairs.met)))  # by part, what it became
+    covered = 0
     for publisher, met in enumerate(pairs.met):
+        touched, old = set(), met & covered
+        while old:
+            part = owners[(old & -old).bit_length() - 1]
+            while joined[part] != part:
+                joined[part] = part = joined[joined[part]]
+            touched.add(part)
+            old &= ~parts[part][1]
         together, reached = [publisher], met
-        for part in [part for part in parts if part[1] & met]:
-            parts.remove(part)
-            together, reached = [*part[0], *together], reached | part[1]
-        parts.append((together, reached))
-    return [(publishers, list(positions(mask))) for publishers, mask in parts]
+        for part in sorted(touched):
+            joined[part] = publisher
+            others, mask = parts.pop(part)
+            others += together
+            together, reached = others, reached | mask
+        parts[publisher] = (together, reached)
+        owners.update(dict.fromkeys(positions(met & ~covered), publisher))
+        covered |= met
+    return [(publishers, list(positions(mask))) for publishers, mask in parts.values()]
 
 
 def _signal_rule(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import reduce
+from operator import or_
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cqos_core.codes import CODES
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from cqos_core.name_index import NameIndex
+    from cqos_core.pack import BoundRule
     from cqos_core.pairing import Members, Topic
     from cqos_core.resolved import Resolved
     from cqos_core.shape import Apart, Judged, Outline, Row
@@ -33,9 +36,6 @@ class TopicResult:
     groups: tuple[Group, ...] = ()
     made: tuple[Made, ...] = ()
     lonely: tuple[Resolved, ...] = ()
-
-
-Drafts = dict[tuple[Any, ...], Draft]
 
 
 def check_topic(
@@ -137,34 +137,98 @@ def _splits(topic: Topic, judged: Judged) -> list[Made]:
     alone = _alone(topic.subscribers, lambda index: met_by_any >> index & 1)
     over_bridges = connected(topic, judged.met)
     ends = _ends_of_bridges(topic.subscribers)
-    loud: Drafts = {}
-    quiet: Drafts = {}
+    loud: _Splits = {}
+    quiet: _Splits = {}
     own_bridge = [_of_one_bridge(publisher, ends) for publisher in topic.publishers]
     left_alone = [_alone([each], judged.met.__getitem__, at) for at, each in enumerate(topic.publishers)]
     for each in judged.kept_apart:
+        told: dict[int, int] = {}
         for index, missed in each.hits.items():
             hit = missed if each.bound.rule.always else missed & ~over_bridges[index]
             if not hit:
                 continue
-            publisher = topic.publishers[index]
             left = left_alone[index]
-            told = hit if each.bound.rule.always or left.told else hit & alone.told
+            worth = hit if each.bound.rule.always or left.told else hit & alone.told
             # That the ends of one bridge are apart is what it is for, even if nobody else is on one side.
-            own = told & own_bridge[index]
-            if own:
-                _kept_apart(topic, quiet, each, publisher, own, quiet=True)
-                told &= ~own
-            if told:
-                _kept_apart(topic, loud, each, publisher, told)
+            own = worth & own_bridge[index]
+            if worth & ~own:
+                told[index] = worth & ~own
             # Of those whose partners are elsewhere anyway there is nothing to say.
-            if not left.all:
-                rest = hit & ~told & ~own & ~alone.all
-                if rest:
-                    _kept_apart(topic, quiet, each, publisher, rest, quiet=True)
+            rest = 0 if left.all else hit & ~worth & ~alone.all
+            if own | rest:
+                quiet.setdefault((each.bound.rule.code,), _Split(each.bound)).add(index, own | rest)
+        if told:
+            _tell(loud, each, told)
     return [
-        *(_split_finding(topic, draft, quiet=False) for draft in loud.values()),
-        *(_split_finding(topic, draft, quiet=True) for draft in quiet.values()),
+        *(_split_finding(topic, split.draft(topic), quiet=False) for split in loud.values()),
+        *(_split_finding(topic, split.draft(topic), quiet=True) for split in quiet.values()),
     ]
+
+
+@dataclass(slots=True)
+class _Split:
+    """What a condition keeps apart: publisher groups in order, and subscriber groups as bits.
+
+    Attributes:
+        first: one of the subscriber groups, which the first publisher group never meets.
+        more: how many combinations of values are put together here, where there are too many to list; else 0.
+    """
+
+    bound: BoundRule
+    tags: frozenset[int] = frozenset()
+    publishers: dict[int, None] = field(default_factory=dict)
+    subscribers: int = 0
+    first: int = 0
+    more: int = 0
+
+    def add(self, publisher: int, subscribers: int) -> None:
+        """Add a publisher group with subscriber groups that it never meets, as bits."""
+        if not self.publishers:
+            self.first = next(positions(subscribers))
+        self.publishers[publisher] = None
+        self.subscribers |= subscribers
+
+    def draft(self, topic: Topic) -> Draft:
+        """Return it with the groups of a topic."""
+        publishers = [topic.publishers[position] for position in self.publishers]
+        subscribers = [topic.subscribers[position] for position in (self.first, *positions(self.subscribers))]
+        example = (publishers[0].only([publishers[0].first]), subscribers[0].only([subscribers[0].first]))
+        return Draft(
+            topic,
+            Spoken(self.bound, Outcome(result=False)),
+            dict.fromkeys(publishers),
+            dict.fromkeys(subscribers),
+            tags=self.tags,
+            more=self.more,
+            example=example if self.more else (),
+        )
+
+
+_Splits = dict[tuple[Any, ...], _Split]
+
+
+def _tell(splits: _Splits, apart: Apart, told: Mapping[int, int]) -> None:
+    """Note each combination of values that is kept apart; of too many the rest together."""
+    code, classes = apart.bound.rule.code, apart.subscribers
+    whole = reduce(or_, told.values())
+    room = MOST_COMBINATIONS - sum(key[0] == code for key in splits)
+    for one in classes.within(whole)[:room] if room > 0 else ():
+        split = splits[code, id(apart), id(one)] = _Split(apart.bound, apart.tags | one.first.tags)
+        for publisher, mask in told.items():
+            if mask & one.mask:
+                split.add(publisher, mask & one.mask)
+        whole &= ~one.mask
+    for tags, same in classes.by_tags(whole):
+        key = (code, "further", apart.tags | tags)
+        further = splits.get(key)
+        if further is None:
+            further = splits[key] = _Split(apart.bound, apart.tags | tags)
+            first = classes.within(same)[0].mask
+            further.add(*next((publisher, mask & first) for publisher, mask in told.items() if mask & first))
+        for publisher, mask in told.items():
+            if mask & same:
+                further.add(publisher, mask & same)
+                further.more += classes.count(mask & same)
 
 
 def _ends_of_bridges(subscribers: Sequence[Members]) -> dict[frozenset[str | None], int]:
@@ -193,30 +257,6 @@ def _alone(groups: Sequence[Members], met: Callable[[int], int], first: int = 0)
     """The groups that match none; ``met`` is asked by their positions, from ``first`` on."""
     left = [(at, each) for at, each in enumerate(groups) if not each.carried and not met(first + at)]
     return _Alone(sum(1 << index for index, _ in left), sum(1 << index for index, each in left if not _external(each)))
-
-
-def _kept_apart(
-    topic: Topic, drafts: Drafts, apart: Apart, publisher: Members, mask: int, *, quiet: bool = False
-) -> None:
-    """Note that a publisher never meets the subscribers of ``mask``."""
-    code = apart.bound.rule.code
-    key: tuple[Any, ...] = (code,) if quiet else (code, id(apart))
-    further = not quiet and key not in drafts and sum(other[0] == code for other in drafts) >= MOST_COMBINATIONS
-    if further:
-        key = (code, "further", apart.tags)
-    draft = drafts.get(key)
-    if draft is None:
-        tags = frozenset[int]() if quiet else apart.tags
-        draft = drafts[key] = Draft(topic, Spoken(apart.bound, Outcome(result=False)), tags=tags)
-    subscribers = list(_at(topic.subscribers, mask))
-    if further:
-        draft.more += 1
-        draft.example = draft.example or (
-            publisher.only([publisher.first]),
-            subscribers[0].only([subscribers[0].first]),
-        )
-    draft.publishers[publisher] = None
-    draft.subscribers.update(dict.fromkeys(subscribers))
 
 
 def _external(members: Members) -> bool:

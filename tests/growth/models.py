@@ -116,19 +116,19 @@ def best_available(n: int) -> Model:
     return checked(document("ros2", participants=participants, options=rmw))
 
 
-def partitions(n: int, name: str = "p{}") -> Model:
+def partitions(n: int, offered: str = "p{}", requested: str = "p{}") -> Model:
     """Endpoints of one topic, each in a few of many partitions."""
 
-    def some(start: int, step: int) -> dict[str, Any]:
+    def some(name: str, start: int, step: int) -> dict[str, Any]:
         return {"partition": [name.format((start * 7 + k * step) % (2 * n)) for k in range(4)]}
 
-    participants = nodes(node(f"p{i}", {"t": some(i, 3)}) for i in range(n))
-    participants |= nodes(node(f"s{i}", (), {"t": some(i, 5)}) for i in range(n))
+    participants = nodes(node(f"p{i}", {"t": some(offered, i, 3)}) for i in range(n))
+    participants |= nodes(node(f"s{i}", (), {"t": some(requested, i, 5)}) for i in range(n))
     return checked(document("dds", participants=participants))
 
 
 def wild_partitions(n: int) -> Model:
-    return partitions(n, "p{}*")
+    return partitions(n, "p{}/*", "p{}/left")
 
 
 def near_misses(n: int) -> Model:
@@ -277,12 +277,14 @@ MODELS: Final = {
     log_lines: 200,
     near_misses: 300,
     overlays: 200,
+    partitions: 100,
     references: 400,
     team_checks: 100,
     topics: 400,
     unknown_participants: 300,
     unknown_profiles: 300,
     unknown_settings: 200,
+    wild_partitions: 100,
 }
 """Each with its smallest size that takes long enough to be measured."""
 

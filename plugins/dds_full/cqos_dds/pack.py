@@ -27,6 +27,7 @@ FUNCTIONS: Final = (
         "partitions_meet",
         partitions.meet,
         "Whether an end of the given implementation takes two lists of partitions for a match.",
+        many=partitions.meet_many,
     ),
 )
 

@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import re
 from fnmatch import fnmatchcase, translate
-from functools import lru_cache
+from functools import lru_cache, reduce
+from operator import or_
 from typing import TYPE_CHECKING, Final, TypeAlias
 
+from cqos_core.name_index import NameIndex
 from cqos_core.pattern import PatternError, pattern
 from cqos_dds.implementations import FAST_DDS, IMPLEMENTATION
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping, Sequence
 
 Names: TypeAlias = tuple[str, ...]
 NO_NAME: Final = ("",)
@@ -31,6 +33,43 @@ def meet(writer: Names, reader: Names, implementation: int) -> bool:
 @lru_cache(maxsize=10_000)
 def _meet(writer: Names, reader: Names, implementation: str) -> bool:
     return OTHERS.get(implementation, as_the_standard_says)(writer, reader)
+
+
+def meet_many(writers: Sequence[Names], readers: Mapping[Names, int], implementation: int) -> list[int]:
+    """Return for each list of a writer the bits of all lists of readers that `meet` takes for a match with it.
+
+    Two lists match where a name of one matches a name of the other, so each two names that look alike are compared once.
+    """
+    name = IMPLEMENTATION.domain.format(implementation)
+    if OTHERS.get(name) is everybody_meets:
+        return [reduce(or_, readers.values())] * len(writers)
+    offered = {part: 0 for names in writers for part in _parts(names)}
+    requested: dict[Names, int] = {}
+    for names, bits in readers.items():
+        for part in _parts(names):
+            requested[part] = requested.get(part, 0) | bits
+    for one, other, turned in ((offered, requested, False), (requested, offered, True)):
+        index = NameIndex(((_text(part), part) for part in other), _WILD)
+        for part in one:
+            for found in index.candidates(_text(part)):
+                writer, reader = (found, part) if turned else (part, found)
+                if requested[reader] & ~offered[writer] and _meet(writer, reader, name):
+                    offered[writer] |= requested[reader]
+    return [reduce(or_, (offered[part] for part in _parts(names))) for names in writers]
+
+
+def _parts(names: Names) -> list[Names]:
+    """Each name of a list as a list of its own; an empty list is one itself."""
+    return [(name,) for name in names] or [()]
+
+
+def _text(names: Names) -> str:
+    """The name without backslashes, which some implementations leave out."""
+    return "".join(names).replace("\\", "")
+
+
+_WILD: Final = re.compile(r"[*?\[\]+]")
+"""What stands for something else in a name with any implementation."""
 
 
 def as_the_standard_says(writer: Names, reader: Names) -> bool:

@@ -10,7 +10,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_dds.implementations import IMPLEMENTATION
-from cqos_dds.partitions import OTHERS, as_cyclone_dds_does, as_opendds_does, as_the_standard_says, meet, posix
+from cqos_dds.partitions import (
+    OTHERS,
+    as_cyclone_dds_does,
+    as_opendds_does,
+    as_the_standard_says,
+    meet,
+    meet_many,
+    posix,
+)
 from tests.growth.linear import assert_linear
 
 lists = st.lists(st.text("ab*?[]!-\\+/.", max_size=4), max_size=3).map(tuple)
@@ -101,3 +109,13 @@ def test_a_class_has_the_characters_that_it_has_in_that_library(name: str):
     for code in range(1, 128):
         for expression in (f"[[:{name}:]]", f"[![:{name}:]]"):
             assert posix(chr(code), expression) == matches_in_c(chr(code), expression), (code, expression)
+
+
+@pytest.mark.parametrize("implementation", IMPLEMENTATION.domain.names)  # type: ignore[attr-defined]
+@given(st.lists(lists, min_size=1, max_size=6), st.lists(lists, min_size=1, max_size=6))
+def test_many_lists_at_once_match_as_each_two_do(implementation, writers, readers):
+    rank = IMPLEMENTATION.domain.parse(implementation)
+    assert isinstance(rank, int)
+    bits = {reader: 1 << at for at, reader in enumerate(dict.fromkeys(readers))}
+    expected = [sum(bit for reader, bit in bits.items() if meet(writer, reader, rank)) for writer in writers]
+    assert meet_many(writers, bits, rank) == expected
