@@ -209,7 +209,7 @@ class Proof:
         fault: of `FAULTS`, or ``link`` for connected ends.
         value: of `RulePack.implementation_option`: ``cyclonedds``.
         product: for people: ``Cyclone DDS``.
-        version: which one ran: ``11.0.1``.
+        version: which one ran, and how if not as the pair itself: ``11.0.1``, ``11.0.1 as plain DDS``.
     """
 
     guarantee: str

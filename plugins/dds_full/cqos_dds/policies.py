@@ -607,7 +607,8 @@ PARTICIPANT_LEASE: Final = Policy(
     duration(),
     "of_implementation",
     "How long a participant counts as alive after its last message; then its writers and readers are no longer matched.",
-    "DDSI-RTPS 2.5, 8.5.3.2 and 9.6.2.2; configuration of the implementations",
+    "DDSI-RTPS 2.5, 8.5.3.2 and 9.6.2.2; Cyclone DDS, Discovery/LeaseDuration; Fast DDS, Discovery, lease duration; OpenDDS "
+    "Developer's Guide, LeaseDuration of rtps_discovery; RTI knowledge base, liveliness of a DomainParticipant",
     level="participant",
     aliases=("participant_lease_duration", "participant_liveliness_lease_duration"),
     words={
@@ -619,7 +620,7 @@ PARTICIPANT_LEASE: Final = Policy(
             **dict.fromkeys(FAST_DDS, "20s"),
             opendds="300s",
             connext="100s",
-            dust="100s",
+            # Dust announces 100 s and forgets no participant: its pull request 502.
         )
     },
 )

@@ -12,7 +12,7 @@ _SEEN: Final = {
     "subscriber_restart": ("latest", "loss_free", "duplicate_free", "ordered", "late_join", "offline"),
     "publisher_restart": ("latest", "duplicate_free", "ordered", "liveness"),
 }
-_ON: Final = (("cyclonedds", "Cyclone DDS", "11.0.1"), ("fastdds", "Fast DDS", "2.9.1"))
+_ON: Final = (("cyclonedds", "Cyclone DDS", "11.0.1 as plain DDS"), ("fastdds", "Fast DDS", "2.9.1 as plain DDS"))
 PROOFS: Final = tuple(
     Proof(word, fault, value, product, version)
     for value, product, version in _ON

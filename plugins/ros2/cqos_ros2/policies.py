@@ -413,7 +413,8 @@ PARTICIPANT_LEASE: Final = Policy(
     Duration(),
     "of_middleware",
     "How long a node's participant counts as alive after its last message; then its endpoints are no longer matched.",
-    "DDSI-RTPS 2.5, 8.5.3.2; configuration of the middlewares",
+    "DDSI-RTPS 2.5, 8.5.3.2; Cyclone DDS, Discovery/LeaseDuration; Fast DDS, Discovery, lease duration; RTI knowledge base, "
+    "liveliness of a DomainParticipant",
     level="participant",
     words={
         "of_middleware": by_option(

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from cqos_core import check_pair
+from cqos_core import check_pair, explain
 from cqos_core.api import context
 from cqos_core.checker import check_system
 from cqos_core.expression import parse
@@ -239,3 +239,15 @@ def test_the_marker_of_best_available_is_that_word(policy, text):
         meant.verdict,
         [each.code for each in meant.findings],
     )
+
+
+def test_cells_proven_on_the_dds_below_say_so():
+    system = {
+        "cqos": 1,
+        "protocol": "ros2",
+        "options": {"ros2": {"rmw": "cyclonedds"}},
+        "participants": {"a": {"publishes": {"t": {}}}, "b": {"subscribes": {"t": {}}}},
+    }
+    report = explain(json.dumps(system).encode(), publisher="a/publisher/t", subscriber="b/subscriber/t")
+    proven = {text for each in report.guarantees for cell in each.cells for text in cell.proven}
+    assert "Cyclone DDS 11.0.1 as plain DDS" in proven
