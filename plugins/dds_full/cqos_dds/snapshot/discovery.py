@@ -118,7 +118,12 @@ def _endpoint(sample: Any, role: Role) -> SeenEndpoint:
             "type_information": str(sample.type_id is not None).lower(),
         },
         _name(sample.qos),
+        _KEYED.get(key[-2:]),
     )
+
+
+_KEYED: Final = {"02": True, "07": True, "03": False, "04": False}
+"""Whether a topic has keys, by the last octet of the GUID of a user's writer or reader (RTPS 2.5, 9.3.1.2)."""
 
 
 def _name(qos: Any) -> str:

@@ -59,11 +59,23 @@ def system_of(seen: Seen, *, with_ros: bool) -> System:
     _number(system.endpoints)
     packs = [PROTOCOL, *({ros.PROTOCOL} if any(each.protocol for each in system.endpoints) else ())]
     system.options = {pack: {"domain": Setting(str(seen.domain))} for pack in packs}
+    _keys(system, seen.endpoints)
     named = {endpoint.topic for endpoint in seen.endpoints}
     for topic in sorted(seen.topics, key=lambda each: (each.name, each.type)):
         if topic.name not in named:
             system.topics.setdefault(topic.name, Topic(topic.name, {"type": Setting(topic.type)}))
     return system
+
+
+def _keys(system: System, seen: Iterable[SeenEndpoint]) -> None:
+    """State of each topic of DDS whether it has keys, where its endpoints agree."""
+    keyed: dict[str, set[bool | None]] = defaultdict(set)
+    for each in seen:
+        keyed[each.topic].add(each.keyed)
+    for name in sorted({each.topic for each in system.endpoints if each.protocol is None and each.topic}):
+        (known,) = keyed[name] if len(keyed[name]) == 1 else [None]
+        if known is not None:
+            system.topics[name] = Topic(name, {"keyed": Setting(str(known).lower())})
 
 
 # Participants

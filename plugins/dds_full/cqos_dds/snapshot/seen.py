@@ -38,6 +38,7 @@ class SeenEndpoint:
         participant: key of its participant.
         settings: values of the policies that are told of it, by their names in the pack.
         name: what its program calls it; empty where it has no name.
+        keyed: whether its topic has keys; None where its GUID does not say.
     """
 
     key: str
@@ -47,6 +48,7 @@ class SeenEndpoint:
     type: str
     settings: dict[str, str]
     name: str = ""
+    keyed: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from typing import Any
 
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl import IdlStruct, make_idl_struct, types
+from cyclonedds.idl.annotations import key
 from cyclonedds.pub import DataWriter, Publisher
 from cyclonedds.qos import Policy, Qos
 from cyclonedds.sub import DataReader, Subscriber
@@ -25,11 +26,13 @@ IDL: Any = types
 
 
 def sample_type(name: str) -> Any:
-    """Return a data type of this name."""
+    """Return a data type of this name; one that begins with ``Keyed`` has a key."""
 
     @dataclass
     class Sample(IdlStruct, typename=name):
         value: int
+        if name.startswith("Keyed"):
+            key("value")
 
     return Sample
 

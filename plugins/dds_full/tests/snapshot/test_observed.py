@@ -256,3 +256,14 @@ def test_names_come_back_as_the_pack_of_ros_2_mangles_them(name, package, messag
     topic, type_name = wire.topic(f"/{name}", {}), wire.type_name(f"{package}/msg/{message}")
     assert topic is not None
     assert demangled(topic, type_name) == RosName("topic", f"/{name}", f"{package}/msg/{message}")
+
+
+@pytest.mark.parametrize(
+    ("kinds", "keyed"), [((True, True), "true"), ((False,), "false"), ((True, False), None), ((None,), None)]
+)
+def test_a_topic_has_keys_where_all_its_endpoints_say_so(kinds: tuple[bool | None, ...], keyed: str | None):
+    ends = [SeenEndpoint(f"p{n}", "p", PUBLISHER, "t", "T", {}, keyed=kind) for n, kind in enumerate(kinds)]
+    topics = system_of(seen(*ends), with_ros=False).topics
+    assert {name: each.settings["keyed"].text for name, each in topics.items()} == (
+        {} if keyed is None else {"t": keyed}
+    )

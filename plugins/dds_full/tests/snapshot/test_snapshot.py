@@ -103,11 +103,13 @@ def test_it_sees_exactly_what_runs(domain: int, start: Start, tmp_path: Path):
         (
             PUBLISHER,
             "state",
-            "State",
+            "KeyedState",
             {"partition": "[left, right]", "ownership": "exclusive", "ownership_strength": "3"},
         ),
     )
-    start("", (SUBSCRIBER, "state", "State", {"partition": "[left]", "ownership": "exclusive", "history.depth": "4"}))
+    start(
+        "", (SUBSCRIBER, "state", "KeyedState", {"partition": "[left]", "ownership": "exclusive", "history.depth": "4"})
+    )
     file = tmp_path / "running.yaml"
     done = snapshot(domain, "--output", file)
     assert (done.returncode, done.stdout) == (0, "")
@@ -120,12 +122,13 @@ def test_it_sees_exactly_what_runs(domain: int, start: Start, tmp_path: Path):
     }
     assert system.participants["python"].settings["implementation"].text == "cyclonedds"
     assert all(each.observed for each in system.endpoints)
+    assert system.topics["state"].settings["keyed"].text == "true", file.read_text()
     found = endpoints(file)
     assert {name: each[:3] for name, each in found.items()} == {
         "talker/publisher/chatter": ("ros2", "publisher", "std_msgs/msg/String"),
         "listener/subscriber/chatter": ("ros2", "subscriber", "std_msgs/msg/String"),
-        "listener/publisher/state": ("dds", "publisher", "State"),
-        "python/subscriber/state": ("dds", "subscriber", "State"),
+        "listener/publisher/state": ("dds", "publisher", "KeyedState"),
+        "python/subscriber/state": ("dds", "subscriber", "KeyedState"),
     }
     assert found["talker/publisher/chatter"][3].items() >= {"reliability": "reliable", "deadline": "100ms"}.items()
     assert (
