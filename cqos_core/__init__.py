@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from cqos_core.policy import INFINITE
     from cqos_core.problems import CqosError, InputError, PackError, Problem, SentenceError
     from cqos_core.report import (
+        Assumption,
         Edit,
         Fact,
         Finding,
@@ -65,6 +66,7 @@ _HOMES: Final = {
     "policy": ("INFINITE",),
     "problems": ("CqosError", "InputError", "PackError", "Problem", "SentenceError"),
     "report": (
+        "Assumption",
         "Edit",
         "Fact",
         "Finding",
@@ -109,6 +111,7 @@ _HOME_OF: Final = {name: home for home, names in _HOMES.items() for name in name
 __all__ = [
     "INFINITE",
     "Acceptance",
+    "Assumption",
     "Bound",
     "Bridge",
     "Broker",

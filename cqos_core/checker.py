@@ -8,6 +8,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.acceptance import RuleFinder, with_acceptances, with_severities
+from cqos_core.assumed import assumptions
 from cqos_core.bridging import bridge_findings, linked
 from cqos_core.codes import CODES
 from cqos_core.findings import Made, merged, of_participants
@@ -350,6 +351,7 @@ def assemble(
         made, said = with_acceptances(made, system.accept, context.find_rule, today)
         made += with_severities([Made(f, (), frozenset()) for f in said], system.severities, context.find_rule)
     findings = _with_templates([one.finding for one in made], system, resolved)
+    assumed = assumptions(resolved.endpoints, groups, findings, packs)
     hypothetical = sum(each.pairs for each in groups) if system.hypothetical else 0
     groups = [] if hypothetical else groups
     return Report(
@@ -364,6 +366,7 @@ def assemble(
         partial=system.partial,
         unmatched=unmatched,
         hypothetical=hypothetical,
+        assumed=assumed,
     )
 
 

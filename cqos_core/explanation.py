@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.arrivals import DUPLICATE_FREE, Arrivals, repetition
+from cqos_core.assumed import assumptions
 from cqos_core.bridging import linked
 from cqos_core.checker import check_system, participant_findings
 from cqos_core.findings import Draft, fact, make
@@ -15,7 +16,7 @@ from cqos_core.judge import already_told, judge_endpoint, judge_pair, of_end
 from cqos_core.pairing import Members, Topic, apart, group
 from cqos_core.problems import CqosError
 from cqos_core.remarks import core_finding, suggestion
-from cqos_core.report import Guarantee, GuaranteeCell, HopReport, PairReport, PolicyComparison, Severity, Verdict
+from cqos_core.report import Group, Guarantee, GuaranteeCell, HopReport, PairReport, PolicyComparison, Severity, Verdict
 from cqos_core.resolve import Resolver, resolve
 from cqos_core.routes import expanded
 from cqos_core.settle import settle
@@ -67,6 +68,10 @@ def explain_pair(system: System, publisher: str, subscriber: str, where: Context
             *(f for f in resolved.findings if not f.endpoints or set(f.endpoints) & {offering.id, requesting.id}),
         ],
     )
+    group_of_pair = Group(offering.shown, (offering.id,), (requesting.id,), verdict, whole_topic.pack.id)
+    packs = {each.pack.id: each.pack for each in resolved.endpoints}
+    assumed = assumptions([offering, requesting], [group_of_pair], report.findings, packs)
+    report = replace(report, assumed=assumed) if assumed else report
     return _with_repetition(report, offering, requesting, arrivals) if hops else report
 
 
@@ -257,6 +262,7 @@ def _path_report(
         findings=tuple(each for each in report.findings if each.endpoints and set(each.endpoints) <= members),
         guarantees=_told(over(given, carried=all(hop.carries_liveliness for hop in bridges))),
         hops=tuple(hops),
+        assumed=report.assumed,
     )
 
 

@@ -11,7 +11,7 @@ from cqos_core.policy import Anything, Depends
 from cqos_core.report import Verdict
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
     from cqos_core.evaluate import Values
     from cqos_core.pack import BoundRule
@@ -56,14 +56,18 @@ FITS: Final = Judgement(Verdict.COMPATIBLE)
 
 def ask(bound: BoundRule, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> Spoken | None:
     """Ask one rule; None where it has nothing to say."""
+    answer = _answer(bound, a, b, signal)
+    speaks = answer.outcome.result is True if bound.rule.kind == "forbids" else answer.outcome.result is not True
+    return answer if speaks or answer.failed is not None else None
+
+
+def _answer(bound: BoundRule, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> Spoken:
     try:
-        outcome = bound.bound.judge(a, b, signal)
+        return Spoken(bound, bound.bound.judge(a, b, signal))
     except MemoryError:  # which says nothing of the rule, and must not be remembered as if it did
         raise
     except Exception as error:  # noqa: BLE001 - a pack's own function may raise anything; the rest must be judged
         return Spoken(bound, Outcome(None), f"{type(error).__name__}: {error}")
-    speaks = outcome.result is True if bound.rule.kind == "forbids" else outcome.result is not True
-    return Spoken(bound, outcome) if speaks else None
 
 
 def verdict_by(rule: Rule, *, unknown: bool) -> Verdict:
@@ -115,24 +119,40 @@ def passed_over(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile)
 @lru_cache(maxsize=_CACHE)
 def judge_endpoint(profile: QosProfile, role: str, observed: bool) -> tuple[Spoken, ...]:  # noqa: FBT001 - a cache key
     """Judge one endpoint by itself; rules about creating one are not asked of observed endpoints."""
-    spoken = (
-        ask(bound, profile.values, profile.values)
-        for bound in profile.pack.by_scope.get("endpoint", ())
-        if bound.role in {None, role} and not (observed and bound.rule.creation)
-    )
+    spoken = (ask(bound, profile.values, profile.values) for bound in _of_one(profile, role, observed))
     return tuple(each for each in spoken if each is not None)
+
+
+def _of_one(profile: QosProfile, role: str, observed: bool) -> Iterator[BoundRule]:  # noqa: FBT001 - as the above
+    """Yield the rules about one endpoint by itself."""
+    for bound in profile.pack.by_scope.get("endpoint", ()):
+        if bound.role in {None, role} and not (observed and bound.rule.creation):
+            yield bound
+
+
+def _of_surroundings(profile: QosProfile, observed: bool) -> Iterator[BoundRule]:  # noqa: FBT001 - as the above
+    """Yield the rules about the participant of an endpoint, its broker and its options."""
+    return (bound for bound in profile.pack.beyond_topics if not (observed and bound.rule.creation))
 
 
 @lru_cache(maxsize=_CACHE)
 def refusals(profile: QosProfile, role: str, observed: bool) -> tuple[str, ...]:  # noqa: FBT001 - a cache key
     """Return the codes of the errors for which an endpoint certainly does not exist, is disconnected, or is refused."""
-    beyond = (
-        ask(bound, profile.values, profile.values)
-        for bound in profile.pack.beyond_topics
-        if not (observed and bound.rule.creation)
-    )
+    beyond = (ask(bound, profile.values, profile.values) for bound in _of_surroundings(profile, observed))
     spoken = (*judge_endpoint(profile, role, observed), *(each for each in beyond if each is not None))
     return tuple(dict.fromkeys([*profile.refused, *(each.bound.rule.code for each in spoken if each.refuses)]))
+
+
+@lru_cache(maxsize=_CACHE)
+def refusing_worlds(profile: QosProfile, role: str, observed: bool) -> frozenset[str]:  # noqa: FBT001 - a cache key
+    """Return the assumptions, such as ``ros2.rmw=fastdds``, under which an endpoint does not exist or is refused."""
+    return frozenset(
+        world
+        for bound in (*_of_one(profile, role, observed), *_of_surroundings(profile, observed))
+        if bound.rule.severity == "error" and not bound.bound.is_plain(profile.values)
+        for world, result in _answer(bound, profile.values, profile.values).outcome.worlds
+        if result is (bound.rule.kind == "forbids")
+    )
 
 
 def of_end(

@@ -38,7 +38,7 @@ _KINDS: Final[Mapping[str, type[Any]]] = {
             report,
             (
                 *("Report", "Group", "Finding", "Side", "Fact", "Remedy", "Edit"),
-                *("PairReport", "PolicyComparison", "Guarantee", "GuaranteeCell", "HopReport"),
+                *("PairReport", "PolicyComparison", "Guarantee", "GuaranteeCell", "HopReport", "Assumption"),
             ),
         ),
         (

@@ -240,6 +240,19 @@ class Group:
         return len(self.publishers) * len(self.subscribers)
 
 
+@dataclass(frozen=True, slots=True)
+class Assumption:
+    """An option that is not stated, on which a verdict or a finding rests, and the values that are assumed for it.
+
+    Attributes:
+        option: with its pack: ``ros2.rmw``.
+        values: a known verdict is the same with each of them; none where no single one lets all endpoints exist.
+    """
+
+    option: str
+    values: tuple[str, ...]
+
+
 @dataclass(frozen=True, slots=True, repr=False)
 class Report:
     """The result of one check, in an order that depends on nothing but its content.
@@ -249,6 +262,7 @@ class Report:
         unmatched: how many endpoints of a part have no partner in it; each of them in a whole system is a finding.
         hypothetical: how many pairs of profiles that no endpoint uses were tried; they are in no group and set no verdict.
         parts: where separate systems were checked in one run, the report of each, for formats that keep them apart.
+        assumed: options that are not stated, where a verdict, an error or a warning rests on them.
     """
 
     verdict: Verdict
@@ -263,6 +277,7 @@ class Report:
     unmatched: int = 0
     hypothetical: int = 0
     parts: tuple[Report, ...] = field(default=(), compare=False, repr=False)
+    assumed: tuple[Assumption, ...] = ()
 
     def __str__(self) -> str:
         """Give the verdict, how many pairs were judged, and each finding on a line of its own."""
@@ -319,6 +334,7 @@ class PairReport:
         guarantees: what the subscriber gets, over all hops.
         hops: of two endpoints that meet over bridges only: the pairs on the way, from the publisher on; else empty.
         derived: values of the pair that no end states, by name: ``("arrives with QoS", "1")``.
+        assumed: as that of `Report`.
     """
 
     verdict: Verdict
@@ -327,6 +343,7 @@ class PairReport:
     guarantees: tuple[Guarantee, ...] = ()
     hops: tuple[HopReport, ...] = ()
     derived: tuple[tuple[str, str], ...] = ()
+    assumed: tuple[Assumption, ...] = ()
 
     def __str__(self) -> str:
         """Give the verdict, and each finding on a line of its own."""

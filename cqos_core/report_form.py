@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from cqos_core.report import Severity, Verdict
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
-    from cqos_core.report import Edit, Fact, Finding, Group, Remedy, Report, Side
+    from cqos_core.report import Assumption, Edit, Fact, Finding, Group, Remedy, Report, Side
     from cqos_core.system import Place
 
     Exact: TypeAlias = Callable[[Place], Place]
@@ -46,7 +46,13 @@ def summary(report: Report, tool_version: str) -> Json:
         "partial": report.partial,
         "counts": _counts(report),
         "sources": list(report.sources),
+        "assumed": assumed(report.assumed),
     }
+
+
+def assumed(assumptions: Iterable[Assumption]) -> list[Json]:
+    """Return options that are not stated, with the values that are assumed for them."""
+    return [{"option": each.option, "values": list(each.values)} for each in assumptions]
 
 
 def _counts(report: Report) -> Json:

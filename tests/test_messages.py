@@ -82,6 +82,7 @@ reports = st.builds(
     texts,
     number,
     number,
+    assumed=st.lists(st.builds(r.Assumption, text, texts), max_size=2).map(tuple),
 )
 
 

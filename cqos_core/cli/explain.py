@@ -26,6 +26,7 @@ from cqos_core.formatters.terminal import clean, paint
 from cqos_core.guarantee import FAULTS, LINK
 from cqos_core.remarks import plural
 from cqos_core.report import Group, Report, Severity
+from cqos_core.report_form import assumed
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 from cqos_core.trial import tried_out
 
@@ -222,7 +223,7 @@ def _near(ids: Sequence[str], endpoints: Sequence[Resolved]) -> Sequence[Resolve
 def _report(pair: PairReport, publisher: Resolved, subscriber: Resolved) -> Report:
     """Put the pair into the form that formatters take."""
     group = Group(publisher.shown, (publisher.id,), (subscriber.id,), pair.verdict, publisher.pack.id)
-    return Report(pair.verdict, (group,), pair.findings, endpoints=2, topics=1)
+    return Report(pair.verdict, (group,), pair.findings, endpoints=2, topics=1, assumed=pair.assumed)
 
 
 # Text
@@ -374,6 +375,7 @@ def _as_json(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], 
             "verdict": pair.verdict.value,
             "policies": [_comparison(each) for each in pair.policies],
             "derived": dict(pair.derived),
+            "assumed": assumed(pair.assumed),
             "guarantees": [_guarantee(each) for each in pair.guarantees],
             "hops": [_hop(each) for each in pair.hops],
             # As they are in the JSON report.

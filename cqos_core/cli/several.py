@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.api import context
-from cqos_core.report import Finding, Report, Severity, Side, Verdict
+from cqos_core.report import Assumption, Finding, Report, Severity, Side, Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -85,7 +85,17 @@ def together(reports: Sequence[Report], problems: Sequence[Problem] = ()) -> Rep
         unmatched=sum(report.unmatched for report in reports),
         hypothetical=sum(report.hypothetical for report in reports),
         parts=(*parts, *reports),
+        assumed=_assumed(reports),
     )
+
+
+def _assumed(reports: Sequence[Report]) -> tuple[Assumption, ...]:
+    """Return what any of the reports assumes, each option with the values that all that name it assume."""
+    found: dict[str, tuple[str, ...]] = {}
+    for each in (assumed for report in reports for assumed in report.assumed):
+        known = found.get(each.option, each.values)
+        found[each.option] = tuple(value for value in known if value in each.values)
+    return tuple(Assumption(option, found[option]) for option in sorted(found))
 
 
 def _sources(reports: Iterable[Report], problems: Iterable[Problem]) -> Iterator[str]:

@@ -18,7 +18,9 @@ def render_concise(report: Report, style: Style) -> str:
     """Return ``file:line:col: error[CODE] message`` for each finding, and for each system the verdict and all counts."""
     paint = terminal.paint(color=style.color)
     lines = [line for one in report.parts or (report,) for line in _lines(one, style, paint)]
-    return "\n".join([*lines, *([wording.total(report, style, paint)] if report.parts else [])]) + "\n"
+    if report.parts:
+        lines.append(wording.total(report, style, paint))
+    return "\n".join([*lines[:-1], *wording.assumed(report), lines[-1]]) + "\n"
 
 
 def _lines(report: Report, style: Style, paint: terminal.Paint) -> Iterator[str]:

@@ -85,6 +85,9 @@ def _end(report: Report, style: Style) -> Iterator[str]:
         text = terminal.clean(f"not checked: {listed if style.not_checked else count}")
         for number, line in enumerate(terminal.wrap(text, style.width - 2)):
             yield paint(f"{'  ' if number else ''}{line}", "quiet")
+    for assumption in wording.assumed(report):
+        for number, line in enumerate(terminal.wrap(assumption, style.width - 2)):
+            yield paint(f"{'  ' if number else ''}{line}", "quiet")
     if report.parts:
         yield wording.total(report, style, paint)
     else:

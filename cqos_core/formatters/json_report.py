@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from cqos_core import report_form
 from cqos_core.formatters.places import Places
 from cqos_core.problems import CqosError
-from cqos_core.report import Edit, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
+from cqos_core.report import Assumption, Edit, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
 from cqos_core.report_form import VERSION
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Place
 
@@ -171,6 +171,9 @@ def _read_report(report: _Object) -> Report:
         partial=report.flag("partial"),
         unmatched=counts.number_or_none("unmatched") or 0,
         hypothetical=counts.number_or_none("hypothetical") or 0,
+        assumed=tuple(
+            Assumption(each.text("option"), each.texts("values")) for each in report.objects_or_none("assumed")
+        ),
     )
 
 

@@ -49,7 +49,11 @@ def _add_suite(suites: ET.Element, name: str, report: Report, style: Style) -> N
     cases.add_all()
     failures, skipped = (len(suite.findall(f"testcase/{kind}")) for kind in ("failure", "skipped"))
     suite.attrib |= dict(zip(_COUNTED, map(str, (len(suite), failures, 0, skipped)), strict=True))
-    counts = [wording.counts(report, style), *(f"not checked: {item}" for item in report.not_checked)]
+    counts = [
+        wording.counts(report, style),
+        *wording.assumed(report),
+        *(f"not checked: {item}" for item in report.not_checked),
+    ]
     ET.SubElement(suite, "system-out").text = _lines([f"{report.verdict}: {counts[0]}", *counts[1:]])
 
 

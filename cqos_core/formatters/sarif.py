@@ -44,6 +44,7 @@ def render_sarif(report: Report, style: Style) -> str:
             "topics": report.topics,
             "pairs": report.pair_count,
             "notChecked": list(report.not_checked),
+            "assumed": [*wording.assumed(report)],
         },
     }
     log = {"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]}

@@ -112,6 +112,13 @@ def heading(report: Report) -> str:
     return f"{report.sources[0]} and {more} more" if more else report.sources[0]
 
 
+def assumed(report: Report) -> Iterator[str]:
+    """Yield ``assumed: ros2.rmw cyclonedds, fastdds or connext`` for each option that is not stated."""
+    for each in report.assumed:
+        *others, last = each.values or ("no value with which all endpoints can exist",)
+        yield clean(f"assumed: {each.option} {', '.join(others)}{' or ' if others else ''}{last}")
+
+
 def counts(report: Report, style: Style) -> str:
     """Return ``2 topics, 4 pairs judged, 1 error, 2 notes (shown with --show notes)``."""
     parts = [plural(report.topics, "topic"), f"{plural(report.pair_count, 'pair')} judged"]

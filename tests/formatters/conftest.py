@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from cqos_core.formatters.style import Style
-from cqos_core.report import Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
+from cqos_core.report import Assumption, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
 from cqos_core.system import Place
 
 GOLDEN = Path(__file__).parent / "golden"
@@ -298,6 +298,7 @@ REALISTIC = Report(
     ),
     findings=(RELIABILITY, DEADLINE, DURABILITY, UNKNOWN, NOTE, ACCEPTED, NO_PLACE),
     not_checked=("whether the network lets them reach each other", "access permissions", "start-up races"),
+    assumed=(Assumption("ros2.rmw", ("cyclonedds", "fastdds", "connext")),),
     system="smart-agriculture",
     sources=("system.yaml",),
     endpoints=22,

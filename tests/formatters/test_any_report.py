@@ -23,7 +23,7 @@ from cqos_core.formatters.junit import render_junit
 from cqos_core.formatters.sarif import render_sarif
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import clean
-from cqos_core.report import Edit, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
+from cqos_core.report import Assumption, Edit, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
 from cqos_core.system import Place
 
 HERE = Path(__file__).parent
@@ -125,6 +125,7 @@ CONTENT = {
     "partial": st.booleans(),
     "unmatched": numbers,
     "hypothetical": numbers,
+    "assumed": st.lists(st.builds(Assumption, option=texts, values=few_texts), max_size=2).map(tuple),
 }
 reports = st.builds(Report, **CONTENT, parts=st.just(()))
 several = st.lists(reports, min_size=2, max_size=3).map(together)
@@ -225,7 +226,8 @@ def test_text_says_each_finding_and_does_nothing_to_the_terminal(render, separat
         if finding.severity.rank <= style.show.rank and (finding.accepted is None or accepted_too)
     ]
     loose = separator == "\n" and report.partial and (report.unmatched > 0 or not report.endpoints)
-    assert text.removesuffix("\n").count(separator) == len(shown) + loose
+    assumed = len(report.assumed) if separator == "\n" else 0
+    assert text.removesuffix("\n").count(separator) == len(shown) + loose + assumed
     assert [c for c in text if not c.isprintable() and c not in "\n\u200c\u200d"] == []
     colored = render(report, replace(style, color=True))
     assert re.sub(r"\x1b\[[0-9;]*m", "", colored) == text

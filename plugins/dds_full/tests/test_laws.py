@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from cqos_core import check_pair
 from cqos_core.policy import Choice
+from cqos_dds.implementations import FAST_DDS
 from cqos_dds.pack import PACK
 
 RANK = {"compatible": 0, "unknown": 1, "incompatible": 2}
@@ -41,13 +42,6 @@ def verdict(offered: dict[str, Any], requested: dict[str, Any], implementation: 
     return RANK[findings(offered, requested, implementation).verdict]
 
 
-def refused(offered: dict[str, Any], requested: dict[str, Any], implementation: str) -> bool:
-    """Whether an implementation creates one of the ends for certain not."""
-    creation = {bound.rule.code for bound in PACK.by_scope["endpoint"] if bound.rule.creation}
-    report = findings(offered, requested, implementation)
-    return any(each.severity == "error" and each.code in creation for each in report.findings)
-
-
 def two(data: Any) -> tuple[str, str, str]:
     policy = data.draw(st.sampled_from(sorted(ORDERS)))
     order = ORDERS[policy]
@@ -76,12 +70,11 @@ def test_who_offers_what_it_requests_fits(profile):
 
 @given(profiles, profiles)
 def test_a_version_of_fast_dds_decides_what_fast_dds_alone_leaves_open(offered, requested):
-    versions = [f"fastdds_{version}" for version in ("2_9", "3_1", "3_6")]
-    # Whether an end can be created is silent while it depends on the version (DESIGN 5).
-    created = [version for version in versions if not refused(offered, requested, version)] or versions
-    verdicts = {verdict(offered, requested, version) for version in created}
-    together = verdict(offered, requested, "fastdds")
-    assert together == (verdicts.pop() if len(verdicts) == 1 else RANK["unknown"])
+    together = findings(offered, requested, "fastdds")
+    # A version with which an end cannot be created is not assumed, and the report names those that are.
+    assumed = {each.option: each.values for each in together.assumed}.get("dds.implementation", FAST_DDS)
+    verdicts = {verdict(offered, requested, version) for version in assumed}
+    assert RANK[together.verdict] == (verdicts.pop() if len(verdicts) == 1 else RANK["unknown"])
 
 
 @given(profiles, profiles, implementations)

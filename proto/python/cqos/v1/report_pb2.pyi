@@ -273,6 +273,7 @@ class Report(_message.Message):
     UNMATCHED_FIELD_NUMBER: _builtins.int
     HYPOTHETICAL_FIELD_NUMBER: _builtins.int
     VERSIONS_FIELD_NUMBER: _builtins.int
+    ASSUMED_FIELD_NUMBER: _builtins.int
     verdict: Global___Verdict.ValueType
     """The worst verdict of all pairs; VERDICT_UNKNOWN where there is no pair."""
     system: _builtins.str
@@ -311,6 +312,10 @@ class Report(_message.Message):
     def versions(self) -> _containers.ScalarMap[_builtins.str, _builtins.str]:
         """What judged, with versions: `cqos` and the distributions of the rule packs that are installed."""
 
+    @_builtins.property
+    def assumed(self) -> _containers.RepeatedCompositeFieldContainer[Global___Assumption]:
+        """Options that are not stated, where a verdict, an error or a warning rests on them."""
+
     def __init__(
         self,
         *,
@@ -327,14 +332,43 @@ class Report(_message.Message):
         unmatched: _builtins.int = ...,
         hypothetical: _builtins.int = ...,
         versions: _abc.Mapping[_builtins.str, _builtins.str] | None = ...,
+        assumed: _abc.Iterable[Global___Assumption] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["counts", b"counts"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["counts", b"counts", "endpoints", b"endpoints", "findings", b"findings", "groups", b"groups", "hypothetical", b"hypothetical", "not_checked", b"not_checked", "partial", b"partial", "sources", b"sources", "system", b"system", "topics", b"topics", "unmatched", b"unmatched", "verdict", b"verdict", "versions", b"versions"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["assumed", b"assumed", "counts", b"counts", "endpoints", b"endpoints", "findings", b"findings", "groups", b"groups", "hypothetical", b"hypothetical", "not_checked", b"not_checked", "partial", b"partial", "sources", b"sources", "system", b"system", "topics", b"topics", "unmatched", b"unmatched", "verdict", b"verdict", "versions", b"versions"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___Report: _TypeAlias = Report  # noqa: Y015
+
+@_typing.final
+class Assumption(_message.Message):
+    """The values that are assumed for an option that is not stated."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    OPTION_FIELD_NUMBER: _builtins.int
+    VALUES_FIELD_NUMBER: _builtins.int
+    option: _builtins.str
+    """With its pack: `ros2.rmw`."""
+    @_builtins.property
+    def values(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """A known verdict is the same with each of them; none where no single one lets all endpoints exist."""
+
+    def __init__(
+        self,
+        *,
+        option: _builtins.str = ...,
+        values: _abc.Iterable[_builtins.str] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["option", b"option", "values", b"values"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Assumption: _TypeAlias = Assumption  # noqa: Y015
 
 @_typing.final
 class Counts(_message.Message):
@@ -788,6 +822,7 @@ class PairReport(_message.Message):
     GUARANTEES_FIELD_NUMBER: _builtins.int
     HOPS_FIELD_NUMBER: _builtins.int
     DERIVED_FIELD_NUMBER: _builtins.int
+    ASSUMED_FIELD_NUMBER: _builtins.int
     verdict: Global___Verdict.ValueType
     """Set by rules over pairs alone."""
     @_builtins.property
@@ -810,6 +845,10 @@ class PairReport(_message.Message):
     def derived(self) -> _containers.RepeatedCompositeFieldContainer[Global___NameValue]:
         """Values of the pair that no end states: `arrives with QoS` and `1`."""
 
+    @_builtins.property
+    def assumed(self) -> _containers.RepeatedCompositeFieldContainer[Global___Assumption]:
+        """As in `Report`."""
+
     def __init__(
         self,
         *,
@@ -819,10 +858,11 @@ class PairReport(_message.Message):
         guarantees: _abc.Iterable[Global___Guarantee] | None = ...,
         hops: _abc.Iterable[Global___HopReport] | None = ...,
         derived: _abc.Iterable[Global___NameValue] | None = ...,
+        assumed: _abc.Iterable[Global___Assumption] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["derived", b"derived", "findings", b"findings", "guarantees", b"guarantees", "hops", b"hops", "policies", b"policies", "verdict", b"verdict"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["assumed", b"assumed", "derived", b"derived", "findings", b"findings", "guarantees", b"guarantees", "hops", b"hops", "policies", b"policies", "verdict", b"verdict"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 

@@ -1,0 +1,112 @@
+"""Laws: a known verdict is that of every completion among the assumed values, and the report names what it rests on."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cqos_core.api import check_pair, context, read
+from cqos_core.checker import check_system
+from cqos_core.cli.several import together
+from cqos_core.report import Assumption, Report, Verdict
+from cqos_core.system import Setting
+from tests.laws.systems import BOTH, WHERE, systems
+from tests.laws.test_fixes import EXAMPLES, random_systems
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from cqos_core.checker import Context
+    from cqos_core.pack import RulePack
+    from cqos_core.policy import Policy
+    from cqos_core.system import System
+
+INSTALLED = context()
+
+
+def left_open(pack: RulePack, system: System) -> Iterator[Policy]:
+    """The options of a pack for which a few values are assumed, while the system states none."""
+    stated = {normal for name in system.options.get(pack.id, {}) if (normal := pack.find("option", name)) is not None}
+    for index, policy in enumerate(pack.policies):
+        if policy.level == "option" and policy.default is None and policy.assume and index not in stated:
+            yield policy
+
+
+def completed(system: System, pack: RulePack, option: str, value: str) -> System:
+    options = {**system.options.get(pack.id, {}), option: Setting(value)}
+    return replace(system, options={**system.options, pack.id: options})
+
+
+def verdicts(system: System, where: Context) -> dict[tuple[str, str, str], Verdict]:
+    return {(pair.topic, pair.publisher, pair.subscriber): pair.verdict for pair in check_system(system, where).pairs}
+
+
+def law(system: System, pack: RulePack, where: Context) -> Iterator[str]:
+    """Yield what is wrong with what the report on a system assumes."""
+    report = check_system(system, where)
+    before = {(pair.topic, pair.publisher, pair.subscriber): pair.verdict for pair in report.pairs}
+    named = {each.option: each.values for each in report.assumed}
+    for policy in left_open(pack, system):
+        name = f"{pack.id}.{policy.name}"
+        assumed = named.get(name, policy.assume)
+        if not set(assumed) <= set(policy.assume):
+            yield f"{name} is assumed to be {policy.assume}, the report names {assumed}"
+        for value in (policy.domain.format(value) for value in policy.domain.candidates()):
+            after = verdicts(completed(system, pack, policy.name, value), where)
+            turned = [
+                f"{pair}: {verdict} is {after[pair]} with {name}={value}"
+                for pair, verdict in before.items()
+                if verdict is not Verdict.UNKNOWN and pair in after and after[pair] is not verdict
+            ]
+            if value in assumed:
+                yield from turned
+            elif turned and name not in named:
+                yield f"{turned[0]}, and the report does not name {name}"
+
+
+@pytest.mark.parametrize(
+    ("protocol", "offered", "requested", "assumed"),
+    [
+        ("ros2", {}, {}, None),
+        ("ros2", {"deadline": "1s"}, {"deadline": "500ms"}, ("cyclonedds", "fastdds", "connext")),
+        ("ros2", {"durability": "volatile"}, {"durability": "system_default"}, ("cyclonedds", "fastdds", "connext")),
+        ("mqtt", {}, {}, None),
+        ("mqtt", {"topic_alias": 1}, {}, ("5.0",)),
+        ("dds", {"durability": "transient"}, {}, None),
+    ],
+)
+def test_what_a_verdict_rests_on_is_named(protocol, offered, requested, assumed):
+    report = check_pair(protocol, offered, requested)
+    assert [each.values for each in report.assumed] == ([] if assumed is None else [assumed])
+    if protocol == "ros2":
+        assert check_pair(protocol, offered, requested, {"rmw": "cyclonedds"}).assumed == ()
+
+
+def test_several_systems_name_an_assumption_once():
+    one = check_pair("mqtt", {"topic_alias": 1}, {}).assumed
+    other = (Assumption("mqtt.protocol_version", ("3.1.1", "5.0")), Assumption("ros2.rmw", ("fastdds",)))
+    reports = [Report(Verdict.COMPATIBLE, assumed=each) for each in (one, other)]
+    assert together(reports).assumed == (*one, other[1])
+
+
+@pytest.mark.parametrize("words", BOTH, ids=lambda words: words.protocol)
+@settings(max_examples=2 * EXAMPLES)
+@given(st.data())
+def test_a_known_verdict_is_that_of_every_assumed_value(words, data):
+    system = data.draw(systems(words))
+    pack = WHERE.find_pack(words.protocol)
+    assert pack is not None
+    assert not [*law(system, pack, WHERE)]
+
+
+@pytest.mark.parametrize("protocol", ["ros2", "dds", "mqtt"])
+@given(st.data())
+def test_a_known_verdict_of_an_installed_pack_is_that_of_every_assumed_value(protocol: str, data: Any):
+    pack = INSTALLED.find_pack(protocol)
+    assert pack is not None
+    text = data.draw(random_systems(pack))
+    assert not [*law(read(text.encode()), pack, INSTALLED)], text
