@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cqos_core.expression import Operand
     from cqos_core.guarantee import Proof, Unaffected
     from cqos_core.logs import About, Misfit
-    from cqos_core.policy import Plain
+    from cqos_core.policy import Plain, Value
     from cqos_core.rule import Rule
     from cqos_core.system import Broker, Endpoint, Participant, Settings
 
@@ -173,6 +173,11 @@ def nothing_follows(
     return Completion()
 
 
+def nothing_summed(endpoints: Sequence[Any]) -> Mapping[int, Mapping[str, Value]]:  # noqa: ARG001 - as above
+    """Add nothing to the values of endpoints."""
+    return {}
+
+
 def only_itself(endpoint: Endpoint) -> tuple[Endpoint, ...]:
     """Every endpoint stands for itself."""
     return (endpoint,)
@@ -290,6 +295,8 @@ class RulePack:
         functions: named functions its sentences use.
         meeting: how names are resolved and endpoints expanded.
         complete: adds what follows from all participants, endpoints and brokers of the protocol together.
+        sum_up: from all endpoints of the protocol (`cqos_core.resolved.Resolved`), by position of an endpoint the values of its derived
+            policies that follow from the others, such as what all topics of a client bring together.
         wire: the protocol underneath, where endpoints of this one meet endpoints of that one.
         variants: ``(option, value)`` to the pack that judges when the system's option has that value.
         not_checked: what no QoS check of this protocol can see, for the report.
@@ -316,6 +323,7 @@ class RulePack:
     functions: tuple[Function, ...] = ()
     meeting: Meeting = field(default_factory=Meeting)
     complete: Callable[[Sequence[Participant], Sequence[Endpoint], Mapping[str, Broker]], Completion] = nothing_follows
+    sum_up: Callable[[Sequence[Any]], Mapping[int, Mapping[str, Value]]] = nothing_summed
     wire: Wire | None = None
     variants: Mapping[tuple[str, str], RulePack] = field(default_factory=dict)
     not_checked: tuple[str, ...] = ()

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from cqos_core.codes import CODES
 from cqos_core.memory import MAXIMUM_REMEMBERED, MOST_LETTERS, letters, remember
 from cqos_core.overlays import Overlays
-from cqos_core.pack import NameContext, nothing_follows
+from cqos_core.pack import NameContext, nothing_follows, nothing_summed
 from cqos_core.participants import Participants
 from cqos_core.policy import ENDPOINT, NEED, Policy, Value, normalise
 from cqos_core.profiles import Profiles, User, preset_settings
@@ -99,14 +99,31 @@ class Resolver:
             pack = self._pack_of(participant.protocol or self.system.protocol or self.default)
             if pack is not None:
                 self.participants.resolved(participant, pack)
+        for pack in self.result.packs.values():
+            if pack.sum_up is not nothing_summed:
+                self._sum_up(pack)
         self.report_rest()
         return self.result
+
+    def _sum_up(self, pack: RulePack) -> None:
+        """Give endpoints the values that follow from those of all."""
+        own = [each for each in self.result.endpoints if each.pack is pack]
+        layers: dict[tuple[tuple[int, Value], ...], Layer] = {}
+        for position, values in pack.sum_up(own).items():
+            found = tuple((pack.vocabulary.indices[ENDPOINT, name], value) for name, value in values.items())
+            if found not in layers:
+                texts = {index: pack.policies[index].format(value) for index, value in found}
+                settings = {index: Stated(text, Setting(text, derived=True)) for index, text in texts.items()}
+                layers[found] = Layer("settled by all endpoints", settings, counts_as_stated=False)
+            endpoint = own[position]
+            endpoint.profile = endpoint.profile.with_values(dict(found))
+            endpoint.layers = (layers[found], *endpoint.layers)
 
     def _complete(self) -> None:
         """Ask the packs in use what follows from all that is stated."""
         for protocol in _protocols_in_use(self.system, self.default):
             pack = self._pack_of(protocol)
-            if pack is None or pack.complete is nothing_follows:
+            if pack is None or (pack.complete is nothing_follows and pack.sum_up is nothing_summed):
                 continue
             self.completed = True
             stated = [each for each in self.system.endpoints if self._protocol_of(each) == pack.id]

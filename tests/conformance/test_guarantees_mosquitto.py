@@ -242,6 +242,79 @@ def test_the_queue_is_one_for_all_topics_of_a_client(directives, number):
     assert asyncio.run(show()) == [f"{each:010d}" for each in range(number)]
 
 
+TWO = ("t", "u")
+
+
+def two_topics(limits: Design, subscription: Design, **topic: Any) -> Design:
+    """A client with two topics, each of which alone has room in its queue."""
+    own = design({"qos": 1, "max_payload": 10}, subscription, {}, KEPT, broker=limits)
+    own["topics"] = {name: dict(topic) for name in TWO}
+    own["participants"]["p"]["publishes"]["u"] = {"qos": 1, "max_payload": 10}
+    own["participants"]["s"]["subscribes"]["u"] = {"qos": 1}
+    return own
+
+
+LIMITED = [
+    ({"max_queued_messages": 12}, 6),
+    ({"max_queued_messages": 0, "max_queued_bytes": 115}, 6),
+    ({"max_queued_messages": 0, "max_queued_bytes": 110}, 5),
+    ({"max_queued_messages": 11, "max_queued_bytes": 1000}, 5),
+]
+
+
+@pytest.mark.parametrize(("limits", "room"), LIMITED)
+def test_an_absence_is_bridged_while_all_topics_together_have_room(limits, room):
+    """Each topic alone has room; six of both together only where all twelve have."""
+
+    async def show(each: int) -> set[str]:
+        directives = [f"{name} {number}" for name, number in limits.items()]
+        async with running(*directives) as broker, Watched(broker, "p") as p:
+            async with Watched(broker, "s", Subscription("+", 1), **STAYS):
+                pass
+            for number in range(each):
+                for name in TWO:
+                    p.publish(name, f"{name}{number:09d}")
+            await while_still(lambda: p.client.session.unacknowledged or p.client.waiting)
+            async with Watched(broker, "s", Subscription("+", 1), **STAYS) as s:
+                return set(await s.get(0))
+
+    said = {name: number or "unlimited" for name, number in limits.items()}
+    for each in (5, 6):
+        assert (len(asyncio.run(show(each))) == 2 * each) is (each <= room)
+        needs = {"qos": 1, "needs": {"offline": f"{each}s"}}
+        assert ("MQTT407" in codes(two_topics(said, needs, period="1s"))) is (each > room)
+        alone = two_topics(said, needs, period="1s")
+        del alone["participants"]["s"]["subscribes"]["u"], alone["participants"]["p"]["publishes"]["u"]
+        assert "MQTT407" not in codes(alone)
+
+
+@pytest.mark.parametrize(("limits", "room"), LIMITED)
+def test_a_burst_is_kept_while_all_topics_together_have_room(limits, room):
+    """As above for a client that is connected and takes nothing; two messages are on their way to it."""
+    on_their_way = 2
+    bounded = "max_queued_bytes" in limits and limits["max_queued_messages"] == 0
+
+    async def show(each: int) -> set[str]:
+        directives = [f"{name} {number}" for name, number in limits.items()]
+        more: dict[str, Any] = {**STAYS, "receive_maximum": on_their_way}
+        async with running(*directives) as broker, Watched(broker, "p") as p:
+            async with Watched(broker, "s", Subscription("+", 1), every=5.0, **more):
+                for number in range(each):
+                    for name in TWO:
+                        p.publish(name, f"{name}{number:09d}")
+                await while_still(lambda: p.client.session.unacknowledged or p.client.waiting)
+            async with Watched(broker, "s", Subscription("+", 1), **STAYS) as s:
+                return set(await s.get(0))
+
+    said = {name: number or "unlimited" for name, number in limits.items()}
+    room += 0 if bounded else on_their_way // 2  # in bytes, those on their way count
+    for each in (room, room + 1):
+        assert (len(asyncio.run(show(each))) == 2 * each) is (each <= room)
+        own = two_topics(said, {"qos": 1, "needs": {"loss_free": True}}, burst=each)
+        own["participants"]["s"]["client"]["receive_maximum"] = on_their_way
+        assert ("MQTT706" in codes(own)) is (each > room)
+
+
 @pytest.mark.parametrize("crash", [False, True])
 def test_what_waits_for_a_client_survives_a_stop_and_no_crash(crash):
     """The facts behind MQTT417 and MQTT428; without a fault, `test_mosquitto.py` asks for every kind of session."""
@@ -363,6 +436,28 @@ def test_mosquitto_notices_a_silent_client_late_and_within_what_the_preset_says(
     delay = 7.0
     assert PACK.presets["mosquitto"].settings["keep_alive_delay"] == f"{delay:g}s"
     assert 1.5 < asyncio.run(show()) <= 1.5 + delay
+
+
+@pytest.mark.parametrize(("expiry", "largest"), [(None, 94), (60, 89)])
+def test_the_largest_packet_that_fits_a_subscriber_arrives(expiry, largest):
+    """The fact behind MQTT210; again Mosquitto takes one more for each byte of the length."""
+
+    async def show(size: int) -> int:
+        own = Subscription("t", 0)
+        async with (
+            running() as broker,
+            Watched(broker, "s", own, maximum_packet_size=100) as s,
+            Watched(broker, "p") as p,
+        ):
+            p.publish("t", "x" * size, 0, expiry=expiry)
+            return len(await s.get(size <= largest))
+
+    assert asyncio.run(show(largest)) == 1
+    assert asyncio.run(show(largest + 3)) == 0
+    for size in (largest, largest + 1):
+        stated = {"max_payload": size, **({} if expiry is None else {"message_expiry_interval": expiry})}
+        own = design(stated, {}, None, {"maximum_packet_size": 100})
+        assert ("MQTT210" in codes(own)) is (size > largest)
 
 
 @pytest.mark.parametrize("raised", [False, True])

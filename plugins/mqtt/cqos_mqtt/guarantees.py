@@ -12,12 +12,10 @@ from cqos_core.expression import (
     as_sentence,
     broker,
     call,
-    ceil,
     least,
     offered,
     publisher,
     requested,
-    stated,
     subscriber,
     topic,
 )
@@ -26,7 +24,8 @@ from cqos_mqtt.policies import (
     AUTOSAVE,
     BROKER_RECEIVE_MAXIMUM,
     BROKER_SESSION_EXPIRY,
-    BURST,
+    BURST_BYTES,
+    BURSTS,
     CLEAN,
     EXPIRY,
     INFLIGHT,
@@ -37,7 +36,9 @@ from cqos_mqtt.policies import (
     PERIOD,
     PERSISTENCE,
     QOS,
+    QUEUE_LASTS,
     QUEUED,
+    QUEUED_BYTES,
     QUEUES_QOS0,
     RECEIVE_MAXIMUM,
     RETAIN,
@@ -48,6 +49,8 @@ from cqos_mqtt.policies import (
     SHARED,
     STORES_SESSION,
     SUBSCRIBED,
+    WAITING,
+    WAITING_BYTES,
     WILL_ALLOWED,
     WILL_DELAY,
     WILL_TOPIC,
@@ -101,6 +104,8 @@ SHARES: Final = "each message goes to one member of a share group only"
 FORGETS: Final = "the broker loses its sessions and messages when it is restarted without persistence"
 CRASHES: Final = "a broker that crashes loses what it has not saved yet, also messages that it has acknowledged"
 SAVING: Final = "Mosquitto, mosquitto.conf(5), autosave_interval"
+LIMITS: Final = "C-QoS, limits of brokers; Mosquitto, mosquitto.conf(5), max_queued_messages and max_queued_bytes"
+SAY: Final = "state `period` of all topics of the client and `max_queued_messages` of the broker"
 SAVE: Final = "use a broker that saves each message before it acknowledges it, and state `autosave_interval: 0s` of it"
 ENDS: Final = (
     "the session of the subscriber ends with its connection, so what is published before it subscribes again is lost"
@@ -190,13 +195,13 @@ GUARANTEES: Final = (
     ),
     gives(
         "loss_free",
-        (broker(QUEUED) == "unlimited") | (ceil(OUTAGE, topic(PERIOD)) <= broker(QUEUED)),
+        OUTAGE <= requested(QUEUE_LASTS),
         survives="link_outage",
         code="MQTT420",
         name="queue-overflow-in-outage",
-        because="more messages come during the outage than the broker keeps for a client, and it drops the rest",
-        clause="C-QoS, limits of brokers",
-        help="state `period` of the topic and `max_queued_messages` of the broker",
+        because="more comes during the outage, on all topics of the client together, than the broker keeps for it",
+        clause=LIMITS,
+        help=SAY,
     ),
     gives(
         "loss_free",
@@ -248,21 +253,21 @@ GUARANTEES: Final = (
     ),
     gives(
         "loss_free",
-        ~stated(topic(BURST)) | (topic(BURST) <= ROOM),
+        (requested(BURSTS) == 0) | ((requested(BURSTS) <= ROOM) & (requested(BURST_BYTES) < broker(QUEUED_BYTES))),
         code="MQTT706",
         name="burst-overflows-queue",
-        because="more messages may come at once than the broker keeps for a connected client, and it drops the rest",
-        clause="C-QoS, limits of brokers",
+        because="more may come at once, on all topics of the client together, than the broker keeps for a connected client",
+        clause=LIMITS,
         help="a larger `max_queued_messages`, or fewer messages at once",
     ),
     gives(
         "loss_free",
-        ~stated(requested(TAKEN_EVERY)) | (ceil(requested(TAKEN_EVERY), topic(PERIOD)) <= ROOM),
+        (requested(WAITING) == 0) | ((requested(WAITING) <= ROOM) & (requested(WAITING_BYTES) < broker(QUEUED_BYTES))),
         code="MQTT707",
         name="slow-subscriber-overflows-queue",
-        because="more messages come from one take to the next than the broker keeps for a connected client, and it drops the rest",
-        clause="C-QoS, limits of brokers",
-        help="state `period` of the topic and `max_queued_messages` of the broker, or take messages more often",
+        because="more comes from one take to the next, on all topics of the client together, than the broker keeps for it",
+        clause=LIMITS,
+        help=SAY + ", or take messages more often",
     ),
     gives(
         "latest",
@@ -295,12 +300,7 @@ GUARANTEES: Final = (
     gives(
         "latest",
         (GETS_RETAINED & ~(COMES_BACK & BRIDGES_OUTAGE))
-        | (
-            COMES_BACK
-            & BRIDGES_OUTAGE
-            & (EFFECTIVE >= "1")
-            & ((broker(QUEUED) == "unlimited") | (ceil(OUTAGE, topic(PERIOD)) <= broker(QUEUED)))
-        ),
+        | (COMES_BACK & BRIDGES_OUTAGE & (EFFECTIVE >= "1") & (OUTAGE <= requested(QUEUE_LASTS))),
         survives="link_outage",
         code="MQTT320",
         name="latest-lost-in-outage",
@@ -642,12 +642,12 @@ GUARANTEES: Final = (
     ),
     gives(
         "offline",
-        (broker(QUEUED) == "unlimited") | (ceil(OFFLINE, topic(PERIOD)) <= broker(QUEUED)),
+        OFFLINE <= requested(QUEUE_LASTS),
         code="MQTT407",
         name="queue-overflow-while-away",
-        because="more messages come than the broker keeps for an absent client, and it drops the rest without telling",
-        clause="C-QoS, limits of brokers",
-        help="state `period` of the topic and `max_queued_messages` of the broker",
+        because="more comes, on all topics of the client together, than the broker keeps for an absent client",
+        clause=LIMITS,
+        help=SAY,
     ),
     gives(
         "offline",

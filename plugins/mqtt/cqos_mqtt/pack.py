@@ -7,7 +7,7 @@ from typing import Final
 from cqos_core.evaluate import Function
 from cqos_core.guarantee import NEEDS
 from cqos_core.pack import Convention, Derivation, Dialect, Meeting, RulePack
-from cqos_mqtt import filters, names, sessions
+from cqos_mqtt import filters, names, queues, sessions
 from cqos_mqtt.evidence import PROOFS
 from cqos_mqtt.guarantees import GUARANTEES, UNAFFECTED
 from cqos_mqtt.importers.codes import CODES
@@ -55,7 +55,6 @@ NOT_CHECKED: Final = (
     "whether user names, passwords and certificates let the clients connect",
     "whether the broker's access control lets them publish and subscribe, save what an acl_file says that was read",
     "whether subscribers keep up with what arrives, save where a `burst` or `taken_every` is stated",
-    "what other topics of the same client take of its queue in the broker, which is one for all of them",
     "what libraries do with messages that are published while they are not connected; they are taken to wait in the client",
     "messages that are published before a subscription is there, save retained ones",
     "delays of the network, which no expiry counts",
@@ -84,6 +83,7 @@ PACK: Final = RulePack(
         described="publications and subscriptions of clients of one broker, where the filter matches the topic",
     ),
     complete=sessions.complete,
+    sum_up=queues.sum_up,
     not_checked=NOT_CHECKED,
     unaffected=UNAFFECTED,
     derivations=DERIVATIONS,

@@ -80,7 +80,7 @@ ENVELOPE_TO_BROKER: Final = Policy(
     "envelope_to_broker",
     Count(0, unit="bytes"),
     "0",
-    "The same on the way to the broker, with the packet identifier that a QoS above 0 needs; derived.",
+    "The same on the way to the broker, with a topic alias and the packet identifier that a QoS above 0 needs; derived.",
     "MQTT 3.1.1, 3.3.2.2; MQTT 5.0, 3.3.2.2",
     roles=PUBLICATION,
     derived=True,
@@ -89,7 +89,7 @@ PROPERTIES: Final = Policy(
     "property_bytes",
     Count(0, unit="bytes"),
     "0",
-    "What the properties of a publication of 5.0 add on the way to the broker; derived from expiry and topic alias.",
+    "What the properties of a publication of 5.0 add, both to the broker and from it; derived from the expiry.",
     "MQTT 5.0, 3.3.2.3",
     roles=PUBLICATION,
     derived=True,
@@ -261,6 +261,53 @@ UNREADABLE: Final = Policy(
     "[]",
     "What the access control of the broker keeps from the client; derived from the broker's `acl`.",
     "Mosquitto, mosquitto.conf(5), acl_file",
+    roles=SUBSCRIPTION,
+    derived=True,
+)
+# What all topics of a client bring together; the broker has one queue for each client.
+QUEUE_LASTS: Final = Policy(
+    "queue_lasts",
+    Duration(),
+    "0s",
+    "For how long the client may be away until its queue in the broker is full; derived from what all its topics bring, in "
+    "messages and in bytes.",
+    "Mosquitto, mosquitto.conf(5), max_queued_messages and max_queued_bytes",
+    roles=SUBSCRIPTION,
+    derived=True,
+)
+BURSTS: Final = Policy(
+    "client_burst",
+    unlimited(0),
+    "0",
+    "How many messages may come to the client at once on all its topics, where somebody states a `burst`; derived.",
+    "Mosquitto, mosquitto.conf(5), max_queued_messages",
+    roles=SUBSCRIPTION,
+    derived=True,
+)
+BURST_BYTES: Final = Policy(
+    "client_burst_bytes",
+    unlimited(0, unit="bytes"),
+    "0",
+    "How many bytes of such a burst wait when its last message comes, where the broker bounds them; derived.",
+    "Mosquitto, mosquitto.conf(5), max_queued_bytes",
+    roles=SUBSCRIPTION,
+    derived=True,
+)
+WAITING: Final = Policy(
+    "waiting",
+    unlimited(0),
+    "0",
+    "How many messages of all topics of the client wait from one take to the next, where somebody states `taken_every`; derived.",
+    "Mosquitto, mosquitto.conf(5), max_queued_messages",
+    roles=SUBSCRIPTION,
+    derived=True,
+)
+WAITING_BYTES: Final = Policy(
+    "waiting_bytes",
+    unlimited(0, unit="bytes"),
+    "0",
+    "How many bytes of these wait when the last of them comes, where the broker bounds them; derived.",
+    "Mosquitto, mosquitto.conf(5), max_queued_bytes",
     roles=SUBSCRIPTION,
     derived=True,
 )
@@ -605,6 +652,7 @@ QUEUED_BYTES: Final = Policy(
     "How many bytes of payload it keeps for a client that is absent or slow; what comes then is dropped.",
     "Mosquitto, mosquitto.conf(5), max_queued_bytes",
     level="broker",
+    stronger="higher",
 )
 QUEUES_QOS0: Final = Policy(
     "queue_qos0_messages",
@@ -732,6 +780,11 @@ POLICIES: Final = (
     CONTROLLED,
     READABLE,
     UNREADABLE,
+    QUEUE_LASTS,
+    BURSTS,
+    BURST_BYTES,
+    WAITING,
+    WAITING_BYTES,
     CLIENT_ID,
     USERNAME,
     GENERATED_ID,

@@ -36,7 +36,8 @@ from cqos_mqtt.policies import (
     BROKER,
     BROKER_ALIASES,
     BROKER_PACKET_SIZE,
-    BURST,
+    BURST_BYTES,
+    BURSTS,
     CLEAN,
     CLIENT_ID,
     CLOSING,
@@ -64,6 +65,7 @@ from cqos_mqtt.policies import (
     PROPERTIES,
     QOS,
     QUEUED,
+    QUEUED_BYTES,
     READABLE,
     RECEIVE_MAXIMUM,
     REPEATED,
@@ -189,8 +191,8 @@ REFUSED: Final = "the broker ends the connection, because "
 
 # Packets are counted whole, with fixed header, topic and properties; what else a program may add is not known here.
 TO_BROKER: Final = offered(PAYLOAD) + offered(ENVELOPE_TO_BROKER)
-_NO_PROPERTIES, _PACKET_ID = 1, 2
-FROM_BROKER: Final = offered(PAYLOAD) + offered(ENVELOPE) + _NO_PROPERTIES
+_PACKET_ID: Final = 2
+FROM_BROKER: Final = offered(PAYLOAD) + offered(ENVELOPE) + offered(PROPERTIES)
 
 CAPABILITIES: Final = (
     requires(
@@ -627,10 +629,13 @@ FLOW: Final = (
     forbids(
         ~as_sentence(requested(WORDS["loss_free"].need))
         & (EFFECTIVE >= "1")
-        & (topic(BURST) > least(subscriber(RECEIVE_MAXIMUM), broker(INFLIGHT)) + broker(QUEUED)),
+        & (
+            (requested(BURSTS) > least(subscriber(RECEIVE_MAXIMUM), broker(INFLIGHT)) + broker(QUEUED))
+            | ((requested(BURSTS) > 0) & (requested(BURST_BYTES) >= broker(QUEUED_BYTES)))
+        ),
         code="MQTT704",
         name="queue-overflow",
-        says="`{topic}` may bring {burst} messages at once, more than the broker keeps for {subscriber}",
+        says="the topics of {subscriber} and its client may bring {client_burst} messages at once, more than the broker keeps for it",
         because="what comes faster than a connected subscriber takes it is dropped once its queue is full, and the publisher is "
         "not told",
         clause="C-QoS, limits of brokers",

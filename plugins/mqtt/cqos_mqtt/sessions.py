@@ -20,11 +20,8 @@ from cqos_mqtt.policies import (
     ACCESS,
     BROKER,
     CLIENT_ID,
-    EXPIRY,
     NO_LOCAL,
-    PAYLOAD,
     QOS,
-    TOPIC_ALIAS,
     USERNAME,
     WILL_EXPIRY,
     WILL_PAYLOAD,
@@ -204,27 +201,11 @@ def _of_the_filter(written: str, facts: dict[str, Setting]) -> None:
 
 
 def _of_the_publication(endpoint: Endpoint, topic: str) -> Settings:
-    """Say whether only the broker publishes there, and how large a packet is around the payload that is stated."""
+    """Say whether only the broker publishes there."""
     facts: Settings = {}
     if _is_reserved(topic) and endpoint.kind != BY_BROKER:
         facts["reserved_topic"] = _TRUE
-    payload = stated(endpoint.settings, PAYLOAD)
-    if payload is None or not payload.text.isdecimal():
-        return facts
-    level, expiry = stated(endpoint.settings, QOS), stated(endpoint.settings, EXPIRY)
-    identifier = 2 if level is not None and level.text in {"1", "2"} else 0
-    name = 2 + len(topic.encode(errors="replace"))
-    around = name + _header(int(payload.text) + name)
-    facts["envelope"] = _derived(str(around))
-    facts["envelope_to_broker"] = _derived(str(around + identifier))
-    properties = 1 + 5 * (expiry is not None and expiry.text.isdecimal())
-    facts["property_bytes"] = _derived(str(properties + 3 * (stated(endpoint.settings, TOPIC_ALIAS) is not None)))
     return facts
-
-
-def _header(remaining: int) -> int:
-    """Return the size of a fixed header: a byte, and one to four for the length of what follows."""
-    return 2 + sum(remaining >= limit for limit in (128, 16_384, 2_097_152))
 
 
 def _client_ids(participants: Iterable[Participant], found: dict[str, dict[str, Setting]]) -> None:

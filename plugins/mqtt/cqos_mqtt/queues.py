@@ -1,0 +1,347 @@
+"""What follows from the values of all endpoints: what waits in the one queue of a client, and how large packets are.
+
+A broker has one queue for each client, whatever its topics and filters, and bounds it in messages and in bytes.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
+
+from cqos_core.evaluate import bind
+from cqos_core.expression import as_sentence, broker
+from cqos_core.guarantee import TAKEN_EVERY
+from cqos_core.pairing import apart
+from cqos_core.policy import INFINITE, Anything, Depends, is_plain
+from cqos_core.remarks import listed
+from cqos_core.system import PUBLISHER
+from cqos_mqtt.filters import LONGEST, has_wildcards, match
+from cqos_mqtt.policies import (
+    BURST,
+    BURST_BYTES,
+    BURSTS,
+    ENVELOPE,
+    ENVELOPE_TO_BROKER,
+    EXPIRY,
+    IS_WILL,
+    PAYLOAD,
+    PERIOD,
+    PROPERTIES,
+    QOS,
+    QUEUE_LASTS,
+    QUEUED,
+    QUEUED_BYTES,
+    QUEUES_QOS0,
+    SHARED,
+    TOPIC_ALIAS,
+    VERSION,
+    WAITING,
+    WAITING_BYTES,
+)
+from cqos_mqtt.rules import EFFECTIVE
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+    from cqos_core.evaluate import Bound
+    from cqos_core.pack import RulePack
+    from cqos_core.policy import Policy, Value
+    from cqos_core.resolved import QosProfile, Resolved
+
+Client = tuple[tuple[str, "QosProfile"], ...]
+"""The subscriptions of one client: filter and values of each."""
+
+
+class Stream(NamedTuple):
+    """What comes on one topic to one subscription and may wait; a fact of a topic counts once, whoever publishes there.
+
+    Attributes:
+        topic: its name.
+        sure: whether all of it certainly takes room in the queue.
+        period, size: of the messages; a period of INFINITE is one message. None: not known.
+        burst: how many come at once. None: not known.
+        bursts: whether somebody said so; else it is one where there is a period.
+        taken: how often the program takes them; 0: not stated, None: not known.
+    """
+
+    topic: str
+    sure: bool
+    period: int | None
+    size: int | None
+    burst: int | None
+    bursts: bool
+    taken: int | None
+
+    def within(self, time: int) -> int | None:
+        """Return how many messages come within a time; None where that is not known."""
+        if self.period is None or (self.burst is None and self.bursts):
+            return None
+        return max(self.burst or 0, 1 if self.period == INFINITE else -(-time // max(self.period, 1))) if time else 0
+
+
+Amount = tuple[Stream, "int | None"]
+"""So many messages of a stream; None: not known how many."""
+
+
+def sum_up(endpoints: Sequence[Resolved]) -> Mapping[int, Mapping[str, Value]]:
+    """Return, by position, the values of endpoints that follow from those of all."""
+    found: dict[int, Mapping[str, Value]] = {}
+    clients: dict[str, list[tuple[int, Resolved]]] = {}
+    published: dict[str, Counter[QosProfile]] = {}
+    for position, each in enumerate(endpoints):
+        if each.key is None:
+            continue
+        if each.role == PUBLISHER:
+            if packet := _packet(each.key, each.profile):
+                found[position] = packet
+            published.setdefault(each.key, Counter())[each.profile] += 1
+        else:
+            clients.setdefault(each.endpoint.participant, []).append((position, each))
+    queues = _Queues(published, {each.key or "" for own in clients.values() for _, each in own})
+    for own in clients.values():
+        client = tuple(sorted(((each.key or "", each.profile) for _, each in own), key=lambda each: each[0]))
+        facts = queues.of(client)
+        found |= {position: facts for position, _ in own}
+    return found
+
+
+# Packets
+
+
+@lru_cache(maxsize=10_000)
+def _packet(topic: str, profile: QosProfile) -> Mapping[str, Value]:
+    """Say how large a packet is around the largest payload."""
+    payload, level = _value(profile, PAYLOAD), _value(profile, QOS)
+    if not isinstance(payload, int):
+        return {}
+    name = 2 + len(topic.encode(errors="replace"))
+    around: Value = name + _header(payload + name)
+    if has_wildcards(topic):
+        longest = 2 + LONGEST
+        around = Depends(
+            f"the length of topic `{topic}`", (("shortest", around), ("longest", longest + _header(payload + longest)))
+        )
+    identifiers: Value = 2 * (level != 0)
+    if not is_plain(level):
+        identifiers = Depends(f"the QoS of `{topic}`", (("0", 0), ("1 or 2", 2)))
+    alias = 3 * _is_stated(profile, TOPIC_ALIAS)
+    # A client of 3.1.1 cannot say that its messages expire.
+    expiry = _over(_value(profile, VERSION), lambda rank: _value(profile, EXPIRY) if rank else INFINITE)
+    return {
+        ENVELOPE.name: around,
+        ENVELOPE_TO_BROKER.name: _over(identifiers, lambda size: _over(around, lambda other: size + other + alias)),
+        PROPERTIES.name: _over(expiry, lambda time: 1 + 5 * (time != INFINITE)),
+    }
+
+
+def _header(remaining: int) -> int:
+    """Return the size of a fixed header: a byte, and one to four for the length of what follows."""
+    return 2 + sum(remaining >= limit for limit in (128, 16_384, 2_097_152))
+
+
+# Queues
+
+
+class _Queues:
+    """What the publications of a system bring to its clients; clients with equal subscriptions are looked at once."""
+
+    def __init__(self, published: Mapping[str, Counter[QosProfile]], filters: set[str]) -> None:
+        self._published = published
+        self._topics: dict[str, list[str]] = {}
+        for topic, written in match(published.keys(), filters):
+            self._topics.setdefault(written, []).append(topic)
+        for topic in published.keys() & filters:
+            self._topics.setdefault(topic, []).append(topic)
+        self._streams: dict[tuple[str, QosProfile], tuple[Stream, ...]] = {}
+        self._facts: dict[Client, Mapping[str, Value]] = {}
+
+    def of(self, client: Client) -> Mapping[str, Value]:
+        """Return what is true of all subscriptions of a client."""
+        facts = self._facts.get(client)
+        if facts is None:
+            streams = [stream for written, profile in client for stream in self._to(written, profile)]
+            facts = self._facts[client] = _facts(streams, client[0][1])
+        return facts
+
+    def _to(self, written: str, profile: QosProfile) -> tuple[Stream, ...]:
+        """Return what comes to one subscription; where it is not known who publishes, what its own topic says."""
+        key = (written, profile)
+        streams = self._streams.get(key)
+        if streams is None:
+            topics = self._topics.get(written)
+            streams = self._streams[key] = (
+                tuple(stream for topic in sorted(topics) for stream in _streams(topic, self._published[topic], profile))
+                if topics
+                else _from_nobody_known(written, profile)
+            )
+        return streams
+
+
+def _streams(topic: str, publishers: Mapping[QosProfile, int], subscriber: QosProfile) -> Iterator[Stream]:
+    """Yield what comes on a topic to a subscription and takes room in the queue of its client."""
+    meeting = [(each, number) for each, number in publishers.items() if not apart(each, subscriber)]
+    taken = _fact(subscriber, TAKEN_EVERY)
+    waits: list[bool | None] = []
+    sizes: list[int | None] = []
+    for publisher, number in meeting:
+        waiting = _waiting(subscriber.pack).judge(publisher.values, subscriber.values).result
+        size = _fact(publisher, PAYLOAD) if _is_stated(publisher, PAYLOAD) else None
+        if _value(publisher, IS_WILL) == 1:
+            will = Stream(topic, waiting is True, INFINITE, size, 1, bursts=False, taken=taken)
+            yield from () if waiting is False else (will,) * number
+        else:
+            waits.append(waiting)
+            sizes.append(size)
+    if all(each is False for each in waits):
+        return
+    known = [size for size in sizes if size is not None]
+    yield _stream(
+        topic,
+        next(publisher for publisher, _ in meeting if _value(publisher, IS_WILL) != 1),
+        max(known) if len(known) == len(sizes) else None,
+        taken,
+        sure=all(waits) and _value(subscriber, SHARED) == 0,
+    )
+
+
+def _from_nobody_known(written: str, subscriber: QosProfile) -> tuple[Stream, ...]:
+    if _value(subscriber, QOS) == 0 and _value(subscriber, QUEUES_QOS0) == 0:
+        return ()
+    return (_stream(written, subscriber, None, _fact(subscriber, TAKEN_EVERY), sure=False),)
+
+
+def _stream(topic: str, facts: QosProfile, size: int | None, taken: int | None, *, sure: bool) -> Stream:
+    period = _fact(facts, PERIOD) if _is_stated(facts, PERIOD) else None
+    bursts = _is_stated(facts, BURST)
+    burst = _fact(facts, BURST) if bursts else None if period is None else 1
+    return Stream(topic, sure, period, size, burst, bursts, taken)
+
+
+@lru_cache(maxsize=8)
+def _waiting(pack: RulePack) -> Bound:
+    """Return the sentence that messages of a pair wait for a client that does not take them."""
+    return bind((EFFECTIVE >= "1") | as_sentence(broker(QUEUES_QOS0)), pack.vocabulary)
+
+
+def _value(profile: QosProfile, policy: Policy) -> Value:
+    value: Value = profile.values[profile.pack.vocabulary.indices[policy.level, policy.name]]
+    return value
+
+
+def _is_stated(profile: QosProfile, policy: Policy) -> bool:
+    """Whether somebody stated a fact, even if it is not understood."""
+    value = _value(profile, policy)
+    return not isinstance(value, Anything) or value.told
+
+
+def _fact(profile: QosProfile, policy: Policy) -> int | None:
+    """Return a fact; 0 where nobody stated it, None where it is not known."""
+    value = _value(profile, policy)
+    if isinstance(value, int):
+        return value
+    return None if _is_stated(profile, policy) else 0
+
+
+def _facts(streams: Sequence[Stream], client: QosProfile) -> dict[str, Value]:
+    """Return the derived values of all subscriptions of a client."""
+    kept, size = _value(client, QUEUED), _value(client, QUEUED_BYTES)
+    slowest = max((each.taken or 0 for each in streams), default=0)
+    at_once: list[Amount] = []
+    between: list[Amount] = []
+    if any(each.bursts for each in streams):
+        at_once = [(each, each.burst) for each in streams]
+    if any(each.taken != 0 for each in streams):
+        between = [
+            (each, None if each.taken is None else each.within(min(slowest, each.taken or slowest))) for each in streams
+        ]
+    return {
+        QUEUE_LASTS.name: _over(kept, lambda most: _over(size, lambda most_bytes: _lasts(streams, most, most_bytes))),
+        BURSTS.name: _messages(at_once),
+        BURST_BYTES.name: _bytes(at_once, size),
+        WAITING.name: _messages(between),
+        WAITING_BYTES.name: _bytes(between, size),
+    }
+
+
+def _over(value: Value, result: Callable[[int], Value]) -> Value:
+    """Return what follows from a value that may not be known."""
+    if isinstance(value, Depends):
+        return Depends(value.on, tuple((name, _over(case, result)) for name, case in value.cases))
+    return result(value) if isinstance(value, int) else value
+
+
+def _between(streams: Iterable[Stream], least: int, most: int) -> Value:
+    """Return what follows where the least comes on topics of which not everything is known, and where the most does."""
+    if least == most:
+        return least
+    topics = sorted({f"`{each.topic}`" for each in streams})
+    return Depends(f"what comes on {listed(topics)}", (("the least", least), ("the most", most)))
+
+
+def _messages(amounts: Sequence[Amount]) -> Value:
+    """Return how many messages wait together."""
+    least = sum(number or 0 for stream, number in amounts if stream.sure)
+    most = sum(INFINITE if number is None else number for _, number in amounts)
+    doubtful = (stream for stream, number in amounts if number is None or not stream.sure)
+    return _between(doubtful, least, min(most, INFINITE))
+
+
+def _bytes(amounts: Sequence[Amount], kept: Value) -> Value:
+    """Return how many bytes wait when the last message comes: Mosquitto keeps it while these are fewer than the limit."""
+    if kept == INFINITE or not amounts:
+        return 0
+    return _between(
+        (stream for stream, number in amounts if None in {number, stream.size} or not stream.sure),
+        _before_the_last([(each.size or 0, number or 0) for each, number in amounts if each.sure]),
+        INFINITE
+        if any(None in {number, each.size} for each, number in amounts)
+        else _before_the_last([(each.size or 0, number or 0) for each, number in amounts]),
+    )
+
+
+def _before_the_last(amounts: Sequence[tuple[int, int]]) -> int:
+    """Return the sum of sizes but for the smallest one, which may come last."""
+    there = [(size, number) for size, number in amounts if number]
+    return sum(size * number for size, number in there) - min((size for size, _ in there), default=0)
+
+
+def _lasts(streams: Sequence[Stream], kept: int, kept_bytes: int) -> Value:
+    """Return the longest time in which no more comes than is kept."""
+    if kept == kept_bytes == INFINITE or not streams:
+        return INFINITE
+    doubtful = [each for each in streams if not each.sure or _is_open(each, kept_bytes)]
+    least = _longest(_alike(each for each in streams if each.sure), kept, kept_bytes)
+    if not doubtful:
+        return least
+    endless = any(_is_open(each, kept_bytes) for each in doubtful)
+    return _between(doubtful, least, 0 if endless else _longest(_alike(streams), kept, kept_bytes))
+
+
+def _is_open(stream: Stream, kept_bytes: int) -> bool:
+    """Whether it is not known how much comes, in messages or in bytes where these are bounded."""
+    return stream.within(1) is None or (stream.size is None and kept_bytes < INFINITE)
+
+
+def _alike(streams: Iterable[Stream]) -> tuple[tuple[Stream, int], ...]:
+    """Return streams that differ in nothing but name and subscription once, with how many there are."""
+    return tuple(
+        Counter(Stream("", True, each.period, each.size, each.burst, each.bursts, 0) for each in streams).items()
+    )
+
+
+@lru_cache(maxsize=10_000)
+def _longest(streams: Sequence[tuple[Stream, int]], kept: int, kept_bytes: int) -> int:
+    """Search the longest time within which all that comes is kept."""
+
+    def fits(time: int) -> bool:
+        amounts = [(each.size or 0, number * (each.within(time) or 0)) for each, number in streams]
+        return sum(number for _, number in amounts) <= kept and _before_the_last(amounts) < kept_bytes
+
+    if fits(INFINITE):
+        return INFINITE
+    low, high = 0, INFINITE
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    return low
