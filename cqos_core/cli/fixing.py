@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from cqos_core.checker import check_system
 from cqos_core.cli.streams import write_bytes
-from cqos_core.trial import tried_out
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -32,11 +31,10 @@ def fixed(unit: Unit, system: System, reader: Reader, counted: Callable[[Report]
     Raises:
         CqosError: a file cannot be written.
     """
-    from cqos_core.applying import fix_all, read_texts
+    from cqos_core.applying import fix_all
 
     def read(texts: Mapping[str, bytes]) -> System:
-        systems = read_texts(unit.files, texts, reader.options.importer, reader.switches, reader.protocol)
-        return tried_out(reader.whole(systems), reader.protocol)
+        return reader.again(unit.files, texts)
 
     done = fix_all(
         system.sources, lambda texts: counted(check_system(read(texts), reader.context)), reader.options.importer

@@ -7,6 +7,7 @@ import os
 import re
 import sys
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +29,7 @@ from cqos_core.system import PUBLISHER, SUBSCRIBER
 from cqos_core.trial import tried_out
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.checker import Context
     from cqos_core.proving.plan import Event, Outcome
@@ -83,7 +84,8 @@ class _FaultType(_Faults):
 @click.option(
     "--fault",
     type=_FaultType(),
-    help=f"Inject a fault in the middle of the run: {', '.join(FAULTS)}. For instance link_outage=2s.",
+    help=f"Inject a fault in the middle of the run: {', '.join(FAULTS)}. For instance link_outage=2s. Without it, each "
+    "fault runs that the needs of the subscriber name under `survives`.",
 )
 @click.option("--record", metavar="FILE", help="Write all runs with their timelines as JSON; `-` is standard output.")
 @reading_options
@@ -122,10 +124,12 @@ def prove(
     if not loaded.systems:
         ctx.exit(_UNUSABLE)
     system = named(tried_out(reader.whole([each for _, each in loaded.systems]), reader.protocol), reader.context)
+    files = [path for path, _ in loaded.systems]
     chosen = _chosen(system, asked, reader.context)
     if chosen is None:
         ctx.exit(_UNUSABLE)
-    session = _Session(reader.context, on, fault, color, record == STDIN)
+    again = None if STDIN in files else partial(reader.again, files)
+    session = _Session(reader.context, on, fault, color, record == STDIN, again)
     for publisher, subscriber, finding in chosen:
         session.prove(system, publisher, subscriber, finding)
     session.end(record)
@@ -198,8 +202,16 @@ def _pair_of(finding: Finding, report: Report) -> tuple[str, str] | None:
 class _Session:
     """The runs of one command."""
 
-    def __init__(self, where: Context, on: str, fault: Fault | None, color: str, quiet: bool) -> None:  # noqa: FBT001
-        self.where, self.on, self.fault, self.color, self.quiet = where, on, fault, color, quiet
+    def __init__(
+        self,
+        where: Context,
+        on: str,
+        fault: Fault | None,
+        color: str,
+        quiet: bool,  # noqa: FBT001
+        again: Callable[[Mapping[str, bytes]], System] | None,
+    ) -> None:
+        self.where, self.on, self.fault, self.color, self.quiet, self.again = where, on, fault, color, quiet, again
         self.paint = paint(color=colored(color, sys.stdout))
         self.runs: list[dict[str, Any]] = []
         self.wrong = 0
@@ -207,7 +219,7 @@ class _Session:
         self.fixes = 0
 
     def prove(self, system: System, publisher: str, subscriber: str, finding: Finding | None) -> None:
-        """Run one pair, and once more with its fixes if it has errors."""
+        """Run one pair with each fault that is asked for or needed, and once more with its fixes if it has errors."""
         from cqos_core.proving import runs
 
         try:
@@ -216,15 +228,20 @@ class _Session:
                 f"publisher `{clean(publisher)}`, subscriber `{clean(subscriber)}` on {trial.protocol} topic "
                 f"`{clean(trial.topic)}`"
             )
-            self.run(trial, ())
-            mended = (
-                None
-                if finding is None and trial.report.verdict == "compatible"
-                else runs.fixed(trial, self.where, finding)
-            )
-            if mended is not None:
-                self.fixes += 1
-                self.run(*mended)
+            trials = [
+                runs.prepare(system, publisher, subscriber, self.where, trial.on, fault)
+                for fault in (() if self.fault else trial.survives)
+            ]
+            for each in trials or [trial]:
+                self.run(each, ())
+                fixed = (
+                    None
+                    if finding is None and each.report.verdict == "compatible"
+                    else runs.fixed(each, self.where, finding, self.again)
+                )
+                if fixed is not None:
+                    self.fixes += 1
+                    self.run(*fixed)
         except CqosError as error:
             self.failed += 1
             say(f"{publisher} and {subscriber}: {error}", severity="error", choice=self.color)
@@ -240,8 +257,10 @@ class _Session:
             progress.start(f"running on {trial.prover.title}")
             outcome = trial.run()
         for fix in fixes:
-            self.show(f"  with the fix: {clean(fix.text)}")
-        self.show(f"  on {outcome.by}, C-QoS says {said}")
+            written = "" if fix.edits and self.again is not None else ", which no file here has a place for"
+            self.show(f"  with the fix{written}: {clean(fix.text)}")
+        fault = "" if trial.plan.fault is None else f" with {trial.plan.fault}"
+        self.show(f"  on {outcome.by}{fault}, C-QoS says {said}")
         for line in timeline(outcome.events):
             self.show(f"    {clean(line)}")
         self.show(self.paint(f"  {clean(runs.summary(outcome))}", "title"))

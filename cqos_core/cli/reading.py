@@ -20,6 +20,7 @@ from cqos_core.merging import merge
 from cqos_core.plugins import load_plugins
 from cqos_core.problems import InputError, InvalidValueError, Problem
 from cqos_core.system import Place
+from cqos_core.trial import tried_out
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -166,6 +167,17 @@ class Reader:
             excluded=(*self.config.exclude, patterns(self.options.excluded, ".")),
             step=step,
         )
+
+    def again(self, files: Sequence[str], texts: Mapping[str, bytes]) -> System:
+        """Return what is in files as one system, with other texts where ``texts`` has some.
+
+        Raises:
+            InputError: with what is wrong with all of them.
+        """
+        from cqos_core.applying import read_texts
+
+        systems = read_texts(files, texts, self.options.importer, self.switches, self.protocol)
+        return tried_out(self.whole(systems), self.protocol)
 
     def nearest(self, path: str) -> Reader:
         """Return the reader under the configuration that is nearest to ``path``; this one where the caller chose one.

@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.api import with_options
+from cqos_core.applying import apply_edits
 from cqos_core.explanation import explain_pair, settled_pair
 from cqos_core.exporters.contract import ExportContext, judged
-from cqos_core.policy import ENDPOINT, Depends, is_plain
-from cqos_core.proving.plan import End, NotRunnableError, Plan
+from cqos_core.guarantee import LINK, OUTAGE, SURVIVES
+from cqos_core.policy import ENDPOINT, NEED, Depends, is_plain
+from cqos_core.proving.plan import End, Fault, NotRunnableError, Plan
 from cqos_core.report import Severity, Verdict
 from cqos_core.system import Place, Setting
 from cqos_core.wire import on_wire, plain_texts
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
     from cqos_core.pack import RulePack
     from cqos_core.pairing import Members, Topic
     from cqos_core.policy import Value
-    from cqos_core.proving.plan import Event, Fault, Outcome, Prover
+    from cqos_core.proving.plan import Event, Outcome, Prover
     from cqos_core.report import Finding, PairReport, Remedy
     from cqos_core.resolved import Resolved
     from cqos_core.system import Endpoint, System
@@ -31,6 +33,9 @@ _ROUNDS: Final = 10
 """Fixes that one pair may take."""
 _SAMPLES: Final = 20
 _MOST_EARLY: Final = 100
+_FAULT: Final = 1.0  # seconds of a fault whose length is not stated
+_LONGEST_OUTAGE: Final = 30_000_000_000
+"""Nanoseconds; a run with a longer stated outage has a short one instead."""
 _HERE: Final = Place("the command line", path="cqos prove")
 
 
@@ -43,6 +48,7 @@ class Trial:
         topic, protocol: where the two meet, as messages name it.
         report: what C-QoS says of the pair under these assumptions.
         on: the name of the prover.
+        survives: the faults that the needs of the subscriber name, as far as the prover injects them.
     """
 
     system: System
@@ -54,6 +60,7 @@ class Trial:
     plan: Plan
     prover: Prover
     on: str
+    survives: tuple[Fault, ...] = ()
 
     def run(self, report: Callable[[Event], None] = lambda _event: None) -> Outcome:
         """Run the pair."""
@@ -109,7 +116,8 @@ def prepare(
         early=early,
         fault=fault,
     )
-    return Trial(assumed, publisher, subscriber, topic.shown, topic.pack.id, report, plan, prover, name)
+    survives = tuple(each for each in _needed_faults(topic) if each.kind in prover.faults)
+    return Trial(assumed, publisher, subscriber, topic.shown, topic.pack.id, report, plan, prover, name, survives)
 
 
 def _on_the_wire(
@@ -212,6 +220,20 @@ def _with_facts(system: System, topic: Topic, subscriber: str, fault: Fault | No
     return system
 
 
+def _needed_faults(topic: Topic) -> list[Fault]:
+    """Return the faults that the subscriber's needs must survive; an outage lasts as long as is stated, if a run can wait for it."""
+    pack, values = topic.pack, topic.subscribers[0].profile.values
+    index = pack.find(NEED, SURVIVES.name)
+    kinds = () if index is None else values[index]
+    outage = pack.find("option", OUTAGE.name)
+    stated = None if outage is None else values[outage]
+    seconds = stated / 1_000_000_000 if isinstance(stated, int) and 0 < stated <= _LONGEST_OUTAGE else _FAULT
+    return [
+        Fault(str(kind), seconds if kind == "link_outage" else _FAULT)
+        for kind in (kinds if isinstance(kinds, tuple) else ())
+    ]
+
+
 def _early(topic: Topic) -> int:
     """Return how many samples are sent before the subscriber starts: as many as it needs of them."""
     index, nothing = topic.pack.needs.get("late_join", (0, None))
@@ -235,13 +257,20 @@ def _texts(end: Resolved, *levels: str) -> dict[str, str]:
 # Fixes
 
 
-def fixed(trial: Trial, where: Context, first: Finding | None = None) -> tuple[Trial, tuple[Remedy, ...]] | None:
+def fixed(
+    trial: Trial,
+    where: Context,
+    first: Finding | None = None,
+    again: Callable[[Mapping[str, bytes]], System] | None = None,
+) -> tuple[Trial, tuple[Remedy, ...]] | None:
     """Apply to a pair the first fix of each error that it has, until it has none.
 
     Args:
         trial: the pair.
         where: the packs.
         first: the finding whose fix is applied first.
+        again: reads the files of the system with new texts, by name. A fix that edits files is then applied to a copy of
+            them, which is read back. Other fixes are laid over the endpoints.
 
     Returns:
         The pair with the fixes, and these; None where it has no fix.
@@ -252,12 +281,17 @@ def fixed(trial: Trial, where: Context, first: Finding | None = None) -> tuple[T
         errors = [each for each in current.report.findings if each.severity is Severity.ERROR]
         if first is not None and not applied:
             errors.insert(0, first)
-        remedy = next((fix for each in errors for fix in each.remedies if _can_be_applied(fix, current.system)), None)
-        if remedy is None or (change := (remedy.members, remedy.policy, remedy.value)) in applied:
+        tried = (
+            (fix, changed)
+            for each in errors
+            for fix in each.remedies
+            if _what(fix) not in applied and (changed := _changed(current.system, fix, where, again)) is not None
+        )
+        remedy, system = next(tried, (None, current.system))
+        if remedy is None:
             break
-        applied[change] = remedy
-        changed = with_setting(current.system, remedy.members, remedy.policy, remedy.value)
-        current = prepare(changed, trial.publisher, trial.subscriber, where, trial.on, trial.plan.fault)
+        applied[_what(remedy)] = remedy
+        current = prepare(system, trial.publisher, trial.subscriber, where, trial.on, trial.plan.fault)
         if current.report.verdict is not Verdict.INCOMPATIBLE and all(
             each.severity is not Severity.ERROR for each in current.report.findings
         ):
@@ -265,8 +299,25 @@ def fixed(trial: Trial, where: Context, first: Finding | None = None) -> tuple[T
     return (current, tuple(applied.values())) if applied else None
 
 
-def _can_be_applied(remedy: Remedy, system: System) -> bool:
-    return {each.id for each in system.endpoints}.issuperset(remedy.members)
+def _what(remedy: Remedy) -> tuple[object, ...]:
+    return remedy.members, remedy.policy, remedy.value
+
+
+def _changed(
+    system: System, remedy: Remedy, where: Context, again: Callable[[Mapping[str, bytes]], System] | None
+) -> System | None:
+    """Return a system with a fix applied; None where it cannot be."""
+    if again is None or not remedy.edits:
+        known = {each.id for each in system.endpoints}
+        return (
+            with_setting(system, remedy.members, remedy.policy, remedy.value)
+            if known.issuperset(remedy.members)
+            else None
+        )
+    edited = apply_edits(system.sources, remedy.edits)
+    if edited.left or not edited.texts:
+        return None
+    return named(again({**system.sources, **edited.texts}), where)
 
 
 def with_setting(system: System, members: Sequence[str], policy: str, value: str) -> System:
@@ -333,12 +384,9 @@ def claims(report: PairReport, fault: Fault | None) -> dict[str, str]:
 
     A slow reader is no fault of the pair: what is given to connected ends is given to it too.
     """
-    found = {}
-    for each in report.guarantees:
-        survives = fault is None or fault.kind in {"slow_reader", *each.survives}
-        if survives and each.value not in {"no", "unknown", "none"}:
-            found[each.word] = each.value
-    return found
+    column = LINK if fault is None or fault.kind == "slow_reader" else fault.kind
+    values = {each.word: cell.value for each in report.guarantees for cell in each.cells if cell.fault == column}
+    return {word: value for word, value in values.items() if value not in {"no", "unknown", "none"}}
 
 
 def _broken(trial: Trial, outcome: Outcome) -> list[str]:

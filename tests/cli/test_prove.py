@@ -9,6 +9,11 @@ import pytest
 if os.environ.get("CI") != "true":
     pytest.importorskip("cyclonedds", reason="cyclonedds is not installed: pip install cyclonedds")
 
+from cqos_core.api import context, read
+from cqos_core.proving import Fault
+from cqos_core.proving.runs import claims, fixed, named, prepare
+from cqos_core.report import Guarantee, GuaranteeCell, PairReport, Verdict
+
 BPMN = Path(__file__).resolve().parents[2] / "examples" / "smart_agriculture_incompatible.bpmn"
 PAIR = """cqos: 1
 protocol: dds
@@ -65,6 +70,41 @@ def test_what_a_killed_subscriber_misses_is_shown(cqos, pair):
     assert done.code == 0
     assert "subscriber  killed" in done.out
     assert "20 sent, 14 arrived" in done.out
+
+
+def test_faults_that_needs_survive_are_injected_without_being_asked_for(cqos, pair, files):
+    file = pair("reliable")
+    needs = "needs: {duplicate_free: true, survives: [publisher_restart, subscriber_restart]}"
+    (files / file).write_text((PAIR % "reliable").removesuffix("}}\n") + f", {needs}}}}}\n")
+    done = cqos("prove", file, *ENDS)
+    lines = [line.strip() for line in done.out.splitlines()]
+    assert [line for line in lines if line.startswith("on Cyclone")] == [
+        "on Cyclone DDS 11.0.1 with publisher_restart=1s, C-QoS says compatible",
+        "on Cyclone DDS 11.0.1 with subscriber_restart=1s, C-QoS says compatible",
+    ]
+    assert {"publisher   killed", "subscriber  killed"} <= {line.partition(" s  ")[2] for line in lines}
+
+
+def test_a_fix_is_applied_to_a_copy_of_the_file_and_read_back(pair, files):
+    where = context()
+    system = named(read(pair("best_effort")), where)
+    texts: list[dict[str, bytes]] = []
+
+    def again(new):
+        texts.append(dict(new))
+        return read(next(iter(new.values())), importer="yaml")
+
+    found, fixes = fixed(prepare(system, *ENDS, where), where, again=again)
+    assert (found.report.verdict, len(fixes)) == ("compatible", 1)
+    assert [text.decode() for each in texts for text in each.values()] == [PAIR % "reliable"]
+    assert (files / "pair.yaml").read_text(encoding="utf-8") == PAIR % "best_effort"
+
+
+def test_what_is_said_beside_a_run_is_the_cell_of_its_fault():
+    cells = (GuaranteeCell("link", "3"), GuaranteeCell("subscriber_restart", "2"), GuaranteeCell("link_outage", "none"))
+    report = PairReport(Verdict.COMPATIBLE, guarantees=(Guarantee("late_join", "3", cells=cells),))
+    faults = (None, Fault("slow_reader", 1), Fault("subscriber_restart", 1), Fault("link_outage", 1))
+    assert [claims(report, fault).get("late_join") for fault in faults] == ["3", "3", "2", None]
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from statistics import median
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.api import context, pair_system, read
+from cqos_core.applying import read_texts
 from cqos_core.checker import check_system
 from cqos_core.problems import CqosError
 from cqos_core.proving import NotRunnableError, Outcome
@@ -91,7 +92,7 @@ def example_trials(file: Path, implementation: str = "") -> Iterator[tuple[str, 
             sys.stderr.write(f"{name}: {error}\n")
             continue
         yield name, trial
-        repaired = fixed(trial, where)
+        repaired = fixed(trial, where, again=lambda texts: read_texts([str(file)], texts)[0])
         if repaired is not None:
             yield f"{name}, fixed", repaired[0]
 
