@@ -94,7 +94,9 @@ def test_a_fix_is_applied_to_a_copy_of_the_file_and_read_back(pair, files):
         texts.append(dict(new))
         return read(next(iter(new.values())), importer="yaml")
 
-    found, fixes = fixed(prepare(system, *ENDS, where), where, again=again)
+    done = fixed(prepare(system, *ENDS, where), where, again=again)
+    assert done is not None
+    found, fixes = done
     assert (found.report.verdict, len(fixes)) == ("compatible", 1)
     assert [text.decode() for each in texts for text in each.values()] == [PAIR % "reliable"]
     assert (files / "pair.yaml").read_text(encoding="utf-8") == PAIR % "best_effort"

@@ -19,10 +19,11 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.api import context, pair_system, read
+from cqos_core.api import context, pair_system
 from cqos_core.applying import read_texts
 from cqos_core.checker import check_system
-from cqos_core.problems import CqosError
+from cqos_core.loading import load_paths
+from cqos_core.merging import merge
 from cqos_core.proving import NotRunnableError, Outcome
 from cqos_core.proving.runs import disagreements, fixed, named, prepare, summary
 from cqos_core.system import PUBLISHER, SUBSCRIBER
@@ -80,19 +81,23 @@ def random_trials(number: int, seed: int, implementation: str) -> Iterator[tuple
         yield name, prepare(system, PUBLISHER, SUBSCRIBER, context(), implementation)
 
 
-def example_trials(file: Path, implementation: str = "") -> Iterator[tuple[str, Trial]]:
-    """Plan one pair of each pair error of an example, and the same with its fixes."""
+def example_trials(path: Path, implementation: str = "") -> Iterator[tuple[str, Trial]]:
+    """Plan one pair of each pair error of an example, a file or a folder, and the same with its fixes in the files."""
     where = context()
-    system = named(read(file), where)
+    loaded = load_paths([str(path)]).systems
+    if not loaded:
+        return
+    files = [file for file, _ in loaded]
+    system = named(merge([each for _, each in loaded]), where)
     for publisher, subscriber in pair_errors(system):
-        name = f"{file.name} {publisher} {subscriber}"
+        name = f"{path.name} {publisher} {subscriber}"
         try:
             trial = prepare(system, publisher, subscriber, where, implementation)
         except NotRunnableError as error:
             sys.stderr.write(f"{name}: {error}\n")
             continue
         yield name, trial
-        repaired = fixed(trial, where, again=lambda texts: read_texts([str(file)], texts)[0])
+        repaired = fixed(trial, where, again=lambda texts: merge(read_texts(files, texts)))
         if repaired is not None:
             yield f"{name}, fixed", repaired[0]
 
@@ -139,7 +144,7 @@ def trials_of(name: str, number: int, seed: int) -> Iterator[tuple[str, Trial]]:
     """Plan what is recorded under a name: random pairs of an implementation, or the examples."""
     if name != EXAMPLES:
         return random_trials(number, seed, name)
-    return (each for file in sorted((ROOT / "examples").iterdir()) for each in _planned(file))
+    return (each for path in sorted((ROOT / "examples").iterdir()) for each in example_trials(path))
 
 
 def _write(recorded: Mapping[str, Any]) -> None:
@@ -174,13 +179,6 @@ def replayed(row: Mapping[str, Any]) -> Outcome:
     """Return the outcome of a recorded run, without its timeline."""
     parts = {name: tuple(row[name]) for name in ("refused", "sent", "arrived")}
     return Outcome(row["by"], (), row["matched"], not_created=row["not_created"], **parts)
-
-
-def _planned(file: Path) -> Iterator[tuple[str, Trial]]:
-    try:
-        yield from example_trials(file)
-    except CqosError as error:
-        sys.stderr.write(f"{file.name}: {error}\n")
 
 
 if __name__ == "__main__":
