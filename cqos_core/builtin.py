@@ -78,3 +78,4 @@ def register_commands(register: Callable[[CommandInfo], None]) -> None:
         ("serve", "Serve checks by gRPC, to modelers and to others."),
     ):
         register(CommandInfo(name, summary, f"cqos_core.cli.{name}:{name}"))
+    register(CommandInfo("test-pack", "Run the case files of a rule pack.", "cqos_core.cli.pack_cases:test_pack"))

@@ -654,6 +654,20 @@ def parse(text: str) -> Sentence:
     Raises:
         SentenceError: with the offset of the fault; the text is at most 10,000 characters and 60 levels deep.
     """
+    return _Reader(text).sentence(_tree(text))
+
+
+def parse_value(text: str) -> Sentence | Operand:
+    """Read the text form of a sentence, or of a value such as ``offered(deadline)``.
+
+    Raises:
+        SentenceError: as `parse` does.
+    """
+    read = _Reader(text).node(_tree(text))
+    return read if isinstance(read, Operand) else as_sentence(read)
+
+
+def _tree(text: str) -> ast.expr:
     if len(text) > MAXIMUM_TEXT:
         message = f"a sentence has at most {MAXIMUM_TEXT:,} characters, this one has {len(text):,}"
         raise SentenceError(message)
@@ -665,4 +679,4 @@ def parse(text: str) -> Sentence:
     except (ValueError, RecursionError, MemoryError) as error:
         message = f"not valid syntax: {str(error) or 'nested too deeply'}"
         raise SentenceError(message, text[:80]) from None
-    return _Reader(text).sentence(tree.body)
+    return tree.body

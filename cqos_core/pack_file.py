@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from cqos_core.expression import parse
+from cqos_core.evaluate import terms
+from cqos_core.expression import parse, parse_value
+from cqos_core.guarantee import LINK, NEEDS, TAKEN_EVERY, Unaffected, gives
 from cqos_core.importers.forms import described
 from cqos_core.importers.reading import Reading, did_you_mean, listed
 from cqos_core.importers.tree import MappingNode, SequenceNode, flag, is_null, whole_number
@@ -43,6 +45,10 @@ if TYPE_CHECKING:
 
 Scalar: TypeAlias = str | int | bool
 RoleName: TypeAlias = Literal["publisher", "subscriber"]
+Word: TypeAlias = Literal[
+    "latest", "loss_free", "duplicate_free", "ordered", "late_join", "offline", "max_age", "max_gap", "liveness"
+]
+Fault: TypeAlias = Literal["link_outage", "subscriber_restart", "publisher_restart", "broker_stop", "broker_crash"]
 
 
 class _Model(BaseModel):
@@ -117,11 +123,14 @@ class PolicyModel(_Model):
 
 
 class RuleModel(_Model):
-    """One rule: exactly one of ``requires``, ``forbids`` and ``meets`` holds its sentence."""
+    """One rule: exactly one of ``requires``, ``forbids`` and ``meets`` holds its sentence, or ``gives`` a word of guarantees."""
 
     requires: str | None = None
     forbids: str | None = None
     meets: str | None = None
+    gives: Word | None = None
+    what: str | None = None
+    survives: Fault | None = None
     code: str
     name: str
     because: str
@@ -138,9 +147,27 @@ class RuleModel(_Model):
 
     @model_validator(mode="after")
     def _one_sentence(self) -> RuleModel:
-        if sum(sentence is not None for sentence in (self.requires, self.forbids, self.meets)) != 1:
-            raise ValueError("a rule has exactly one of `requires`, `forbids` and `meets`")
+        if sum(each is not None for each in (self.requires, self.forbids, self.meets, self.gives)) != 1:
+            raise ValueError("a rule has exactly one of `requires`, `forbids`, `meets` and `gives`")
+        other = {"what", "survives"} if self.gives is None else self.model_fields_set - _OF_GUARANTEES
+        if wrong := sorted(self.model_fields_set & other):
+            which = "only a rule with `gives` has" if self.gives is None else "a rule with `gives` has no"
+            raise ValueError(f"{which} `{wrong[0]}`")
         return self
+
+
+_OF_GUARANTEES: Final = frozenset(
+    ("gives", "what", "survives", "code", "name", "because", "clause", "doubt", "fixes", "help", "aliases")
+)
+
+
+class UnaffectedModel(_Model):
+    """A guarantee that faults leave as it is."""
+
+    guarantee: Word
+    faults: list[Fault]
+    because: str
+    clause: str
 
 
 class PresetModel(_Model):
@@ -187,6 +214,7 @@ class PackModel(_Model):
     dialects: dict[str, DialectModel] = Field(default_factory=dict)
     conventions: list[ConventionModel] = Field(default_factory=list)
     not_checked: list[str] = Field(default_factory=list)
+    unaffected: list[UnaffectedModel] = Field(default_factory=list)
 
 
 for _model in (PerRoleModel, ByOptionModel, PolicyModel, PackModel):
@@ -329,6 +357,7 @@ def _fields_at(location: tuple[int | str, ...]) -> tuple[str, ...]:
         "presets": PresetModel,
         "dialects": DialectModel,
         "conventions": ConventionModel,
+        "unaffected": UnaffectedModel,
     }
     model = models.get(str(location[0])) if location else PackModel
     return tuple(model.model_fields) if model is not None else ()
@@ -350,7 +379,10 @@ def _build(model: PackModel, root: Node, reading: Reading) -> RulePack:
             title=model.title,
             summary=model.summary,
             source=model.source,
-            policies=tuple(_policy(name, policy) for name, policy in model.policies.items()),
+            policies=(
+                *(_policy(name, policy) for name, policy in model.policies.items()),
+                *_policies_of_guarantees(model, rules),
+            ),
             rules=tuple(rules),
             presets={name: _preset(preset) for name, preset in model.presets.items()},
             base_preset=model.base_preset,
@@ -360,6 +392,9 @@ def _build(model: PackModel, root: Node, reading: Reading) -> RulePack:
             ),
             meeting=Meeting(),
             not_checked=tuple(model.not_checked),
+            unaffected=tuple(
+                Unaffected(each.guarantee, tuple(each.faults), each.because, each.clause) for each in model.unaffected
+            ),
         )
     except PackError as error:
         codes = [rule.code for rule in model.rules]
@@ -383,7 +418,34 @@ def _text(value: Scalar) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
+def _policies_of_guarantees(model: PackModel, rules: Sequence[Rule]) -> Iterator[Policy]:
+    """Yield the policies that rules about guarantees bring with them."""
+    if any(rule.guarantee for rule in rules):
+        yield from NEEDS
+    named = {term.name for rule in rules for term, _ in terms(rule.sentence)}
+    if TAKEN_EVERY.name in named - model.policies.keys():
+        yield TAKEN_EVERY
+
+
+def _guarantee(model: RuleModel, word: str) -> Rule:
+    return gives(
+        word,
+        None if model.what is None else parse_value(model.what),
+        code=model.code,
+        name=model.name,
+        because=model.because,
+        clause=model.clause,
+        survives=model.survives or LINK,
+        doubt=model.doubt,
+        fixes=tuple(model.fixes),
+        help=model.help,
+        aliases=tuple(model.aliases),
+    )
+
+
 def _rule(model: RuleModel) -> Rule:
+    if model.gives is not None:
+        return _guarantee(model, model.gives)
     kind: Literal["requires", "forbids", "meets"] = (
         "requires" if model.requires is not None else "forbids" if model.forbids is not None else "meets"
     )

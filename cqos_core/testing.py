@@ -15,7 +15,7 @@ A case file has the code of one rule and named cases::
         findings: [ROS101]
         remedies: ["publisher reliability=reliable", "subscriber reliability=best_effort"]
 
-A case states a pair (``offered``, ``requested``), one endpoint (``publisher`` or ``subscriber``), or a small ``system`` in
+A case states a pair (``offered``, ``requested``, ``needs``), one endpoint (``publisher`` or ``subscriber``), or a small ``system`` in
 the YAML form. ``expect`` is the severity with which the rule speaks, ``ok`` where it is silent, ``unknown`` where it leaves
 the pair open. ``verdict``, ``findings`` (codes of all warnings and errors) and ``remedies`` are compared where they are given. Whatever a
 case expects, no headline may be left with ``{braces}`` of its rule that nothing fills.
@@ -82,10 +82,14 @@ def load_cases(path: Path | str, pack: str) -> list[Case]:
 def _read(file: Path, pack: str) -> Iterator[Case]:
     import yaml
 
-    document = yaml.safe_load(file.read_bytes())
-    if not isinstance(document, dict) or set(document) != {"rule", "cases"} or not document["cases"]:
-        raise CqosError(f"{file} is no case file: expected `rule:` and `cases:`")
-    for content in document["cases"]:
+    try:
+        document = yaml.safe_load(file.read_bytes())
+    except (OSError, ValueError, yaml.YAMLError) as error:
+        raise CqosError(f"{file} cannot be read: {error}") from error
+    cases = document.get("cases") if isinstance(document, dict) and set(document) == {"rule", "cases"} else None
+    if not isinstance(cases, list) or not cases or not all(isinstance(each, dict) for each in cases):
+        raise CqosError(f"{file} is no case file: expected `rule:` and `cases:`, a list of maps")
+    for content in cases:
         unknown = set(content) - _KEYS
         if unknown or "name" not in content or "expect" not in content:
             wrong = f"unknown keys {sorted(unknown)}" if unknown else "`name` and `expect` are needed"
@@ -110,7 +114,7 @@ def judge_case(case: Case, packs: Iterable[RulePack] = ()) -> Result:
         report = check(data, importer="yaml", protocol=case.pack, options={case.pack: options}, packs=packs)
         return Result(report.verdict, report.findings)
     topic = _settings(content.get("topic", {}))
-    if "offered" in content or "requested" in content:
+    if not content.keys().isdisjoint(("offered", "requested", "needs")):
         offered, requested = _settings(content.get("offered", {})), _settings(content.get("requested", {}))
         needs = _settings(content.get("needs", {}))
         pair = check_pair(case.pack, offered, requested, options, topic, packs, needs)

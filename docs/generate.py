@@ -31,7 +31,7 @@ ROOT = DOCS.parent
 RULES = DOCS / "rules"
 COMMAND = DOCS / "command.md"
 STATED = ("topic", "options", "offered", "requested", "needs", "publisher", "subscriber", "system")
-HELP = re.compile(r"(?P<before><!-- help: cqos(?P<path>[ \w]*) -->\n\n```text\n).*?(?P<after>```\n)", re.DOTALL)
+HELP = re.compile(r"(?P<before><!-- help: cqos(?P<path>[ \w-]*) -->\n\n```text\n).*?(?P<after>```\n)", re.DOTALL)
 
 
 def main(arguments: list[str]) -> int:

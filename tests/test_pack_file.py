@@ -337,7 +337,7 @@ WRONG = {
     "two sentences": (
         FILE.replace("    doubt: true", '    forbids: care == "plain"'),
         "- requires: offered(delay)",
-        "a rule has exactly one of `requires`, `forbids` and `meets`",
+        "a rule has exactly one of `requires`, `forbids`, `meets` and `gives`",
     ),
     "no sentence": (
         FILE.replace("requires: offered(care) >= requested(care)\n    ", ""),

@@ -19,4 +19,4 @@ def test_derived_docs_do_not_drift():
 def test_every_command_of_ours_is_documented():
     text = (ROOT / "docs" / "command.md").read_text(encoding="utf-8")
     ours = [name for name, info in load_plugins().commands.items() if info.command.startswith("cqos_core.")]
-    assert re.findall(r"<!-- help: cqos (\w+) -->", text) == ours
+    assert re.findall(r"<!-- help: cqos ([\w-]+) -->", text) == ours
