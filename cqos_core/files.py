@@ -33,16 +33,27 @@ _DRIVE: Final = re.compile("[A-Za-z]:/")
 
 
 def open_file(name: str, relative_to: str) -> Source:
-    """Open the file ``name`` that ``relative_to`` includes.
+    """Open the file ``name`` that ``relative_to`` includes, or list the folder that a ``name`` with a slash at its end names.
 
     Raises:
         InputError: as `read_path`, and where it is a pipe or a device, which might never end: people name those themselves.
     """
     path = str(Path(relative_to).parent / name)
+    if name.endswith("/"):
+        return _listed(path)
     # These of `os.path` answer False for a name that no file system takes; those of `Path` raise.
     if os.path.exists(path) and not (os.path.isfile(path) or os.path.isdir(path)):  # noqa: PTH110, PTH112, PTH113
         raise InputError([Problem("CQ001", "cannot be read: it is no regular file", Place(path))])
     return read_path(path)
+
+
+def _listed(folder: str) -> Source:
+    try:
+        names = sorted(os.listdir(folder))  # noqa: PTH208 - names that are no text stay as they are
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise InputError([Problem("CQ001", f"cannot be read: {reason}", Place(folder))]) from None
+    return Source(f"{folder}/", "\n".join(names).encode(errors="surrogateescape"))
 
 
 class SentFiles:

@@ -24,7 +24,10 @@ class Source:
 
 
 class Opener(Protocol):
-    """Opens a file that another one names, relative to the one that names it; raises `InputError` where it cannot."""
+    """Opens a file that another one names, relative to the one that names it; raises `InputError` where it cannot.
+
+    A name with a slash at its end is that of a folder: its bytes are the names of what is in it, one a line.
+    """
 
     def __call__(self, name: str, relative_to: str) -> Source:
         """Return the source ``name`` stands for."""

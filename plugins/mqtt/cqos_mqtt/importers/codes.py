@@ -125,9 +125,9 @@ CODES: Final = (
         "MQTT944",
         "included-folder-not-read",
         "warning",
-        "A configuration of Mosquitto includes the files of a folder, which C-QoS does not read.",
+        "A configuration of Mosquitto includes the files of a folder that cannot be read.",
         "What the configuration does not state itself is unknown.",
-        help="put the directives of these files into one file, and name that",
+        help="check the configuration where that folder is, or send its files along",
     ),
     CodeInfo(
         "MQTT960",

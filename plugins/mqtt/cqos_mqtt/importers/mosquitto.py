@@ -1,7 +1,7 @@
 """Reads configurations of Mosquitto: the limits of the broker, who may publish and read what, and its bridges.
 
-The broker is called after the file (`mosquitto.conf` is `mosquitto`), or as the switch `mosquitto.broker` says. An acl_file is
-opened where the configuration names it.
+The broker is called after the file (`mosquitto.conf` is `mosquitto`), or as the switch `mosquitto.broker` says. An acl_file and
+the files of an include_dir are opened where the configuration names them.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 SWITCH: Final = "broker"
 _PORT: Final = "1883"
+_CONF: Final = b".conf"
 _UNITS: Final = {"h": 3600, "d": 86_400, "w": 7 * 86_400, "m": 30 * 86_400, "y": 365 * 86_400}
 _ACCESS: Final = ("read", "write", "readwrite", "deny")
 
@@ -70,6 +71,9 @@ class _Reader(Reading):
         self.sources = {source.name: source.data}
         # Until a `listener` is named, lines are about the default one. It is opened where any is, or where there is no other.
         self.listeners = [_Listener()]
+        self.listener = self.listeners[0]
+        self.opens_default = False
+        self.included = False
         self.bridges: dict[str, list[Line]] = {}
         self.connection: list[Line] | None = None
         self.limits: dict[str, str] = {}
@@ -81,14 +85,8 @@ class _Reader(Reading):
             if name != SWITCH:
                 message = f"the importer `mosquitto` has no switch {shown(name)}; it has {SWITCH}"
                 raise InputError([Problem("CQ047", message)])
-        opens_default = False
-        for line in _lines(self.source):
-            try:
-                self.line(line)
-            except ValueError as error:
-                self.refused(line, error)
-            opens_default = opens_default or (len(self.listeners) == 1 and line.name in _OPENS_DEFAULT)
-        if len(self.listeners) > 1 and not opens_default:
+        self.file(self.source)
+        if len(self.listeners) > 1 and not self.opens_default:
             del self.listeners[0]
         self.of_listeners()
         path = PurePath(self.source.name)
@@ -106,6 +104,39 @@ class _Reader(Reading):
         if self.problems:
             raise InputError(self.problems)
         return system
+
+    def file(self, source: Source) -> None:
+        """Read all lines of one file; each begins with the default listener and outside of all connections."""
+        outer = self.listener, self.connection
+        self.listener, self.connection = self.listeners[0], None
+        for line in _lines(source):
+            try:
+                self.line(line)
+            except ValueError as error:
+                self.refused(line, error)
+            default = self.listener is self.listeners[0]
+            self.opens_default = self.opens_default or (default and line.name in _OPENS_DEFAULT)
+        self.listener, self.connection = outer
+
+    def include(self, line: Line) -> None:
+        """Read the files of a folder in the order of Mosquitto, which passes over folders that these name in turn."""
+        if self.included:
+            return
+        try:
+            names = self.context.open(f"{line.value.rstrip('/')}/", self.source.name).data.split(b"\n")
+            wanted = sorted((each for each in names if each.endswith(_CONF) and each != _CONF), key=_by_letter)
+            found = [self.context.open(f"{line.value.rstrip('/')}/{decode(each)}", self.source.name) for each in wanted]
+        except InputError as error:
+            cause = f"the files in {shown(line.value)} are not read"
+            why = f"{cause}: {error.problems[0].message}; so what they may state is not known"
+            self.notes.append(note("MQTT944", why, line.place))
+            self.settings[EVERY_OTHER] = Setting(line.value, line.place, unknown=cause, reported="MQTT944")
+            return
+        self.included = True
+        for each in found:
+            self.sources[each.name] = each.data
+            self.file(each)
+        self.included = False
 
     def refused(self, line: Line, error: ValueError) -> None:
         """Say why Mosquitto does not start."""
@@ -131,7 +162,8 @@ class _Reader(Reading):
             self.connection.append(line)
         elif line.name == "listener":
             port, _, host = line.value.partition(" ")
-            self.listeners.append(_Listener(port, host.strip()))
+            self.listener = _Listener(port, host.strip())
+            self.listeners.append(self.listener)
         elif line.name in {"port", "bind_address"}:
             setattr(self.listeners[0], {"port": "port", "bind_address": "host"}[line.name], line.value)
         elif take is not None:
@@ -139,16 +171,14 @@ class _Reader(Reading):
         elif line.name == "acl_file":
             self.access(line)
         elif line.name == "include_dir":
-            cause = f"the files in {shown(line.value)} are not read"
-            self.notes.append(note("MQTT944", f"{cause}, so what they may state is not known", line.place))
-            self.settings[EVERY_OTHER] = Setting(line.value, line.place, unknown=cause, reported="MQTT944")
+            self.include(line)
         elif line.name not in _PASSED_OVER and (meant := looks_like_qos(line.name, (*_DIRECTIVES, *OF_CONNECTIONS))):
             self.misspelt(line, meant)
 
     def directive(self, line: Line, take: Callable[[str], tuple[str, str]]) -> None:
         """Take one directive as a setting; of several equal ones Mosquitto takes the last."""
         policy, text = take(line.value)
-        settings = self.listeners[-1].settings if line.name in _OF_LISTENERS else self.settings
+        settings = self.listener.settings if line.name in _OF_LISTENERS else self.settings
         known = settings.get(policy)
         other = "message_size_limit" if line.name == "max_packet_size" else "max_packet_size"
         if known is not None and policy == "maximum_packet_size" and self.limits.get(other) == known.text:
@@ -225,6 +255,11 @@ def _lines(source: Source) -> Iterator[Line]:
         if written and not written.startswith("#"):
             name, _, value = written.partition(" ")
             yield Line(name, value.strip(), Place(source.name, number, len(text) - len(text.lstrip()) + 1))
+
+
+def _by_letter(name: bytes) -> list[tuple[bytes, int]]:
+    """Sort without regard to case, but the capital before the small letter at the first place where only that differs."""
+    return [(bytes((letter,)).upper(), letter) for letter in name]
 
 
 def _addresses(listeners: Iterable[_Listener], names: Iterable[str]) -> Iterator[str]:
@@ -313,7 +348,9 @@ _POLICIES: Final = {
     },
 }
 _WELL_KNOWN: Final = frozenset(("1883", "8883"))
-_NEEDS_VALUE: Final = frozenset(("connection", "address", "addresses", "topic", "listener", "port", "acl_file"))
+_NEEDS_VALUE: Final = frozenset(
+    ("connection", "address", "addresses", "topic", "listener", "port", "acl_file", "include_dir")
+)
 _OPENS_DEFAULT: Final = frozenset(
     (
         "port",

@@ -1,12 +1,15 @@
 """Thing Descriptions, flows of Node-RED and configurations of Mosquitto; and that nobody claims what is somebody else's."""
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from cqos_core import check, read
+from cqos_core.files import SentFiles, open_file, read_path
+from cqos_core.loading import Given, included_files, read_together
 from cqos_core.problems import InputError
 from cqos_core.report import Severity
 from cqos_mqtt.importers import detect
@@ -378,6 +381,89 @@ def test_what_an_included_folder_may_state_is_not_known(tmp_path):
         verdicts.append([group.verdict for group in report.groups])
     assert verdicts == [["compatible"], ["unknown"]]
     assert "MQTT944" in [finding.code for finding in report.findings]
+
+
+def included(tmp_path, main="include_dir conf.d\n", **files):
+    (tmp_path / "conf.d").mkdir()
+    for name, text in files.items():
+        (tmp_path / "conf.d" / f"{name}.conf").write_text(text, encoding="utf-8")
+    (tmp_path / "mosquitto.conf").write_text(main, encoding="utf-8")
+    system = read(str(tmp_path / "mosquitto.conf"))
+    return system, {name: setting.text for name, setting in system.brokers["mosquitto"].settings.items()}
+
+
+def test_files_of_a_folder_are_read_in_the_order_of_mosquitto(tmp_path):
+    """Seen on Mosquitto 2.0.11, whose log names the files as it loads them."""
+    order = ["00", "01", "1", "10", "A", "AB", "Ab", "a-", "a.b", "a", "a.conf", "aB", "ab", "abc", "a_", "B", "b", "_"]
+    system, settings = included(tmp_path, **{name: f"max_queued_messages {at}\n" for at, name in enumerate(order, 1)})
+    assert settings["max_queued_messages"] == str(len(order))
+    read_as = [os.path.basename(name) for name in system.sources if "conf.d" in name]  # noqa: PTH119 - as it is named
+    assert read_as == [f"{name}.conf" for name in order]
+
+
+def test_only_files_of_the_right_name_are_read_and_only_from_the_main_file(tmp_path):
+    (tmp_path / "e").mkdir()
+    (tmp_path / "e" / "x.conf").write_text("max_queued_messages 9\n", encoding="utf-8")
+    system, settings = included(tmp_path, **{"a": f"include_dir {tmp_path / 'e'}\n", ".b": "max_queued_messages 3\n"})
+    (tmp_path / "conf.d" / "README").write_text("bogus_qos 1\n", encoding="utf-8")
+    (tmp_path / "conf.d" / "c.CONF").write_text("max_queued_messages 4\n", encoding="utf-8")
+    (tmp_path / "conf.d" / ".conf").write_text("max_queued_messages 5\n", encoding="utf-8")
+    assert (settings["max_queued_messages"], system.notes) == ("3", [])
+
+
+@pytest.mark.parametrize(
+    ("main", "one", "limits"),
+    [
+        ("listener 1884\ninclude_dir conf.d\n", "max_qos 1\n", {"port 1883": "1", "port 1884": "2"}),
+        ("include_dir conf.d\nmax_qos 1\n", "listener 1884\n", {"port 1883": "1", "port 1884": "2"}),
+    ],
+)
+def test_an_included_file_begins_with_the_default_listener(tmp_path, main, one, limits):
+    """Seen on Mosquitto 2.0.11 by what it announces to clients on either port."""
+    system, _ = included(tmp_path, main, a=one)
+    cases = system.brokers["mosquitto"].settings["maximum_qos"].unknown
+    assert dict(cases.values) == limits
+
+
+def test_an_included_file_begins_outside_of_all_connections(tmp_path):
+    """Mosquitto 2.0.11: `Invalid bridge configuration`."""
+    with pytest.raises(InputError) as caught:
+        included(tmp_path, "connection x\ninclude_dir conf.d\n", a="address h\n")
+    assert "belongs below a `connection`" in str(caught.value)
+    assert str(caught.value.problems[0].place).endswith("a.conf:1:1")
+
+
+def test_the_configuration_of_debian_is_read_without_a_warning(tmp_path):
+    text = """# Place your local configuration in /etc/mosquitto/conf.d/
+
+pid_file /run/mosquitto/mosquitto.pid
+
+persistence true
+persistence_location /var/lib/mosquitto/
+
+log_dest file /var/log/mosquitto/mosquitto.log
+
+include_dir conf.d
+"""
+    system, settings = included(tmp_path, text)
+    assert (system.notes, settings) == ([], {"persistence": "true"})
+
+
+def test_the_files_of_a_folder_are_sent_along_to_a_service(tmp_path):
+    own, _ = included(tmp_path, a="max_queued_messages 7\n")
+    path = str(tmp_path / "mosquitto.conf")
+    given = [Given(read_path(path), open_file)]
+    sent = SentFiles([each.source for each in given] + list(included_files(given)))
+    (there,) = read_together([Given(given[0].source, sent)])
+    assert there == own
+    (without,) = read_together([Given(given[0].source, SentFiles([given[0].source]))])
+    assert [each.code for each in without.notes] == ["MQTT944"]
+
+
+def test_bytes_have_no_folder_to_include():
+    system = read(b"listener 1883\ninclude_dir /etc\n", importer="mosquitto")
+    assert [(each.code, each.severity) for each in system.notes] == [("MQTT944", "warning")]
+    assert "given as bytes" in system.notes[0].message
 
 
 def test_flows_whose_mqtt_nodes_come_late_are_recognised(tmp_path):
