@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
+from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.judge import Spoken, judge_endpoint, judge_pair, of_end
 from cqos_core.pairing import apart
-from cqos_core.policy import NEED, Duration, FromPeers, Value
+from cqos_core.policy import BROKER, NEED, TOPIC, Duration, FromPeers, Value
 from cqos_core.report import Finding, Remedy
 from cqos_core.resolved import intern
 from cqos_core.rewrites import edits_of
@@ -16,11 +17,11 @@ from cqos_core.solve import changed, solutions
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from cqos_core.pairing import Members, Topic
     from cqos_core.policy import Plain, Policy
-    from cqos_core.resolved import QosProfile
+    from cqos_core.resolved import QosProfile, Resolved
     from cqos_core.system import Role
 
 VERBS: Final[dict[str, tuple[str, str]]] = {
@@ -39,12 +40,12 @@ def member_ids(groups: Iterable[Members]) -> tuple[str, ...]:
 
 
 def remedies(topic: Topic, spoken: Spoken, publishers: list[Members], subscribers: list[Members]) -> tuple[Remedy, ...]:
-    """Return the changes of one value, of endpoints alone, that make the rule pass; the best one first."""
+    """Return the changes of one value that make the rule pass; the best one first."""
     bound = spoken.bound
     want = bound.rule.kind != "forbids"
     if bound.scope == "signal":
         return ()
-    found: list[Remedy] = []
+    found = _shared(topic, spoken, publishers, subscribers)
     if bound.scope == "pair":
         a, b = next(iter(publishers)).profile, next(iter(subscribers)).profile
         for role, groups, second in (
@@ -84,6 +85,66 @@ def remedies(topic: Topic, spoken: Spoken, publishers: list[Members], subscriber
         for change in solutions(bound.bound, values, values, second=False, want=want, fixes=bound.rule.fixes, may=may):
             found += _remedy(topic, role, groups, change.index, change.value)
     return tuple(sorted(found, key=_rank))
+
+
+def _shared(topic: Topic, spoken: Spoken, publishers: list[Members], subscribers: list[Members]) -> list[Remedy]:
+    """Return the changes of what the endpoints share: of their broker, or of the topic."""
+    bound = spoken.bound
+    first, second = (publishers or subscribers)[0], (subscribers or publishers)[0]
+    groups = [*publishers, *subscribers]
+    role: Role = PUBLISHER if publishers else SUBSCRIBER
+    found = []
+    for level in (BROKER, TOPIC):
+        sharing = _sharing(topic, first, level)
+        for change in solutions(
+            bound.bound,
+            *(first.profile.values, second.profile.values),
+            second=False,
+            want=bound.rule.kind != "forbids",
+            fixes=bound.rule.fixes,
+            pair=bound.scope == "pair",
+            may=partial(_all_may, topic, sharing, groups),
+            levels=(level,),
+        ):
+            found += _remedy(topic, role, groups, change.index, change.value, sharing)
+    return found
+
+
+def _sharing(topic: Topic, one: Members, level: str) -> list[Members]:
+    """Return the groups of a topic for which another value holds too, where it changes for one of them."""
+    broker = one.first.participant.broker
+    return [
+        members
+        for members in (*topic.publishers, *topic.subscribers)
+        if level == TOPIC or (broker is not None and members.first.participant.broker is broker)
+    ]
+
+
+def _all_may(topic: Topic, sharing: Sequence[Members], groups: Sequence[Members], index: int, value: Plain) -> bool:
+    """Whether a change of all that share a value brings no error of theirs, nor of pairs of ``groups``, that was not there."""
+    after = {id(members): _with(members.profile, index, value) for members in sharing}
+    for members in sharing[:_PARTNERS_ASKED]:
+        role, then = members.first.endpoint.role, after[id(members)]
+        if _errors(judge_endpoint(then, role, members.observed)) - _errors(
+            judge_endpoint(members.profile, role, members.observed)
+        ):
+            return False
+    return not any(
+        _errors(judge_pair(after.get(id(p), p.profile), after.get(id(s), s.profile)).spoken)
+        - _errors(judge_pair(p.profile, s.profile).spoken)
+        for p, s in islice(_pairs_of(topic, groups), _PARTNERS_ASKED)
+    )
+
+
+def _pairs_of(topic: Topic, groups: Iterable[Members]) -> Iterator[tuple[Members, Members]]:
+    """Yield the pairs of groups in which any of some takes part, each once."""
+    groups = list(groups)
+    senders = {id(members) for members in groups if members.first.role == PUBLISHER}
+    for members in groups:
+        if members.first.role == PUBLISHER:
+            yield from ((members, partner) for partner in topic.subscribers)
+        else:
+            yield from ((partner, members) for partner in topic.publishers if id(partner) not in senders)
 
 
 def _may(
@@ -138,7 +199,10 @@ def _rank(remedy: Remedy) -> tuple[Any, ...]:
     )
 
 
-def _remedy(topic: Topic, role: Role, groups: list[Members], index: int, value: Plain) -> list[Remedy]:
+def _remedy(
+    topic: Topic, role: Role, groups: list[Members], index: int, value: Plain, changing: Sequence[Members] = ()
+) -> list[Remedy]:
+    """Return the change of groups, unless nothing can make it; ``changing`` are all that change with them."""
     pack = topic.pack
     policy = pack.policies[index]
     first = groups[0].first
@@ -149,7 +213,7 @@ def _remedy(topic: Topic, role: Role, groups: list[Members], index: int, value: 
     meaning = policy.words.get(policy.domain.word(first.written(index) or ""))
     if isinstance(meaning, FromPeers) and meaning.side == "first":
         return []  # nobody sets what an endpoint copies from whoever it finds first
-    mends, breaks = effect(topic, role, groups, index, value)
+    mends, breaks = effect(topic, changing or groups, index, value)
     members = member_ids(groups)
     text_value = policy.domain.format(value)
     return [
@@ -159,7 +223,7 @@ def _remedy(topic: Topic, role: Role, groups: list[Members], index: int, value: 
             policy=policy.name,
             value=text_value,
             kind="needs_code" if _is_promise(policy, groups[0].profile.values[index], value, role) else "configuration",
-            text=remedy_text(role, policy.name, text_value, members, policy.level),
+            text=remedy_text(role, policy.name, text_value, members, policy.level, _named(first, policy.level)),
             mends=mends,
             breaks=breaks,
             weakens=any(policy.weakens(members.profile.values[index], value) for members in groups),
@@ -177,8 +241,21 @@ def _is_promise(policy: Policy, current: Value, value: Plain, role: str) -> bool
     return value < current if isinstance(policy.domain, Duration) else value > current
 
 
-def remedy_text(role: str, policy: str, value: str, members: Sequence[str], level: str = "endpoint") -> str:
-    """The change in words: ``offer reliability `reliable` on robot/scan``."""
+def _named(endpoint: Resolved, level: str) -> str:
+    """Return what a change of a level is of, where that is no endpoint."""
+    if level == BROKER and endpoint.participant.broker is not None:
+        return f"of broker {endpoint.participant.broker.id}"
+    if level == TOPIC:
+        return f"of topic {endpoint.shown}"
+    return ""
+
+
+def remedy_text(
+    role: str, policy: str, value: str, members: Sequence[str], level: str = "endpoint", shared: str = ""
+) -> str:
+    """The change in words: ``offer reliability `reliable` on robot/scan``; ``shared`` names what is none of endpoints."""
+    if shared:
+        return f"set {policy} `{value}` {shared}"
     more = len(members) - 1
     where = members[0] if not more else f"{members[0]} and {more} more"
     if level == NEED:
@@ -188,37 +265,33 @@ def remedy_text(role: str, policy: str, value: str, members: Sequence[str], leve
     return f"{verb} {policy} `{value}`{of} on {where}"
 
 
-def effect(
-    topic: Topic, role: str, groups: Sequence[Members], index: int, value: Plain
-) -> tuple[int | None, int | None]:
+def effect(topic: Topic, groups: Sequence[Members], index: int, value: Plain) -> tuple[int | None, int | None]:
     """How many pairs of the topic a change makes better, and how many worse; None where that would take too long."""
     if len(groups) * max(len(topic.publishers), len(topic.subscribers)) > _EFFECT_LIMIT:
         return None, None
     mends = breaks = 0
-    partners = topic.subscribers if role == PUBLISHER else topic.publishers
-    for members in groups:
-        profile = members.profile
-        after = _with(profile, index, value)
-        for partner in partners:
-            before = _rank_of(members, profile, partner, role)
-            then = _rank_of(members, after, partner, role)
-            count = len(members.endpoints) * len(partner.endpoints)
-            mends += count if then < before else 0
-            breaks += count if then > before else 0
+    after = {id(members): _with(members.profile, index, value) for members in groups}
+    for publisher, subscriber in _pairs_of(topic, groups):
+        before = _rank_of(publisher, publisher.profile, subscriber, subscriber.profile)
+        then = _rank_of(
+            *(publisher, after.get(id(publisher), publisher.profile)),
+            *(subscriber, after.get(id(subscriber), subscriber.profile)),
+        )
+        count = len(publisher.endpoints) * len(subscriber.endpoints)
+        mends += count if then < before else 0
+        breaks += count if then > before else 0
     return mends, breaks
 
 
-def _rank_of(members: Members, changing: QosProfile, partner: Members, role: str) -> int:
+def _rank_of(publisher: Members, offered: QosProfile, subscriber: Members, requested: QosProfile) -> int:
     """Verdict of a pair by rank, with what its ends allow at best; a pair that does not meet is worse than any verdict."""
-    publisher, subscriber = (changing, partner.profile) if role == PUBLISHER else (partner.profile, changing)
-    if apart(publisher, subscriber):
+    if apart(offered, requested):
         return 3
-    other = SUBSCRIBER if role == PUBLISHER else PUBLISHER
     ends = (
-        *of_end(changing, role, members.observed, members.wired),
-        *of_end(partner.profile, other, partner.observed, partner.wired),
+        *of_end(offered, PUBLISHER, publisher.observed, publisher.wired),
+        *of_end(requested, SUBSCRIBER, subscriber.observed, subscriber.wired),
     )
-    return max(judge_pair(publisher, subscriber).verdict.rank, *(verdict.rank for verdict, _ in ends), 0)
+    return max(judge_pair(offered, requested).verdict.rank, *(verdict.rank for verdict, _ in ends), 0)
 
 
 def merged_remedies(findings: Sequence[Finding]) -> tuple[Remedy, ...]:
@@ -236,7 +309,8 @@ def merged_remedies(findings: Sequence[Finding]) -> tuple[Remedy, ...]:
             places = {(topic, member) for topic, remedy in same for member in remedy.members}
             known = len(places) == sum(len(remedy.members) for remedy in each)
             mends, breaks = (_sum(r.mends for r in each), _sum(r.breaks for r in each)) if known else (None, None)
-            text = same[0][1].text if members == same[0][1].members else remedy_text(role, policy, value, members)
+            texts = {remedy.text for _, remedy in same}
+            text = texts.pop() if len(texts) == 1 else remedy_text(role, policy, value, members)
             # One part that cannot be edited leaves the change half done.
             parts = [remedy.edits for _, remedy in same]
             edits = tuple(dict.fromkeys(edit for part in parts for edit in part)) if all(parts) else ()

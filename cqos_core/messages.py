@@ -55,6 +55,7 @@ _KINDS: Final[Mapping[str, type[Any]]] = {
                     "Participant",
                     "Broker",
                     "Bridge",
+                    "Room",
                     "Route",
                 ),
                 *("Bound", "TeamRule", "Acceptance", "ImportNote", "Place"),

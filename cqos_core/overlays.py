@@ -119,7 +119,7 @@ class Overlays:
                 pack, (ENDPOINT,), overlay.settings, dialect, overlay.name, "system", []
             )
             layer = self._layers[id(pack), index] = Layer(
-                overlay.name, found, overlay="holds", unread=unread, dialect=overlay.dialect
+                overlay.name, found, overlay="holds", unread=unread, dialect=overlay.dialect, room=overlay.room
             )
         return layer
 

@@ -77,7 +77,7 @@ class Participants:
                 remember(memory, key, shared)
         if broker is not None:
             layers += self._broker_layers(broker, pack)
-        return ResolvedParticipant(participant, pack, shared, layers)
+        return ResolvedParticipant(participant, pack, shared, layers, broker)
 
     def _options(self, pack: RulePack) -> Layer:
         """The system's options for a pack."""

@@ -97,7 +97,7 @@ class ImporterInfo:
         declines: ``"module:function"``; says of a name and first bytes that no importer claims what the file is, and what
             to do instead, as two texts; None where it does not know.
         whole: one of its files is a whole system; else a file is a part of one, and its partners are in other files.
-        inserter: ``"module:function"``, an `Inserter`: adds settings to what is `extendable`; empty: the format has none.
+        inserter: ``"module:function"``, an `Inserter`: adds settings where there is a `Room`; empty: the format has none.
         shares_names: its files refer to what other files of this format define, by name.
     """
 

@@ -618,9 +618,11 @@ NO: Final = "no"
 """How a middleware treats a policy: enforces it; offers it but never refuses a pair for it; ignores it."""
 
 ENDPOINT: Final = "endpoint"
+TOPIC: Final = "topic"
+BROKER: Final = "broker"
 NEED: Final = "need"
 """Level of what is said of an endpoint without being a setting of it: what its application needs."""
-LEVELS: Final = (ENDPOINT, "topic", "participant", "broker", "option", NEED)
+LEVELS: Final = (ENDPOINT, TOPIC, "participant", BROKER, "option", NEED)
 BOTH: Final = ("publisher", "subscriber")
 Stronger: TypeAlias = Literal["higher", "lower", ""]
 DIRECTIONS: Final[tuple[Stronger, ...]] = ("higher", "lower", "")

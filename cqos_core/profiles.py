@@ -116,7 +116,9 @@ class Profiles:
             preset_name = pack.preset_names.get(normalise(own.name))
             if preset_name is not None:
                 self._shadowing(own.name, preset_name, found, pack, own.place)
-            layer = self._own_layers[key] = Layer(f"profile {own.name}", found, unread=unread)
+            layer = self._own_layers[key] = Layer(
+                f"profile {own.name}", found, unread=unread, dialect=dialect_name, room=own.room
+            )
         return layer
 
     def _shadowing(

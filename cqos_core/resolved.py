@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from cqos_core.evaluate import Values
     from cqos_core.pack import RulePack
     from cqos_core.report import Finding
-    from cqos_core.system import Endpoint, Participant, Place, Setting, System
+    from cqos_core.system import Broker, Endpoint, Participant, Place, Room, Setting, System
 
 
 class Stated(NamedTuple):
@@ -46,7 +46,8 @@ class Layer:
         assumed: nobody named them: what the protocol gives an endpoint that says nothing.
         overlay: they are laid over the endpoint's own from elsewhere: ``holds``, or ``may_hold`` where that is not known.
         unread: codes of the errors that report what was stated beside them and is not understood.
-        dialect: of an overlay: which of the pack's dialects its texts are written in.
+        dialect: of an overlay or profile: which of the pack's dialects its texts are written in.
+        room: where its file has room for further settings.
     """
 
     origin: str
@@ -57,6 +58,7 @@ class Layer:
     overlay: Literal["no", "holds", "may_hold"] = "no"
     unread: tuple[str, ...] = ()
     dialect: str = "yaml"
+    room: Room | None = None
 
     @property
     def texts(self) -> tuple[object, ...]:
@@ -169,6 +171,7 @@ class ResolvedParticipant:
     pack: RulePack
     surroundings: Surroundings
     layers: tuple[Layer, ...]
+    broker: Broker | None = None
 
     @property
     def values(self) -> Mapping[int, Value]:

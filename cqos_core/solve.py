@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.evaluate import NO_SIGNAL, Bound, Signal, Use, Values, Written
 from cqos_core.expression import Apply, Arithmetic, Compare, Literal, Operand, Term
-from cqos_core.policy import ENDPOINT, INFINITE, Choice, Plain, Policy, normalise
+from cqos_core.policy import BROKER, ENDPOINT, INFINITE, TOPIC, Choice, Plain, Policy, normalise
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def solutions(
             continue
         if policy.derived or not may_change(policy.name, use.term.scope, fixes):
             continue
-        if policy.default is None and not fixes:
+        if not fixes and not policy.stronger and (policy.default is None or policy.level in {BROKER, TOPIC}):
             continue  # a fact, which no rule names as its fix
         current = (b if use.second else a)[use.index]
         passing: list[Plain] = []
@@ -104,8 +104,9 @@ def _preferred(passing: list[Plain], current: Value, policy: Policy, *, second: 
     Where the current one is open, the weakest offer or the strongest request comes first.
     """
     if isinstance(policy.domain, Choice) and not policy.domain.ordered and len(passing) > 1:
-        # Nothing makes one of them better than another: only what the rule itself or the pack names is offered.
-        return []
+        # Nothing makes one of them better than another, unless the standard prefers one.
+        default = policy.default_for(SUBSCRIBER if second else PUBLISHER)
+        return [value for value in passing if policy.domain.format(value) == default]
     if isinstance(current, int) and all(isinstance(value, int) for value in passing):
         now: int = current
         return sorted(passing, key=lambda value: (policy.weakens(now, value), abs(int(value) - now), value))  # type: ignore[arg-type]

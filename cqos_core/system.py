@@ -86,6 +86,25 @@ EVERY_OTHER: Final = "*"
 
 
 @dataclass(frozen=True, slots=True)
+class Room:
+    """Where a file has room for further settings; the inserter of its format knows how to add them.
+
+    Attributes:
+        place: what the inserter is given.
+        policies: names of those that may be set there; empty: all.
+        restated: the inserter also replaces what is stated there already, and is given values in the words of system files.
+    """
+
+    place: Place
+    policies: tuple[str, ...] = ()
+    restated: bool = False
+
+    def takes(self, policy: str) -> bool:
+        """Whether a policy may be set there."""
+        return not self.policies or policy in self.policies
+
+
+@dataclass(frozen=True, slots=True)
 class Scope:
     """Which endpoints take a profile where it is named, and what of it.
 
@@ -137,6 +156,7 @@ class Profile:
     settings: Settings
     base: tuple[ProfileRef, ...] = ()
     place: Place | None = None
+    room: Room | None = None
 
 
 @dataclass(slots=True)
@@ -189,7 +209,7 @@ class Endpoint:
             no finding while another has one.
         protocol: overrides the participant's.
         label: a person's name for the endpoint (the BPMN event's name), for messages.
-        extendable: its file has room for further settings at its place, and its format says how to add them.
+        room: where its file has room for further settings.
     """
 
     id: str
@@ -212,7 +232,7 @@ class Endpoint:
     protocol: str | None = None
     label: str | None = None
     place: Place | None = None
-    extendable: bool = False
+    room: Room | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -244,6 +264,7 @@ class Overlay:
     fills: tuple[str, ...] = ()
     dialect: str = "yaml"
     place: Place | None = None
+    room: Room | None = None
 
 
 @dataclass(slots=True)
@@ -257,7 +278,7 @@ class Participant:
             declares (``rmw``, ``domain``, ``namespace``, ``broker`` …), by the name they were written with.
         remap: topic renames, from → to, as written.
         starts_after: ids of participants that are up before this one.
-        extendable: as that of endpoints.
+        room: as that of endpoints.
     """
 
     id: str
@@ -269,7 +290,7 @@ class Participant:
     template: str | None = None
     label: str | None = None
     place: Place | None = None
-    extendable: bool = False
+    room: Room | None = None
 
 
 @dataclass(slots=True)
@@ -287,6 +308,7 @@ class Broker:
     profiles: tuple[ProfileRef, ...] = ()
     place: Place | None = None
     addresses: tuple[str, ...] = ()
+    room: Room | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import yaml
@@ -35,21 +36,93 @@ def scalar(value: str, like: str = "", *, in_json: bool = False) -> str:
     return quoted_where_needed(ScalarNode(value, None, None, plain=True))
 
 
-def insert(text: str, place: Place, settings: Mapping[str, str]) -> Replacement | None:
-    """Add settings to the map at ``place``, or to the one that the key at ``place`` has as its value."""
+def difference(before: str, after: str) -> Replacement:
+    """Return the smallest replacement that makes one text of another."""
+    most = min(len(before), len(after))
+    start = next((at for at in range(most) if before[at] != after[at]), most)
+    same = next((at for at in range(most - start) if before[-1 - at] != after[-1 - at]), most - start)
+    return Replacement(start, len(before) - same, after[start : len(after) - same])
+
+
+def insert(text: str, place: Place, settings: Mapping[str, str], *, typed: bool = False) -> Replacement | None:
+    """Add settings to the map at ``place``, or to the one that the key at ``place`` has as its value.
+
+    In JSON ``typed`` values are the numbers and flags that they look like, else texts.
+    """
     found = _found(text, place)
     if found is None:
         return None
     key, node = found
     lines = Lines(text)
     in_json = is_json(text)
-    stated = [(scalar(name, in_json=in_json), scalar(value, in_json=in_json)) for name, value in settings.items()]
+    stated = [
+        (
+            scalar(name, in_json=in_json),
+            json.dumps(yaml.safe_load(value)) if in_json and typed else scalar(value, in_json=in_json),
+        )
+        for name, value in settings.items()
+    ]
     if isinstance(node, yaml.MappingNode):
         if node.flow_style:
             return _in_flow(text, lines, node, stated)
         return _in_block(text, lines, node, stated)
     if isinstance(node, yaml.ScalarNode) and key is not None:
         return _as_map(text, lines, key, node, stated, in_json=in_json)
+    return None
+
+
+def insert_nested(text: str, place: Place, path: tuple[str, ...], settings: Mapping[str, str]) -> Replacement | None:
+    """Add settings to the map that ``path`` leads to below the one at ``place``, and what of the path is missing."""
+    _, node = _found(text, place) or (None, None)
+    where, missing = place, list(path)
+    while missing and isinstance(node, yaml.MappingNode):
+        inner = next(((key, each) for key, each in node.value if key.value == missing[0]), None)
+        if inner is None:
+            break
+        where = replace(place, line=inner[0].start_mark.line + 1, column=inner[0].start_mark.column + 1)
+        node, missing = inner[1], missing[1:]
+    if not missing:
+        return insert(text, where, settings, typed=True)
+    flow_text = "{" + ", ".join(f"{name}: {scalar(value)}" for name, value in settings.items()) + "}"
+    for name in reversed(missing[1:]):
+        flow_text = f"{{{name}: {flow_text}}}"
+    return insert(text, where, {missing[0]: flow_text})
+
+
+def state(text: str, place: Place, settings: Mapping[str, str]) -> Replacement | None:
+    """Replace those settings that the map at ``place`` has, and add the others."""
+    changed = text
+    for name, value in settings.items():
+        _, node = _found(changed, place) or (None, None)
+        entries = node.value if isinstance(node, yaml.MappingNode) else ()
+        there = [each for key, each in entries if key.value == name and isinstance(each, yaml.ScalarNode)]
+        if there:
+            start, end = (_offset(Lines(changed), mark) for mark in (there[-1].start_mark, there[-1].end_mark))
+            made = Replacement(start, end, scalar(value, like=changed[start:end], in_json=is_json(text)))
+        else:
+            added = insert(changed, place, {name: value})
+            if added is None:
+                return None
+            made = added
+        changed = changed[: made.start] + made.text + changed[made.end :]
+    return difference(text, changed)
+
+
+def insert_beside(text: str, place: Place, settings: Mapping[str, str]) -> Replacement | None:
+    """Add settings to the map that has a key at ``place``; of a key with dots, all but the last part stays."""
+    root = _composed(text)
+    if root is None or place.line is None or place.column is None:
+        return None
+    for node in (root, *(value for _, value in _entries(root))):
+        for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
+            if _is_at(key, place.line - 1, place.column - 1):
+                head, dot, _ = key.value.rpartition(".")
+                stated = [
+                    (scalar(head + dot + name, in_json=is_json(text)), scalar(value, in_json=is_json(text)))
+                    for name, value in settings.items()
+                ]
+                add = _in_flow if node.flow_style else _in_block
+                return add(text, Lines(text), node, stated)
     return None
 
 

@@ -65,6 +65,7 @@ from cqos_core.system import (
     Place,
     Profile,
     ProfileRef,
+    Room,
     Route,
     System,
     Topic,
@@ -271,7 +272,9 @@ class _Builder:
             self.add("topic", name, about, self.system.topics)
         for name, broker in (entry.get(BROKERS) or {}).items():
             protocol = self.protocol(broker.value, entry)
-            found = Broker(name, protocol, broker.value.settings, _profiles(broker.value), broker.place)
+            found = Broker(
+                name, protocol, broker.value.settings, _profiles(broker.value), broker.place, room=Room(broker.place)
+            )
             self.add("broker", name, found, self.system.brokers)
         for name, bridge in (entry.get(BRIDGES) or {}).items():
             routes = tuple(_route(route) for route in bridge.value.get(ROUTES) or ())
@@ -366,7 +369,7 @@ class _Builder:
             starts_after=_texts(entry, STARTS_AFTER),
             label=entry.get(LABEL),
             place=member.place,
-            extendable=True,
+            room=Room(member.place),
         )
 
     def endpoints(self, name: str, entry: Entry, *, observed: bool) -> tuple[list[Profile], list[_Stated]]:
@@ -477,8 +480,8 @@ def _endpoints(
                 starts_after=_texts(stated, STARTS_AFTER),
                 protocol=stated.get(PROTOCOL),
                 label=stated.get(LABEL),
-                place=stated.place if several else member.place,
-                extendable=True,
+                place=(place := stated.place if several else member.place),
+                room=Room(place),
             )
             yield _Stated(endpoint, given or _numbered(made_up, numbers), given is not None)
 

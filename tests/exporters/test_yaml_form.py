@@ -53,8 +53,8 @@ def plain(value):
     """A value without the places in it, whether there is room at them, nor what files it came from."""
     if isinstance(value, System):
         value = replace(value, sources={}, notes=[])
-    if isinstance(value, (Endpoint, Participant)):
-        value = replace(value, extendable=False)
+    if isinstance(value, (Broker, Endpoint, Participant, Profile)):
+        value = replace(value, room=None)
     if isinstance(value, Place):
         return None
     if is_dataclass(value):

@@ -11,7 +11,7 @@ from cqos_core.importers.bpmn.names import fold, shown
 from cqos_core.importers.bpmn.qos import message_type, read_qos
 from cqos_core.importers.bpmn.reading import Unique
 from cqos_core.importers.bpmn.words import ON_EVENTS, acceptances, extension_children, flag, qos_children, word
-from cqos_core.system import EVERY_OTHER, Endpoint, ProfileRef, Setting
+from cqos_core.system import EVERY_OTHER, Endpoint, ProfileRef, Room, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -126,7 +126,7 @@ def _read(reading: Reading, element: Element, role: Role, extensions: list[Child
         protocol=word(element, "protocol"),
         label=fold(element.get("name")) or None,
         place=place,
-        extendable=place.element is not None,
+        room=Room(place) if place.element is not None else None,
     )
 
 

@@ -19,7 +19,7 @@ from cqos_core.importers.bpmn.words import (
     qos_settings,
     word,
 )
-from cqos_core.system import EVERY_OTHER, Participant, Setting
+from cqos_core.system import EVERY_OTHER, Participant, Room, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable
@@ -136,8 +136,8 @@ def _add(reading: Reading, element: Element, unique: Unique) -> Participant:
         settings=_settings(reading, element),
         external=bool(flag(reading, element, "external")),
         label=name or None,
-        place=reading.document.place(element),
-        extendable=identity(element) is not None,
+        place=(place := reading.document.place(element)),
+        room=Room(place) if identity(element) is not None else None,
     )
     if participant.id != wanted:
         message = f"the id `{shown(wanted)}` is used twice; this one is called `{shown(participant.id)}`"

@@ -29,7 +29,9 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
     for name, summary in _READ:
         claim = f"cqos_dds.importers.detect:claims_{name}"
         reader = f"cqos_dds.importers.{name}:read"
-        register(ImporterInfo(name, summary, (".xml",), claim, reader, shares_names=name == "dds_xml"))
+        inserter = "cqos_dds.exporters.editing:insert"
+        shares = name == "dds_xml"
+        register(ImporterInfo(name, summary, (".xml",), claim, reader, inserter=inserter, shares_names=shares))
 
 
 @hookimpl

@@ -23,11 +23,16 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
     for name, summary, suffixes in _READ:
         claim = f"cqos_mqtt.importers.detect:claims_{name}"
         reader = f"cqos_mqtt.importers.{name}:read"
-        register(ImporterInfo(name, summary, suffixes, claim, reader, declines=_DECLINED.get(name, "")))
+        declines, inserter = _DECLINED.get(name, ""), _INSERTERS.get(name, "")
+        register(ImporterInfo(name, summary, suffixes, claim, reader, declines=declines, inserter=inserter))
 
 
 _DOCUMENTS = (".yaml", ".yml", ".json")
 _DECLINED = {"asyncapi": "cqos_mqtt.importers.detect:declines_asyncapi"}
+_INSERTERS = {
+    "asyncapi": "cqos_mqtt.importers.editing:insert_bindings",
+    "mosquitto": "cqos_mqtt.importers.editing:state_directives",
+}
 _READ = (
     ("asyncapi", "AsyncAPI 2.x and 3.x documents with MQTT servers", _DOCUMENTS),
     ("wot", "W3C WoT Thing Descriptions with MQTT forms", (".jsonld", ".json", ".td")),

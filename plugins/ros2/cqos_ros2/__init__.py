@@ -25,7 +25,8 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
             claim = f"cqos_ros2.importers.{detect}:claims_{name}"
             over = "ros2" if name == "fastdds" else ""
             reader = f"cqos_ros2.importers.{module}:read"
-            register(ImporterInfo(name, summary, suffixes, claim, reader, over, declines=_DECLINED.get(name, "")))
+            declines, inserter = _DECLINED.get(name, ""), _INSERTERS.get(name, "")
+            register(ImporterInfo(name, summary, suffixes, claim, reader, over, declines=declines, inserter=inserter))
 
 
 @hookimpl
@@ -38,6 +39,10 @@ def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
 _DECLINED = {
     "rosbag2": "cqos_ros2.importers.declined:recording",
     "qos_overrides": "cqos_ros2.importers.declined:parameters",
+}
+_INSERTERS = {
+    "qos_overrides": "cqos_ros2.importers.editing:insert_parameters",
+    "rviz": "cqos_ros2.importers.editing:insert_in_rviz",
 }
 _WRITTEN = (
     ("qos_overrides", "`qos_overrides` parameters, to start nodes with", ".yaml", ()),

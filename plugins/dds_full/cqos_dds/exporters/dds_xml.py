@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from cqos_dds.exporters.xml_form import Stated
 
 _NAMESPACE: Final = "http://www.omg.org/spec/DDS-XML"
-_SPELLING: Final = Spelling(
+SPELLING: Final = Spelling(
     ("DURATION_INFINITE_SEC", "DURATION_INFINITE_NSEC"),
     "LENGTH_UNLIMITED",
     idl=True,
@@ -90,7 +90,7 @@ class _File:
         self.with_participants = not self.alone and context.settings.get("participants") != "without"
         self.context = context
         self.notes: dict[str, None] = {}
-        self.form = XmlWriter(_SPELLING, _NAMESPACE, self.notes)
+        self.form = XmlWriter(SPELLING, _NAMESPACE, self.notes)
         self.profiles: dict[str, list[_Profile]] = {}
         self.names: dict[str, set[str]] = {}
         self.owners: dict[str, _Owner] = {}

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from cqos_dds.exporters.xml_form import Stated
 
 _NAMESPACE: Final = "http://www.eprosima.com"
-_SPELLING: Final = Spelling(
+SPELLING: Final = Spelling(
     ("DURATION_INFINITY", "DURATION_INFINITY"), "0", idl=False, element="name", dotted_bytes=True
 )
 _TAGS: Final[dict[str, str]] = {PUBLISHER: "data_writer", SUBSCRIBER: "data_reader"}
@@ -43,7 +43,7 @@ def write(system: System, context: ExportContext) -> Exported:
     that, so by default a program tells by the name of the profile which one it takes.
     """
     notes: dict[str, None] = {}
-    form = XmlWriter(_SPELLING, _NAMESPACE, notes)
+    form = XmlWriter(SPELLING, _NAMESPACE, notes)
     root = form.root("dds")
     profiles = form.below(root, "profiles")
     names: dict[str, set[str]] = {tag: set() for tag in _TAGS.values()}

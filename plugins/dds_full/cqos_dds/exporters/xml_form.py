@@ -136,7 +136,7 @@ class XmlWriter:
 
     def below(self, above: Element, tag: str, **attributes: str) -> Element:
         """Add an element."""
-        return etree.SubElement(above, f"{{{self.namespace}}}{tag}", attributes)
+        return etree.SubElement(above, f"{{{self.namespace}}}{tag}" if self.namespace else tag, attributes)
 
     def text(self, root: Element, head: str) -> str:
         """Return the whole document, with a comment before its root."""

@@ -13,11 +13,12 @@ from cqos_core.system import (
     Participant,
     Profile,
     ProfileRef,
+    Room,
     Scope,
     Setting,
     Topic,
 )
-from cqos_dds.importers.policy_forms import PUBLISHER_QOS, READER, SUBSCRIBER_QOS, WRITER
+from cqos_dds.importers.policy_forms import OF_ENTITIES, PUBLISHER_QOS, READER, SUBSCRIBER_QOS, WRITER
 from cqos_dds.importers.qos_libraries import SEPARATOR, part_of
 from cqos_dds.importers.xml_values import children, elements, flag, local, not_set, text
 
@@ -332,6 +333,7 @@ class Entities:
             type=self.topic(name, topic, types),
             external=bool(not_set(name)) or (topic is None and not known),
             place=self.reading.place(endpoint.own),
+            room=Room(self.reading.place(endpoint.own), OF_ENTITIES[side.endpoint_qos], restated=True),
         )
         self.reading.system.endpoints.append(made)
 

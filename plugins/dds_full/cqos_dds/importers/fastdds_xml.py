@@ -11,8 +11,19 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import collector_paused, shown
 from cqos_core.importers.xml_source import parse_xml
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Profile, ProfileRef, Scope, Setting, Topic
-from cqos_dds.importers.policy_forms import FAST_ALSO, FAST_QOS, FAST_READ_ONLY, FAST_TOPIC
+from cqos_core.system import (
+    PUBLISHER,
+    SUBSCRIBER,
+    Endpoint,
+    Participant,
+    Profile,
+    ProfileRef,
+    Room,
+    Scope,
+    Setting,
+    Topic,
+)
+from cqos_dds.importers.policy_forms import FAST_ALSO, FAST_QOS, FAST_READ_ONLY, FAST_TOPIC, OF_PROFILES
 from cqos_dds.importers.xml_values import (
     MOST_TAGS,
     PROTOCOL,
@@ -111,7 +122,7 @@ class _File(XmlReading):
                     child.remove(each)
             self.policies(child, forms, "", settings)
         place = self.place(element)
-        inner = Profile(f"{name}/{part}", settings, (), place)
+        inner = Profile(f"{name}/{part}", settings, (), place, Room(place, OF_PROFILES, restated=True))
         if inner.name in self.system.profiles:
             message = f"{part} profile `{name}` is stated twice, first at {self.system.profiles[inner.name].place}"
             self.problem("CQ012", message, element, "keep one of them")

@@ -180,3 +180,12 @@ SPELLINGS: Final = {
 }
 OTHER_ENTITIES: Final = {"topic_qos": "topic", "domain_participant_qos": "participant"}
 """What has QoS that no endpoint takes values from."""
+OF_ENTITIES: Final = {
+    part: tuple(each.name for form in OMG.values() for each in form.values() if entity in each.entities)
+    for part, (entity, _) in PARTS.items()
+}
+"""The policies that an element of DDS-XML may hold."""
+OF_PROFILES: Final = tuple(
+    dict.fromkeys(each.name for form in (FAST_QOS, FAST_TOPIC) for fields in form.values() for each in fields.values())
+)
+"""The policies that a profile of Fast DDS may hold."""

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import shown
 from cqos_core.policy import normalise
-from cqos_core.system import EVERYBODY, Profile, ProfileRef, Scope, Setting
-from cqos_dds.importers.policy_forms import OMG, OTHER_ENTITIES, PARTS, READER, SPELLINGS, WRITER
+from cqos_core.system import EVERYBODY, Profile, ProfileRef, Room, Scope, Setting
+from cqos_dds.importers.policy_forms import OF_ENTITIES, OMG, OTHER_ENTITIES, PARTS, READER, SPELLINGS, WRITER
 from cqos_dds.importers.xml_values import children, elements, flag, local, not_set, text
 from cqos_dds.policies import POLICIES
 from cqos_dds.presets import PRESETS
@@ -204,7 +204,8 @@ class QosLibraries:
         for listing in children(element, "base_name"):
             element.remove(listing)
         self.reading.policies(element, OMG, entity, settings)
-        return Profile(name, settings, base, self.reading.place(element))
+        place = self.reading.place(element)
+        return Profile(name, settings, base, place, Room(place, OF_ENTITIES[part], restated=True))
 
     def add(self, profile: Profile) -> None:
         """Put a profile among those of the system."""

@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.importers.reading import collector_paused, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text
 from cqos_core.problems import InputError, Problem
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Place, Setting
+from cqos_core.system import PUBLISHER, SUBSCRIBER, Place, Room, Setting
 from cqos_mqtt.filters import intersect
-from cqos_mqtt.importers.document import Document, entries_of, everything, levels, stated
+from cqos_mqtt.importers.document import REF, Document, entries_of, everything, levels, stated
+from cqos_mqtt.importers.editing import BINDINGS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -150,14 +151,16 @@ class _Reader(Document):
     def servers(self, root: MappingNode, title: str) -> list[_Server]:
         """Add a client for each server that speaks MQTT."""
         found = []
-        for key, node in entries_of(self.a_map(stated(root, "servers"), "servers")):
+        servers = self.a_map(stated(root, "servers"), "servers")
+        for key, node in entries_of(servers):
             server = self.a_map(node, key.text)
             if self.a_text(server, "protocol").lower() in _PROTOCOLS:
                 found.append((key, server))
         clients = []
         for key, server in found:
             client = title if len(found) == 1 else f"{title} at {key.text}"
-            self.client(client, key, self.connection(server, key))
+            room = self.room(key, server, _CONNECTION) if stated(servers, key.text) is server else None
+            self.client(client, key, self.connection(server, key), room=room)
             clients.append(_Server(key.text, server, client))
         return clients
 
@@ -207,7 +210,7 @@ class _Reader(Document):
                     # In 2.x what a trait says takes the place of what the operation says.
                     layers = [operation, *self.traits(operation)]
                     for topic in self.topics(channel, key.text):
-                        self.operation(_SAYS[verb], topic, own_key, layers, reached)
+                        self.operation(_SAYS[verb], topic, own_key, layers, reached, own=channel.entries[verb][1])
                     answered.append(_Answered(own_key, operation, channel, _ANSWERS[verb], reached))
         for each in answered:
             self.responses(each)
@@ -232,7 +235,7 @@ class _Reader(Document):
             layers = [*self.traits(operation), operation]
             reached = self.reached(channel, servers)
             for topic in self.addressed(channel, f"the channel of operation {shown(key.text)}", key):
-                self.operation(_SAYS[action], topic, key, layers, reached)
+                self.operation(_SAYS[action], topic, key, layers, reached, own=node)
             answered.append(_Answered(key, operation, channel, _ANSWERS[action], reached))
         for each in answered:
             if stated(each.operation, "reply") is not None:
@@ -385,18 +388,32 @@ class _Reader(Document):
         layers: list[MappingNode],
         servers: list[_Server],
         *,
+        own: Node | None = None,
         guessed: bool = False,
     ) -> None:
-        """Add what an operation is at each server; of its layers a later one wins."""
+        """Add what an operation is at each server; of its layers a later one wins, and ``own`` is what stands at its key."""
         settings: Settings = {}
         for layer in layers:
             bindings = self.a_map(stated(layer, "bindings"), "bindings")
             binding = self.a_map(stated(bindings, "mqtt"), "mqtt")
             self.take(binding, _PUBLICATION if role == PUBLISHER else _SUBSCRIPTION, settings)
             self.misplaced(bindings, role, settings)
+        names = _PUBLICATION if role == PUBLISHER else _SUBSCRIPTION
+        # A trait of 2.x wins over what stands at the operation, and what is referred to is stated for others too.
+        room = self.room(where, own, names) if layers and own is layers[-1] else None
         for server in servers:
             one_of = None if topic.one_of is None else f"{server.client}/{role}/{topic.one_of}"
-            self.endpoint(server.client, role, topic.name, where, dict(settings), one_of=one_of, guessed=guessed)
+            self.endpoint(
+                server.client, role, topic.name, where, dict(settings), one_of=one_of, guessed=guessed, room=room
+            )
+
+    def room(self, key: ScalarNode, node: Node | None, names: dict[str, str]) -> Room | None:
+        """Return the room in the MQTT binding of what stands at a key, unless a reference leads elsewhere."""
+        for name in ("bindings", "mqtt"):
+            node = stated(node, name) if isinstance(node, MappingNode) else None
+            if isinstance(node, MappingNode) and stated(node, REF) is not None:
+                return None
+        return Room(self.place(key), tuple(policy for policy in names.values() if policy in BINDINGS))
 
     # Values
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from cqos_core.importers.source import Opener, Source
     from cqos_core.importers.tree import Node
     from cqos_core.problems import Problem
-    from cqos_core.system import ImportNote, Role, Settings
+    from cqos_core.system import ImportNote, Role, Room, Settings
 
 REF: Final = "$ref"
 _MOST_FILES: Final = 1000
@@ -264,11 +264,15 @@ class Document(Reading):
         self.system.brokers.setdefault(name, Broker(name, "mqtt", place=self.place(where)))
         return Setting(name, self.place(where))
 
-    def client(self, name: str, where: Node, settings: Settings, *, external: bool = False) -> str:
+    def client(
+        self, name: str, where: Node, settings: Settings, *, external: bool = False, room: Room | None = None
+    ) -> str:
         """Add a client, once; return its id."""
         if name not in self.system.participants:
             place = self.place(where)
-            self.system.participants[name] = Participant(name, "mqtt", settings, external=external, place=place)
+            self.system.participants[name] = Participant(
+                name, "mqtt", settings, external=external, place=place, room=room
+            )
         return name
 
     def endpoint(
@@ -284,6 +288,7 @@ class Document(Reading):
         label: str | None = None,
         one_of: str | None = None,
         guessed: bool = False,
+        room: Room | None = None,
     ) -> None:
         """Add an endpoint; one that publishes to a name with a wildcard publishes to several topics.
 
@@ -308,6 +313,7 @@ class Document(Reading):
                 alternative=one_of is not None,
                 topic_is_guess=guessed,
                 place=place,
+                room=room,
             )
         )
 

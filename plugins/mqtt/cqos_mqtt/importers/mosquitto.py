@@ -15,8 +15,9 @@ from cqos_core.encoding import decode
 from cqos_core.importers.qos_keys import looks_like_qos
 from cqos_core.importers.reading import Reading, listed, shown
 from cqos_core.problems import InputError, Problem
-from cqos_core.system import EVERY_OTHER, Broker, Cases, ImportNote, Place, ProfileRef, Setting, System
+from cqos_core.system import EVERY_OTHER, Broker, Cases, ImportNote, Place, ProfileRef, Room, Setting, System
 from cqos_mqtt.importers.codes import note
+from cqos_mqtt.importers.editing import DIRECTIVES
 from cqos_mqtt.importers.mosquitto_bridge import OF_CONNECTIONS, add_bridge
 from cqos_mqtt.kinds import LONGEST
 from cqos_mqtt.sessions import ANYBODY, NOBODY
@@ -94,7 +95,8 @@ class _Reader(Reading):
         place = Place(self.source.name, 1, 1)
         addresses = tuple(_addresses(self.listeners, {name, path.stem, path.parent.name}))
         profiles = (ProfileRef("mosquitto", place),)
-        broker = Broker(name, "mqtt", self.settings, profiles, place, addresses)
+        room = Room(place, tuple(DIRECTIVES), restated=True)
+        broker = Broker(name, "mqtt", self.settings, profiles, place, addresses, room)
         system = System(name, "mqtt", brokers={name: broker}, notes=self.notes, sources=self.sources)
         for lines in self.bridges.values():
             try:

@@ -11,7 +11,7 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Bridge, Broker, Endpoint, Participant, Route, Setting
+from cqos_core.system import PUBLISHER, SUBSCRIBER, Bridge, Broker, Endpoint, Participant, Room, Route, Setting
 from cqos_mqtt.filters import has_wildcards, wrong_wildcards
 from cqos_mqtt.importers.codes import note
 from cqos_mqtt.names import PATTERN
@@ -177,21 +177,21 @@ def _connection(stated: dict[str, Line], broker: str, client_id: str, *, here: b
     alive = stated.get("keepalive_interval")
     settings = {
         "broker": Setting(broker),
-        "client_id": Setting(client_id) if given is None else Setting(given.value, given.place),
-        "clean_start": Setting("false") if clean is None else Setting(clean.value, clean.place),
-        "keep_alive": Setting("60") if alive is None else Setting(alive.value, alive.place),
+        "client_id": Setting(client_id) if given is None else Setting(given.value, given.place, derived=True),
+        "clean_start": Setting("false") if clean is None else Setting(clean.value, clean.place, derived=True),
+        "keep_alive": Setting("60") if alive is None else Setting(alive.value, alive.place, derived=True),
         "protocol_version": Setting("3.1.1") if version is None or here else _version(version),
     }
     expiry = stated.get("bridge_session_expiry_interval")
     if expiry is not None and settings["protocol_version"].text == "5.0":
-        settings["session_expiry_interval"] = Setting(expiry.value, expiry.place)
+        settings["session_expiry_interval"] = Setting(expiry.value, expiry.place, derived=True)
     return settings
 
 
 def _version(line: Line) -> Setting:
     if line.value not in _VERSIONS:
         raise ValueError(f"expected one of {', '.join(_VERSIONS)}", line)
-    return Setting(_VERSIONS[line.value], line.place)
+    return Setting(_VERSIONS[line.value], line.place, derived=True)
 
 
 def _routes(
@@ -251,4 +251,5 @@ _ONE: Final = "[^/]*"
 
 def _end(participant: str, role: Role, topic: str, settings: Settings, place: Place) -> Endpoint:
     # What is bridged is nobody's slip: the other side is often in no file.
-    return Endpoint("", role, topic, participant, dict(settings), external=True, place=place)
+    room = Room(place, ("qos",), restated=True)
+    return Endpoint("", role, topic, participant, dict(settings), external=True, place=place, room=room)

@@ -124,7 +124,7 @@ def _replacing(profile: FastDdsProfile, below: list[FastDdsProfile]) -> Settings
     """Return what a profile sets, and Fast DDS's default for what it does not set but one that it replaces does."""
     defaults = {**_DEFAULTS, **_SIDES[profile.role]}
     settings = {
-        _POLICIES[name]: Setting(defaults[_POLICIES[name]], profile.place)
+        _POLICIES[name]: Setting(defaults[_POLICIES[name]], profile.place, derived=True)
         for other in below
         if other.role == profile.role
         for name in other.settings
@@ -132,7 +132,7 @@ def _replacing(profile: FastDdsProfile, below: list[FastDdsProfile]) -> Settings
     }
     own = {_POLICIES[name]: setting for name, setting in profile.settings.items() if name in _POLICIES}
     return settings | {
-        name: setting if setting.unknown else Setting(_shown(setting.text), setting.place)
+        name: setting if setting.unknown else Setting(_shown(setting.text), setting.place, derived=True)
         for name, setting in own.items()
     }
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from cqos_core.importers.forms import described
 from cqos_core.importers.reading import collector_paused, did_you_mean, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, is_null
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Overlay
+from cqos_core.system import PUBLISHER, SUBSCRIBER, Overlay, Room
 from cqos_ros2.importers.codes import note
 from cqos_ros2.importers.configuration import Configuration, as_flag, as_integer
 from cqos_ros2.names import NOT_BY_PARAMETERS
@@ -113,6 +113,7 @@ class _Reader(Configuration):
                     "ros2",
                     dialect="parameters",
                     place=self.place(keys[entity]),
+                    room=Room(self.place(keys[entity]), tuple(sorted(_BY_DEFAULT))),
                 )
             )
 

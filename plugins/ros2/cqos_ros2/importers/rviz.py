@@ -13,8 +13,9 @@ from cqos_core.importers.forms import described
 from cqos_core.importers.qos_keys import looks_like_qos
 from cqos_core.importers.reading import collector_paused, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, is_null
-from cqos_core.system import PUBLISHER, SUBSCRIBER, ProfileRef, Setting
+from cqos_core.system import PUBLISHER, SUBSCRIBER, ProfileRef, Room, Setting
 from cqos_ros2.importers.configuration import Configuration, as_integer, stated
+from cqos_ros2.importers.editing import RVIZ
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -159,8 +160,8 @@ class _Reader(Configuration):
         """Add the endpoint of one topic."""
         settings = self.qos(value) if isinstance(value, MappingNode) else {}
         if isinstance(value, ScalarNode) and self.a_flag(node, "Unreliable", otherwise=False):
-            settings["reliability"] = Setting("best_effort", self.place(value))
-        settings.setdefault("depth", Setting(_DEPTH, self.place(value)))
+            settings["reliability"] = Setting("best_effort", self.place(value), derived=True)
+        settings.setdefault("depth", Setting(_DEPTH, self.place(value), derived=True))
         plugin = self.a_text(node, "Class").removeprefix(_OURS)
         # A display of maps has this topic whether or not anybody sends updates, as few map servers do.
         updates = key.text == "Update Topic"
@@ -172,6 +173,8 @@ class _Reader(Configuration):
         self.endpoint(
             participant, role, name.text, name, settings, type_name=type_name, label=label or None, implied=updates
         )
+        if isinstance(value, MappingNode):
+            self.system.endpoints[-1].room = Room(self.place(key), tuple(RVIZ), restated=True)
 
     def qos(self, entries: MappingNode) -> Settings:
         """Read the policies of a topic."""

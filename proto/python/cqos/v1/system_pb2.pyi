@@ -382,6 +382,7 @@ class Profile(_message.Message):
     SETTINGS_STATED_FIELD_NUMBER: _builtins.int
     BASE_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
+    ROOM_FIELD_NUMBER: _builtins.int
     name: _builtins.str
     """Unique in the system."""
     @_builtins.property
@@ -400,6 +401,10 @@ class Profile(_message.Message):
     def place(self) -> _report_pb2.Place:
         """Where it was stated."""
 
+    @_builtins.property
+    def room(self) -> Global___Room:
+        """As that of endpoints."""
+
     def __init__(
         self,
         *,
@@ -408,10 +413,11 @@ class Profile(_message.Message):
         settings_stated: _abc.Iterable[Global___StatedSetting] | None = ...,
         base: _abc.Iterable[Global___ProfileRef] | None = ...,
         place: _report_pb2.Place | None = ...,
+        room: Global___Room | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place", "room", b"room"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["base", b"base", "name", b"name", "place", b"place", "settings", b"settings", "settings_stated", b"settings_stated"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["base", b"base", "name", b"name", "place", b"place", "room", b"room", "settings", b"settings", "settings_stated", b"settings_stated"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -576,7 +582,7 @@ class Endpoint(_message.Message):
     LABEL_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
     ALTERNATIVE_FIELD_NUMBER: _builtins.int
-    EXTENDABLE_FIELD_NUMBER: _builtins.int
+    ROOM_FIELD_NUMBER: _builtins.int
     id: _builtins.str
     """Unique; a modeler gives its own element id and finds it again in groups, findings and remedies."""
     role: _report_pb2.Role.ValueType
@@ -607,8 +613,6 @@ class Endpoint(_message.Message):
     """Any one of the endpoints of this template may be the one that there is: one without a partner is then no finding while
     another has one.
     """
-    extendable: _builtins.bool
-    """Its file has room for further settings at its place, and its format says how to add them."""
     @_builtins.property
     def settings(self) -> _containers.ScalarMap[_builtins.str, _builtins.str]:
         """QoS by policy name or alias. What is not stated takes the protocol's default."""
@@ -645,6 +649,10 @@ class Endpoint(_message.Message):
     def place(self) -> _report_pb2.Place:
         """Where it was stated."""
 
+    @_builtins.property
+    def room(self) -> Global___Room:
+        """Where its file has room for further settings."""
+
     def __init__(
         self,
         *,
@@ -671,11 +679,11 @@ class Endpoint(_message.Message):
         label: _builtins.str | None = ...,
         place: _report_pb2.Place | None = ...,
         alternative: _builtins.bool = ...,
-        extendable: _builtins.bool = ...,
+        room: Global___Room | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["_dialect", b"_dialect", "_kind", b"_kind", "_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "_topic", b"_topic", "_type", b"_type", "dialect", b"dialect", "kind", b"kind", "label", b"label", "place", b"place", "protocol", b"protocol", "template", b"template", "topic", b"topic", "type", b"type"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_dialect", b"_dialect", "_kind", b"_kind", "_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "_topic", b"_topic", "_type", b"_type", "dialect", b"dialect", "kind", b"kind", "label", b"label", "place", b"place", "protocol", b"protocol", "room", b"room", "template", b"template", "topic", b"topic", "type", b"type"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_dialect", b"_dialect", "_kind", b"_kind", "_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "_topic", b"_topic", "_type", b"_type", "alternative", b"alternative", "dialect", b"dialect", "extendable", b"extendable", "external", b"external", "id", b"id", "kind", b"kind", "label", b"label", "needs", b"needs", "needs_stated", b"needs_stated", "observed", b"observed", "overlay", b"overlay", "overlay_stated", b"overlay_stated", "participant", b"participant", "place", b"place", "profiles", b"profiles", "protocol", b"protocol", "role", b"role", "settings", b"settings", "settings_stated", b"settings_stated", "starts_after", b"starts_after", "template", b"template", "topic", b"topic", "topic_is_guess", b"topic_is_guess", "type", b"type"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_dialect", b"_dialect", "_kind", b"_kind", "_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "_topic", b"_topic", "_type", b"_type", "alternative", b"alternative", "dialect", b"dialect", "external", b"external", "id", b"id", "kind", b"kind", "label", b"label", "needs", b"needs", "needs_stated", b"needs_stated", "observed", b"observed", "overlay", b"overlay", "overlay_stated", b"overlay_stated", "participant", b"participant", "place", b"place", "profiles", b"profiles", "protocol", b"protocol", "role", b"role", "room", b"room", "settings", b"settings", "settings_stated", b"settings_stated", "starts_after", b"starts_after", "template", b"template", "topic", b"topic", "topic_is_guess", b"topic_is_guess", "type", b"type"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__dialect: _TypeAlias = _typing.Literal["dialect"]  # noqa: Y015
     _WhichOneofArgType__dialect: _TypeAlias = _typing.Literal["_dialect", b"_dialect"]  # noqa: Y015
@@ -707,6 +715,40 @@ class Endpoint(_message.Message):
     def WhichOneof(self, oneof_group: _WhichOneofArgType__type) -> _WhichOneofReturnType__type | None: ...
 
 Global___Endpoint: _TypeAlias = Endpoint  # noqa: Y015
+
+@_typing.final
+class Room(_message.Message):
+    """Where a file has room for further settings."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    PLACE_FIELD_NUMBER: _builtins.int
+    POLICIES_FIELD_NUMBER: _builtins.int
+    RESTATED_FIELD_NUMBER: _builtins.int
+    restated: _builtins.bool
+    """What is stated there already is replaced in the same way."""
+    @_builtins.property
+    def place(self) -> _report_pb2.Place:
+        """What is given to that which adds them."""
+
+    @_builtins.property
+    def policies(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Names of the policies that may be set there; all if there are none."""
+
+    def __init__(
+        self,
+        *,
+        place: _report_pb2.Place | None = ...,
+        policies: _abc.Iterable[_builtins.str] | None = ...,
+        restated: _builtins.bool = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["place", b"place", "policies", b"policies", "restated", b"restated"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Room: _TypeAlias = Room  # noqa: Y015
 
 @_typing.final
 class Overlay(_message.Message):
@@ -746,6 +788,7 @@ class Overlay(_message.Message):
     FILLS_FIELD_NUMBER: _builtins.int
     DIALECT_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
+    ROOM_FIELD_NUMBER: _builtins.int
     name: _builtins.str
     """What messages call it."""
     role: _report_pb2.Role.ValueType
@@ -780,6 +823,10 @@ class Overlay(_message.Message):
     def place(self) -> _report_pb2.Place:
         """Where it was stated."""
 
+    @_builtins.property
+    def room(self) -> Global___Room:
+        """As that of endpoints."""
+
     def __init__(
         self,
         *,
@@ -795,10 +842,11 @@ class Overlay(_message.Message):
         fills: _abc.Iterable[_builtins.str] | None = ...,
         dialect: _builtins.str | None = ...,
         place: _report_pb2.Place | None = ...,
+        room: Global___Room | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["_dialect", b"_dialect", "_entity", b"_entity", "_participant", b"_participant", "_protocol", b"_protocol", "_topic", b"_topic", "dialect", b"dialect", "entity", b"entity", "participant", b"participant", "place", b"place", "protocol", b"protocol", "topic", b"topic", "when", b"when"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_dialect", b"_dialect", "_entity", b"_entity", "_participant", b"_participant", "_protocol", b"_protocol", "_topic", b"_topic", "dialect", b"dialect", "entity", b"entity", "participant", b"participant", "place", b"place", "protocol", b"protocol", "room", b"room", "topic", b"topic", "when", b"when"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_dialect", b"_dialect", "_entity", b"_entity", "_participant", b"_participant", "_protocol", b"_protocol", "_topic", b"_topic", "dialect", b"dialect", "entity", b"entity", "fills", b"fills", "name", b"name", "participant", b"participant", "place", b"place", "protocol", b"protocol", "role", b"role", "settings", b"settings", "settings_stated", b"settings_stated", "topic", b"topic", "when", b"when"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_dialect", b"_dialect", "_entity", b"_entity", "_participant", b"_participant", "_protocol", b"_protocol", "_topic", b"_topic", "dialect", b"dialect", "entity", b"entity", "fills", b"fills", "name", b"name", "participant", b"participant", "place", b"place", "protocol", b"protocol", "role", b"role", "room", b"room", "settings", b"settings", "settings_stated", b"settings_stated", "topic", b"topic", "when", b"when"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__dialect: _TypeAlias = _typing.Literal["dialect"]  # noqa: Y015
     _WhichOneofArgType__dialect: _TypeAlias = _typing.Literal["_dialect", b"_dialect"]  # noqa: Y015
@@ -859,7 +907,7 @@ class Participant(_message.Message):
     TEMPLATE_FIELD_NUMBER: _builtins.int
     LABEL_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
-    EXTENDABLE_FIELD_NUMBER: _builtins.int
+    ROOM_FIELD_NUMBER: _builtins.int
     id: _builtins.str
     """Unique in the system."""
     protocol: _builtins.str
@@ -870,8 +918,6 @@ class Participant(_message.Message):
     """The id before instances were multiplied out."""
     label: _builtins.str
     """A person's name for it, for messages."""
-    extendable: _builtins.bool
-    """As that of endpoints."""
     @_builtins.property
     def settings(self) -> _containers.ScalarMap[_builtins.str, _builtins.str]:
         """Connection and options of this participant: `rmw`, `domain`, `namespace`, `broker` and whatever the rule pack knows."""
@@ -892,6 +938,10 @@ class Participant(_message.Message):
     def place(self) -> _report_pb2.Place:
         """Where it was stated."""
 
+    @_builtins.property
+    def room(self) -> Global___Room:
+        """As that of endpoints."""
+
     def __init__(
         self,
         *,
@@ -905,11 +955,11 @@ class Participant(_message.Message):
         template: _builtins.str | None = ...,
         label: _builtins.str | None = ...,
         place: _report_pb2.Place | None = ...,
-        extendable: _builtins.bool = ...,
+        room: Global___Room | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "label", b"label", "place", b"place", "protocol", b"protocol", "template", b"template"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "label", b"label", "place", b"place", "protocol", b"protocol", "room", b"room", "template", b"template"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "extendable", b"extendable", "external", b"external", "id", b"id", "label", b"label", "place", b"place", "protocol", b"protocol", "remap", b"remap", "settings", b"settings", "settings_stated", b"settings_stated", "starts_after", b"starts_after", "template", b"template"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "external", b"external", "id", b"id", "label", b"label", "place", b"place", "protocol", b"protocol", "remap", b"remap", "room", b"room", "settings", b"settings", "settings_stated", b"settings_stated", "starts_after", b"starts_after", "template", b"template"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__label: _TypeAlias = _typing.Literal["label"]  # noqa: Y015
     _WhichOneofArgType__label: _TypeAlias = _typing.Literal["_label", b"_label"]  # noqa: Y015
@@ -959,6 +1009,7 @@ class Broker(_message.Message):
     PROFILES_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
     ADDRESSES_FIELD_NUMBER: _builtins.int
+    ROOM_FIELD_NUMBER: _builtins.int
     id: _builtins.str
     """Unique in the system."""
     protocol: _builtins.str
@@ -983,6 +1034,10 @@ class Broker(_message.Message):
     def addresses(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """How files that are read together with its own may name it, as `host:port`."""
 
+    @_builtins.property
+    def room(self) -> Global___Room:
+        """As that of endpoints."""
+
     def __init__(
         self,
         *,
@@ -993,10 +1048,11 @@ class Broker(_message.Message):
         profiles: _abc.Iterable[Global___ProfileRef] | None = ...,
         place: _report_pb2.Place | None = ...,
         addresses: _abc.Iterable[_builtins.str] | None = ...,
+        room: Global___Room | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "place", b"place", "protocol", b"protocol"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "place", b"place", "protocol", b"protocol", "room", b"room"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "addresses", b"addresses", "id", b"id", "place", b"place", "profiles", b"profiles", "protocol", b"protocol", "settings", b"settings", "settings_stated", b"settings_stated"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "addresses", b"addresses", "id", b"id", "place", b"place", "profiles", b"profiles", "protocol", b"protocol", "room", b"room", "settings", b"settings", "settings_stated", b"settings_stated"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__protocol: _TypeAlias = _typing.Literal["protocol"]  # noqa: Y015
     _WhichOneofArgType__protocol: _TypeAlias = _typing.Literal["_protocol", b"_protocol"]  # noqa: Y015
