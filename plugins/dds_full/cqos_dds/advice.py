@@ -378,13 +378,16 @@ ENDPOINTS: Final = (
         fixes=("history",),
     ),
     forbids(
-        DURABLE & KEEPS_ALL & (MAX_SAMPLES == "unlimited") & (MAX_PER_INSTANCE == "unlimited"),
+        (offered(DURABILITY) >= "transient_local")
+        & STORED_ALL
+        & (offered(MAX_SAMPLES) == "unlimited")
+        & (offered(MAX_PER_INSTANCE) == "unlimited"),
         code="DDS348",
         name="durable-keep-all",
         because="what each writer keeps for late readers grows without bound unless resource limits are set",
         clause="DDS 1.4, 2.2.3.18",
         severity="note",
-        fixes=("history",),
+        fixes=("history", "durability_service.history_kind"),
     ),
     forbids(
         (offered(DURABILITY) >= "transient_local")

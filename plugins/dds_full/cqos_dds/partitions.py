@@ -83,7 +83,12 @@ def as_cyclone_dds_does(writer: Names, reader: Names) -> bool:
 
 
 def _in_bytes(names: Names) -> Names:
-    return tuple(name.encode("utf-8", "surrogatepass").decode("latin-1") for name in names or NO_NAME)
+    return tuple(map(_bytes, names or NO_NAME))
+
+
+def _bytes(name: str) -> str:
+    """Each byte in UTF-8 as one character."""
+    return name.encode("utf-8", "surrogatepass").decode("latin-1")
 
 
 def as_opendds_does(writer: Names, reader: Names) -> bool:
@@ -92,10 +97,17 @@ def as_opendds_does(writer: Names, reader: Names) -> bool:
 
 
 def as_fast_dds_does(writer: Names, reader: Names) -> bool:
-    """Compare in both directions, so that two expressions may match; an empty list meets only what names nothing."""
+    """Compare in both directions, so that two expressions may match; an empty list meets only what names nothing.
+
+    `fnmatch` compares bytes in the locale C, and characters where the program has set another: both must match.
+    """
     if not writer or not reader:
         return "" in (writer or NO_NAME) and "" in (reader or NO_NAME)
-    return any(posix(a, b) or posix(b, a) for a in writer for b in reader)
+    return any(
+        all(posix(one, other) or posix(other, one) for one, other in {(a, b), (_bytes(a), _bytes(b))})
+        for a in writer
+        for b in reader
+    )
 
 
 def as_dust_dds_does(writer: Names, reader: Names) -> bool:
