@@ -7,10 +7,13 @@ python -m tests.conformance.guarantees cyclonedds  first run all designs on this
 from __future__ import annotations
 
 import json
+import os
+import platform
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from datetime import UTC, datetime
 from importlib import import_module
 from itertools import product
 from pathlib import Path
@@ -56,13 +59,14 @@ def dds(offered: Mapping[str, Any], requested: Mapping[str, Any], **topic: Any) 
     return {
         "cqos": 1,
         "protocol": "dds",
-        "topics": {"t": {"period": "20ms", "keyed": False, **topic}},
+        "options": {"dds": {"round_trip_time": "5ms"}},
+        "topics": {"t": {"period": "20ms", "keyed": False, "size": 8, **topic}},
         "participants": {"p": {"publishes": {"t": dict(offered)}}, "s": {"subscribes": {"t": dict(requested)}}},
     }
 
 
 _RELIABLE: Final = {"reliability": "reliable"}
-_ALL: Final = {**_RELIABLE, "history": "keep_all"}
+_ALL: Final = {**_RELIABLE, "reliability.max_blocking_time": "infinite", "history": "keep_all"}
 _LATCHED: Final = {**_ALL, "durability": "transient_local"}
 _STORED: Final = {**_LATCHED, "durability_service.history_kind": "keep_all"}
 _TAKEN: Final = {"taken_every": "50ms"}
@@ -127,7 +131,13 @@ def record(names: Iterable[str]) -> None:
     for on in names:
         with ThreadPoolExecutor(_AT_ONCE) as pool:
             runs = list(pool.map(lambda case, on=on: run(on, case), cases(on)))
-        recorded[on] = {"commit": commit.stdout.strip(), "by": runs[0].pop("by"), "runs": runs}
+        recorded[on] = {
+            "commit": commit.stdout.strip(),
+            "date": datetime.now(UTC).date().isoformat(),
+            "machine": f"{platform.system()} on {platform.machine()} with {os.cpu_count()} processors",
+            "by": runs[0].pop("by"),
+            "runs": runs,
+        }
         for each in runs:
             each.pop("by", None)
             for text in each["contradicted"]:
@@ -144,7 +154,7 @@ def document() -> str:
         runs = one["runs"]
         columns = [column for column in COLUMNS if any(_column(each) == column for each in runs)]
         rows = [[word, *(_cell(word, column, runs) for column in columns)] for word in SHOWN]
-        parts += [f"## {one['by']}", f"{len(runs)} runs.", _table(["guarantee", *_titles(columns)], rows)]
+        parts += [f"## {one['by']}", _when(one), _table(["guarantee", *_titles(columns)], rows)]
         wrong = [[each["design"], each["fault"], text] for each in runs for text in each["contradicted"]]
         if wrong:
             parts += ["Departures:", _table(["design", "fault", "what happens"], wrong)]
@@ -152,6 +162,22 @@ def document() -> str:
         rows = [[name, *(_what(name, column, runs) for column in columns)] for name in designs]
         parts += ["Samples that arrived:", _table(["design", *_titles(columns)], rows)]
     return "\n\n".join(part.rstrip() for part in parts) + "\n"
+
+
+def _when(one: Mapping[str, Any]) -> str:
+    kept = [each["kept"][word] for each in one["runs"] for word in SHOWN if each["kept"][word] is not None]
+    where = f"on {one['date']}, {one['machine']}, commit {one['commit'][:12]}"
+    return f"{len(one['runs'])} runs {where}. {sum(kept)} of {len(kept)} guarantees were kept."
+
+
+def seen_in(runs: Iterable[Mapping[str, Any]]) -> set[tuple[str, str]]:
+    """Return each guarantee that was given and kept in a run, with its fault; a slow reader is one that stays connected."""
+    return {
+        (word, LINK if _column(each) == SLOW else _column(each))
+        for each in runs
+        for word in SHOWN
+        if each["kept"][word]
+    }
 
 
 def _titles(columns: Sequence[str]) -> list[str]:

@@ -1,5 +1,6 @@
 """What the DDS pack claims of pairs under faults, against what happens to them on running implementations."""
 
+import json
 import os
 
 import pytest
@@ -7,6 +8,7 @@ import pytest
 from cqos_dds.pack import PACK
 from cqos_ros2.pack import PACK as ROS2
 from tests.conformance.faults import SCENARIOS, claimed, observed, prover, run
+from tests.conformance.guarantees import RECORDED, seen_in
 
 NOT_GIVEN = {"no", "none", "unknown"}
 
@@ -30,5 +32,6 @@ def test_what_is_claimed_of_a_pair_under_a_fault_is_seen(name, scenario):
 @pytest.mark.parametrize("pack", [PACK, ROS2], ids=lambda pack: pack.id)
 def test_every_proof_has_its_run_and_every_run_its_proof(pack):
     runs = {(word, scenario.column) for scenario in SCENARIOS for word in scenario.seen}
+    runs |= seen_in(json.loads(RECORDED.read_text(encoding="utf-8"))["cyclonedds"]["runs"])
     for value in {proof.value for proof in pack.proofs}:
         assert {(proof.guarantee, proof.fault) for proof in pack.proofs if proof.value == value} == runs

@@ -8,7 +8,7 @@ from cqos_core.guarantee import Proof
 
 _SEEN: Final = {
     "link": ("latest", "loss_free", "duplicate_free", "ordered", "late_join", "max_age"),
-    "link_outage": ("latest", "loss_free", "duplicate_free", "ordered", "max_age", "liveness"),
+    "link_outage": ("latest", "loss_free", "duplicate_free", "ordered", "late_join", "max_age", "liveness"),
     "subscriber_restart": ("latest", "loss_free", "duplicate_free", "ordered", "late_join", "offline"),
     "publisher_restart": ("latest", "duplicate_free", "ordered", "liveness"),
 }
