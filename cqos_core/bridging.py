@@ -190,12 +190,7 @@ def _in_terms_of(policy: Policy, own: Policy, value: Value) -> Value:
 
 def _all_after(late: Sequence[Resolved], early: Sequence[Resolved]) -> bool:
     """Whether all of some endpoints are stated to start after all of others."""
-    return bool(late and early) and all(
-        other.id in before or other.participant.participant.id in before
-        for each in late
-        for before in [{*each.endpoint.starts_after, *each.participant.participant.starts_after}]
-        for other in early
-    )
+    return bool(late and early) and all(each.is_after(other) for each in late for other in early)
 
 
 _MET: Final[dict[str, str]] = {PUBLISHER: "subscribers", SUBSCRIBER: "publishers"}

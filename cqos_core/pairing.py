@@ -37,7 +37,7 @@ class Members:
     profile: QosProfile
     observed: bool
     tags: frozenset[int]
-    starts_after: tuple[str, ...]
+    starts_after: frozenset[str]
     carried: bool = False
     wired: bool = False
     endpoints: list[Resolved] = field(default_factory=list)
@@ -90,12 +90,17 @@ def group(endpoints: Sequence[Resolved], acceptances: NameIndex[int] | None = No
     own = [endpoint for endpoint in ordered if not endpoint.visiting]
     topic = Topic(own[0].key or "", min([endpoint.shown for endpoint in own]), own[0].pack)
     found: dict[tuple[object, ...], Members] = {}
+    # Values that come from peers follow from the order of start, so what others start after is a group of its own.
+    named = frozenset[str]()
+    if any(endpoint.profile.from_peers for endpoint in ordered):
+        named = named.union(*(endpoint.starts_after for endpoint in ordered))
     for endpoint in ordered:
         stated = endpoint.endpoint
         tags = frozenset(acceptances.matching(endpoint.id)) if acceptances else frozenset()
-        starts = stated.starts_after + endpoint.participant.participant.starts_after
+        starts = endpoint.starts_after
+        here = named & endpoint.names if named else named
         carried, wired = endpoint.is_copy, endpoint.carried is not None
-        key = (stated.role, endpoint.profile, stated.observed, tags, starts, carried, wired)
+        key = (stated.role, endpoint.profile, stated.observed, tags, starts, here, carried, wired)
         members = found.get(key)
         if members is None:
             members = found[key] = Members(endpoint.profile, stated.observed, tags, starts, carried, wired)

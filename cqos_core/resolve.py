@@ -88,6 +88,7 @@ class Resolver:
         self._topic_layers: dict[tuple[int, str, str], tuple[tuple[Layer, ...], bool]] = {}
         self._name_problems: dict[tuple[NameProblem, str, str], list[Endpoint]] = {}
         self._shared: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
+        self._starts = Starts(system)
         self._complete()
 
     def run(self) -> ResolvedSystem:
@@ -309,6 +310,7 @@ class Resolver:
             layers,
             participant,
             endpoint.external or owner.external or topic_external,
+            starts_after=self._starts.before((*endpoint.starts_after, *owner.starts_after)),
         )
 
     def _profile_of(
@@ -487,6 +489,41 @@ class Resolver:
             roles = " and ".join(policy.roles) or "no endpoint"
             message = f"{owner} states `{policy.name}`, which only a {roles} has"
             self.reader.say("CQ210", message, stated.setting.place, endpoint.role, [identifier])
+
+
+class Starts:
+    """The order of start that a system states of some of its participants and endpoints."""
+
+    def __init__(self, system: System) -> None:
+        """Note what each of them states."""
+        self._system = system
+        self._stated: dict[str, list[str]] | None = None
+        self._known: dict[tuple[str, ...], frozenset[str]] = {}
+
+    def before(self, names: tuple[str, ...]) -> frozenset[str]:
+        """Return all that is up before whatever starts after ``names``: these, and what they start after."""
+        if not names:
+            return frozenset()
+        if names not in self._known:
+            stated, found, left = self._by_name(), set[str](), [*names]
+            while left:
+                name = left.pop()
+                if name not in found:
+                    found.add(name)
+                    left += stated.get(name, ())
+            self._known[names] = frozenset(found)
+        return self._known[names]
+
+    def _by_name(self) -> dict[str, list[str]]:
+        """What each participant and endpoint starts after; of a participant that is up, all endpoints are."""
+        if self._stated is None:
+            participants = self._system.participants
+            self._stated = {name: [*each.starts_after] for name, each in participants.items()}
+            for each in self._system.endpoints:
+                own = participants[each.participant].starts_after
+                self._stated[each.participant] += each.starts_after
+                self._stated.setdefault(each.id, []).extend((*each.starts_after, *own))
+        return self._stated
 
 
 @lru_cache(maxsize=MAXIMUM_REMEMBERED)

@@ -206,6 +206,7 @@ class Resolved:
         carried: the endpoint of another protocol that this one is on the wire.
         bridge: where it is an end of a bridge, the ids of that and of the endpoint at which it arrives: one for both ends.
         visiting: it is a copy, beside publishers that it meets although its own key is another one.
+        starts_after: ids of all participants and endpoints that are stated to be up before it, directly or by way of others.
     """
 
     endpoint: Endpoint
@@ -221,6 +222,16 @@ class Resolved:
     carried: Carried | None = None
     visiting: bool = False
     bridge: tuple[str, str] | None = None
+    starts_after: frozenset[str] = frozenset()
+
+    def is_after(self, other: Resolved) -> bool:
+        """Whether the other endpoint is stated to be up before this one."""
+        return not self.starts_after.isdisjoint(other.names)
+
+    @property
+    def names(self) -> frozenset[str]:
+        """What others name that start after it."""
+        return frozenset((self.id, self.stated_id, self.participant.participant.id))
 
     @property
     def is_copy(self) -> bool:

@@ -276,6 +276,8 @@ class Session:
         ids = [endpoint.id for endpoint in system.endpoints]
         # Bridges add endpoints and hand needs on, so that one edit may reach any topic.
         incremental = not system.overlays and not system.bridges and len(ids) == len(set(ids))
+        # An endpoint may start after others by way of one that is edited.
+        incremental = incremental and not any(endpoint.starts_after for endpoint in system.endpoints)
         # What follows from all endpoints together follows anew from each edit.
         incremental = incremental and (resolver is None or not resolver.completed)
         if incremental and resolver is not None and not resolver.result.findings and resolver.asked == asked:
@@ -323,6 +325,7 @@ def _content(resolved: Resolved) -> tuple[object, ...]:
         resolved.layers,
         resolved.external,
         resolved.bridge,
+        resolved.starts_after,
         resolved.participant.layers,
         _BESIDE_SETTINGS(resolved.participant.participant),
     )

@@ -1,22 +1,22 @@
 """Values that an endpoint takes from its peers when it is created (``best_available``).
 
-The outcome depends on who starts first: publishers that start first see no subscriptions, and the other way round.
-So the settled value is what both orders give, or depends on the assumption ``start order``, unless ``starts_after`` says
-which order holds.
+The outcome depends on who is there by then. ``starts_after`` states that of some peers; for the others the settled value is
+what every order gives, or depends on the assumption ``start order``.
 """
 
 from __future__ import annotations
 
-from itertools import product
-from typing import TYPE_CHECKING, Final
+from itertools import chain, product
+from operator import itemgetter
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.evaluate import MAXIMUM_WORLDS, collect_variables, in_world
 from cqos_core.pairing import apart
-from cqos_core.policy import INFINITE, Anything, Depends, FromPeers, Value
+from cqos_core.policy import INFINITE, Anything, Depends, FromPeers, Value, is_plain
 from cqos_core.system import PUBLISHER
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from cqos_core.pairing import Members, Topic
     from cqos_core.policy import Policy
@@ -25,35 +25,133 @@ if TYPE_CHECKING:
 START_ORDER: Final = "start order"
 PUBLISHERS_FIRST: Final = "publishers first"
 SUBSCRIBERS_FIRST: Final = "subscribers first"
+_OTHER_ORDERS: Final = 8
+"""How many further outcomes of an open order are told apart; beyond, the value is not known."""
 
 
 def settle(topic: Topic) -> None:
     """Replace values taken from peers in every group of ``topic``."""
     groups = (*topic.publishers, *topic.subscribers)
-    if not any(members.profile.from_peers for members in groups):
-        return
-    original = {members: members.profile for members in groups}
-    for members in groups:
-        profile = original[members]
-        if not profile.from_peers:
-            continue
+    if any(members.profile.from_peers for members in groups):
+        settling = _Settling(topic)
+        settled = {
+            members: {index: settling.value(members, index) for index in members.profile.from_peers}
+            for members in groups
+            if members.profile.from_peers
+        }
+        for members, changes in settled.items():
+            members.profile = members.profile.with_values(changes)
+
+
+class _Way(NamedTuple):
+    """How a group takes a value, and the values of the peers that are stated to be there before it."""
+
+    taken: FromPeers
+    known: tuple[Value, ...]
+
+
+class _Settling:
+    """The values of one topic while they are settled."""
+
+    def __init__(self, topic: Topic) -> None:
+        self._topic = topic
+        self._known: dict[tuple[Members, int], Value] = {}
+        self._relations: dict[Members, tuple[list[Members], list[Members]]] = {}
+        self._possible: dict[int, frozenset[Value]] = {}
+
+    def value(self, members: Members, index: int) -> Value:
+        """Return the value that a policy of a group has, once it is created."""
+        value: Value = members.profile.values[index]
+        if not isinstance(value, FromPeers):
+            return value
+        key = members, index
+        if key not in self._known:
+            self._known[key] = Anything("the order of start goes in a circle")
+            self._known[key] = self._settled(members, index, value)
+        return self._known[key]
+
+    def _settled(self, members: Members, index: int, taken: FromPeers) -> Value:
         publisher = members.first.role == PUBLISHER
-        others = topic.subscribers if publisher else topic.publishers
-        peers = [o for o in others if _meet(profile, original[o], publisher=publisher)]
-        changes: dict[int, Value] = {}
-        for index in profile.from_peers:
-            policy = profile.pack.policies[index]
-            taken: FromPeers = profile.values[index]
-            if taken.side == ("publishers" if publisher else "subscribers"):
-                changes[index] = Anything(f"the bridge takes it from the {taken.side} on its other side")
-                continue
-            alone = policy.domain.parse(taken.alone)
-            # What a peer that takes its value from us has when it was there first: its own lone value.
-            seen = [lone(policy, original[peer].values[index]) for peer in peers]
-            beside = combine(policy, taken, seen)
-            agreed = taken.waits and (taken.peers == "any" or len(set(seen)) == 1)
-            changes[index] = beside if agreed else _by_order(alone, beside, members, peers, publisher=publisher)
-        members.profile = profile.with_values(changes)
+        if taken.side == ("publishers" if publisher else "subscribers"):
+            return Anything(f"the bridge takes it from the {taken.side} on its other side")
+        policy = members.profile.pack.policies[index]
+        before, opened = self._peers(members)
+        known = [*dict.fromkeys(self.value(each, index) for each in before)]
+        ways = dict.fromkeys(self._way(each, index) for each in opened)
+        # What a peer that takes its value from us has when it was there first: that without us.
+        others = [*dict.fromkeys(combine(policy, *way) if isinstance(way, _Way) else way for way in ways)]
+        last = combine(policy, taken, [*dict.fromkeys((*known, *others))])
+        if taken.waits and (taken.peers == "any" or len({*known, *others}) == 1):
+            return last
+        first = combine(policy, taken, known)
+        elsewhere = (self._elsewhere(index, *way) for way in ways if isinstance(way, _Way))
+        between = {combine(policy, taken, [*known, each]) for each in chain(others, *elsewhere)} - {first, last}
+        if first == last and not between:
+            return first
+        ordered: tuple[tuple[str, Value], ...] = (
+            (PUBLISHERS_FIRST, first if publisher else last),
+            (SUBSCRIBERS_FIRST, last if publisher else first),
+        )
+        if any(isinstance(each, Depends) and each.on == START_ORDER for each in known):
+            # Who of the others is there first may differ between us and those whose value depends on it.
+            ordered, between = (), {case for each in (*between, first, last) for case in _in_any_order(each)}
+        if len(between) > _OTHER_ORDERS:
+            return Anything("it depends on the order of start in too many ways")
+        if not ordered and len(between) == 1:
+            return between.pop()
+        named = {f"another order that gives {policy.format(each)}": each for each in between}
+        return Depends(START_ORDER, (*ordered, *sorted(named.items(), key=itemgetter(0))))
+
+    def _way(self, peer: Members, index: int) -> Value | _Way:
+        """The value of a peer, or the way in which it takes it."""
+        taken: Value = peer.profile.values[index]
+        if not isinstance(taken, FromPeers):
+            return taken
+        return _Way(taken, tuple(dict.fromkeys(self.value(each, index) for each in self._peers(peer)[0])))
+
+    def _peers(self, members: Members) -> tuple[list[Members], list[Members]]:
+        """The peers of a group that are stated to be there before it, and those of which that is open."""
+        if members not in self._relations:
+            publisher = members.first.role == PUBLISHER
+            before, opened = [], []
+            for peer in self._topic.subscribers if publisher else self._topic.publishers:
+                if _meet(members.profile, peer.profile, publisher=publisher):
+                    if _before(peer, members, any):
+                        before.append(peer)
+                    elif not _before(members, peer, all):
+                        opened.append(peer)
+            self._relations[members] = before, opened
+        return self._relations[members]
+
+    def _elsewhere(self, index: int, taken: FromPeers, known: Sequence[Value]) -> Iterator[Value]:
+        """Yield what a peer may have taken from others than us that were there before it."""
+        return (combine(self._topic.pack.policies[index], taken, [*known, value]) for value in self._on_topic(index))
+
+    def _on_topic(self, index: int) -> frozenset[Value]:
+        """The values that any endpoint of the topic may have, of those that are known."""
+        if index not in self._possible:
+            policy = self._topic.pack.policies[index]
+            stated = {each.profile.values[index] for each in (*self._topic.publishers, *self._topic.subscribers)}
+            taking = {value for value in stated if isinstance(value, FromPeers)}
+            plain = {lone(policy, value) for value in stated if is_plain(lone(policy, value))}
+            self._possible[index] = frozenset(
+                {*plain, *(_reduce(policy, each, [value]) for each in taking for value in plain)}
+            )
+        return self._possible[index]
+
+
+def _in_any_order(value: Value) -> Iterator[Value]:
+    """Yield what a value is by the order of start."""
+    if isinstance(value, Depends) and value.on == START_ORDER:
+        for _, case in value.cases:
+            yield from _in_any_order(case)
+    else:
+        yield value
+
+
+def _before(early: Members, late: Members, which: Callable[[Iterable[bool]], bool]) -> bool:
+    """Whether ``any`` or ``all`` of a group are stated to be up before another one."""
+    return bool(late.starts_after) and which(late.first.is_after(endpoint) for endpoint in early.endpoints)
 
 
 def _meet(profile: QosProfile, other: QosProfile, *, publisher: bool) -> bool:
@@ -63,31 +161,6 @@ def _meet(profile: QosProfile, other: QosProfile, *, publisher: bool) -> bool:
 def lone(policy: Policy, value: Value) -> Value:
     """Return a value as it is without peers."""
     return policy.domain.parse(value.alone) if isinstance(value, FromPeers) else value
-
-
-def _by_order(alone: Value, beside: Value, members: Members, peers: Sequence[Members], *, publisher: bool) -> Value:
-    if alone == beside:
-        return alone
-    ours_last = _after(members, peers)
-    ours_first = bool(peers) and all(_after(peer, [members]) for peer in peers)
-    if ours_last:
-        return beside
-    if ours_first:
-        return alone
-    first, second = (alone, beside) if publisher else (beside, alone)
-    return Depends(START_ORDER, ((PUBLISHERS_FIRST, first), (SUBSCRIBERS_FIRST, second)))
-
-
-def _after(members: Members, peers: Sequence[Members]) -> bool:
-    """Whether all ``peers`` are stated to be up before ``members``."""
-    if not peers or not members.starts_after:
-        return False
-    before = set(members.starts_after)
-    return all(
-        endpoint.id in before or endpoint.participant.participant.id in before
-        for peer in peers
-        for endpoint in peer.endpoints
-    )
 
 
 def combine(policy: Policy, taken: FromPeers, seen: Sequence[Value]) -> Value:

@@ -32,8 +32,9 @@ def settled(*parts: Any, policy: str = "care", of: str = "r", packs: Any = (POST
     raise AssertionError(of)
 
 
-def by_order(publishers_first: Any, subscribers_first: Any) -> Depends:
-    return Depends("start order", (("publishers first", publishers_first), ("subscribers first", subscribers_first)))
+def by_order(publishers_first: Any, subscribers_first: Any, *others: tuple[str, Any]) -> Depends:
+    both = ("publishers first", publishers_first), ("subscribers first", subscribers_first)
+    return Depends("start order", (*both, *others))
 
 
 BEST = reader("box", "r", care="best")
@@ -54,8 +55,14 @@ def test_who_starts_after_whom_may_be_stated():
     assert settled(BEST, plain, participant("r", {"starts_after": ("writer",)})) == "plain"
     assert settled(BEST, replace(plain, starts_after=("r",))) == "insured"
     assert settled(BEST, plain, participant("writer", {"starts_after": ("r",)})) == "insured"
-    # One of two is not all.
-    assert settled(after, plain, writer("box", "w2", care="plain")) == by_order(PLAIN, INSURED)
+    # One plain writer that is there before is enough, whatever the other is and whenever it starts.
+    assert settled(after, plain, writer("box", "w2", care="insured")) == "plain"
+    insured = writer("box", care="insured")
+    assert settled(after, insured, writer("box", "w2", care="plain")) == by_order(PLAIN, INSURED)
+    assert settled(after, insured, replace(writer("box", "w2", care="plain"), starts_after=("r",))) == "insured"
+    # What starts after the writer is after all that the writer is after.
+    by_way = [replace(plain, starts_after=("manager",)), participant("manager", {"starts_after": ("r",)})]
+    assert settled(BEST, *by_way) == "insured"
     both = replace(BEST, starts_after=("writer", "w2"))
     assert settled(both, plain, writer("box", "w2", care="plain")) == "plain"
 
@@ -136,7 +143,8 @@ def test_publishers_may_take_values_from_subscribers_too():
     adapting = writer("box", "w", pause="adapt")
     readers = [reader("box", "r1", pause="1s"), reader("box", "r2", pause="3s")]
     value = settled(adapting, *readers, policy="pause", of="w", packs=[pack])
-    assert value == by_order(5 * SECOND, SECOND)
+    # If it starts after the second reader and before the first one, it takes what the second one has.
+    assert value == by_order(5 * SECOND, SECOND, ("another order that gives 3s", 3 * SECOND))
 
 
 def test_two_that_wait_for_each_other_see_each_other_as_they_are_alone():

@@ -5,7 +5,7 @@ from dataclasses import fields, is_dataclass, replace
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core import judge, pairing, participants, resolve, resolved, shape
+from cqos_core import assumed, judge, pairing, participants, resolve, resolved, shape
 from cqos_core.checker import check_system
 from cqos_core.reading import _plain_remembered
 from cqos_core.system import Endpoint, Participant, Place, Setting, System
@@ -19,19 +19,22 @@ def forget():
         memory.clear()
     for remembered in (
         *(shape._remembered, judge.judge_pair, judge.judge_endpoint, judge.refusals, pairing.apart),
+        *(judge.refusing_worlds, assumed._steered),
         *(resolve._conventions, _plain_remembered),
     ):
         remembered.cache_clear()
 
 
 def test_everything_that_remembers_is_forgotten_here():
-    modules = (judge, pairing, participants, resolve, resolved, shape)
+    modules = (assumed, judge, pairing, participants, resolve, resolved, shape)
     memories = {name for module in modules for name, value in vars(module).items() if hasattr(value, "cache_clear")}
     assert memories - {"dataclass", "lru_cache"} == {
         "_remembered",
         "judge_pair",
         "judge_endpoint",
         "refusals",
+        "refusing_worlds",
+        "_steered",
         "apart",
         "_conventions",
     }
