@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.arrivals import DUPLICATE_FREE, Arrivals, repetition
 from cqos_core.given import give
-from cqos_core.guarantee import RELAYED, SURVIVES, WORDS, faults_of
+from cqos_core.guarantee import RELAYED, RESTARTS_IN, SURVIVES, WORDS, faults_of
 from cqos_core.hops import Hop, Meetings
 from cqos_core.policy import ENDPOINT, NEED, Anything, Depends, FromPeers, is_plain
 from cqos_core.problems import InvalidValueError
@@ -200,11 +200,17 @@ _MET: Final[dict[str, str]] = {PUBLISHER: "subscribers", SUBSCRIBER: "publishers
 
 
 def _mark_relayed(hops: Iterable[Hop], meeting: Meetings) -> None:
+    """Say of the ends of bridges when they start again, and whether publishers tell of the loss of those before them."""
     for hop in hops:
-        for copy in () if hop.carries_liveliness else meeting.copies(hop.target):
-            index = copy.pack.vocabulary.indices.get((NEED, RELAYED.name))
-            if index is not None:
-                meeting.replace(copy, copy.profile.with_values({index: 1}))
+        for end in (hop.source, hop.target):
+            for copy in meeting.copies(end):
+                indices = copy.pack.vocabulary.indices
+                if (NEED, RESTARTS_IN.name) not in indices:
+                    continue
+                values: dict[int, Plain] = {indices[NEED, RESTARTS_IN.name]: faults_of("intermediary_restart")}
+                if end is hop.target and not hop.carries_liveliness:
+                    values[indices[NEED, RELAYED.name]] = 1
+                meeting.replace(copy, copy.profile.with_values(values))
 
 
 def _hand_on(hops: Sequence[Hop], meeting: Meetings) -> None:
@@ -223,7 +229,7 @@ def _handed_on(hop: Hop, meeting: Meetings) -> bool:
     wanted: dict[str, tuple[Plain, Resolved]] = {}
     faults: set[str] = set()
     for publisher, subscriber in meeting.distinct(hop.target):
-        faults |= {*_faults_before(subscriber)}
+        faults |= {*_faults(subscriber)}
         for word, value in _needed_before(hop, publisher, subscriber):
             if word not in wanted or _more(word, value, wanted[word][0]):
                 wanted[word] = (value, subscriber)
@@ -250,13 +256,17 @@ def _add_needs(
         text = copy.pack.policies[index].domain.format(value)
         place = next((each.place for name, each in subscriber.endpoint.needs.items() if name == word), None)
         added[index] = Stated(text, Setting(text, place or subscriber.endpoint.place), word)
-    if not values:
+    fault = copy.pack.vocabulary.indices.get((NEED, SURVIVES.name))
+    if fault is None or not wanted:
         return False
-    fault = copy.pack.vocabulary.indices[NEED, SURVIVES.name]
-    values[fault] = tuple(sorted({*faults, *copy.profile.values[fault]}))
+    survives = tuple(sorted({*faults, *_faults(copy)}))
+    if not values and survives == _faults(copy):
+        return False
+    values[fault] = survives
     meeting.replace(copy, copy.profile.with_values(values))
     origin = f"needed by {', '.join(sorted(owners))} behind bridge {bridge.id}"
-    copy.layers = (Layer(origin, added), *copy.layers)
+    if added:
+        copy.layers = (Layer(origin, added), *copy.layers)
     return True
 
 
@@ -274,27 +284,23 @@ def _needed_before(hop: Hop, publisher: Resolved, subscriber: Resolved) -> Itera
     for name in sorted(subscriber.profile.needs):
         word = WORDS[name]
         value = subscriber.profile.values[pack.needs[name][0]]
-        if word.over == "every hop":
+        if word.joined(faulty=bool(_faults(subscriber))) == "every hop":
             yield name, value
         elif name == "late_join":
             yield "latest", 1
         elif word.over == "sum" or (word.over == "not over a bridge" and hop.carries_liveliness):
             given = given or {each.word.name: each for each in give(publisher.profile, subscriber.profile)}
             spent = given[name].value if name in given else None
-            # Where the last hop leaves nothing of it, that is where it is lost.
-            if isinstance(value, int) and spent is not None and spent < value:
-                yield name, value - spent
+            # Where the last hop leaves nothing of it, that is where it is lost; where it is not known what it leaves, all of it.
+            if isinstance(value, int) and (spent is None or spent < value):
+                yield name, value - (spent or 0)
 
 
-def _faults_before(subscriber: Resolved) -> Iterator[str]:
-    """Yield the faults that the hop before a bridge must survive: a bridge that restarts is a subscriber there."""
+def _faults(subscriber: Resolved) -> tuple[str, ...]:
+    """Return the faults that a subscriber's needs must survive."""
     index = subscriber.pack.vocabulary.indices.get((NEED, SURVIVES.name))
     faults = subscriber.profile.values[index] if index is not None else ()
-    for fault in faults if isinstance(faults, tuple) else ():
-        if fault in {"publisher_restart", "link_outage"}:
-            yield fault
-        elif fault in faults_of("intermediary_restart"):
-            yield from (fault, "subscriber_restart")
+    return faults if isinstance(faults, tuple) else ()
 
 
 # What bridges do to a system

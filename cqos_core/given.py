@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.guarantee import FAULTS, LINK, SURVIVES, WORDS, faults_of
+from cqos_core.guarantee import FAULTS, LINK, RESTARTS_IN, SURVIVES, WORDS, befalling, faults_of
 from cqos_core.judge import ask
 from cqos_core.policy import INFINITE, NEED, Depends, is_plain
 from cqos_core.solve import turning_points
@@ -109,22 +109,30 @@ def give(publisher: QosProfile, subscriber: QosProfile) -> tuple[Given, ...]:
 
 
 def _give(word: Word, rules: Sequence[BoundRule], publisher: QosProfile, subscriber: QosProfile) -> Given:
+    index = publisher.pack.vocabulary.indices[NEED, RESTARTS_IN.name]
+    restarts = _names(publisher.values[index]), _names(subscriber.values[index])
+
     def under(*faults: str) -> Cell:
+        befall = tuple(each for fault in faults for each in befalling(fault, *restarts))
         counting = [
-            each for each in rules if each.rule.survives == LINK or set(faults) & set(faults_of(each.rule.survives))
+            each for each in rules if each.rule.survives == LINK or set(befall) & set(faults_of(each.rule.survives))
         ]
         cell = _granted(word, counting, faults, publisher, subscriber)
         if cell.value is None or cell.value == word.nothing:
             return cell
-        proven, derived = _evidence(word, faults[0] if faults else LINK, publisher, subscriber)
+        proven, derived = _evidence(word, befall or (LINK,), publisher, subscriber)
         return replace(cell, proven=proven, derived=derived)
 
     cells = {LINK: under(), **{fault: under(fault) for fault in FAULTS}}
     return Given(word, cells[LINK].value, cells[LINK].lost, cells)
 
 
+def _names(value: Value) -> tuple[str, ...]:
+    return value if isinstance(value, tuple) else ()
+
+
 def _evidence(
-    word: Word, fault: str, publisher: QosProfile, subscriber: QosProfile
+    word: Word, faults: tuple[str, ...], publisher: QosProfile, subscriber: QosProfile
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Where a cell was seen on running middleware, and the implementations of the pair on which it was not."""
     pack = publisher.pack
@@ -133,8 +141,11 @@ def _evidence(
     )
     if index is None:
         return (), ()
-    proofs = [each for each in pack.proofs if (each.guarantee, each.fault) == (word.name, fault)]
-    seen = {each.value for each in proofs}
+    by_fault = [
+        {each for each in pack.proofs if (each.guarantee, each.fault) == (word.name, fault)} for fault in faults
+    ]
+    seen = set.intersection(*({each.value for each in proofs} for proofs in by_fault))
+    proofs = [each for each in pack.proofs if each in by_fault[0] and each.value in seen]
     of_pair = dict.fromkeys(
         name for end in (publisher, subscriber) for name in _alternatives(pack.policies[index], end.values[index])
     )
@@ -249,34 +260,13 @@ def _over(word: Word, hops: Sequence[Given], latest: Sequence[Given], *, carried
     lost = tuple(rule for given in hops for rule in given.lost)
 
     def under(fault: str) -> int | None:
-        return _joined(word, _column(hops, fault), _column(latest, fault)[:-1], carried=carried)
+        before = [given.under(fault) for given in latest[:-1]]
+        return _joined(word, [given.under(fault) for given in hops], before, fault, carried=carried)
 
     connected = under(LINK)
     lost = lost if connected in {None, word.nothing} else ()
     cells = {LINK: Cell(connected, lost), **{fault: Cell(under(fault)) for fault in FAULTS}}
     return Given(word, connected, lost, cells)
-
-
-def _column(hops: Sequence[Given], fault: str) -> list[int | None]:
-    """What each hop gives when a fault befalls the path: a restart, of the hop at that end only."""
-    if fault == "subscriber_restart":
-        return [*(given.value for given in hops[:-1]), hops[-1].under(fault)]
-    if fault == "publisher_restart":
-        return [hops[0].under(fault), *(given.value for given in hops[1:])]
-    if fault in faults_of("intermediary_restart"):
-        # A bridge stands between as well: it is a subscriber of the hop before it, a publisher of the one behind.
-        return [
-            _weakest(
-                given.word,
-                [
-                    given.under(fault),
-                    given.value if given is hops[-1] else given.under("subscriber_restart"),
-                    given.value if given is hops[0] else given.under("publisher_restart"),
-                ],
-            )
-            for given in hops
-        ]
-    return [given.under(fault) for given in hops]
 
 
 def _weakest(word: Word, values: Sequence[int | None]) -> int | None:
@@ -288,14 +278,17 @@ def _weakest(word: Word, values: Sequence[int | None]) -> int | None:
     return max(known) if word.kind == "at_most" else min(known)
 
 
-def _joined(word: Word, hops: Sequence[int | None], latest: Sequence[int | None], *, carried: bool) -> int | None:
-    if word.over == "last hop":
+def _joined(
+    word: Word, hops: Sequence[int | None], latest: Sequence[int | None], fault: str, *, carried: bool
+) -> int | None:
+    over = word.joined(faulty=fault != LINK)
+    if over == "last hop":
         # What is stored for those who come late has to get there first.
         filled = _weakest(WORDS["latest"], latest) if word.name == "late_join" else 1
         return word.nothing if hops[-1] == word.nothing or filled == 0 else hops[-1] if filled else None  # type: ignore[return-value]
-    if word.over == "not over a bridge" and not carried:
+    if over == "not over a bridge" and not carried:
         return word.nothing  # type: ignore[return-value]
     together = _weakest(word, hops)
-    if word.over == "every hop" or together is None or together == word.nothing:
+    if over == "every hop" or together is None or together == word.nothing:
         return together
     return min(sum(value for value in hops if value is not None), INFINITE)

@@ -14,13 +14,13 @@ from operator import and_
 from typing import TYPE_CHECKING, Final, Literal
 
 from cqos_core.expression import Literal as Constant
-from cqos_core.expression import Sentence, as_sentence, in_, requested
+from cqos_core.expression import Sentence, as_sentence, in_, offered, overlaps, requested
 from cqos_core.policy import INFINITE, NEED, Count, Duration, Flag, Names, Policy, normalise
 from cqos_core.problems import InvalidValueError
 from cqos_core.rule import Rule
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Collection, Iterable, Iterator
 
     from cqos_core.expression import Operand
     from cqos_core.policy import Domain, Plain
@@ -64,6 +64,11 @@ class Word:
     def nothing(self) -> Plain:
         """The value of somebody who does not need it."""
         return INFINITE if self.kind == "at_most" else 0
+
+    def joined(self, *, faulty: bool) -> Over:
+        """Return how it comes about over several hops; under a fault a bound of the last hop rests on all of them."""
+        bound = self.over == "last hop" and self.kind == "at_most"
+        return "every hop" if faulty and bound else self.over
 
     def enough(self, given: Operand) -> Sentence:
         """Say that the number that is given is enough for what is needed."""
@@ -163,6 +168,15 @@ RELAYED: Final = Policy(
     level=NEED,
     roles=("publisher",),
 )
+RESTARTS_IN: Final = Policy(
+    "need.restarts_in",
+    Faults(),
+    {"publisher": "[publisher_restart]", "subscriber": "[subscriber_restart]"},
+    "In which faults this end starts again: an end of a bridge does when what stands between publisher and subscriber is restarted.",
+    _SOURCE,
+    level=NEED,
+    derived=True,
+)
 OUTAGE: Final = Policy(
     "outage",
     Duration(),
@@ -179,7 +193,7 @@ TAKEN_EVERY: Final = Policy(
     _SOURCE,
     roles=("subscriber",),
 )
-NEEDS: Final = (*(word.need for word in _LISTED), SURVIVES, RELAYED, OUTAGE)
+NEEDS: Final = (*(word.need for word in _LISTED), SURVIVES, RELAYED, RESTARTS_IN, OUTAGE)
 """What a pack that gives guarantees adds to its policies; `TAKEN_EVERY` is added by packs with rules over it."""
 
 
@@ -261,7 +275,7 @@ def gives(
     if survives != LINK and not faults:
         raise ValueError(f"`{survives}` is none of {', '.join((*_SEVERAL, *FAULTS))}")
     if faults:
-        silent |= reduce(and_, (~in_(Constant(fault), requested(SURVIVES)) for fault in faults))
+        silent |= reduce(and_, (~_befalls(fault) for fault in faults))
     amount = "" if about.kind == "holds" else f" {{requested need.{word}}}"
     after = _AFTER.get(survives, f" after a {survives.replace('_', ' ')}")
     met = what if what is None or isinstance(what, Sentence) else about.enough(what)
@@ -283,6 +297,19 @@ def gives(
         guarantee=word,
         survives=survives,
     )
+
+
+def _befalls(fault: str) -> Sentence:
+    """Say that what must be survived brings a fault about at this pair."""
+    side = {"publisher_restart": offered, "subscriber_restart": requested}.get(fault)
+    survives = requested(SURVIVES)
+    return in_(Constant(fault), survives) if side is None else overlaps(side(RESTARTS_IN), survives)
+
+
+def befalling(fault: str, publisher: Collection[str], subscriber: Collection[str]) -> tuple[str, ...]:
+    """Return the faults of a pair that a fault of its path brings about, from the `RESTARTS_IN` of both ends."""
+    restarts = {"publisher_restart": publisher, "subscriber_restart": subscriber}
+    return tuple(each for each in FAULTS if (fault in restarts[each] if each in restarts else fault == each))
 
 
 NOT_STATED: Final = "CQ218"

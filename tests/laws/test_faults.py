@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 
-from hypothesis import given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from cqos_core import check_pair
+from cqos_core import check, check_pair, explain
 from cqos_core.api import pair_system
 from cqos_core.given import give, over
 from cqos_core.guarantee import FAULTS, LINK, WORDS
+from cqos_core.policy import INFINITE
 from cqos_core.resolve import resolve
-from tests.test_guarantee import RANK, Pair, needs, pairs
+from cqos_mqtt.pack import PACK as MQTT
+from tests.test_guarantee import RANK, Pair, needs, pairs, some
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -89,3 +92,72 @@ def test_what_is_needed_and_what_explain_prints_agree(pair: Pair, stated: dict[s
     if isinstance(asked, int) and asked != cell.word.nothing and claimed is not None and claimed != cell.word.nothing:
         enough = claimed == asked or cell.word.stronger(claimed, asked)
         assert (verdict == "compatible") or not enough
+
+
+@st.composite
+def over_brokers(draw: Any) -> Pair:
+    """A pair of MQTT, as `check_pair` takes it, with what the broker between them does."""
+    both = {"qos": ["0", "1", "2"]}
+    client = {"clean_start": ["true", "false"], "session_expiry_interval": ["0s", "1h"], "stores_session": ["true"]}
+    return {
+        "protocol": MQTT.id,
+        "offered": draw(some({**both, "retain": ["true", "false"], "message_expiry_interval": ["1s", "1h"]})),
+        "requested": draw(some({**both, "retain_handling": ["send", "send_if_new", "do_not_send"]})),
+        "options": {"protocol_version": draw(st.sampled_from(["3.1.1", "5.0"])), **draw(some(client))},
+        "topic": draw(some({"period": ["10ms", "1s"]})),
+        "broker": draw(some({"persistence": ["true", "false"], "autosave_interval": ["0s", "30min"]})),
+    }
+
+
+def bridged(first: Pair, second: Pair, required: dict[str, Any]) -> bytes:
+    """A publisher, a bridge and a subscriber behind it, as a system file."""
+    hops = {"a": first, "b": second}
+    options: dict[str, Any] = {each["protocol"]: {"outage": "1s"} for each in hops.values()}
+
+    def of(topic: str, **more: Any) -> dict[str, Any]:
+        hop = hops[topic]
+        broker = {"broker": f"broker {topic}"} if "broker" in hop else {}
+        return {"protocol": hop["protocol"], **hop["options"], **broker, **more}
+
+    return json.dumps(
+        {
+            "cqos": 1,
+            "options": options,
+            "topics": {topic: hop["topic"] for topic, hop in hops.items() if hop["topic"]},
+            "brokers": {
+                f"broker {t}": {"protocol": "mqtt", **hop["broker"]} for t, hop in hops.items() if "broker" in hop
+            },
+            "participants": {
+                "p": of("a", publishes={"a": first["offered"]}),
+                "in": of("a"),
+                "out": of("b"),
+                "s": of("b", subscribes={"b": {**second["requested"], **required}}),
+            },
+            "bridges": {
+                "bridge": {
+                    "routes": [
+                        {
+                            "from": {"participant": "in", "topic": "a", **first["requested"]},
+                            "to": {"participant": "out", "topic": "b", **second["offered"]},
+                        }
+                    ]
+                }
+            },
+        }
+    ).encode()
+
+
+@settings(max_examples=40)
+@given(pairs() | over_brokers(), pairs() | over_brokers(), st.data())
+def test_over_a_bridge_what_is_needed_and_what_explain_prints_agree(first: Pair, second: Pair, data: Any):
+    assume(check(bridged(first, second, {}), importer="yaml").verdict == "compatible")
+    way = explain(bridged(first, second, {}), publisher="p/publisher/a", subscriber="s/subscriber/b")
+    for each in way.guarantees:
+        word = WORDS[each.word]
+        weakest = word.need.domain.format(INFINITE - 1 if word.kind == "at_most" else 1)
+        cell = data.draw(st.sampled_from(each.cells))
+        faults = {} if cell.fault == LINK else {"survives": [cell.fault]}
+        needed = {"needs": {each.word: True if word.kind == "holds" else weakest, **faults}}
+        verdict = check(bridged(first, second, needed), importer="yaml").verdict
+        said = {"unknown": "unknown", "no": "incompatible", word.text(word.nothing): "incompatible"}  # type: ignore[arg-type]
+        assert verdict == said.get(cell.value, "compatible"), (each.word, cell)
