@@ -14,7 +14,7 @@ from cqos_core.importers.source import Source
 from cqos_core.loading import Given, read_together, recognise
 from cqos_core.plugins import load_plugins
 from cqos_core.problems import InputError
-from cqos_core.report import Edit, Severity
+from cqos_core.report import Edit, Severity, Verdict
 from cqos_core.system import System
 
 if TYPE_CHECKING:
@@ -204,7 +204,7 @@ def _best(finding: Finding) -> tuple[Remedy | None, str]:
             "weakens the design"
             if remedy.weakens
             else "makes other pairs worse"
-            if remedy.breaks or remedy.breaks is None
+            if remedy.breaks
             else "is a promise that the program must keep"
             if remedy.kind == "needs_code"
             else "is of no file that can be edited"
@@ -233,9 +233,16 @@ def _attempt(
         after = check(new)
     except InputError:
         return None
-    if _errors(after) - _errors(report) or any(_is_there(finding, remedy, after) for finding, remedy in chosen):
+    if _doubtful(after) > _doubtful(report) or _errors(after) - _errors(report):
+        return None
+    if any(_is_there(finding, remedy, after) for finding, remedy in chosen):
         return None
     return new, after
+
+
+def _doubtful(report: Report) -> int:
+    """Return how many pairs are not known to be compatible."""
+    return sum(group.pairs for group in report.groups if group.verdict is not Verdict.COMPATIBLE)
 
 
 def _errors(report: Report) -> set[tuple[str, str | None, str]]:

@@ -137,6 +137,10 @@ class Vocabulary:
         self.functions = {function.name: function for function in functions}
         self.size = len(self.policies)
         self.indices = {(policy.level, policy.name): index for index, policy in enumerate(self.policies)}
+        self.following: dict[str, tuple[int, ...]] = {}
+        for index, policy in enumerate(self.policies):
+            for name in policy.follows:
+                self.following[name] = (*self.following.get(name, ()), index)
         if len(self.indices) != self.size:
             message = "a policy is declared twice: " + ", ".join(p.name for p in self.policies)
             raise PackError(message)

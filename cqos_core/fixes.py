@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.judge import Spoken, judge_endpoint, judge_pair, of_end
 from cqos_core.pairing import apart
-from cqos_core.policy import BROKER, NEED, TOPIC, Duration, FromPeers, Value
+from cqos_core.policy import BROKER, INFINITE, NEED, TOPIC, Duration, FromPeers, Value
 from cqos_core.report import Finding, Remedy
 from cqos_core.resolved import intern
 from cqos_core.rewrites import edits_of
@@ -95,6 +95,8 @@ def _shared(topic: Topic, spoken: Spoken, publishers: list[Members], subscribers
     role: Role = PUBLISHER if publishers else SUBSCRIBER
     found = []
     for level in (BROKER, TOPIC):
+        if level == BROKER and first.first.participant.broker is None:
+            continue  # nothing says which broker it is
         sharing = _sharing(topic, first, level)
         for change in solutions(
             bound.bound,
@@ -103,6 +105,7 @@ def _shared(topic: Topic, spoken: Spoken, publishers: list[Members], subscribers
             want=bound.rule.kind != "forbids",
             fixes=bound.rule.fixes,
             pair=bound.scope == "pair",
+            # Others may rest on what a broker promises, so it is never made to promise less.
             may=partial(_all_may, topic, sharing, groups),
             levels=(level,),
         ):
@@ -116,22 +119,25 @@ def _sharing(topic: Topic, one: Members, level: str) -> list[Members]:
     return [
         members
         for members in (*topic.publishers, *topic.subscribers)
-        if level == TOPIC or (broker is not None and members.first.participant.broker is broker)
+        if level == TOPIC or members.first.participant.broker is broker
     ]
 
 
 def _all_may(topic: Topic, sharing: Sequence[Members], groups: Sequence[Members], index: int, value: Plain) -> bool:
     """Whether a change of all that share a value brings no error of theirs, nor of pairs of ``groups``, that was not there."""
+    policy = topic.pack.policies[index]
+    if any(policy.weakens(members.profile.values[index], value) for members in sharing):
+        return False
     after = {id(members): _with(members.profile, index, value) for members in sharing}
     for members in sharing[:_PARTNERS_ASKED]:
         role, then = members.first.endpoint.role, after[id(members)]
-        if _errors(judge_endpoint(then, role, members.observed)) - _errors(
-            judge_endpoint(members.profile, role, members.observed)
-        ):
+        if _new(judge_endpoint(then, role, members.observed), judge_endpoint(members.profile, role, members.observed)):
             return False
     return not any(
-        _errors(judge_pair(after.get(id(p), p.profile), after.get(id(s), s.profile)).spoken)
-        - _errors(judge_pair(p.profile, s.profile).spoken)
+        _new(
+            judge_pair(after.get(id(p), p.profile), after.get(id(s), s.profile)).spoken,
+            judge_pair(p.profile, s.profile).spoken,
+        )
         for p, s in islice(_pairs_of(topic, groups), _PARTNERS_ASKED)
     )
 
@@ -161,25 +167,48 @@ def _may(
     """
     for members in groups:
         before, after = members.profile, _with(members.profile, index, value)
-        if _errors(judge_endpoint(after, role, members.observed)) - _errors(
-            judge_endpoint(before, role, members.observed)
-        ):
+        if _new(judge_endpoint(after, role, members.observed), judge_endpoint(before, role, members.observed)):
+            return False
+        if _left_open("endpoint", index, after, after, role):
             return False
         for partner in others[:_PARTNERS_ASKED]:
             then, now = (_spoken(profile, partner.profile, role) for profile in (before, after))
-            if _errors(now) - _errors(then) and (partner in partners or _errors(then)):
+            ends = (after, partner.profile) if role == PUBLISHER else (partner.profile, after)
+            if _left_open("pair", index, *ends):
+                return False
+            if _new(now, then) and (partner in partners or _errors(then)):
                 return False
     return True
 
 
 def _with(profile: QosProfile, index: int, value: Plain) -> QosProfile:
     pack = profile.pack
-    values = changed(profile.values, pack.policies[index], index, pack.vocabulary.size, value)
+    values = changed(profile.values, pack.vocabulary, index, value)
     return intern(pack, values, profile.beside, profile.refused)
 
 
 def _errors(spoken: Iterable[Spoken]) -> set[str]:
     return {each.bound.rule.code for each in spoken if each.bound.rule.severity == "error" and not each.unknown}
+
+
+def _new(after: Iterable[Spoken], before: Sequence[Spoken]) -> set[str]:
+    """Return the errors that a change brings, also those that it may bring: what follows from a value is not known then."""
+    unknown = {each.bound.rule.code for each in before if each.unknown}
+    possible = {each.bound.rule.code for each in after if each.bound.rule.severity == "error"}
+    return possible - _errors(before) - unknown | (_errors(after) - _errors(before))
+
+
+def _left_open(scope: str, index: int, a: QosProfile, b: QosProfile, role: str | None = None) -> bool:
+    """Whether a change may break what is forbidden, because what follows from it is not known."""
+    vocabulary = a.pack.vocabulary
+    following = vocabulary.following.get(vocabulary.policies[index].name, ())
+    return bool(following) and any(
+        bound.bound.judge(a.values, b.values).result is None
+        for bound in a.pack.by_scope.get(scope, ())
+        if bound.rule.kind == "forbids" and bound.rule.severity == "error"
+        if scope == "pair" or bound.role in {None, role}
+        if any(use.index in following for use in bound.bound.uses)
+    )
 
 
 def _spoken(changing: QosProfile, partner: QosProfile, role: str) -> tuple[Spoken, ...]:
@@ -267,7 +296,7 @@ def remedy_text(
 
 def effect(topic: Topic, groups: Sequence[Members], index: int, value: Plain) -> tuple[int | None, int | None]:
     """How many pairs of the topic a change makes better, and how many worse; None where that would take too long."""
-    if len(groups) * max(len(topic.publishers), len(topic.subscribers)) > _EFFECT_LIMIT:
+    if len(groups) * max(len(topic.publishers), len(topic.subscribers)) > _EFFECT_LIMIT or _reaches_far(groups, index):
         return None, None
     mends = breaks = 0
     after = {id(members): _with(members.profile, index, value) for members in groups}
@@ -281,6 +310,18 @@ def effect(topic: Topic, groups: Sequence[Members], index: int, value: Plain) ->
         mends += count if then < before else 0
         breaks += count if then > before else 0
     return mends, breaks
+
+
+def _reaches_far(groups: Iterable[Members], index: int) -> bool:
+    """Whether something that bounds endpoints of other topics too follows from a value."""
+    for members in groups:
+        vocabulary = members.profile.pack.vocabulary
+        for at in vocabulary.following.get(vocabulary.policies[index].name, ()):
+            policy = vocabulary.policies[at]
+            default = policy.domain.parse(policy.default) if isinstance(policy.default, str) else None
+            if policy.together and members.profile.values[at] not in {default, INFINITE}:
+                return True
+    return False
 
 
 def _rank_of(publisher: Members, offered: QosProfile, subscriber: Members, requested: QosProfile) -> int:

@@ -655,6 +655,8 @@ class Policy(Term):
         stronger: which of its values promise or demand more: ``higher``, ``lower``, or empty where neither does. A fix that
             moves the other way weakens the design, says so, and comes last.
         derived: a fact that follows from others, as ``doc`` says: a system cannot state it, and no fix sets it.
+        follows: names of the policies that a derived one follows from, where a fix may change them.
+        together: it follows from several endpoints, also from those on other topics.
     """
 
     name: str
@@ -675,6 +677,8 @@ class Policy(Term):
     changeable: bool | None = None
     stronger: Stronger = ""
     derived: bool = False
+    follows: tuple[str, ...] = ()
+    together: bool = False
 
     def __post_init__(self) -> None:
         """Make it the term it is."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.evaluate import NO_SIGNAL, Bound, Signal, Use, Values, Written
+from cqos_core.evaluate import NO_SIGNAL, Bound, Signal, Use, Values, Vocabulary, Written
 from cqos_core.expression import Apply, Arithmetic, Compare, Literal, Operand, Term
-from cqos_core.policy import BROKER, ENDPOINT, INFINITE, TOPIC, Choice, Plain, Policy, normalise
+from cqos_core.policy import BROKER, ENDPOINT, INFINITE, TOPIC, Anything, Choice, Plain, Policy, normalise
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
@@ -34,8 +34,14 @@ class Change:
     value: Plain
 
 
-def changed(values: Values, policy: Policy, index: int, size: int, value: Plain) -> Values:
-    """Return ``values`` with one policy stated anew."""
+_FOLLOWS: Final = Anything("it follows from what changes")
+
+
+def changed(values: Values, vocabulary: Vocabulary, index: int, value: Plain) -> Values:
+    """Return ``values`` with one policy stated anew; what follows from it is not known then."""
+    policy, size = vocabulary.policies[index], vocabulary.size
+    for at in vocabulary.following.get(policy.name, ()):
+        values = (*values[:at], _FOLLOWS, *values[at + 1 :])
     written = Written(normalise(policy.domain.format(value)), here=True) if values[size + index] is not None else None
     return (*values[:index], value, *values[index + 1 : size + index], written, *values[size + index + 1 :])
 
@@ -87,7 +93,7 @@ def solutions(
         current = (b if use.second else a)[use.index]
         passing: list[Plain] = []
         for value in _candidates(bound, use, policy, a, b, second=second):
-            side = changed(b if second else a, policy, use.index, vocabulary.size, value)
+            side = changed(b if second else a, vocabulary, use.index, value)
             left, right = (side, side) if single else (a, side) if second else (side, b)
             if value != current and bound.judge(left, right, signal).result is want:
                 passing.append(value)

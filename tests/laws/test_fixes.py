@@ -81,7 +81,8 @@ def law(text: str) -> Iterator[str]:
                 continue
             if still_there(finding, remedy, after):
                 yield f"{finding.code}, {remedy.text}: it is still there"
-            if not remedy.breaks and (new := errors(after) - errors(before)):
+            # Where effects on others are not counted, nothing is said of them.
+            if remedy.breaks == 0 and (new := errors(after) - errors(before)):
                 yield f"{finding.code}, {remedy.text}: new errors {sorted(map(str, new))}"
 
 

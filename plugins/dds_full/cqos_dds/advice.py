@@ -106,7 +106,6 @@ PAIRS: Final = (
         because="a sample may expire within the delay that the reader accepts",
         clause="DDS 1.4, 2.2.3.16",
         severity="note",
-        fixes=("lifespan", "latency_budget"),
     ),
     forbids(
         (requested(TIME_BASED_FILTER) > 0)
@@ -130,7 +129,6 @@ PAIRS: Final = (
         says="latched topic `{topic}` is volatile on both sides, {publisher} and {subscriber}: who starts late gets nothing",
         because="the topic is written once and read later, and nobody keeps what was written",
         clause="DDS 1.4, 2.2.3.4",
-        fixes=("offered durability",),
         help="both sides of a latched topic are durable",
     ),
     forbids(
@@ -181,7 +179,6 @@ PAIRS: Final = (
         because="a topic without keys is one instance, so what all its writers replay to a late reader shares one history",
         clause="DDS 1.4, 2.2.3.18",
         severity="note",
-        fixes=("history.depth",),
     ),
     requires(
         ~(stated(offered(TYPE)) & stated(requested(TYPE)))
@@ -231,7 +228,6 @@ ENDPOINTS: Final = (
         because="with neither a lease nor a deadline another writer takes over only when the lease of the owner's participant has run out",
         clause="DDS 1.4, 2.2.3.9.2; DDSI-RTPS 2.5, 8.5.3.2",
         severity="note",
-        fixes=("ownership",),
         help="state a lease duration or a deadline, after which another writer takes over",
     ),
     forbids(
@@ -269,7 +265,6 @@ ENDPOINTS: Final = (
         because="without a lease duration only the loss of the whole participant is noticed, so asserting liveliness has no effect",
         clause="DDS 1.4, 2.2.3.11",
         severity="note",
-        fixes=("liveliness",),
         help="state the lease duration within which the program asserts its liveliness",
     ),
     forbids(
@@ -313,7 +308,6 @@ ENDPOINTS: Final = (
         name="deadline-under-period",
         because="the writer promises samples more often than it writes any",
         clause="DDS 1.4, 2.2.3.7",
-        fixes=("deadline",),
     ),
     forbids(
         (DEADLINE < "infinite") & (LATENCY_BUDGET > DEADLINE),
@@ -365,7 +359,6 @@ ENDPOINTS: Final = (
         says="{endpoint} with lifespan {lifespan} and round trip {round_trip_time}: samples expire on their way",
         because="samples expire before they arrive, half a round trip later",
         clause="DDS 1.4, 2.2.3.16",
-        fixes=("lifespan",),
     ),
     forbids(
         KEEPS_ALL & stated(DEPTH),
@@ -375,7 +368,6 @@ ENDPOINTS: Final = (
         because="keep_all ignores the depth",
         clause="DDS 1.4, 2.2.3.18",
         severity="note",
-        fixes=("history",),
     ),
     forbids(
         (offered(DURABILITY) >= "transient_local")
@@ -434,7 +426,6 @@ ENDPOINTS: Final = (
         because="the sample after the separation may come a whole period later, which is after the deadline",
         clause="DDS 1.4, 2.2.3.12",
         severity="note",
-        fixes=("deadline", "time_based_filter"),
     ),
 )
 

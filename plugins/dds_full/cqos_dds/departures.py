@@ -182,7 +182,6 @@ ENDPOINTS: Final = (
         clause="OpenDDS, consistency of HISTORY",
         severity="error",
         creation=True,
-        fixes=("history.depth", "resource_limits.max_samples_per_instance"),
     ),
     forbids(
         publisher_is(*FAST_DDS)
@@ -215,7 +214,6 @@ ENDPOINTS: Final = (
         clause="Fast DDS 2.9, DurabilityQosPolicy",
         severity="error",
         creation=True,
-        fixes=("durability",),
     ),
     forbids(
         publisher_is("connext", "dust") & SEVERAL_LISTED,

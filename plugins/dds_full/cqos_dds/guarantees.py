@@ -166,7 +166,6 @@ FILTERED_LAST: Final = gives(
     name="latest-lost-to-filter",
     because="Cyclone DDS drops for good what the reader's filter holds back, the newest sample as well",
     clause="DDS 1.4, 2.2.3.12; Cyclone DDS, seen by running it",
-    fixes=("time_based_filter",),
     help=STATE_PERIOD,
 )
 
@@ -187,7 +186,6 @@ LOSS_FREE: Final = (
         name="loss-by-shallow-writer",
         because="a sample that is lost on the way can be sent again only while the writer still has it",
         clause="DDS 1.4, 2.2.3.18",
-        fixes=("history.depth", "history"),
         help=STATE_TIMES,
     ),
     gives(
@@ -197,7 +195,6 @@ LOSS_FREE: Final = (
         name="loss-by-shallow-reader",
         because="a keep_last reader replaces the oldest samples that the program has not taken",
         clause="DDS 1.4, 2.2.3.18",
-        fixes=("history.depth", "history"),
         help=f"{STATE_TIMES}, and at the reader `taken_every`: how often the program takes samples",
     ),
     gives(
@@ -225,7 +222,6 @@ LOSS_FREE: Final = (
         name="loss-by-limits-of-writer",
         because="a writer at its limits waits for max_blocking_time and then does not write; whether it gets there depends on the readers",
         clause="DDS 1.4, 2.2.3.19",
-        fixes=("reliability.max_blocking_time", "resource_limits.max_samples", "resource_limits.max_instances"),
         help="state `keyed: false` of a topic without instances",
     ),
     gives(
@@ -236,7 +232,6 @@ LOSS_FREE: Final = (
         name="loss-by-limits-of-reader",
         because="a reader at its limits takes no more until its program has taken some, while a keep_last writer goes on overwriting",
         clause="DDS 1.4, 2.2.3.19",
-        fixes=("history", "resource_limits.max_samples", "resource_limits.max_instances"),
         help="state `keyed: false` of a topic without instances",
     ),
     gives(
@@ -257,7 +252,6 @@ LOSS_FREE: Final = (
         name="loss-by-source-order",
         because=f"a sample that comes after one that was written later is dropped, and {ONE_OF_EACH}",
         clause="DDS 1.4, 2.2.3.17",
-        fixes=("destination_order",),
     ),
     gives(
         "loss_free",
@@ -287,7 +281,6 @@ LOSS_FREE: Final = (
         name="loss-by-long-restart",
         because="more may be written while a reader restarts than is kept for it",
         clause="DDS 1.4, 2.2.3.18",
-        fixes=("history", "durability_service.history_kind"),
         help="where it is known how long a restart takes, need `offline` for that time",
     ),
     gives(
@@ -348,7 +341,6 @@ LATE: Final = (
         name="late-join-of-shallow-store",
         because="the writer's history, or that of the durability service, keeps no more for readers that come late",
         clause="DDS 1.4, 2.2.3.5 and 2.2.3.18",
-        fixes=STORE,
     ),
     gives(
         "late_join",
@@ -357,7 +349,6 @@ LATE: Final = (
         name="late-join-of-shallow-reader",
         because="of what is replayed the reader keeps no more than its history",
         clause="DDS 1.4, 2.2.3.18",
-        fixes=("history.depth", "history"),
     ),
     gives(
         "late_join",
@@ -406,7 +397,6 @@ LATE: Final = (
         name="late-join-in-memory-of-service",
         because="a durability service keeps transient samples in memory, which only a second service bridges",
         clause="DDS 1.4, 2.2.3.4",
-        fixes=("durability",),
         help="offer persistent, which a service keeps on disk",
     ),
     gives(
@@ -435,7 +425,6 @@ LATE: Final = (
         name="offline-longer-than-history",
         because="of what was written meanwhile the reader keeps no more than its history",
         clause="DDS 1.4, 2.2.3.18",
-        fixes=("history.depth", "history"),
         help=STATE_PERIOD,
     ),
     gives(
@@ -465,7 +454,6 @@ LATE: Final = (
         name="offline-in-memory-of-service",
         because="a durability service keeps transient samples in memory, which only a second service bridges",
         clause="DDS 1.4, 2.2.3.4",
-        fixes=("durability",),
         help="offer persistent, which a service keeps on disk",
     ),
 )
@@ -563,7 +551,6 @@ EXPIRED: Final = (
         name="latest-expired",
         because="the newest sample is dropped too once it is older than the lifespan of its writer",
         clause="DDS 1.4, 2.2.3.16",
-        fixes=("lifespan",),
         help="state at the reader `taken_every`, how often the program takes samples, and the option `round_trip_time`",
     ),
     gives(
@@ -574,7 +561,6 @@ EXPIRED: Final = (
         name="latest-expired-in-restart",
         because="what is kept is dropped once it is older than the lifespan of its writer",
         clause="DDS 1.4, 2.2.3.16",
-        fixes=("lifespan",),
         help=STATE_PERIOD,
     ),
 )
@@ -608,7 +594,6 @@ OVER_AN_OUTAGE: Final = (
         name="outage-longer-than-writer-keeps",
         because="the writer keeps less than is written while the link is down",
         clause="DDS 1.4, 2.2.3.18",
-        fixes=("history.depth", "history", "durability_service.history_kind"),
         help=STATE_PERIOD,
     ),
     gives(
@@ -619,7 +604,6 @@ OVER_AN_OUTAGE: Final = (
         name="outage-longer-than-reader-keeps",
         because="what was written while the link was down arrives at once, and a keep_last reader replaces the oldest of it",
         clause="DDS 1.4, 2.2.3.18",
-        fixes=("history.depth", "history"),
         help=STATE_PERIOD,
     ),
     gives(
@@ -634,7 +618,6 @@ OVER_AN_OUTAGE: Final = (
         because="a writer of Cyclone DDS with more unacknowledged bytes than its high-water mark, 1 to 500 kB, waits for "
         "max_blocking_time and then does not write",
         clause="Cyclone DDS, Internal/Watermarks: WhcLow, WhcHighInit, WhcHigh, WhcAdaptive",
-        fixes=("reliability.max_blocking_time",),
         help="state the `size` and the `period` of the topic",
     ),
     gives(

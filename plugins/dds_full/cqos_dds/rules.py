@@ -237,7 +237,6 @@ CREATION: Final = (
         clause="DDS 1.4, 2.2.3.18",
         severity="error",
         creation=True,
-        fixes=("history", "history.depth"),
     ),
     forbids(
         ((MAX_SAMPLES == 0) | (MAX_INSTANCES == 0) | (MAX_PER_INSTANCE == 0)) & ~is_on("fastdds_2_9"),

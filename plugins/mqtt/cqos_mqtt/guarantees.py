@@ -127,7 +127,6 @@ GUARANTEES: Final = (
         name="loss",
         because="only with QoS 1 or 2 on both ways, to the broker and from it, a message is sent again until it has arrived",
         clause="MQTT 3.1.1, MQTT-3.8.4-6 and 4.3.1; MQTT 5.0, MQTT-3.8.4-8 and 4.3.1",
-        fixes=("qos",),
     ),
     gives(
         "loss_free",
@@ -211,7 +210,6 @@ GUARANTEES: Final = (
         name="expires-in-outage",
         because=EXPIRED,
         clause="MQTT 5.0, MQTT-3.3.2-5",
-        fixes=("message_expiry_interval",),
     ),
     gives(
         "loss_free",
@@ -248,7 +246,6 @@ GUARANTEES: Final = (
         name="expires-before-it-is-taken",
         because=EXPIRED,
         clause="MQTT 5.0, MQTT-3.3.2-5",
-        fixes=("message_expiry_interval",),
         help="state `taken_every` of the subscription, no longer than the expiry",
     ),
     gives(
@@ -276,7 +273,6 @@ GUARANTEES: Final = (
         name="latest-over-qos-0",
         because="a message of QoS 0 that is lost at a break is not sent again, and the newest may be the one",
         clause="MQTT 3.1.1, 4.3.1; MQTT 5.0, 4.3.1",
-        fixes=("qos", "retain"),
     ),
     gives(
         "latest",
@@ -294,7 +290,6 @@ GUARANTEES: Final = (
         name="latest-expires",
         because=EXPIRED,
         clause="MQTT 5.0, MQTT-3.3.2-5",
-        fixes=("message_expiry_interval",),
         help="state `taken_every` of the subscription, no longer than the expiry",
     ),
     gives(
@@ -326,7 +321,6 @@ GUARANTEES: Final = (
         name="latest-expires-in-outage",
         because=EXPIRED,
         clause="MQTT 5.0, MQTT-3.3.2-5",
-        fixes=("message_expiry_interval",),
     ),
     gives(
         "latest",
@@ -347,7 +341,6 @@ GUARANTEES: Final = (
         name="latest-expires-before-restart",
         because="the retained message may expire before the next one comes, and then the broker has none",
         clause="MQTT 5.0, MQTT-3.3.2-5",
-        fixes=("message_expiry_interval",),
     ),
     gives(
         "latest",
@@ -522,7 +515,6 @@ GUARANTEES: Final = (
         name="not-retained",
         because="the broker keeps the last message for those who come later only if it is published with retain",
         clause="MQTT 3.1.1, MQTT-3.3.1-12; MQTT 5.0, MQTT-3.3.1-8",
-        fixes=("retain",),
     ),
     gives(
         "late_join",
@@ -531,7 +523,6 @@ GUARANTEES: Final = (
         name="retained-not-wanted",
         because="the subscription asks the broker not to send retained messages",
         clause="MQTT 5.0, MQTT-3.3.1-11",
-        fixes=("retain_handling",),
     ),
     gives(
         "late_join",
@@ -549,7 +540,6 @@ GUARANTEES: Final = (
         name="retained-may-expire",
         because="the retained message may expire before the next one comes, and then there is none",
         clause="MQTT 5.0, MQTT-3.3.2-5",
-        fixes=("message_expiry_interval",),
     ),
     gives(
         "late_join",
@@ -629,7 +619,6 @@ GUARANTEES: Final = (
         name="qos-0-not-queued",
         because="messages of QoS 0 do not wait for those who are absent",
         clause="MQTT 3.1.1, MQTT-3.1.2-5 and 3.1.2.4; MQTT 5.0, 4.1",
-        fixes=("qos",),
     ),
     gives(
         "offline",
@@ -638,7 +627,6 @@ GUARANTEES: Final = (
         name="expires-while-away",
         because="messages expire in the broker before the subscriber comes back",
         clause="MQTT 5.0, MQTT-3.3.2-5",
-        fixes=("message_expiry_interval",),
     ),
     gives(
         "offline",
@@ -675,7 +663,6 @@ GUARANTEES: Final = (
         name="age-not-bounded",
         because="messages without expiry wait in the broker for as long as they have to, also as retained ones",
         clause="MQTT 5.0, 3.3.2.3.3",
-        fixes=("message_expiry_interval",),
     ),
     gives(
         "max_age",
@@ -684,7 +671,6 @@ GUARANTEES: Final = (
         name="age-too-long",
         because="messages may wait in the broker until they expire",
         clause="MQTT 5.0, MQTT-3.3.2-5",
-        fixes=("message_expiry_interval",),
     ),
     gives(
         "max_gap",

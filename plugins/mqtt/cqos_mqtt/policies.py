@@ -75,6 +75,7 @@ ENVELOPE: Final = Policy(
     "MQTT 3.1.1, 2.2 and 3.3; MQTT 5.0, 2.1 and 3.3",
     roles=PUBLICATION,
     derived=True,
+    follows=("max_payload",),
 )
 ENVELOPE_TO_BROKER: Final = Policy(
     "envelope_to_broker",
@@ -84,6 +85,7 @@ ENVELOPE_TO_BROKER: Final = Policy(
     "MQTT 3.1.1, 3.3.2.2; MQTT 5.0, 3.3.2.2",
     roles=PUBLICATION,
     derived=True,
+    follows=("max_payload", "qos", "topic_alias"),
 )
 PROPERTIES: Final = Policy(
     "property_bytes",
@@ -93,6 +95,7 @@ PROPERTIES: Final = Policy(
     "MQTT 5.0, 3.3.2.3",
     roles=PUBLICATION,
     derived=True,
+    follows=("message_expiry_interval", "protocol_version"),
 )
 TOPIC_ALIAS: Final = Policy(
     "topic_alias",
@@ -264,6 +267,10 @@ UNREADABLE: Final = Policy(
     roles=SUBSCRIPTION,
     derived=True,
 )
+_FILLS: Final = (
+    *("qos", "max_payload", "taken_every", "granted_qos", "maximum_qos"),
+    *("max_queued_messages", "max_queued_bytes", "queue_qos0_messages"),
+)
 # What all topics of a client bring together; the broker has one queue for each client.
 QUEUE_LASTS: Final = Policy(
     "queue_lasts",
@@ -274,6 +281,8 @@ QUEUE_LASTS: Final = Policy(
     "Mosquitto, mosquitto.conf(5), max_queued_messages and max_queued_bytes",
     roles=SUBSCRIPTION,
     derived=True,
+    follows=_FILLS,
+    together=True,
 )
 BURSTS: Final = Policy(
     "client_burst",
@@ -283,6 +292,8 @@ BURSTS: Final = Policy(
     "Mosquitto, mosquitto.conf(5), max_queued_messages",
     roles=SUBSCRIPTION,
     derived=True,
+    follows=_FILLS,
+    together=True,
 )
 BURST_BYTES: Final = Policy(
     "client_burst_bytes",
@@ -292,6 +303,8 @@ BURST_BYTES: Final = Policy(
     "Mosquitto, mosquitto.conf(5), max_queued_bytes",
     roles=SUBSCRIPTION,
     derived=True,
+    follows=_FILLS,
+    together=True,
 )
 WAITING: Final = Policy(
     "waiting",
@@ -301,6 +314,8 @@ WAITING: Final = Policy(
     "Mosquitto, mosquitto.conf(5), max_queued_messages",
     roles=SUBSCRIPTION,
     derived=True,
+    follows=_FILLS,
+    together=True,
 )
 WAITING_BYTES: Final = Policy(
     "waiting_bytes",
@@ -310,6 +325,8 @@ WAITING_BYTES: Final = Policy(
     "Mosquitto, mosquitto.conf(5), max_queued_bytes",
     roles=SUBSCRIPTION,
     derived=True,
+    follows=_FILLS,
+    together=True,
 )
 
 # What a connection states -----------------------------------------------------------------------------------

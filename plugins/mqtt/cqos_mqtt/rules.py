@@ -156,7 +156,6 @@ DELIVERY: Final = (
         name="subscriber-downgrades",
         because="what is published exactly once arrives with the lower QoS that the subscription is granted",
         clause="MQTT 3.1.1, MQTT-3.8.4-6; MQTT 5.0, MQTT-3.8.4-8",
-        fixes=("qos",),
     ),
     *implied(
         stated(offered(QOS)) & (offered(QOS) == "1") & (GRANTED == "0"),
@@ -164,7 +163,6 @@ DELIVERY: Final = (
         name="worst-pair",
         because="messages may come twice on the way to the broker and be lost on the way from it",
         clause="MQTT 3.1.1, 3.8.4; MQTT 5.0, 3.8.4",
-        fixes=("qos",),
     ),
     forbids(
         stated(requested(QOS)) & (requested(QOS) > broker(GRANTED_QOS)),
@@ -173,7 +171,6 @@ DELIVERY: Final = (
         says="{endpoint} asks for QoS {qos}, and the broker grants at most {granted_qos}",
         because="the broker grants less than is asked for, and who does not look at its answer never knows",
         clause="MQTT 3.1.1, MQTT-3.8.4-5; MQTT 5.0, MQTT-3.8.4-7",
-        fixes=("qos",),
     ),
     forbids(
         (broker(UPGRADES) > offered(QOS)) & (offered(QOS) < GRANTED),
@@ -202,7 +199,6 @@ CAPABILITIES: Final = (
         says="{endpoint} publishes with QoS {qos}, and the broker takes at most {maximum_qos}",
         because=REFUSED + "it does not take messages of this QoS",
         clause="MQTT 5.0, MQTT-3.2.2-11; reason code 0x9B",
-        fixes=("qos",),
     ),
     forbids(
         in_3_1_1(publisher) & (offered(QOS) > broker(MAXIMUM_QOS)),
@@ -212,7 +208,6 @@ CAPABILITIES: Final = (
         because="the broker cannot tell a client of 3.1.1 what it takes, so the connection just ends, again and again",
         clause="MQTT 5.0, 3.2.2.3.4",
         severity="note",
-        fixes=("qos",),
     ),
     forbids(
         stated(requested(QOS)) & (requested(QOS) > broker(MAXIMUM_QOS)),
@@ -221,7 +216,6 @@ CAPABILITIES: Final = (
         says="{endpoint} asks for QoS {qos}, and the broker grants at most {maximum_qos}",
         because="the subscription is accepted, but granted a lower QoS",
         clause="MQTT 5.0, MQTT-3.2.2-9 and MQTT-3.2.2-10",
-        fixes=("qos",),
     ),
     requires(
         ~offered(IS_WILL) | (offered(QOS) <= broker(MAXIMUM_QOS)),
@@ -230,7 +224,6 @@ CAPABILITIES: Final = (
         says="{endpoint} has QoS {qos}, and the broker takes at most {maximum_qos}",
         because="the broker refuses the connection, because it does not take a Will of this QoS",
         clause="MQTT 5.0, MQTT-3.2.2-12; reason code 0x9B",
-        fixes=("qos",),
     ),
     requires(
         offered(IS_WILL) | ~offered(RETAIN) | broker(RETAIN_AVAILABLE),
@@ -239,7 +232,6 @@ CAPABILITIES: Final = (
         says="{endpoint} retains its messages, and the broker retains none",
         because=REFUSED + "it keeps no retained messages",
         clause="MQTT 5.0, MQTT-3.2.2-14; reason code 0x9A",
-        fixes=("retain",),
     ),
     requires(
         ~offered(IS_WILL) | ~offered(RETAIN) | broker(RETAIN_AVAILABLE),
@@ -248,7 +240,6 @@ CAPABILITIES: Final = (
         says="{endpoint} is retained, and the broker retains nothing",
         because="the broker refuses the connection, because it keeps no retained messages",
         clause="MQTT 5.0, MQTT-3.2.2-13; reason code 0x9A",
-        fixes=("retain",),
     ),
     requires(
         ~requested(WILDCARDS) | broker(WILDCARD_AVAILABLE),
@@ -275,7 +266,6 @@ CAPABILITIES: Final = (
         says="{endpoint} has subscription identifier {subscription_identifier}, and the broker takes none",
         because=REFUSED + "it does not support subscription identifiers",
         clause="MQTT 5.0, 3.2.2.3.12; reason code 0xA1",
-        fixes=("subscription_identifier",),
         help="subscribe without one, and tell messages apart by their topics",
     ),
     forbids(
@@ -287,7 +277,7 @@ CAPABILITIES: Final = (
         because=REFUSED + "the packet is larger than it takes",
         clause="MQTT 5.0, MQTT-3.2.2-15; reason code 0x95",
         severity="error",
-        fixes=("max_payload",),
+        fixes=("maximum_packet_size", "max_payload"),
     ),
     requires(
         in_3_1_1(subscriber)
@@ -310,7 +300,7 @@ CAPABILITIES: Final = (
         because=REFUSED + "it does not understand the topic alias",
         clause="MQTT 5.0, MQTT-3.3.2-8, MQTT-3.3.2-9 and MQTT-3.3.2-11",
         severity="error",
-        fixes=("topic_alias",),
+        fixes=("topic_alias_maximum", "topic_alias"),
     ),
     forbids(
         (participant(VERSION) > broker(NEWEST)) | (participant(VERSION) < broker(OLDEST)),
@@ -349,7 +339,6 @@ RETAINED: Final = (
         says="{endpoint} retains messages without payload",
         because="an empty retained message deletes the stored one and is itself not stored",
         clause="MQTT 3.1.1, MQTT-3.3.1-10 and MQTT-3.3.1-11; MQTT 5.0, MQTT-3.3.1-6 and MQTT-3.3.1-7",
-        fixes=("retain",),
     ),
     forbids(
         offered(RETAIN) & topic(COMMAND),
@@ -358,7 +347,6 @@ RETAINED: Final = (
         says="{endpoint} retains orders on `{topic}`: whoever subscribes later carries out the last one again",
         because="a retained order is carried out again by everybody who subscribes or comes back later",
         clause="C-QoS, practice",
-        fixes=("retain",),
     ),
 )
 
@@ -423,7 +411,6 @@ SESSIONS: Final = (
         because="MQTT 3.1.1 has no message expiry, so it cannot be sent, and the messages never expire",
         clause="MQTT 5.0, 3.3.2.3.3",
         severity="warning",
-        fixes=("message_expiry_interval",),
     ),
     forbids(
         in_3_1_1(publisher) & stated(offered(TOPIC_ALIAS)),
@@ -433,7 +420,6 @@ SESSIONS: Final = (
         because="MQTT 3.1.1 has no topic aliases, so it cannot be sent",
         clause="MQTT 5.0, 3.3.2.3.4",
         severity="error",
-        fixes=("topic_alias",),
     ),
 )
 
@@ -450,7 +436,6 @@ WILL: Final = (
         because="neither the time on the network nor that in the queues of clients counts",
         clause="MQTT 5.0, MQTT-3.3.2-6",
         severity="note",
-        fixes=("message_expiry_interval",),
     ),
     forbids(
         (participant(WILL_TOPIC) != "")
@@ -527,7 +512,6 @@ FILTERS: Final = (
         says="{endpoint} is shared and has no_local",
         because="the broker ends the connection: No Local on a shared subscription is a protocol error",
         clause="MQTT 5.0, MQTT-3.8.3-4",
-        fixes=("no_local",),
     ),
     meets(
         ~requested(NO_LOCAL) | (subscriber(SESSION) == "") | (publisher(SESSION) != subscriber(SESSION)),

@@ -131,7 +131,6 @@ LOSS_FREE: Final = (
         name="loss-by-shallow-publisher",
         because="a sample that is lost on the way can be sent again only while the publisher still has it",
         clause="DDS 1.4, 2.2.3.18",
-        fixes=("depth", "history"),
         help="state the `period` of the topic and the option `round_trip_time`",
     ),
     gives(
@@ -141,7 +140,6 @@ LOSS_FREE: Final = (
         name="loss-by-shallow-subscription",
         because="a keep_last subscription replaces the oldest samples that the program has not taken",
         clause="DDS 1.4, 2.2.3.18",
-        fixes=("depth", "history"),
         help="state the `period` of the topic, the option `round_trip_time`, and at the subscription `taken_every`: how often "
         "the program takes samples",
     ),
@@ -213,7 +211,6 @@ LATE: Final = (
         name="late-join-of-shallow-publisher",
         because="the publisher keeps its history and no more for subscriptions that come late",
         clause="DDS 1.4, 2.2.3.18",
-        fixes=("depth", "history"),
     ),
     gives(
         "late_join",
@@ -222,7 +219,6 @@ LATE: Final = (
         name="late-join-of-shallow-subscription",
         because="of what is replayed the subscription keeps no more than its history",
         clause="DDS 1.4, 2.2.3.18",
-        fixes=("depth", "history"),
     ),
     gives(
         "late_join",
@@ -249,7 +245,6 @@ LATE: Final = (
         name="offline-longer-than-history",
         because="no more than the history of both ends is kept of what is sent meanwhile",
         clause="DDS 1.4, 2.2.3.18",
-        fixes=("depth", "history"),
         help="state the `period` of the topic",
     ),
     gives(
@@ -314,7 +309,6 @@ LATER: Final = (
         name="latest-dropped-by-zenoh",
         because=DROPPED,
         clause=RMW_ZENOH,
-        fixes=("history", "reliability", "durability"),
     ),
     gives(
         "loss_free",
@@ -324,7 +318,6 @@ LATER: Final = (
         name="loss-by-zenoh",
         because=DROPPED,
         clause=RMW_ZENOH,
-        fixes=("history", "reliability", "durability"),
     ),
     gives(
         "loss_free",
@@ -335,7 +328,6 @@ LATER: Final = (
         name="loss-by-long-restart",
         because="more may be sent while a subscription restarts than both histories keep",
         clause="DDS 1.4, 2.2.3.18",
-        fixes=("history",),
         help="where it is known how long a restart takes, need `offline` for that time",
     ),
     gives(
@@ -374,7 +366,6 @@ LATER: Final = (
         name="gap-by-zenoh",
         because=DROPPED,
         clause=RMW_ZENOH,
-        fixes=("history", "reliability", "durability"),
     ),
     *(
         gives(
@@ -423,7 +414,6 @@ EXPIRED: Final = (
         name="latest-expired",
         because="the newest sample is dropped too once it is older than the lifespan of its publisher",
         clause="DDS 1.4, 2.2.3.16",
-        fixes=("lifespan",),
         help="state at the subscription `taken_every`, how often the program takes samples, and the option `round_trip_time`",
     ),
     gives(
@@ -434,7 +424,6 @@ EXPIRED: Final = (
         name="latest-expired-in-restart",
         because="what is kept is dropped once it is older than the lifespan of its publisher",
         clause="DDS 1.4, 2.2.3.16",
-        fixes=("lifespan",),
         help="state the `period` of the topic",
     ),
 )
@@ -457,7 +446,6 @@ OVER_AN_OUTAGE: Final = (
         name="loss-in-outage",
         because="after an outage longer than a participant lease a volatile subscription gets only what is sent then",
         clause=ENDS_MATCH,
-        fixes=("durability",),
         help="state the `period` of the topic; let both ends be transient_local, or set `participant_lease` of both nodes to "
         "more than the outage",
     ),
@@ -469,7 +457,6 @@ OVER_AN_OUTAGE: Final = (
         name="outage-longer-than-publisher-keeps",
         because="the publisher keeps less than is sent while the link is down",
         clause="DDS 1.4, 2.2.3.18",
-        fixes=("depth", "history"),
         help="state the `period` of the topic",
     ),
     gives(
@@ -480,7 +467,6 @@ OVER_AN_OUTAGE: Final = (
         name="outage-longer-than-subscription-keeps",
         because="what was sent while the link was down arrives at once, and a keep_last subscription replaces the oldest of it",
         clause="DDS 1.4, 2.2.3.18",
-        fixes=("depth", "history"),
         help="state the `period` of the topic",
     ),
     gives(

@@ -153,7 +153,6 @@ PAIRS: Final = (
         says="{subscriber} with depth {requested depth} has no room for what all publishers of `{topic}` replay to it",
         because="when it starts late, all publishers replay at once, and what exceeds its depth is lost",
         clause="tf2_ros, QoS of the static listener",
-        fixes=("depth",),
         help="request a depth with room for what all of them keep; the listener of tf2_ros has 100, a Zenoh bridge its "
         "`transient_local_cache_multiplier`",
     ),
@@ -167,7 +166,6 @@ PAIRS: Final = (
         says="latched topic `{topic}` is volatile on both sides, {publisher} and {subscriber}: who starts late gets nothing",
         because="the topic is written once and read later, and nobody keeps what was written",
         clause=f"{COMPATIBILITY}; REP 2003",
-        fixes=("offered durability",),
         help="both sides of a latched topic are transient_local; those of tf2_ros are on /tf_static",
     ),
     forbids(
@@ -237,7 +235,6 @@ ENDPOINTS: Final = (
         because="keep_all ignores the depth",
         clause="DDS 1.4, 2.2.3.18",
         severity="note",
-        fixes=("history",),
     ),
     forbids(
         RAW_SETTINGS
@@ -282,7 +279,6 @@ ENDPOINTS: Final = (
         name="manual-by-node",
         because="manual_by_node is deprecated",
         clause="rmw, RMW_QOS_POLICY_LIVELINESS_MANUAL_BY_NODE",
-        fixes=("liveliness",),
     ),
     forbids(
         MANUAL & (LEASE == "infinite"),
@@ -291,7 +287,6 @@ ENDPOINTS: Final = (
         because="without a lease duration liveliness can never be lost, so asserting it has no effect",
         clause=f"{CONCEPT}, liveliness",
         severity="note",
-        fixes=("liveliness",),
         help="state the lease duration within which the program asserts its liveliness",
     ),
     forbids(
@@ -319,7 +314,6 @@ ENDPOINTS: Final = (
         because="a publisher's lifespan is the one that counts; overrides do not even exist for subscriptions",
         clause=f"{CONCEPT}, lifespan",
         severity="note",
-        fixes=("lifespan",),
     ),
     forbids(
         DURABLE & (RELIABILITY == "best_effort") & ~in_(RMW, "zenoh", "zenoh_bridge"),
@@ -376,7 +370,6 @@ ENDPOINTS: Final = (
         name="deadline-under-period",
         because="the publisher promises samples more often than it sends any",
         clause=f"{CONCEPT}, deadline",
-        fixes=("deadline",),
     ),
     forbids(
         (offered(HISTORY) == "keep_last")
@@ -419,7 +412,6 @@ ENDPOINTS: Final = (
         says="{endpoint} is part of a service and has durability {durability}",
         because="a server that is started again gets the requests of before",
         clause=f"{CONCEPT}, QoS profiles",
-        fixes=("durability",),
     ),
     forbids(
         INTRA_PROCESS & ((HISTORY == "keep_all") | stated(DEPTH, "0")),
@@ -450,7 +442,6 @@ ENDPOINTS: Final = (
         says="{endpoint} states lifespan {lifespan}, which {rmw} does not carry",
         because="XRCE does not carry the lifespan to the agent, so samples never expire",
         clause="rmw_microxrcedds",
-        fixes=("lifespan",),
     ),
 )
 
