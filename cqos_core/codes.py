@@ -193,8 +193,8 @@ _READING = (
         "CQ060",
         "stated-differently",
         "warning",
-        "Files that are checked together state one profile, topic, broker or bridge differently.",
-        "The first statement holds.",
+        "Files that are checked together state one participant, topic or broker differently, or a profile that another file uses.",
+        "What they state differently is not known, so verdicts that rest on it are unknown.",
         help="give one of them another name, or state it once and include it",
     ),
     CodeInfo(

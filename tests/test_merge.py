@@ -46,35 +46,60 @@ def test_a_participant_that_several_state_is_one():
     assert said(merged) == []
 
 
-def test_what_is_stated_alike_is_one_and_what_is_not_stays_that_of_the_first_with_a_warning():
+def test_what_is_stated_alike_is_one_and_what_is_not_is_unknown_with_a_warning():
     same = [profile("p", care="signed"), box("t", urgent=True)]
     assert said(merge([one(*same), other(*same)])) == []
     merged = merge(
         [
-            one(
-                profile("p", care="signed"),
-                box("t", urgent=True),
-                participant("a", town=1),
-                options={"carrier": "bike"},
-            ),
-            other(profile("p", care="plain"), box("t"), participant("a", town=2), options={"carrier": "ship"}),
+            one(box("t", urgent=True), participant("a", town=1), writer("t", "a/w")),
+            other(box("t", urgent=False), participant("a", town=2), reader("t", "a/r", care="signed")),
         ]
     )
-    assert merged.profiles["p"].settings["care"].text == "signed"
-    assert merged.participants["a"].settings["town"].text == "1"
-    assert merged.options["post"]["carrier"].text == "bike"
     assert said(merged) == [
-        "CQ060 warning: `town` of participant `a` is stated differently, as 1 and as 2; the first holds",
-        "CQ060 warning: profile `p` is stated differently at None and at None; the first holds",
-        "CQ060 warning: topic `t` is stated differently at None and at None; the first holds",
-        "CQ060 warning: option `post.carrier` is stated differently, as bike and as ship; the first holds",
+        "CQ060 warning: `town` of participant `a` is stated differently, as 1 and as 2; which of them holds is not known",
+        "CQ060 warning: `urgent` of topic `t` is stated differently, as true and as false; which of them holds is not known",
     ]
+    assert merged.participants["a"].settings["town"].unknown == "it is stated as 1 and as 2"
 
 
-def test_the_warning_is_told_where_the_other_one_stands():
-    late = replace(profile("p", care="plain"), place=place(9))
-    report = check(one(replace(profile("p"), place=place(1))), other(late), packs=[POST])
-    assert only(report, "CQ060").place == place(9)
+def test_each_source_has_its_own_of_the_profiles_that_several_define():
+    first = one(profile("p", care="signed"), writer("t", "w", "p"))
+    second = other(profile("p", "q", care="plain"), profile("q"), reader("t", "r", "p", care="signed"))
+    for merged in (merge([first, second]), merge([second, first])):
+        assert said(merged) == []
+        ends = {each.id: each.profiles[0].name for each in merged.endpoints}
+        assert ends == {"w": "p (one)", "r": "p (other)"}
+        assert merged.profiles["p (other)"].base[0].name == "q"
+    assert check(first, second, packs=[POST]).verdict == "compatible"
+
+
+def test_a_profile_that_two_define_differently_is_unknown_to_a_third():
+    definers = [
+        one(replace(profile("p", care="signed"), place=place(1))),
+        other(replace(profile("p", care="plain"), place=place(9))),
+    ]
+    third = other(writer("t", "w", "p"), reader("t", "r", care="signed"))
+    report = check(*definers, third, packs=[POST])
+    assert report.verdict == "unknown"
+    assert only(report, "CQ060").message == (
+        "profile `p` is stated differently at world.yaml:1, world.yaml:9; which of them holds is not known"
+    )
+    near = [replace(each, sources={f"{folder}/x": b""}) for folder, each in zip("abb", [*definers, third], strict=True)]
+    assert check(*near, packs=[POST]).verdict == "incompatible"
+
+
+def test_options_that_differ_are_those_of_the_participants_of_each_source():
+    first, second = (
+        one(writer("t", "a/w"), options={"carrier": "bike"}),
+        other(reader("t", "b/r"), options={"carrier": "ship"}),
+    )
+    merged = merge([first, second])
+    assert said(merged) == []
+    assert merged.options == {"post": {}}
+    assert {name: each.settings["carrier"].text for name, each in merged.participants.items()} == {
+        "a": "bike",
+        "b": "ship",
+    }
 
 
 def test_protocols_stay_those_of_each_source():

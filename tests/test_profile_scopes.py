@@ -115,5 +115,5 @@ def test_a_design_has_a_profile_for_each_way_in_which_it_reads():
 def test_two_files_that_scope_a_base_differently_state_it_differently():
     one, other = (world(profile("p", ref("q", role))) for role in ("publisher", "subscriber"))
     merged = merge([one, other])
-    assert [note.code for note in merged.notes] == ["CQ060"]
+    assert len(merged.profiles) == 2
     assert not merge([world(*LIBRARY), world(*LIBRARY)]).notes
