@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 from cqos_core.evaluate import Bound, Function, Vocabulary, bind, role_of, scope_of
 from cqos_core.guarantee import WORDS, unstated
 from cqos_core.mistakes import Mistake, mistakes, rule_mistakes
-from cqos_core.policy import ENDPOINT, LEVELS, NEED, Policy, normalise
+from cqos_core.policy import ENDPOINT, LEVELS, NEED, Anything, Policy, is_plain, normalise
 from cqos_core.problems import PackError, SentenceError
+from cqos_core.system import Setting
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from cqos_core.logs import About, Misfit
     from cqos_core.policy import Plain, Value
     from cqos_core.rule import Rule
-    from cqos_core.system import Broker, Endpoint, Participant, Settings
+    from cqos_core.system import Endpoint, Place, Settings
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +43,50 @@ class Preset:
     needs: tuple[str, str] | None = None
     aliases: tuple[str, ...] = ()
     level: Literal["endpoint", "broker"] = ENDPOINT
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Known:
+    """A participant, an endpoint or a broker as `RulePack.complete` sees it: with resolved values, never with their text.
+
+    Attributes:
+        id, place, template, external: as stated.
+        read: returns the value of a policy and its place, or None where nothing states it.
+        find_needs: returns the guarantees that an endpoint needs.
+        role, topic, participant, kind: of an endpoint.
+    """
+
+    id: str
+    read: Callable[[Policy], tuple[Value, Place | None] | None] = field(repr=False)
+    find_needs: Callable[[], Collection[str]] = field(repr=False, default=tuple)
+    place: Place | None = None
+    template: str | None = None
+    external: bool = False
+    role: str = ""
+    topic: str | None = None
+    participant: str = ""
+    kind: str = ""
+
+    @property
+    def needs(self) -> Collection[str]:
+        """The guarantees that an endpoint needs, in the words of `cqos_core.guarantee`."""
+        return self.find_needs()
+
+    def value(self, policy: Policy) -> Value | None:
+        """Return what is stated of a policy, in the settings, a profile, a preset or an overlay; None where nothing is."""
+        found = self.read(policy)
+        return None if found is None else found[0]
+
+    def setting(self, policy: Policy) -> Setting | None:
+        """Return the same as a setting in its one spelling; it is unknown where the value is not plain."""
+        found = self.read(policy)
+        if found is None:
+            return None
+        value, place = found
+        if is_plain(value):
+            return Setting(policy.domain.format(value), place)  # type: ignore[arg-type]
+        code = value.code if isinstance(value, Anything) else ""
+        return Setting("", place, unknown=policy.format(value), reported=code)
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,9 +210,9 @@ def no_misfits(line: str) -> tuple[Misfit, ...]:  # noqa: ARG001 - the signature
 
 
 def nothing_follows(
-    participants: Sequence[Participant],  # noqa: ARG001 - the signature of all
-    endpoints: Sequence[Endpoint],  # noqa: ARG001
-    brokers: Mapping[str, Broker],  # noqa: ARG001
+    participants: Sequence[Known],  # noqa: ARG001 - the signature of all
+    endpoints: Sequence[Known],  # noqa: ARG001
+    brokers: Mapping[str, Known],  # noqa: ARG001
 ) -> Completion:
     """Add nothing to what a system states."""
     return Completion()
@@ -322,7 +367,7 @@ class RulePack:
     conventions: tuple[Convention, ...] = ()
     functions: tuple[Function, ...] = ()
     meeting: Meeting = field(default_factory=Meeting)
-    complete: Callable[[Sequence[Participant], Sequence[Endpoint], Mapping[str, Broker]], Completion] = nothing_follows
+    complete: Callable[[Sequence[Known], Sequence[Known], Mapping[str, Known]], Completion] = nothing_follows
     sum_up: Callable[[Sequence[Any]], Mapping[int, Mapping[str, Value]]] = nothing_summed
     wire: Wire | None = None
     variants: Mapping[tuple[str, str], RulePack] = field(default_factory=dict)

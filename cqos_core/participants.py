@@ -151,6 +151,16 @@ class Participants:
             if policy.level == "broker"
         }
 
+    def stated_of_broker(self, broker: Broker, pack: RulePack, index: int) -> tuple[Value, Place | None] | None:
+        """Return the value of a policy of a broker and its place; None where nothing states it."""
+        layers = self._broker_layers(broker, pack)
+        stated = next((layer.settings[index] for layer in layers if index in layer.settings), None)
+        if stated is None:
+            return None
+        policy, owner = pack.policies[index], f"broker `{broker.id}`"
+        value = self._reader.value(pack, index, policy, PUBLISHER, layers, {}, None, owner, broker.place)
+        return value, stated.setting.place
+
     def _broker_layers(self, broker: Broker | None, pack: RulePack) -> tuple[Layer, ...]:
         """What is stated of a broker, nearest first: itself, then its profiles and presets."""
         if broker is None:

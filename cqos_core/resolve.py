@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fnmatch import fnmatchcase
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.codes import CODES
 from cqos_core.memory import MAXIMUM_REMEMBERED, MOST_LETTERS, letters, remember
 from cqos_core.overlays import Overlays
-from cqos_core.pack import NameContext, nothing_follows, nothing_summed
+from cqos_core.pack import Known, NameContext, nothing_follows, nothing_summed
 from cqos_core.participants import Participants
 from cqos_core.policy import ENDPOINT, NEED, Policy, Value, normalise
 from cqos_core.profiles import Profiles, User, preset_settings
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
     from cqos_core.evaluate import Written
     from cqos_core.pack import NameProblem, Naming, RulePack
-    from cqos_core.system import Endpoint, Participant, Settings, System
+    from cqos_core.system import Broker, Endpoint, Participant, Place, Settings, System
 
 
 _NAMED: dict[tuple[Any, ...], Naming] = {}
@@ -63,10 +63,12 @@ class Resolver:
         default: str | None,
         asked: Mapping[int, frozenset[int]] | None = None,
         known: Collection[str] = (),
+        *,
+        completed: bool = False,
     ) -> None:
         """Resolve ``system`` with the packs that ``find_pack`` finds, ``default`` where it states no protocol.
 
-        ``known`` are the packs to suggest for a protocol without one.
+        ``known`` are the packs to suggest for a protocol without one; ``completed``: no pack is asked what follows.
         """
         self.system = system
         self.find_pack = find_pack
@@ -89,7 +91,8 @@ class Resolver:
         self._name_problems: dict[tuple[NameProblem, str, str], list[Endpoint]] = {}
         self._shared: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
         self._starts = Starts(system)
-        self._complete()
+        if not completed:
+            self._complete()
 
     def run(self) -> ResolvedSystem:
         """Resolve every endpoint of the system."""
@@ -134,10 +137,63 @@ class Resolver:
                 for each in self.system.participants.values()
                 if each.id in owners or (each.protocol or self.system.protocol or self.default) == pack.id
             ]
-            completion = pack.complete(participants, stated, self.participants.brokers(pack))
+            # What is wrong with the settings is reported when they are resolved with what follows.
+            draft = Resolver(self.system, self.find_pack, self.default, self.asked, completed=True)
+            completion = pack.complete(
+                [draft.known_participant(each, pack) for each in participants],
+                [draft.known_endpoint(each, pack) for each in stated],
+                {name: draft.known_broker(each, pack) for name, each in self.participants.brokers(pack).items()},
+            )
             self.participants.facts.update(completion.participants)
             self._facts.update({id(stated[at]): facts for at, facts in completion.endpoints.items()})
             self._implied += completion.implied
+
+    def known_participant(self, participant: Participant, pack: RulePack) -> Known:
+        """Return a participant with its values, read when they are asked for."""
+
+        def read(policy: Policy) -> tuple[Value, Place | None] | None:
+            resolved = self.participants.resolved(participant, pack)
+            index = pack.vocabulary.indices[policy.level, policy.name]
+            stated = next((layer.settings[index] for layer in resolved.layers if index in layer.settings), None)
+            return None if stated is None else (resolved.values[index], stated.setting.place)
+
+        place, template = participant.place, participant.template
+        return Known(participant.id, read, place=place, template=template, external=participant.external)
+
+    def known_endpoint(self, endpoint: Endpoint, pack: RulePack) -> Known:
+        """Return an endpoint with its values, read when they are asked for."""
+
+        @cache
+        def resolved() -> Resolved:
+            owner = self.participants.resolved(self.system.participants[endpoint.participant], pack)
+            return self._resolved(endpoint, owner, endpoint.id, endpoint.id)
+
+        def read(policy: Policy) -> tuple[Value, Place | None] | None:
+            index = pack.vocabulary.indices[policy.level, policy.name]
+            if resolved().written(index) is None:
+                return None
+            return resolved().profile.values[index], resolved().origin(index)[1]
+
+        return Known(
+            endpoint.id,
+            read,
+            lambda: resolved().profile.needs,
+            endpoint.place,
+            endpoint.template,
+            endpoint.external,
+            endpoint.role,
+            endpoint.topic,
+            endpoint.participant,
+            endpoint.kind,
+        )
+
+    def known_broker(self, broker: Broker, pack: RulePack) -> Known:
+        """Return a broker with its values, read when they are asked for."""
+
+        def read(policy: Policy) -> tuple[Value, Place | None] | None:
+            return self.participants.stated_of_broker(broker, pack, pack.vocabulary.indices["broker", policy.name])
+
+        return Known(broker.id, read, place=broker.place)
 
     def _protocol_of(self, endpoint: Endpoint) -> str | None:
         owner = self.system.participants[endpoint.participant]

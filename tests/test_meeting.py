@@ -9,7 +9,7 @@ import pytest
 
 from cqos_core.api import context
 from cqos_core.expression import as_sentence, broker, offered, requested
-from cqos_core.pack import Completion, Preset
+from cqos_core.pack import Completion, Known, Preset
 from cqos_core.policy import Count, Flag, Policy, Text
 from cqos_core.problems import PackError
 from cqos_core.rule import forbids, requires
@@ -20,7 +20,6 @@ from tests.worlds import POST, checked, codes, only, participant, profile, reade
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
 
-    from cqos_core.system import Endpoint, Participant
 
 TWICE = Policy("twice", Flag(), "false", roles=("subscriber",))
 ALONE = Policy("alone", Flag(), "false", roles=("publisher",))
@@ -36,13 +35,11 @@ def along_the_street(publishers: Collection[str], subscribers: Collection[str]) 
                 yield published, subscribed
 
 
-def complete(
-    participants: Sequence[Participant], endpoints: Sequence[Endpoint], brokers: Mapping[str, Broker]
-) -> Completion:
+def complete(participants: Sequence[Known], endpoints: Sequence[Known], brokers: Mapping[str, Known]) -> Completion:
     writers = [at for at, each in enumerate(endpoints) if each.role == "publisher"]
     facts = {at: settings(alone=True) for at in writers} if len(writers) == 1 else {}
     implied = [
-        writer(f"farewell/{each.id}", f"{each.id}/farewell") for each in participants if "office" in each.settings
+        writer(f"farewell/{each.id}", f"{each.id}/farewell") for each in participants if each.value(OFFICE) is not None
     ]
     return Completion({each.id: settings(town=len(brokers)) for each in participants}, facts, tuple(implied))
 

@@ -9,18 +9,17 @@ import json
 from collections import Counter
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.pack import Completion
-from cqos_core.policy import flow, normalise
-from cqos_core.problems import InvalidValueError
+from cqos_core.pack import Completion, Known
+from cqos_core.policy import ENDPOINT
 from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Setting
 from cqos_mqtt import names
 from cqos_mqtt.filters import SHARE, Trie, bare, has_wildcards, matches
-from cqos_mqtt.kinds import Access
 from cqos_mqtt.policies import (
     ACCESS,
     BROKER,
     CLIENT_ID,
     NO_LOCAL,
+    POLICIES,
     QOS,
     USERNAME,
     WILL_EXPIRY,
@@ -33,8 +32,7 @@ from cqos_mqtt.policies import (
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from cqos_core.policy import Policy
-    from cqos_core.system import Broker, Participant, Settings
+    from cqos_core.system import Settings
 
 WILL: Final = "will"
 """The kind of the endpoint that a Will is."""
@@ -46,17 +44,14 @@ ANYBODY: Final = "*"
 NOBODY: Final = "-"
 """Who in a line of access control: every client, and those who give no name."""
 _TRUE: Final = Setting("true", derived=True)
-_LIVENESS: Final = ("liveness", "need.liveness")
 
 
-def complete(
-    participants: Sequence[Participant], endpoints: Sequence[Endpoint], brokers: Mapping[str, Broker]
-) -> Completion:
+def complete(participants: Sequence[Known], endpoints: Sequence[Known], brokers: Mapping[str, Known]) -> Completion:
     """Add to clients and endpoints what only the whole says of them."""
     of_participants: dict[str, dict[str, Setting]] = {}
     of_endpoints: dict[int, dict[str, Setting]] = {}
     _client_ids(participants, of_participants)
-    by_client: dict[str, list[tuple[int, Endpoint]]] = {}
+    by_client: dict[str, list[tuple[int, Known]]] = {}
     for position, endpoint in enumerate(endpoints):
         if endpoint.role == SUBSCRIBER and endpoint.topic is not None:
             _of_the_filter(endpoint.topic, of_endpoints.setdefault(position, {}))
@@ -138,27 +133,21 @@ def _has_marks(written: str) -> bool:
     return "%u" in written or "%c" in written
 
 
-def _controls(brokers: Mapping[str, Broker]) -> dict[str, _Control]:
+def _controls(brokers: Mapping[str, Known]) -> dict[str, _Control]:
     """Return the access control of each broker that has one."""
-    found = {}
-    for name, broker in brokers.items():
-        lines = stated(broker.settings, ACCESS)
-        try:
-            if lines is not None:
-                found[name] = _Control(Access().parse(lines.text))
-        except InvalidValueError:  # told where values are read
-            continue
-    return found
+    lines = {name: broker.value(ACCESS) for name, broker in brokers.items()}
+    return {name: _Control(value) for name, value in lines.items() if isinstance(value, tuple)}
 
 
-def _rights(client: Participant, brokers: Mapping[str, Broker], controls: dict[str, _Control]) -> list[_Filters] | None:
+def _rights(client: Known, brokers: Mapping[str, Known], controls: dict[str, _Control]) -> list[_Filters] | None:
     """Return what the access control of its broker says of a client; None where that is not known."""
-    named = stated(client.settings, BROKER)
+    named = client.setting(BROKER)
     broker = named.text if named is not None else next(iter(brokers)) if len(brokers) == 1 else ""
     control = controls.get(broker)
-    if control is None:
+    user, own_id = client.setting(USERNAME), client.setting(CLIENT_ID)
+    if control is None or (user is not None and user.unknown):
         return None
-    return control.rights(stated(client.settings, USERNAME), stated(client.settings, CLIENT_ID))
+    return control.rights(user, own_id if own_id is not None and not own_id.unknown else None)
 
 
 def _filled(written: str, known: Mapping[str, str]) -> str:
@@ -171,7 +160,7 @@ def _derived(text: str) -> Setting:
     return Setting(text, derived=True)
 
 
-def _allowed(endpoint: Endpoint, rights: Sequence[_Filters]) -> dict[str, Setting]:
+def _allowed(endpoint: Known | Endpoint, rights: Sequence[_Filters]) -> dict[str, Setting]:
     """Say what a client may do with one endpoint."""
     topic = endpoint.topic or ""
     if endpoint.role == PUBLISHER:
@@ -200,7 +189,7 @@ def _of_the_filter(written: str, facts: dict[str, Setting]) -> None:
         facts["wildcards"] = _TRUE
 
 
-def _of_the_publication(endpoint: Endpoint, topic: str) -> Settings:
+def _of_the_publication(endpoint: Known, topic: str) -> Settings:
     """Say whether only the broker publishes there."""
     facts: Settings = {}
     if _is_reserved(topic) and endpoint.kind != BY_BROKER:
@@ -208,13 +197,13 @@ def _of_the_publication(endpoint: Endpoint, topic: str) -> Settings:
     return facts
 
 
-def _client_ids(participants: Iterable[Participant], found: dict[str, dict[str, Setting]]) -> None:
+def _client_ids(participants: Iterable[Known], found: dict[str, dict[str, Setting]]) -> None:
     """Tell clients that have the id of another one of the same broker."""
     ids = {}
     for each in participants:
-        own = stated(each.settings, CLIENT_ID)
+        own = each.setting(CLIENT_ID)
         if own is not None and own.text:
-            connected = stated(each.settings, BROKER)
+            connected = each.setting(BROKER)
             ids[each.id] = (own.text, connected.text if connected is not None else None), own
     numbers = Counter(key for key, _ in ids.values())
     for name, (key, own) in ids.items():
@@ -222,20 +211,20 @@ def _client_ids(participants: Iterable[Participant], found: dict[str, dict[str, 
             found.setdefault(name, {})["client_id_taken"] = Setting("true", own.place, derived=True)
 
 
-def _of_the_client(client: str, endpoints: Sequence[Endpoint]) -> dict[str, Setting]:
+def _of_the_client(client: str, endpoints: Sequence[Known]) -> dict[str, Setting]:
     """Say who the client is and what it subscribes to, where a rule has to know; else clients stay alike."""
     facts: dict[str, Setting] = {}
-    if any((own := stated(each.settings, NO_LOCAL)) is not None and own.text != "false" for each in endpoints):
+    if any(each.value(NO_LOCAL) not in {None, 0} for each in endpoints if each.role == SUBSCRIBER):
         facts["session"] = _derived(client)
-    if any(name in each.needs for each in endpoints for name in _LIVENESS):
+    if any("liveness" in each.needs for each in endpoints):
         filters = sorted({each.topic for each in endpoints if each.role == SUBSCRIBER and each.topic})
         facts["subscribed"] = _derived(json.dumps(filters))
     return facts
 
 
-def _of_several(own: Sequence[tuple[int, Endpoint]], found: dict[int, dict[str, Setting]]) -> None:
+def _of_several(own: Sequence[tuple[int, Known]], found: dict[int, dict[str, Setting]]) -> None:
     """Tell subscriptions that replace each other, and publications with several QoS."""
-    alike: dict[tuple[str, str | None], list[tuple[int, Endpoint]]] = {}
+    alike: dict[tuple[str, str | None], list[tuple[int, Known]]] = {}
     for position, endpoint in own:
         if endpoint.kind != WILL:
             alike.setdefault((endpoint.role, endpoint.topic), []).append((position, endpoint))
@@ -245,33 +234,32 @@ def _of_several(own: Sequence[tuple[int, Endpoint]], found: dict[int, dict[str, 
         if role == SUBSCRIBER and len({_written(endpoint) for _, endpoint in several}) > 1:
             for position, _ in several:
                 found.setdefault(position, {})["repeated"] = _TRUE
-        levels = {level.text for _, endpoint in several if (level := stated(endpoint.settings, QOS)) is not None}
+        levels = {level.text for _, endpoint in several if (level := endpoint.setting(QOS)) is not None}
         if role == PUBLISHER and len(levels) > 1:
             for position, _ in several:
                 found.setdefault(position, {})["mixed_qos"] = _TRUE
 
 
-def _written(endpoint: Endpoint) -> tuple[object, ...]:
-    settings = {normalise(name): setting.text for name, setting in endpoint.settings.items()}
-    return (tuple(sorted(settings.items())), tuple(ref.name for ref in endpoint.profiles))
+def _written(endpoint: Known) -> tuple[object, ...]:
+    return tuple(endpoint.value(policy) for policy in POLICIES if policy.level == ENDPOINT and not policy.derived)
 
 
-def _wills(
-    participants: Iterable[Participant], by_client: Mapping[str, Sequence[tuple[int, Endpoint]]]
-) -> Iterable[Endpoint]:
+def _wills(participants: Iterable[Known], by_client: Mapping[str, Sequence[tuple[int, Known]]]) -> Iterable[Endpoint]:
     """Yield the Will of each client that has one, as the publication that it is."""
     for each in participants:
-        topic = stated(each.settings, WILL_TOPIC)
+        topic = each.setting(WILL_TOPIC)
         own = [endpoint for _, endpoint in by_client.get(each.id, ())]
         if topic is None or not topic.text or any(endpoint.kind == WILL for endpoint in own):
             continue
         settings = {WILL: _TRUE}
         for policy, name in ((WILL_QOS, "qos"), (WILL_RETAIN, "retain"), (WILL_EXPIRY, "message_expiry_interval")):
-            value = stated(each.settings, policy)
+            value = each.setting(policy)
             if value is not None:
                 settings[name] = value
-        payload = stated(each.settings, WILL_PAYLOAD)
-        if payload is not None:
+        payload = each.setting(WILL_PAYLOAD)
+        if payload is not None and payload.unknown:
+            settings["max_payload"] = payload
+        elif payload is not None:
             settings["max_payload"] = Setting(str(len(payload.text.encode(errors="replace"))), payload.place)
         if any(endpoint.role == PUBLISHER and endpoint.topic == topic.text for endpoint in own):
             settings["closing_message"] = _TRUE
@@ -286,21 +274,3 @@ def _wills(
             template=f"{each.template}/will" if each.template is not None else None,
             place=topic.place or each.place,
         )
-
-
-def stated(settings: Settings, policy: Policy) -> Setting | None:
-    """Return a setting under any name of its policy, also as one of the fields of a map: ``will: {topic: x}``."""
-    group, _, field = policy.name.rpartition(".")
-    for name, setting in settings.items():
-        word = normalise(name)
-        if word in policy.spellings:
-            return setting
-        if group and f"{word}.{field}" in policy.spellings and setting.text.lstrip().startswith("{"):
-            try:
-                fields = flow(setting.text)
-            except InvalidValueError:
-                continue
-            for key, value in fields.items() if isinstance(fields, dict) else ():
-                if f"{word}.{normalise(key)}" in policy.spellings and isinstance(value, str):
-                    return Setting(value, setting.place)
-    return None
