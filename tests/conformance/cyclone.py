@@ -3,7 +3,7 @@
 import os
 import time
 import types
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import count
 from typing import Any
@@ -159,15 +159,18 @@ class Cyclone:
             raise AssertionError(f"only one side matches: {writes}, {reads}")
         return bool(seen)
 
-    def replayed(self, offered: Settings, requested: Settings, written: int) -> list[int]:
-        """Write samples, then create a reader, and return what it gets of those written before."""
-        name = f"cqos_{os.getpid()}_{next(self.numbers)}"
-        topics = Topic(self.writing, name, self.type), Topic(self.reading, name, self.type)
-        writer = DataWriter(Publisher(self.writing), topics[0], qos(parsed(offered)))
-        for number in range(written):
-            writer.write(self.type(number))
-        reader = DataReader(Subscriber(self.reading), topics[1], qos(parsed(requested)))
-        return taken(reader, written)
+    def replayed(self, pairs: Iterable[tuple[Settings, Settings]], written: int) -> list[list[int]]:
+        """For each pair write samples, then create a reader; return what each reader gets of those written before."""
+        readers = []
+        for offered, requested in pairs:
+            name = f"cqos_{os.getpid()}_{next(self.numbers)}"
+            topics = Topic(self.writing, name, self.type), Topic(self.reading, name, self.type)
+            writer = DataWriter(Publisher(self.writing), topics[0], qos(parsed(offered)))
+            for number in range(written):
+                writer.write(self.type(number))
+            readers.append((DataReader(Subscriber(self.reading), topics[1], qos(parsed(requested))), writer))
+        time.sleep(PATIENCE)
+        return [[sample.value for sample in reader.take(written)] for reader, _ in readers]
 
 
 def taken(reader: DataReader[Any], most: int) -> list[int]:

@@ -81,7 +81,7 @@ def test_larger_runs_are_recorded_and_without_disagreement():
 def test_what_transient_local_writers_store_is_said_by_the_durability_service(offered, stored):
     """The facts behind DDS203, DDS212 and DDS353."""
     durable = {"durability": "transient_local", "reliability": "reliable"}
-    replayed = running().replayed({**durable, **offered}, {**durable, "history": "keep_all"}, written=8)
+    [replayed] = running().replayed([({**durable, **offered}, {**durable, "history": "keep_all"})], written=8)
     assert replayed == list(range(8))[-stored:]
     report = check_pair("dds", {**durable, **offered}, {**durable, "depth": 8}, {"implementation": "cyclonedds"})
     stored_less = offered.get("history") == "keep_all" or int(offered["history.depth"]) > stored
@@ -114,7 +114,7 @@ def test_nothing_is_replayed_to_or_from_best_effort(weak):
     durable = {"durability": "transient_local", "reliability": "reliable"}
     weaker = {**durable, "reliability": "best_effort"}
     offered = weaker if weak == "offered" else durable
-    assert running().replayed(offered, weaker, written=3) == []
+    assert running().replayed([(offered, weaker)], written=3) == [[]]
 
 
 @pytest.mark.parametrize("protocol", SUBJECTS)
