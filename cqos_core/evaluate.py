@@ -82,10 +82,20 @@ Values: TypeAlias = tuple[Any, ...]
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """The endpoints an aggregate runs over: distinct value tuples with how many endpoints have them."""
+    """The endpoints an aggregate runs over: distinct value tuples with how many endpoints have them.
+
+    ``memory`` holds what follows from them alone, as a rule over one end is asked about each end of a topic.
+    """
 
     publishers: tuple[tuple[Values, int], ...] = ()
     subscribers: tuple[tuple[Values, int], ...] = ()
+    memory: dict[Any, Any] = field(default_factory=dict, compare=False, repr=False)
+
+    def remembered(self, key: object, compute: Callable[[], Any]) -> Any:
+        """Return what ``compute`` returned first under this key."""
+        if key not in self.memory:
+            self.memory[key] = compute()
+        return self.memory[key]
 
 
 NO_SIGNAL: Final = Signal()
@@ -279,10 +289,20 @@ class Bound:
         found: dict[str, tuple[str, ...]] = {}
         for use in self.uses:
             collect_variables((b if use.second else a)[use.index], found)
+        if self.aggregate_uses:
+            for _, value in signal.remembered(id(self), lambda: self._assuming(signal)):
+                collect_variables(value, found)
+        return dict(sorted(found.items()))
+
+    def _assuming(self, signal: Signal) -> list[tuple[Use, Depends]]:
+        """The values within aggregates that depend on assumptions, each once."""
+        found: dict[tuple[Use, Depends], None] = {}
         for use in self.aggregate_uses:
             for values, _ in signal.subscribers if use.second else signal.publishers:
-                collect_variables(values[use.index], found)
-        return dict(sorted(found.items()))
+                value = values[use.index]
+                if isinstance(value, Depends):
+                    found[use, value] = None
+        return list(found)
 
     def worlds(self, firsts: Sequence[Values], seconds: Sequence[Values]) -> Iterator[dict[str, str]] | None:
         """Yield every assignment of the assumptions in play among many values; None where there are too many."""
@@ -335,17 +355,20 @@ def settled(values: Values, world: Mapping[str, str], indices: Iterable[int]) ->
 
 
 def _settle_all(
-    a: Values, b: Values, signal: Signal, world: Mapping[str, str], indices: Iterable[int]
+    a: Values, b: Values, signal: Signal, world: Mapping[str, str], indices: tuple[int, ...]
 ) -> tuple[Values, Values, Signal]:
     first = settled(a, world, indices)
     second = first if b is a else settled(b, world, indices)
     if signal is NO_SIGNAL:
         return first, second, signal
-    under = Signal(
-        tuple((settled(values, world, indices), n) for values, n in signal.publishers),
-        tuple((settled(values, world, indices), n) for values, n in signal.subscribers),
-    )
-    return first, second, under
+
+    def under() -> Signal:
+        return Signal(
+            tuple((settled(values, world, indices), n) for values, n in signal.publishers),
+            tuple((settled(values, world, indices), n) for values, n in signal.subscribers),
+        )
+
+    return first, second, signal.remembered((indices, *world.items()), under)
 
 
 _OPERATORS: Final[dict[str, Callable[[Any, Any], Any]]] = {
@@ -486,6 +509,12 @@ def _how(second: bool, at: int, asked: Callable[[Written | None], bool]) -> Judg
         return None if written is UNREAD else asked(written)
 
     return judge
+
+
+def _once(aggregate: Judge) -> Judge:
+    """Return an aggregate, which looks at its signal alone, as one that does so once."""
+    key = object()
+    return lambda a, b, s: aggregate(a, b, s) if s is NO_SIGNAL else s.remembered(key, lambda: aggregate(a, b, s))
 
 
 class _Binder:
@@ -664,7 +693,7 @@ class _Binder:
                     result = _or(result, f(values, values, s))
                 return result
 
-            return any_of
+            return _once(any_of)
         g = self.within(lambda: self.operand(inner), node)  # type: ignore[arg-type]
 
         def all_equal(a: Values, b: Values, s: Signal) -> bool | None:
@@ -674,7 +703,7 @@ class _Binder:
                 result = _and(result, compare_open("==", found[0], value))
             return result
 
-        return all_equal
+        return _once(all_equal)
 
     def aggregate_operand(self, node: Apply) -> Judge:
         second = self.side(node)
@@ -701,7 +730,7 @@ class _Binder:
                 hi = INFINITE if part is None else _add(hi, _multiply(part.hi, n))
             return lo if lo == hi else Range(lo, hi)
 
-        return added
+        return _once(added)
 
     # Operands
 

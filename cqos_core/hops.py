@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.expression import Compare, Term
-from cqos_core.pairing import apart
-from cqos_core.policy import is_plain
+from cqos_core.pairing import apart, key_at, most_diverse
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
-    from cqos_core.pack import RulePack
     from cqos_core.policy import Value
     from cqos_core.resolved import QosProfile, Resolved
     from cqos_core.system import Bridge
@@ -123,31 +120,11 @@ class _Beside:
 
     def _sorted(self) -> dict[str, dict[Value | None, dict[tuple[QosProfile, bool], dict[int, Resolved]]]]:
         if self._groups is None:
-            self._index = max(
-                equal_in_pairs(self.endpoints[0].pack),
-                key=lambda index: len({each.profile.values[index] for each in self.endpoints}),
-                default=None,
-            )
+            self._index = most_diverse(self.endpoints[0].pack, self.endpoints)
             self._groups = {PUBLISHER: {}, SUBSCRIBER: {}}
             for each in self.endpoints:
                 self.add(each)
         return self._groups
 
     def _key(self, copy: Resolved) -> Value | None:
-        if self._index is None:
-            return None
-        value: Value = copy.profile.values[self._index]
-        return value if is_plain(value) else None
-
-
-def equal_in_pairs(pack: RulePack) -> list[int]:
-    """Return the policies that a matching condition requires to be equal on both sides, and nothing else, by index."""
-    found = []
-    for bound in pack.by_scope["meets"]:
-        sentence, uses = bound.bound.sentence, bound.bound.uses
-        if isinstance(sentence, Compare) and sentence.op == "==" and len(uses) == 2:  # noqa: PLR2004 - sides
-            one, other = uses
-            both_terms = isinstance(sentence.left, Term) and isinstance(sentence.right, Term)
-            if both_terms and one.index == other.index and one.second != other.second:
-                found.append(one.index)
-    return found
+        return key_at(copy, self._index)

@@ -5,16 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from operator import attrgetter
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core import relation
+from cqos_core.expression import Compare, Term
 from cqos_core.name_index import NameIndex
-from cqos_core.policy import ENDPOINT
+from cqos_core.policy import ENDPOINT, is_plain
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Collection, Iterable, Mapping, Sequence
 
+    from cqos_core.evaluate import Values
     from cqos_core.pack import BoundRule, RulePack
+    from cqos_core.policy import Value
     from cqos_core.resolved import QosProfile, Resolved
     from cqos_core.system import Acceptance
 
@@ -171,3 +175,60 @@ def apart(publisher: QosProfile, subscriber: QosProfile) -> tuple[BoundRule, ...
         for bound in publisher.pack.by_scope["meets"]
         if bound.bound.judge(publisher.values, subscriber.values).result is False
     )
+
+
+def matches(publishers: Sequence[QosProfile], subscribers: Sequence[QosProfile]) -> list[int]:
+    """Return per publisher the subscribers of one topic that it forms a pair with, as bits."""
+    everything = (1 << len(subscribers)) - 1
+    if len(publishers) * len(subscribers) <= relation.FEW_COMBINATIONS:
+        return [sum(1 << at for at, each in enumerate(subscribers) if not apart(one, each)) for one in publishers]
+    met = [everything] * len(publishers)
+    for bound in publishers[0].pack.by_scope["meets"]:
+        condition = bound.bound
+        rows, seconds = _alike(publishers, condition.sides[0]), _alike(subscribers, condition.sides[1])
+        found = relation.related(condition, [values for values, _ in rows], seconds)
+        for row, (first, offering) in enumerate(rows):
+            missed, doubtful = (found.false[row], found.doubtful[row]) if found else (0, everything)
+            for second, mask in seconds if doubtful else ():
+                if mask & doubtful and condition.judge(first, second).result is False:
+                    missed |= mask
+            for at in relation.positions(offering if missed else 0):
+                met[at] &= ~missed
+    return met
+
+
+def _alike(profiles: Sequence[QosProfile], indices: Sequence[int]) -> list[tuple[Values, int]]:
+    """Sort profiles by some of their values: those of one, and all that have them, as bits."""
+    found: dict[tuple[Any, ...], tuple[Values, int]] = {}
+    for at, profile in enumerate(profiles):
+        key = tuple([profile.values[index] for index in indices])
+        values, mask = found.get(key, (profile.values, 0))
+        found[key] = (values, mask | 1 << at)
+    return list(found.values())
+
+
+def most_diverse(pack: RulePack, endpoints: Collection[Resolved]) -> int | None:
+    """Return the policy, by index, that matching needs to be equal, and that tells most of these endpoints apart."""
+    indices = equal_in_pairs(pack)
+    return max(indices, key=lambda index: len({each.profile.values[index] for each in endpoints}), default=None)
+
+
+def key_at(endpoint: Resolved, index: int | None) -> Value | None:
+    """Return the known value of such a policy; None may match any."""
+    if index is None:
+        return None
+    value: Value = endpoint.profile.values[index]
+    return value if is_plain(value) else None
+
+
+def equal_in_pairs(pack: RulePack) -> list[int]:
+    """Return the policies that a matching condition requires to be equal on both sides, and nothing else, by index."""
+    found = []
+    for bound in pack.by_scope["meets"]:
+        sentence, uses = bound.bound.sentence, bound.bound.uses
+        if isinstance(sentence, Compare) and sentence.op == "==" and len(uses) == 2:  # noqa: PLR2004 - sides
+            one, other = uses
+            both_terms = isinstance(sentence.left, Term) and isinstance(sentence.right, Term)
+            if both_terms and one.index == other.index and one.second != other.second:
+                found.append(one.index)
+    return found

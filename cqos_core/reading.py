@@ -51,7 +51,8 @@ def read_value(
     Raises:
         InvalidValueError: the policy has no such value.
     """
-    meaning = policy.words.get(policy.domain.word(text))
+    # A text may be a whole list of access control, and each of its clients reads it.
+    meaning = policy.words.get(policy.domain.word(text)) if policy.words else None
     if meaning is None:
         unit = dialect.bare_unit if dialect else None
         read = _plain_remembered if len(text) <= LONGEST_REMEMBERED else _plain

@@ -26,21 +26,37 @@ from cqos_core.evaluate import (
 from cqos_core.expression import And, Compare, Not, Or, Term, Test
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from cqos_core.evaluate import Bound, Function, Judge, Values, Vocabulary
     from cqos_core.expression import Node, Sentence
 
+FEW_COMBINATIONS: Final = 256
+"""So many are judged one by one; of more, those whose answer is certain are found at once."""
 _FIRST: Final = False
 _SECOND: Final = True
 
 
 class Certain(NamedTuple):
-    """Per first value the second values, as bits, for which a condition is certainly true, certainly false, and neither."""
+    """Per first value the second values, as bits, for which a condition is certainly true, certainly false, and neither.
+
+    Of the latter ``doubtful`` are those for which it may yet be false, whatever the assumptions.
+    """
 
     true: list[int]
     false: list[int]
     open: list[int]
+    doubtful: list[int]
+
+
+def positions(mask: int) -> Iterator[int]:
+    """The positions of the bits that are set."""
+    for start, byte in enumerate(mask.to_bytes((mask.bit_length() + 7) // 8, "little")):
+        if byte:
+            yield from (start * 8 + at for at in _BITS[byte])
+
+
+_BITS: Final = [[at for at in range(8) if byte >> at & 1] for byte in range(256)]
 
 
 class _May(NamedTuple):
@@ -77,7 +93,7 @@ def related(bound: Bound, firsts: Sequence[Values], seconds: Sequence[tuple[Valu
     if worlds is None or bound.aggregate_uses or bound.options:
         return None
     everything = reduce(or_, (bits for _, bits in seconds), 0)
-    true, false = [everything] * len(firsts), [everything] * len(firsts)
+    true, false, may_fail = ([everything] * len(firsts) for _ in range(3))
     for world in worlds:
         sides = _Sides(
             [settled(values, world, bound.indices) for values in firsts],
@@ -92,7 +108,9 @@ def related(bound: Bound, firsts: Sequence[Values], seconds: Sequence[tuple[Valu
             return None
         true = [known & holds & ~fails for known, holds, fails in zip(true, *may, strict=True)]
         false = [known & fails & ~holds for known, holds, fails in zip(false, *may, strict=True)]
-    return Certain(true, false, [everything & ~one & ~other for one, other in zip(true, false, strict=True)])
+        may_fail = _both(may_fail, may.false)
+    left = [everything & ~one & ~other for one, other in zip(true, false, strict=True)]
+    return Certain(true, false, left, _both(left, may_fail))
 
 
 def _may(node: Sentence, vocabulary: Vocabulary, sides: _Sides) -> _May:

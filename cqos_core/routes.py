@@ -13,7 +13,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.codes import CODES
-from cqos_core.pairing import apart
+from cqos_core.pairing import apart, key_at, most_diverse
 from cqos_core.pattern import any_of
 from cqos_core.problems import InputError, Problem
 from cqos_core.resolve import Resolver
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from cqos_core.pack import RulePack
+    from cqos_core.policy import Value
     from cqos_core.resolved import Resolved
     from cqos_core.system import Bridge, Endpoint, Role, Route, System
 
@@ -77,15 +78,15 @@ def expanded(
         return growing.whole, growing.links
     patterns.sort(key=lambda each: each[0].id)
     around = _Around(growing, patterns, find_pack, default)
-    around.look()
+    news = around.look()
     for (bridge, route), (other, back) in around.growing_pairs(patterns):
         growing.turn_back(bridge, route, other, back)
     for _ in range(len(patterns) + 1):
-        around.look()
-        carried = [(bridge, route, *names) for bridge, route in patterns for names in around.carried(bridge, route)]
+        carried = [(bridge, route, *names) for bridge, route in news for names in around.carried(bridge, route)]
         if not any([growing.add(*each) for each in carried]):  # noqa: C419 - each of them is added
             break
         growing.turned_back |= growing.turning
+        news = around.look()
     left_out = [said for each in patterns for said in around.left_out(*each)]
     return replace(growing.whole, notes=[*system.notes, *left_out, *growing.notes]), growing.links
 
@@ -218,8 +219,15 @@ class _Growing:
         return identifier
 
 
+_Filed = dict["Value | None", list["Resolved"]]
+
+
 class _Around:
-    """Who is there at one moment, and who of them the sides of bridges can meet."""
+    """Who is there at one moment, and who of them the sides of bridges can meet.
+
+    Endpoints and sides are filed by a value that matching needs to be equal, such as the domain, so that a side is asked only
+    about endpoints that it may match.
+    """
 
     def __init__(
         self,
@@ -230,6 +238,7 @@ class _Around:
     ) -> None:
         """Put an endpoint of either role where the sides of bridges are; `look` has to be called before all else."""
         self.growing = growing
+        self.patterns = patterns
         self.find_pack = find_pack
         self.default = default
         self.asking = {
@@ -244,12 +253,20 @@ class _Around:
         self.resolver: Resolver | None = None
         self.within: dict[tuple[str, str, Role], Resolved] = {}
         self.stated: dict[str, Endpoint] = {}
-        self.there: dict[tuple[RulePack, Role, str], list[Resolved]] = {}
+        self.there: dict[tuple[RulePack, Role, str], _Filed] = {}
+        self.shown: dict[str | None, str] = {}
         self.seen = 0
         self.known: dict[tuple[int, Role], _Known] = {}
+        self.index: dict[RulePack, int | None] = {}
+        self.sides: dict[tuple[RulePack, Value | None], list[int]] = {}
 
-    def look(self) -> None:
-        """Resolve who has come since the last look; interfaces that are more than a topic also as one, for their names."""
+    def look(self) -> list[tuple[Bridge, Route]]:
+        """Resolve who has come since the last look; interfaces that are more than a topic also as one, for their names.
+
+        Returns:
+            The routes that may carry something new.
+        """
+        before = self.resolver
         if self.resolver is None or self.resolver.completed:  # what follows from a whole system may follow anew
             self.seen = 0
             self.stated.clear()
@@ -261,16 +278,41 @@ class _Around:
             resolved = self.resolver.run().endpoints
             by_id = {each.stated_id: each for each in resolved}
             self.within = {key: by_id[each.id] for key, each in self.asking.items() if each.id in by_id}
+            self._file_sides()
         else:
             known = len(self.resolver.result.endpoints)
             for endpoint in self._new():
                 self.resolver.stated(endpoint)
             resolved = self.resolver.result.endpoints[known:]
+        come: set[tuple[RulePack, Value | None]] = set()
         for each in resolved:
             of = self.stated.get(each.stated_id.removeprefix(f"{_WITHIN}/"))
             # Of a service or an action only the one that stands for the whole.
             if of is not None and (of.kind == MESSAGE or each.stated_id != of.id):
-                self.there.setdefault((each.pack, each.endpoint.role, of.kind), []).append(each)
+                key = self._key(each)
+                self.there.setdefault((each.pack, each.endpoint.role, of.kind), {}).setdefault(key, []).append(each)
+                self.shown[each.key] = each.shown
+                come.add((each.pack, key))
+        if self.resolver is not before or any(key is None for _, key in come):
+            return [*self.patterns]
+        numbers = {number for pack, key in come for each in {key, None} for number in self.sides.get((pack, each), ())}
+        return [self.patterns[number] for number in sorted(numbers)]
+
+    def _file_sides(self) -> None:
+        """File the routes by the values that decide what either side of them may match."""
+        packs: dict[RulePack, list[Resolved]] = {}
+        for each in self.within.values():
+            packs.setdefault(each.pack, []).append(each)
+        self.index = {pack: most_diverse(pack, there) for pack, there in packs.items()}
+        self.sides.clear()
+        for number, (bridge, route) in enumerate(self.patterns):
+            for side in (route.source, route.target):
+                asking = self.within.get((bridge.id, side.participant, PUBLISHER))
+                if asking is not None:
+                    self.sides.setdefault((asking.pack, self._key(asking)), []).append(number)
+
+    def _key(self, endpoint: Resolved) -> Value | None:
+        return key_at(endpoint, self.index.get(endpoint.pack))
 
     def _new(self) -> list[Endpoint]:
         new = self.growing.whole.endpoints[self.seen :]
@@ -286,6 +328,8 @@ class _Around:
     ) -> Iterator[tuple[tuple[Bridge, Route], tuple[Bridge, Route]]]:
         """Yield two routes of which each takes whatever the other publishes, under a name that gets longer."""
         whole = [each for each in patterns if each[1].source.kind == MESSAGE and not (each[1].only or each[1].but)]
+        if max((_longer(route) for _, route in whole), default=0) <= 0:
+            return
         for number, (bridge, route) in enumerate(whole):
             for other, back in whole[:number]:
                 if other is bridge or _longer(route) + _longer(back) <= 0:
@@ -328,12 +372,13 @@ class _Around:
 
     def left_out(self, bridge: Bridge, route: Route) -> Iterator[ImportNote]:
         """Say which topics, services or actions the expressions of a route keep from being carried."""
+        if not (route.only or route.but):
+            return
         there, _ = _ends(route)
-        shown = {each.key: each.shown for there in self.there.values() for each in there}
         pattern = route.source.topic or ""
         lets_through = _gate(route)
         names = [
-            shown[there[2].replace("*", rest, 1)]
+            self.shown[there[2].replace("*", rest, 1)]
             for rest in sorted(self.rests(bridge, *there, route.source.kind))
             if not lets_through(pattern.replace("*", rest, 1))
         ]
@@ -355,9 +400,8 @@ class _Around:
             return {}  # a filter is no name
         before, _, after = pattern.partition("*")
         known = self.known.setdefault((id(side), role), _Known())
-        there = self.there.get((asking.pack, role, kind), [])
         found: dict[str, str] = {}
-        for each in there[known.seen :]:
+        for each in known.new(self._near(asking, role, kind)):
             name = each.key or ""
             if len(name) < len(before) + len(after) or not (name.startswith(before) and name.endswith(after)):
                 continue
@@ -367,8 +411,13 @@ class _Around:
                 continue
             found[rest] = min(found.get(rest, identifier), identifier)
         known.rests.update(found)
-        known.seen = len(there)
         return known.rests
+
+    def _near(self, asking: Resolved, role: Role, kind: str) -> _Filed:
+        """Return the endpoints of a role that a side may match, as they are filed."""
+        filed = self.there.get((asking.pack, role, kind), {})
+        key = self._key(asking)
+        return filed if key is None else {each: filed[each] for each in (key, None) if each in filed}
 
     def somebody_else(self, bridge: Bridge, participant: str) -> bool:
         """Whether anybody but the bridge is on the wire that one of its participants is on."""
@@ -378,8 +427,9 @@ class _Around:
         others = (each for (of, _, role), each in self.within.items() if of != bridge.id and role == PUBLISHER)
         published = (
             each
-            for (pack, role, _), there in self.there.items()
+            for pack, role, kind in self.there
             if pack is asking.pack and role == PUBLISHER
+            for there in self._near(asking, PUBLISHER, kind).values()
             for each in there
             if self._bridge_of(each) != bridge.id
         )
@@ -392,10 +442,16 @@ class _Around:
 
 @dataclass(slots=True)
 class _Known:
-    """What a side has seen of who is there: the names that it matches, and how many endpoints it looked at."""
+    """What a side has seen of who is there: the names that it matches, and how many endpoints it looked at, as filed."""
 
     rests: dict[str, str] = field(default_factory=dict)
-    seen: int = 0
+    seen: dict[Value | None, int] = field(default_factory=dict)
+
+    def new(self, filed: _Filed) -> Iterator[Resolved]:
+        """Yield the endpoints that it has not looked at."""
+        for key, there in filed.items():
+            yield from there[self.seen.get(key, 0) :]
+            self.seen[key] = len(there)
 
 
 def _ends(route: Route) -> tuple[tuple[Endpoint, Role, str], tuple[Endpoint, Role, str]]:

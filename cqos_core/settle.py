@@ -11,8 +11,9 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.evaluate import MAXIMUM_WORLDS, collect_variables, in_world
-from cqos_core.pairing import apart
+from cqos_core.pairing import matches
 from cqos_core.policy import INFINITE, Anything, Depends, FromPeers, Value, is_plain
+from cqos_core.relation import positions
 from cqos_core.system import PUBLISHER
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
     from cqos_core.pairing import Members, Topic
     from cqos_core.policy import Policy
-    from cqos_core.resolved import QosProfile
 
 START_ORDER: Final = "start order"
 PUBLISHERS_FIRST: Final = "publishers first"
@@ -58,6 +58,9 @@ class _Settling:
         self._known: dict[tuple[Members, int], Value] = {}
         self._relations: dict[Members, tuple[list[Members], list[Members]]] = {}
         self._possible: dict[int, frozenset[Value]] = {}
+        self._matching = _matching(topic)
+        self._unordered = not any(each.starts_after for each in (*topic.publishers, *topic.subscribers))
+        self._alike: dict[tuple[object, ...], Value] = {}
 
     def value(self, members: Members, index: int) -> Value:
         """Return the value that a policy of a group has, once it is created."""
@@ -67,7 +70,11 @@ class _Settling:
         key = members, index
         if key not in self._known:
             self._known[key] = Anything("the order of start goes in a circle")
-            self._known[key] = self._settled(members, index, value)
+            # Where no order is stated, all that see the same peers take the same value from them.
+            alike = (members.first.role, id(self._matching[members]), index, value) if self._unordered else key
+            if alike not in self._alike:
+                self._alike[alike] = self._settled(members, index, value)
+            self._known[key] = self._alike[alike]
         return self._known[key]
 
     def _settled(self, members: Members, index: int, taken: FromPeers) -> Value:
@@ -112,14 +119,12 @@ class _Settling:
     def _peers(self, members: Members) -> tuple[list[Members], list[Members]]:
         """The peers of a group that are stated to be there before it, and those of which that is open."""
         if members not in self._relations:
-            publisher = members.first.role == PUBLISHER
             before, opened = [], []
-            for peer in self._topic.subscribers if publisher else self._topic.publishers:
-                if _meet(members.profile, peer.profile, publisher=publisher):
-                    if _before(peer, members, any):
-                        before.append(peer)
-                    elif not _before(members, peer, all):
-                        opened.append(peer)
+            for peer in self._matching[members]:
+                if _before(peer, members, any):
+                    before.append(peer)
+                elif not _before(members, peer, all):
+                    opened.append(peer)
             self._relations[members] = before, opened
         return self._relations[members]
 
@@ -154,8 +159,24 @@ def _before(early: Members, late: Members, which: Callable[[Iterable[bool]], boo
     return bool(late.starts_after) and which(late.first.is_after(endpoint) for endpoint in early.endpoints)
 
 
-def _meet(profile: QosProfile, other: QosProfile, *, publisher: bool) -> bool:
-    return not (apart(profile, other) if publisher else apart(other, profile))
+def _matching(topic: Topic) -> dict[Members, list[Members]]:
+    """By group the groups of the other side that it matches; equal lists are one."""
+    met = matches([each.profile for each in topic.publishers], [each.profile for each in topic.subscribers])
+    back = [0] * len(topic.subscribers)
+    alike: dict[int, int] = {}
+    for at, mask in enumerate(met):
+        alike[mask] = alike.get(mask, 0) | 1 << at
+    for mask, publishers in alike.items():
+        for at in positions(mask):
+            back[at] |= publishers
+    found: dict[Members, list[Members]] = {}
+    for own, others, masks in (
+        (topic.publishers, topic.subscribers, met),
+        (topic.subscribers, topic.publishers, back),
+    ):
+        lists = {mask: [others[at] for at in positions(mask)] for mask in {*masks}}
+        found.update((each, lists[mask]) for each, mask in zip(own, masks, strict=True))
+    return found
 
 
 def lone(policy: Policy, value: Value) -> Value:

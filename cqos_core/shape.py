@@ -13,9 +13,10 @@ from functools import cached_property, lru_cache, reduce
 from operator import or_
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from cqos_core import relation
 from cqos_core.evaluate import NO_SIGNAL, Outcome, Signal
 from cqos_core.judge import Spoken, already_told, ask, judge_endpoint, of_end, passed_over, verdict_by
-from cqos_core.relation import related
+from cqos_core.relation import positions, related
 from cqos_core.report import Verdict
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
 
 MOST_COMBINATIONS: Final = 25
 """Distinct combinations of values that one rule reports on one topic; the rest is put together in one finding."""
-_FEW_COMBINATIONS: Final = 256
-"""So many are judged one by one; of more, those whose answer is certain are found at once."""
 _REMEMBERED: Final = 16_384
 _REMEMBERED_GROUPS: Final = 64
 _ENDS: Final = frozenset({"offered", "requested", "publisher", "subscriber"})
@@ -133,16 +132,6 @@ def judge_shape(shape: Shape) -> Judged:
     if len(shape.publishers) + len(shape.subscribers) > _REMEMBERED_GROUPS:
         return _judge(shape)
     return _remembered(shape)
-
-
-def positions(mask: int) -> Iterator[int]:
-    """The positions of the bits that are set."""
-    for start, byte in enumerate(mask.to_bytes((mask.bit_length() + 7) // 8, "little")):
-        if byte:
-            yield from (start * 8 + at for at in _BITS[byte])
-
-
-_BITS: Final = [[at for at in range(8) if byte >> at & 1] for byte in range(256)]
 
 
 @dataclass(slots=True)
@@ -340,7 +329,7 @@ def _spoken(shape: Shape, bound: BoundRule, columns: Classes) -> Iterator[_Row]:
     subscribers = [each for each in columns.each if not passed_over(bound, each.profile, each.profile)]
     speaks = bound.rule.kind == "forbids"
     found = None
-    if len(publishers) * len(subscribers) > _FEW_COMBINATIONS:
+    if len(publishers) * len(subscribers) > relation.FEW_COMBINATIONS:
         found = related(
             bound.bound,
             [each.profile.values for each in publishers],
@@ -353,7 +342,7 @@ def _spoken(shape: Shape, bound: BoundRule, columns: Classes) -> Iterator[_Row]:
         a, certain, asked = offering.profile.values, 0, subscribers
         if found is not None:
             certain = found.true[row] if speaks else found.false[row]
-            asked = columns.within(found.open[row])
+            asked = columns.within((found.doubtful if bound.rule.kind == "meets" else found.open)[row])
         others = []
         for requesting in asked:
             b = requesting.profile.values

@@ -13,9 +13,10 @@ from cqos_core.evaluate import Outcome
 from cqos_core.findings import Draft, Made, headline, make, sides_of, subject
 from cqos_core.judge import Spoken, judge_pair
 from cqos_core.pairing import bridges_of, group
+from cqos_core.relation import positions
 from cqos_core.report import Finding, Group, Severity, Side, Verdict
 from cqos_core.settle import settle
-from cqos_core.shape import MOST_COMBINATIONS, Alike, Shape, judge_shape, positions
+from cqos_core.shape import MOST_COMBINATIONS, Alike, Shape, judge_shape
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 from cqos_core.team import TeamCheck, team_findings
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
-from cqos_core import shape
+from cqos_core import relation
 from cqos_core.api import context
 from cqos_core.checker import check_system
 from cqos_core.formatters.json_report import render_json
@@ -68,7 +68,7 @@ def a_system(pack: RulePack, seed: int) -> System:
 def test_a_report_is_the_same_however_combinations_are_judged(pack, seed, monkeypatch):
     reports = []
     for few in (0, 10**9):
-        monkeypatch.setattr(shape, "_FEW_COMBINATIONS", few)
+        monkeypatch.setattr(relation, "FEW_COMBINATIONS", few)
         report = check_system(a_system(pack, seed), WHERE)
         assert len(report.groups) > 1 or report.findings
         reports.append(render_json(report, Style()))
