@@ -646,15 +646,17 @@ def test_as_many_endpoints_as_allowed_are_taken():
 
 
 @pytest.mark.parametrize(
-    ("make", "small", "large"),
+    ("make", "small", "large", "most"),
     [
-        (lambda n: bridged(writer("x", "p/w"), bridges=[*map(longer, range(n))], abroad=()), 30, 60),
-        (lambda n: net(n, lambda a, b: a != b), 6, 12),
-        (lambda n: net(n, lambda a, b: b == (a + 1) % n), 30, 60),
+        # Each of n bridges refuses the names of all others, which is little work beside its own.
+        (lambda n: bridged(writer("x", "p/w"), bridges=[*map(longer, range(n))], abroad=()), 30, 60, 1.75),
+        (lambda n: net(n, lambda a, b: a != b), 6, 12, 1.3),
+        (lambda n: net(n, lambda a, b: b == (a + 1) % n), 30, 60, 1.3),
+        (lambda n: net(n, lambda a, b: b == (a + 1) % n), 250, 500, 1.3),
     ],
-    ids=["renaming", "clique", "ring"],
+    ids=["renaming", "clique", "ring", "large-ring"],
 )
-def test_what_bridges_cost_grows_little_faster_than_their_number(make, small, large):
+def test_what_bridges_cost_grows_with_their_number(make, small, large, most):
     """Counts calls of functions, which do not depend on the machine."""
 
     def cost(number):
@@ -674,7 +676,7 @@ def test_what_bridges_cost_grows_little_faster_than_their_number(make, small, la
         return len(system.bridges), count
 
     (size, calls), (more, many) = cost(small), cost(large)
-    assert math.log(many / calls) / math.log(more / size) <= 1.75, (size, calls, more, many)
+    assert math.log(many / calls) / math.log(more / size) <= most, (size, calls, more, many)
 
 
 def net(number, joined):

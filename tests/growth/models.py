@@ -116,6 +116,15 @@ def best_available(n: int) -> Model:
     return checked(document("ros2", participants=participants, options=rmw))
 
 
+def best_available_each(n: int) -> Model:
+    """Endpoints that all differ, of which one side takes its values from the other, some in a stated order."""
+    taken = {"reliability": "best_available", "durability": "best_available", "deadline": "best_available"}
+    participants = nodes(node(f"p{i}", {"/t": {"deadline": f"{i + 1}ms", "depth": i + 1}}) for i in range(n))
+    participants |= nodes(node(f"s{i}", (), {"/t": taken | {"depth": i + 1}}, starts_after=[f"p{i}"]) for i in range(n))
+    rmw = {"ros2": {"rmw": "cyclonedds", "distro": "jazzy"}}
+    return checked(document("ros2", participants=participants, options=rmw))
+
+
 def partitions(n: int, offered: str = "p{}", requested: str = "p{}") -> Model:
     """Endpoints of one topic, each in a few of many partitions."""
 
@@ -195,6 +204,14 @@ def bridge_ring(n: int) -> Model:
     return checked(document("ros2", participants=participants, bridges=bridges))
 
 
+def pattern_ring(n: int) -> Model:
+    """Bridges that carry around whatever there is."""
+    participants = nodes(node(f"d{i}", domain=i) for i in range(n))
+    participants |= {"source": {"domain": 0, "publishes": {"/t": {}}}}
+    bridges = {f"b{i}": {"routes": [_route(f"d{i}", f"d{(i + 1) % n}", "/*")]} for i in range(n)}
+    return checked(document("ros2", participants=participants, bridges=bridges))
+
+
 def bridge_clique(n: int) -> Model:
     """Bridges between every two domains: n is the number of bridges."""
     some = max(2, int(n**0.5))
@@ -268,22 +285,26 @@ def topics(n: int) -> Model:
 MODELS: Final = {
     acceptances: 100,
     access_control: 100,
-    allow_lists: 300,
-    baseline: 400,
+    allow_lists: 150,
+    baseline: 200,
     best_available: 60,
-    broken_topics: 200,
-    brokers: 150,
+    best_available_each: 30,
+    bridge_clique: 200,
+    bridge_ring: 50,
+    broken_topics: 150,
+    brokers: 100,
     includes: 150,
     log_lines: 200,
-    near_misses: 300,
+    near_misses: 200,
     overlays: 200,
     partitions: 100,
+    pattern_ring: 50,
     references: 400,
     team_checks: 100,
-    topics: 400,
+    topics: 200,
     unknown_participants: 300,
-    unknown_profiles: 300,
-    unknown_settings: 200,
+    unknown_profiles: 150,
+    unknown_settings: 100,
     wild_partitions: 100,
 }
 """Each with its smallest size that takes long enough to be measured."""

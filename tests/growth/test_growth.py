@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 LIMIT: Final = 1.3
 """Of the exponent over bytes in plus bytes out, in processor time."""
 SIZES: Final = (1, 2, 4)
-TRIES: Final = 3
+TRIES: Final = 4
 
 Point = tuple[int, float]
 
@@ -46,11 +46,11 @@ def exponent(points: Sequence[Point]) -> float:
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.__name__)
 def test_cost_grows_like_the_input_and_the_output(model):
-    # Other work of the machine makes a try look steeper, hardly ever flatter.
-    tries = (measured(model, MODELS[model] + number) for number in range(TRIES))
-    found = []
-    for points in tries:
-        found.append((exponent(points), points))
-        if found[-1][0] <= LIMIT:
+    # Other work of the machine makes a try look slower, never faster, so the best time of each size counts.
+    best: list[Point] = []
+    for number in range(TRIES):
+        points = measured(model, MODELS[model] + number)
+        best = [min(pair, key=lambda point: point[1]) for pair in zip(best or points, points, strict=True)]
+        if exponent(best) <= LIMIT:
             return
-    pytest.fail(f"grows with the power {min(found)[0]:.2f}, not {LIMIT}: {min(found)[1]}")
+    pytest.fail(f"grows with the power {exponent(best):.2f}, not {LIMIT}: {best}")
