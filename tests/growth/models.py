@@ -117,9 +117,9 @@ def best_available(n: int) -> Model:
 
 
 def best_available_each(n: int) -> Model:
-    """Endpoints that all differ, of which one side takes its values from the other, some in a stated order."""
-    taken = {"reliability": "best_available", "durability": "best_available", "deadline": "best_available"}
-    participants = nodes(node(f"p{i}", {"/t": {"deadline": f"{i + 1}ms", "depth": i + 1}}) for i in range(n))
+    """Endpoints that all differ, of which one side takes its values from the other."""
+    taken = {"reliability": "best_available", "deadline": "best_available"}
+    participants = nodes(node(f"p{i}", {"/t": {"depth": i + 1}}) for i in range(n))
     participants |= nodes(node(f"s{i}", (), {"/t": taken | {"depth": i + 1}}, starts_after=[f"p{i}"]) for i in range(n))
     rmw = {"ros2": {"rmw": "cyclonedds", "distro": "jazzy"}}
     return checked(document("ros2", participants=participants, options=rmw))
@@ -288,7 +288,7 @@ MODELS: Final = {
     allow_lists: 150,
     baseline: 200,
     best_available: 60,
-    best_available_each: 30,
+    best_available_each: 60,
     bridge_clique: 200,
     bridge_ring: 50,
     broken_topics: 150,
