@@ -120,7 +120,7 @@ def best_available_each(n: int) -> Model:
     """Endpoints that all differ, of which one side takes its values from the other."""
     taken = {"reliability": "best_available", "deadline": "best_available"}
     participants = nodes(node(f"p{i}", {"/t": {"depth": i + 1}}) for i in range(n))
-    participants |= nodes(node(f"s{i}", (), {"/t": taken | {"depth": i + 1}}, starts_after=[f"p{i}"]) for i in range(n))
+    participants |= nodes(node(f"s{i}", (), {"/t": taken | {"depth": i + 1}}) for i in range(n))
     rmw = {"ros2": {"rmw": "cyclonedds", "distro": "jazzy"}}
     return checked(document("ros2", participants=participants, options=rmw))
 
