@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.edits import edited
+from cqos_core.edits import edited, replacements
 from cqos_core.encoding import decode
 from cqos_core.files import open_file, read_path, write_whole
 from cqos_core.importers.source import Source
@@ -20,7 +20,7 @@ from cqos_core.system import System
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from cqos_core.importers.source import Inserter
+    from cqos_core.importers.source import Inserter, Replacement
     from cqos_core.report import Finding, Remedy, Report
 
 _ROUNDS: Final = 1000
@@ -79,6 +79,24 @@ def apply_edits(sources: Mapping[str, bytes], edits: Iterable[Edit], importer: s
         if made.data != sources[name]:
             texts[name] = made.data
     return Edited(dict(sources), texts, tuple(left))
+
+
+def replacements_of(
+    sources: Mapping[str, bytes], edits: Iterable[Edit], importer: str | None = None
+) -> dict[str, list[Replacement]]:
+    """Return what edits replace in each source, by its name; nothing where one of them cannot be applied."""
+    by_source: dict[str, list[Edit]] = {}
+    for edit in edits:
+        by_source.setdefault(edit.place.source, []).append(edit)
+    found = {}
+    for name, own in by_source.items():
+        if name not in sources:
+            return {}
+        source = Source(name, sources[name])
+        found[name], left = replacements(source, own, partial(_inserter, source, importer))
+        if left:
+            return {}
+    return found
 
 
 def _inserter(source: Source, importer: str | None) -> Inserter | None:

@@ -39,6 +39,23 @@ def edited(source: Source, edits: Iterable[Edit], inserter: Callable[[], Inserte
     data = source.data
     text = decode(data)
     encoding = codec(encoding_of(data)) or "utf-8"
+    made, left = replacements(source, edits, inserter)
+    for change in sorted(made, reverse=True):
+        text = text[: change.start] + change.text + text[change.end :]
+    mark = data[: len(data) - len(decode(data).encode(encoding, "replace"))]
+    try:
+        return Edited(mark + text.encode(encoding), tuple(left))
+    except UnicodeEncodeError:
+        reason = f"the file is written in {encoding}, which has no such character"
+        return Edited(data, tuple((edit, reason) for edit in dict.fromkeys(edits)))
+
+
+def replacements(
+    source: Source, edits: Iterable[Edit], inserter: Callable[[], Inserter | None]
+) -> tuple[list[Replacement], list[tuple[Edit, str]]]:
+    """Return what edits replace in the text of one source, in order, and the edits that cannot be applied."""
+    data = source.data
+    text = decode(data)
     left: list[tuple[Edit, str]] = []
     changes: dict[Replacement, list[Edit]] = {}
     added: dict[Place, list[Edit]] = {}
@@ -61,14 +78,7 @@ def edited(source: Source, edits: Iterable[Edit], inserter: Callable[[], Inserte
             changes.setdefault(found, []).extend(group)
     made, clashing = _apart(changes)
     left += ((edit, "another edit changes the same text") for edit in clashing)
-    for change in sorted(made, reverse=True):
-        text = text[: change.start] + change.text + text[change.end :]
-    mark = data[: len(data) - len(decode(data).encode(encoding, "replace"))]
-    try:
-        return Edited(mark + text.encode(encoding), tuple(left))
-    except UnicodeEncodeError:
-        reason = f"the file is written in {encoding}, which has no such character"
-        return Edited(data, tuple((edit, reason) for edit in dict.fromkeys(edits)))
+    return made, left
 
 
 def _apart(changes: dict[Replacement, list[Edit]]) -> tuple[list[Replacement], list[Edit]]:

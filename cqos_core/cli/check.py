@@ -39,8 +39,9 @@ if TYPE_CHECKING:
     from cqos_core.cli.sinks import Sink
     from cqos_core.cli.units import Unit
     from cqos_core.config import Config
+    from cqos_core.importers.source import Replacement
     from cqos_core.problems import Problem
-    from cqos_core.report import Report
+    from cqos_core.report import Edit, Report
     from cqos_core.system import System
 
 CLEAN, FINDINGS, UNUSABLE = 0, 1, 2
@@ -366,7 +367,13 @@ class _Check:
             not_checked=self.wishes.not_checked,
             folder=os.getcwd(),  # noqa: PTH109 - text
             documentation=_documentation(),
+            replaced=self._replaced,
         )
+
+    def _replaced(self, edits: Sequence[Edit]) -> Mapping[str, Sequence[Replacement]]:
+        from cqos_core.applying import replacements_of
+
+        return replacements_of(self.sources, edits, self.reader.options.importer)
 
     def _write_baseline(self, found: Sequence[_Checked]) -> bool:
         target = self.wishes.write_baseline

@@ -7,13 +7,14 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
+from cqos_core.encoding import Lines, decode
 from cqos_core.formatters import wording
 from cqos_core.formatters.fingerprint import fingerprint
 from cqos_core.formatters.json_report import dump
 from cqos_core.formatters.places import Places
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from cqos_core.formatters.style import Style
     from cqos_core.report import Finding, Report, Side
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 _SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 _MEMBERS = 100  # of one finding: viewers show a few, and the JSON report has them all
+_MOST_FIXED = 200  # findings: for each fix its file is read again
 
 Json = dict[str, Any]
 
@@ -37,7 +39,8 @@ def render_sarif(report: Report, style: Style) -> str:
             {"location": {"uri": uri}} for uri in dict.fromkeys(_uri(source, style) for source in report.sources)
         ],
         "results": [
-            _Result(report, finding, places, style).build(numbers[finding.code]) for finding in report.findings
+            _Result(report, finding, places, style).build(numbers[finding.code], with_fixes=number < _MOST_FIXED)
+            for number, finding in enumerate(report.findings)
         ],
         "properties": {
             "verdict": report.verdict.value,
@@ -108,10 +111,11 @@ class _Result:
         self._finding = finding
         self._places = places
 
-    def build(self, rule_index: int) -> Json:
+    def build(self, rule_index: int, *, with_fixes: bool) -> Json:
         """Return the result, which belongs to the rule of that index."""
         finding = self._finding
         related = list(self._related())
+        fixes = list(self._fixes()) if with_fixes else []
         return {
             "ruleId": finding.code,
             "ruleIndex": rule_index,
@@ -119,6 +123,7 @@ class _Result:
             "message": {"text": self._text()},
             "locations": self._locations(),
             **({"relatedLocations": related} if related else {}),
+            **({"fixes": fixes} if fixes else {}),
             "partialFingerprints": {"cqos/v1": fingerprint(finding)},
             # Once one result has this property, all of them must, and an empty list means not suppressed.
             "suppressions": self._suppressions(),
@@ -173,6 +178,26 @@ class _Result:
         excerpt = self._places.excerpt(place)
         return {"startColumn": column, **({"endColumn": column + excerpt.width} if excerpt else {})}
 
+    def _fixes(self) -> Iterator[Json]:
+        """Yield the fixes that stand in a file, the best first."""
+        for remedy in self._finding.remedies:
+            replaced = self._style.replaced(remedy.edits) if remedy.edits else {}
+            if replaced:
+                yield {
+                    "description": {"text": wording.fix(remedy)},
+                    "artifactChanges": [self._change(source, made) for source, made in replaced.items()],
+                }
+
+    def _change(self, source: str, made: Sequence[tuple[int, int, str]]) -> Json:
+        lines = Lines(decode(self._style.sources[source]))
+        return {
+            "artifactLocation": {"uri": _uri(source, self._style)},
+            "replacements": [
+                {"deletedRegion": _region(lines, start, end), "insertedContent": {"text": text}}
+                for start, end, text in made
+            ],
+        }
+
     def _related(self) -> Iterator[Json]:
         """Yield the other values and the other sides, each with what it says."""
         main = self._finding.place
@@ -180,6 +205,12 @@ class _Result:
         others = [(place, text) for place, text in stated if place != main]
         for number, (place, text) in enumerate(others, 1):
             yield {"id": number, "physicalLocation": self._physical(place), "message": {"text": text}}
+
+
+def _region(lines: Lines, start: int, end: int) -> Json:
+    line, column = lines.position(start)
+    last, behind = lines.position(end)
+    return {"startLine": line, "startColumn": column, "endLine": last, "endColumn": behind}
 
 
 def _stated(side: Side) -> Iterator[tuple[Place, str]]:

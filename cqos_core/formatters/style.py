@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING
 from cqos_core.report import Severity
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping, Sequence
+
+    from cqos_core.report import Edit
+
+
+def _nothing(edits: Sequence[Edit]) -> Mapping[str, Sequence[tuple[int, int, str]]]:  # noqa: ARG001 - where no file can be edited
+    return {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +29,8 @@ class Style:
         sources: source name to its bytes, for excerpts and exact columns.
         folder: absolute; paths below it are written relative to it in formats that need relative ones.
         documentation: URL of the documentation, for formats that link to rules; empty where there is none.
+        replaced: what edits replace in the texts of `sources`, by name: from where to where, and the new text; for formats that carry fixes; nothing where they cannot
+            be applied.
         tool_version: of C-QoS, for formats that name their tool.
     """
 
@@ -34,3 +42,4 @@ class Style:
     not_checked: bool = False
     folder: str = ""
     documentation: str = ""
+    replaced: Callable[[Sequence[Edit]], Mapping[str, Sequence[tuple[int, int, str]]]] = _nothing

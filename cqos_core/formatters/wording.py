@@ -66,11 +66,17 @@ def helps(finding: Finding) -> list[str]:
     """What to do, best first, one sentence each; plain remedies that are alternatives share a sentence."""
     sentences = [] if finding.help is None else [finding.help]
     plain = [remedy.text for remedy in finding.remedies if not _remarks(remedy)]
-    costly = [f"{remedy.text} ({_remarks(remedy)})" for remedy in finding.remedies if _remarks(remedy)]
+    costly = [fix(remedy) for remedy in finding.remedies if _remarks(remedy)]
     if plain:
         sentences.append(", or ".join(plain))
     # All of them are alternatives: without the word, the second line would read as a second thing to do.
     return sentences + [text if number == 0 and not plain else f"or {text}" for number, text in enumerate(costly)]
+
+
+def fix(remedy: Remedy) -> str:
+    """The change in words, with what it costs."""
+    remarks = _remarks(remedy)
+    return f"{remedy.text} ({remarks})" if remarks else remedy.text
 
 
 def _remarks(remedy: Remedy) -> str:

@@ -1,7 +1,10 @@
 """SARIF: links to rules, and paths that fit a repository."""
 
 import json
+from functools import partial
 
+from cqos_core import check
+from cqos_core.applying import replacements_of
 from cqos_core.formatters.sarif import render_sarif
 from cqos_core.formatters.style import Style
 from cqos_core.report import Finding, Report, Severity, Side, Verdict
@@ -27,3 +30,35 @@ def test_paths_below_the_folder_of_the_run_are_relative():
         found = run(style)
         assert found["artifacts"][0]["location"]["uri"] == uri
         assert found["results"][0]["locations"][0]["physicalLocation"]["artifactLocation"]["uri"] == uri
+
+
+def test_fixes_are_changes_of_the_files(tmp_path):
+    text = "cqos: 1\nprotocol: ros2\nparticipants:\n  a: {publishes: {/t: {reliability: best_effort}}}\n  b: {subscribes: {/t: }}\n"
+    file = tmp_path / "a.yaml"
+    file.write_text(text, encoding="utf-8")
+    sources = {str(file): file.read_bytes()}
+    style = Style(folder=str(tmp_path), sources=sources, replaced=partial(replacements_of, sources))
+    (log,) = json.loads(render_sarif(check(file), style))["runs"]
+    offer, request = log["results"][0]["fixes"]
+    assert offer == {
+        "description": {"text": "offer reliability `reliable` on a/publisher/t"},
+        "artifactChanges": [
+            {
+                "artifactLocation": {"uri": "a.yaml"},
+                "replacements": [
+                    {
+                        "deletedRegion": {"startLine": 4, "startColumn": 37, "endLine": 4, "endColumn": 48},
+                        "insertedContent": {"text": "reliable"},
+                    }
+                ],
+            }
+        ],
+    }
+    (added,) = request["artifactChanges"][0]["replacements"]
+    assert added["deletedRegion"] == {"startLine": 5, "startColumn": 23, "endLine": 5, "endColumn": 23}
+    assert added["insertedContent"] == {"text": " {reliability: best_effort}"}
+    assert request["description"]["text"].endswith("(weakens the design)")
+
+
+def test_without_files_there_are_no_fixes():
+    assert "fixes" not in run(Style())["results"][0]
