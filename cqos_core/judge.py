@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from cqos_core.rule import Rule
 
 _CACHE: Final = 200_000
+_ABSENT: Final = Anything("its role does not have it")
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +60,24 @@ def ask(bound: BoundRule, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> S
     answer = _answer(bound, a, b, signal)
     speaks = answer.outcome.result is True if bound.rule.kind == "forbids" else answer.outcome.result is not True
     return answer if speaks or answer.failed is not None else None
+
+
+def ask_end(bound: BoundRule, profile: QosProfile, role: str) -> Spoken | None:
+    """Ask one rule of one endpoint; it has nothing to say where that rests on policies that the role does not have."""
+    values = _values_of(bound, profile, role)
+    spoken = ask(bound, values, values)
+    silent = bound.absent[role] and spoken is not None and spoken.unknown and spoken.failed is None
+    return None if silent else spoken
+
+
+def _values_of(bound: BoundRule, profile: QosProfile, role: str) -> Values:
+    """The values of an endpoint, without those of policies that its role does not have."""
+    absent = bound.absent[role]
+    return (
+        tuple(_ABSENT if at in absent else value for at, value in enumerate(profile.values))
+        if absent
+        else profile.values
+    )
 
 
 def _answer(bound: BoundRule, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> Spoken:
@@ -119,7 +138,7 @@ def passed_over(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile)
 @lru_cache(maxsize=_CACHE)
 def judge_endpoint(profile: QosProfile, role: str, observed: bool) -> tuple[Spoken, ...]:  # noqa: FBT001 - a cache key
     """Judge one endpoint by itself; rules about creating one are not asked of observed endpoints."""
-    spoken = (ask(bound, profile.values, profile.values) for bound in _of_one(profile, role, observed))
+    spoken = (ask_end(bound, profile, role) for bound in _of_one(profile, role, observed))
     return tuple(each for each in spoken if each is not None)
 
 
@@ -150,7 +169,8 @@ def refusing_worlds(profile: QosProfile, role: str, observed: bool) -> frozenset
         world
         for bound in (*_of_one(profile, role, observed), *_of_surroundings(profile, observed))
         if bound.rule.severity == "error" and not bound.bound.is_plain(profile.values)
-        for world, result in _answer(bound, profile.values, profile.values).outcome.worlds
+        for values in (_values_of(bound, profile, role),)
+        for world, result in _answer(bound, values, values).outcome.worlds
         if result is (bound.rule.kind == "forbids")
     )
 

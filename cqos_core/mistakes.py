@@ -27,6 +27,7 @@ from cqos_core.policy import (
     normalise,
 )
 from cqos_core.problems import InvalidValueError
+from cqos_core.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -73,6 +74,11 @@ def rule_mistakes(bound: BoundRule) -> Iterator[str]:
         yield "a meeting condition compares a publisher with a subscriber"
     if rule.role not in {"", *BOTH}:
         yield f"role `{rule.role}` must be publisher or subscriber"
+    for use in (*bound.bound.uses, *bound.bound.aggregate_uses):
+        policy = bound.bound.vocabulary.policies[use.index]
+        role = {"offered": PUBLISHER, "requested": SUBSCRIBER, "own": bound.role}.get(use.term.scope)
+        if policy.level == ENDPOINT and role is not None and role not in policy.roles:
+            yield f"`{use.term}` is of a {role}, and only a {' and '.join(policy.roles) or 'nothing'} has `{policy.name}`"
     read = {*used, *(f"{use.term.scope} {use.term.name}" for use in bound.bound.uses)}
     for name in rule.fixes:
         if name not in read:

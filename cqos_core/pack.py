@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 from cqos_core.evaluate import Bound, Function, Vocabulary, bind, role_of, scope_of
 from cqos_core.guarantee import WORDS, unstated
 from cqos_core.mistakes import Mistake, mistakes, rule_mistakes
-from cqos_core.policy import ENDPOINT, LEVELS, NEED, Anything, Policy, is_plain, normalise
+from cqos_core.policy import BOTH, ENDPOINT, LEVELS, NEED, Anything, Policy, is_plain, normalise
 from cqos_core.problems import PackError, SentenceError
 from cqos_core.system import Setting
 
@@ -301,12 +301,25 @@ class Wire:
 
 @dataclass(frozen=True, slots=True)
 class BoundRule:
-    """A rule with its sentence bound to the pack's policies, and the scope that follows from its terms."""
+    """A rule with its sentence bound to the pack's policies, and the scope that follows from its terms.
+
+    ``absent``: by role, the policies that it reads of an endpoint itself and that endpoints of the role do not have.
+    """
 
     rule: Rule
     bound: Bound
     scope: str
     role: str | None
+    absent: Mapping[str, tuple[int, ...]] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Note which policies are absent."""
+        policies = self.bound.vocabulary.policies
+        own = [
+            use.index for use in self.bound.uses if use.term.scope == "own" and policies[use.index].level == ENDPOINT
+        ]
+        absent = {role: tuple(index for index in own if role not in policies[index].roles) for role in BOTH}
+        object.__setattr__(self, "absent", absent)
 
 
 def _bound(rule: Rule, vocabulary: Vocabulary, found: list[Mistake]) -> list[BoundRule]:

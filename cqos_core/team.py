@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.evaluate import bind, role_of, scope_of
 from cqos_core.expression import Compare, Literal, Sentence, Term, Test, parse
 from cqos_core.findings import Draft, Made, make
-from cqos_core.judge import ask
+from cqos_core.judge import ask_end
 from cqos_core.name_index import NameIndex
 from cqos_core.pack import BoundRule
 from cqos_core.problems import CqosError
@@ -148,7 +148,7 @@ def _drafts(topic: Topic, check: TeamCheck) -> Iterable[Draft]:
             if members.carried or check.bound.role not in {None, role}:
                 continue
             chosen = [e for e in members.endpoints if _applies(check.rule, e, topic)]
-            spoken = ask(check.bound, members.profile.values, members.profile.values) if chosen else None
+            spoken = ask_end(check.bound, members.profile, role) if chosen else None
             if spoken is None:
                 continue
             values = tuple(members.profile.values[use.index] for use in check.bound.bound.uses)

@@ -1,0 +1,62 @@
+"""A policy of one role: no rule reports the other role through a default that it does not have."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from cqos_core.api import context
+from cqos_core.expression import as_sentence, offered, requested
+from cqos_core.problems import PackError
+from cqos_core.rule import forbids, requires
+from cqos_core.system import Bound, TeamRule
+from tests.worlds import POST, RETURNED, SEALED, checked, codes, only, reader, world, writer
+
+if TYPE_CHECKING:
+    from cqos_core.expression import Sentence
+    from cqos_core.pack import RulePack
+
+
+def with_rule(sentence: Sentence, **more: Any) -> RulePack:
+    rule = forbids(sentence, code="POST999", name="of-one-role", because="it is so", **more)
+    return replace(POST, rules=(*POST.rules, rule))
+
+
+@pytest.mark.parametrize("severity", ["note", "warning", "error"])
+def test_a_rule_about_a_publishers_policy_reports_no_subscriber(severity):
+    pack = with_rule(~as_sentence(RETURNED), severity=severity)
+    report = checked(writer("box"), reader("box"), where=context([pack]))
+    assert only(report, "POST999").endpoints == ("writer",)
+    alone = checked(writer("box", returned=True), reader("box"), where=context([pack]))
+    assert "POST999" not in codes(alone)
+    assert alone.verdict == "compatible"
+
+
+def test_what_the_rule_says_of_other_policies_holds_for_both_roles():
+    where = context([with_rule(as_sentence(RETURNED) | as_sentence(SEALED))])
+    report = checked(writer("box", returned=True), reader("box", sealed=True), where=where)
+    reported = [finding.endpoints for finding in report.findings if finding.code == "POST999"]
+    assert sorted(reported) == [("reader",), ("writer",)]
+
+
+def test_a_check_of_the_team_follows_too():
+    team = TeamRule("returns", (), (Bound("returned", "exactly", ("true",)),), "we want them back")
+    report = checked(replace(world(writer("box"), reader("box")), checks=[team]))
+    assert only(report, "CQ605").endpoints == ("writer",)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        requires(as_sentence(requested(RETURNED)), code="POST999", name="n", because="b"),
+        forbids(as_sentence(RETURNED), code="POST999", name="n", because="b", role="subscriber"),
+    ],
+)
+def test_a_rule_that_reads_it_of_the_other_role_is_refused(wrong):
+    with pytest.raises(PackError, match=r"is of a subscriber, and only a publisher has `returned`"):
+        replace(POST, rules=(*POST.rules, wrong))
+    assert replace(
+        POST, rules=(*POST.rules, forbids(as_sentence(offered(RETURNED)), code="POST999", name="n", because="b"))
+    )
