@@ -32,7 +32,7 @@ from cqos_core.resolved import (
     Stated,
     intern,
 )
-from cqos_core.system import Setting
+from cqos_core.system import MESSAGE, PUBLISHER, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
@@ -204,6 +204,11 @@ class Resolver:
         participant = self.system.participants[endpoint.participant]
         protocol = self._protocol_of(endpoint)
         facts = self._facts.get(id(endpoint))
+        if endpoint.needs and endpoint.role == PUBLISHER and endpoint.kind == MESSAGE:
+            message = f"publisher `{endpoint.id}` states `needs`, which only a subscriber has"
+            place = next(iter(endpoint.needs.values())).place or endpoint.place
+            self.reader.say("CQ210", message, place, PUBLISHER, [endpoint.id])
+            endpoint = replace(endpoint, needs={})
         if facts:
             endpoint = replace(endpoint, settings={**endpoint.settings, **facts})
         pack = self._pack_of(protocol)
@@ -273,7 +278,11 @@ class Resolver:
     def _report_needs(self) -> None:
         packs = {each.stated_id: each.pack for each in self.result.endpoints}
         needing = sorted(
-            (each for each in self.system.endpoints if each.needs and each.id in packs and not packs[each.id].needs),
+            (
+                each
+                for each in self.system.endpoints
+                if each.needs and each.role != PUBLISHER and each.id in packs and not packs[each.id].needs
+            ),
             key=lambda each: each.id,
         )
         if needing:

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from cqos_core import check
 from cqos_core.api import context
 from cqos_core.expression import as_sentence, offered, requested
 from cqos_core.problems import PackError
 from cqos_core.rule import forbids, requires
-from cqos_core.system import Bound, TeamRule
-from tests.worlds import POST, RETURNED, SEALED, checked, codes, only, reader, world, writer
+from cqos_core.session import Session
+from cqos_core.system import PUBLISHER, SUBSCRIBER, Bound, Endpoint, Participant, Setting, System, TeamRule
+from tests.worlds import POST, RETURNED, SEALED, checked, codes, only, place, reader, world, writer
 
 if TYPE_CHECKING:
     from cqos_core.expression import Sentence
@@ -57,6 +59,28 @@ def test_a_check_of_the_team_follows_too():
 def test_a_rule_that_reads_it_of_the_other_role_is_refused(wrong):
     with pytest.raises(PackError, match=r"is of a subscriber, and only a publisher has `returned`"):
         replace(POST, rules=(*POST.rules, wrong))
-    assert replace(
-        POST, rules=(*POST.rules, forbids(as_sentence(offered(RETURNED)), code="POST999", name="n", because="b"))
-    )
+    allowed = forbids(as_sentence(offered(RETURNED)), code="POST999", name="n", because="b")
+    assert replace(POST, rules=(*POST.rules, allowed)).rule("POST999") is allowed
+
+
+def test_needs_of_a_publisher_are_reported_and_change_nothing():
+    needing = {"latest": Setting("true", place(3))}
+    endpoints = [
+        Endpoint("p", PUBLISHER, "t", "p", {"reliability": Setting("reliable")}, needs=needing),
+        Endpoint("s", SUBSCRIBER, "t", "s"),
+    ]
+    system = System(protocol="ros2", participants={name: Participant(name) for name in "ps"}, endpoints=endpoints)
+    report = check(system)
+    finding = only(report, "CQ210")
+    assert finding.message == "publisher `p` states `needs`, which only a subscriber has"
+    assert (finding.severity, finding.endpoints, str(finding.place)) == ("warning", ("p",), "world.yaml:3")
+    assert report.verdict == "compatible"
+    assert Session(system).report() == report
+
+
+def test_needs_of_an_event_that_throws_are_reported_too():
+    throwing = """<definitions xmlns="http://www.omg.org/spec/BPMN/20100524/MODEL" xmlns:qos="http://qos">
+      <process id="P"><intermediateThrowEvent id="T"><extensionElements><qos:need name="latest" value="true"/>
+      </extensionElements><signalEventDefinition signalRef="S"/></intermediateThrowEvent></process>
+      <signal id="S" name="topic"/></definitions>"""
+    assert only(check(throwing.encode(), protocol="ros2"), "CQ210").endpoints == ("T",)
