@@ -210,22 +210,25 @@ class Participants:
         if index is None or not brokers:
             return None
         stated = own.get(index) or self._options(pack).settings.get(index)
+        if stated is not None and stated.setting.unknown:
+            return self._undescribed("", stated.setting, pack, stated.code)
         if stated is not None:
             if stated.text not in brokers:
                 message = f"there is no broker `{stated.text}` in the system"
                 place = stated.setting.place or participant.place
                 self._reader.say_once("CQ216", message, place, suggestion(stated.text, brokers))
-                return self._undescribed(stated.text, place, pack)
+                unknown = Setting("", place, f"broker `{stated.text}` is not described")
+                return self._undescribed(stated.text, unknown, pack, "CQ216")
             return brokers[stated.text]
         if len(brokers) > 1:
             self._brokerless.setdefault(pack.id, {})[participant.id] = participant
             return None
         return next(iter(brokers.values()))
 
-    def _undescribed(self, name: str, place: Place | None, pack: RulePack) -> Broker:
-        """Return a broker of which nothing is known."""
-        unknown = Setting("", place, f"broker `{name}` is not described")
-        nothing = Layer("explicit", every_policy(pack, ("broker",), unknown, "CQ216"), unread=("CQ216",))
+    def _undescribed(self, name: str, unknown: Setting, pack: RulePack, code: str) -> Broker:
+        """Return a broker of which nothing is known, because of what the finding ``code`` reports."""
+        unread = (code,) if code else ()
+        nothing = Layer("explicit", every_policy(pack, ("broker",), unknown, code), unread=unread)
         self._layers_of_brokers[id(pack), name] = (nothing,)
         return Broker(name, pack.id)
 

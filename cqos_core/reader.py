@@ -105,8 +105,9 @@ class Reader:
         for name, setting in settings.items():
             if setting in not_known or (dialect is not None and normalise(name) in dialect.ignore):
                 continue
-            if fields := fields_of(pack, levels, name, setting):
-                found.update(fields)
+            fields, others = fields_of(pack, levels, name, setting)
+            found.update(fields)
+            if fields and not others:
                 continue
             index = next((i for level in levels if (i := pack.find(level, name, dialect)) is not None), None)
             if index is not None and pack.policies[index].derived and not setting.derived:
@@ -115,20 +116,14 @@ class Reader:
                 refused = True
                 continue
             if index is None or not can_be_stated(pack.policies[index]):
-                known = [
-                    policy.name.removeprefix("need.")
-                    for policy in pack.policies
-                    if policy.level in levels and _may_be_stated(policy)
-                ]
-                self.say(
-                    "CQ202",
-                    f"{owner} states `{name}`, which {pack.title} does not know",
-                    key_of(setting.place, name),
-                    role,
-                    members,
-                    suggestion(name, known),
-                )
-                misread[name] = setting
+                # Of a map some fields may be known; or all are those of a group of policies whose name is misspelt.
+                wrong = [each for each in others if fields or near_policies(pack, levels, each)]
+                shown = {each: each for each in wrong} if fields else {name: wrong[0] if wrong else name}
+                for written, near in shown.items():
+                    message = f"{owner} states `{written}`, which {pack.title} does not know"
+                    advice = suggestion(near, _may_be_meant(pack, levels, grouped=bool(wrong)))
+                    self.say("CQ202", message, key_of(setting.place, name), role, members, advice)
+                misread.update(dict.fromkeys(wrong or (name,), setting))
                 continue
             if setting.unknown:
                 found[index] = Stated(setting.text, setting, name)
@@ -143,8 +138,8 @@ class Reader:
         for name, setting in misread.items():
             meant = near_policies(pack, levels, name)
             unclear = Setting("", setting.place, f"`{name}` is not understood")
-            others = every_policy(pack, levels, unclear, "CQ202")
-            found = {**found, **{i: others[i] for i in meant}} if meant else {**others, **found}
+            every = every_policy(pack, levels, unclear, "CQ202")
+            found = {**found, **{i: every[i] for i in meant}} if meant else {**every, **found}
         for setting in not_known:
             found = {**every_policy(pack, levels, setting), **found}
         return found, ("CQ202",) if misread or refused else ()
@@ -264,6 +259,13 @@ def _where(finding: Finding) -> tuple[object, ...]:
     place = finding.place
     at = ("", 0, 0) if place is None else (place.source, place.line or 0, place.column or 0)
     return (*at, finding.message)
+
+
+def _may_be_meant(pack: RulePack, levels: tuple[str, ...], *, grouped: bool) -> list[str]:
+    """Return the names that may be stated; with those of groups in every spelling, where one of these is meant."""
+    may_be = [policy for policy in pack.policies if policy.level in levels and _may_be_stated(policy)]
+    aliases = (alias for policy in may_be for alias in policy.aliases if "." in alias) if grouped else ()
+    return [*(policy.name.removeprefix("need.") for policy in may_be), *aliases]
 
 
 def near_policies(pack: RulePack, levels: tuple[str, ...], name: str) -> set[int]:

@@ -234,19 +234,27 @@ def can_be_stated(policy: Policy) -> bool:
     return policy.level != NEED or SUBSCRIBER in policy.roles
 
 
-def fields_of(pack: RulePack, levels: tuple[str, ...], name: str, setting: Setting) -> dict[int, Stated]:
-    """Read a map whose keys are the fields of a policy: ``will: {topic: x}`` states ``will.topic``."""
+def fields_of(
+    pack: RulePack, levels: tuple[str, ...], name: str, setting: Setting
+) -> tuple[dict[int, Stated], tuple[str, ...]]:
+    """Read a map whose keys are the fields of a policy: ``will: {topic: x}`` states ``will.topic``.
+
+    Returns:
+        The settings by index, and what the keys that are no fields would be called; two times nothing for what is no map.
+    """
+    found: dict[int, Stated] = {}
+    others = []
     if not setting.text.lstrip().startswith("{"):
-        return {}
+        return found, ()
     try:
         fields = flow(setting.text)
     except InvalidValueError:
-        return {}
-    found = {}
+        return found, ()
     for key, value in fields.items() if isinstance(fields, dict) else ():
         index = next((i for level in levels if (i := pack.find(level, f"{name}.{key}")) is not None), None)
         if index is None:
-            return {}
+            others.append(f"{name}.{key}")
+            continue
         text = value if isinstance(value, str) else json.dumps(value)
         found[index] = Stated(text, Setting(text, setting.place), name, field=key)
-    return found
+    return found, tuple(others)

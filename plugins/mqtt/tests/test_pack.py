@@ -473,3 +473,30 @@ def test_no_derived_fact_is_offered_as_a_name():
     report = check(b"cqos: 1\nprotocol: mqtt\nparticipants: {a: {publishes: {t: {wil: 1}}}}\n")
     (finding,) = (finding for finding in report.findings if finding.code == "CQ202")
     assert "closing_message" not in str(finding.help)
+
+
+# Wills whose fields are misspelt
+
+
+@pytest.mark.parametrize(
+    ("will", "named", "meant"),
+    [
+        ({"lastwil": {"topic": "gone", "qos": 1}}, "lastwil", "topic"),
+        ({"will": {"topc": "gone", "qos": 1}}, "will.topc", "will.topic"),
+        ({"lastWill": {"topic": "gone", "qoss": 1}}, "lastWill.qoss", "will.qos"),
+        ({"will.topc": "gone"}, "will.topc", "will.topic"),
+    ],
+)
+def test_a_misspelt_field_of_a_will_is_one_error_and_leaves_the_will_alone_unknown(will, named, meant):
+    report = judged(
+        brokers={"b": {"profile": "mosquitto"}},
+        participants={
+            "p": {"client": will, "publishes": {"t": {"qos": 1}}},
+            "s": {"subscribes": {"t": {"qos": 1, "needs": {"latest": True}}, "gone": {}}},
+        },
+    )
+    (error,) = [each for each in report.findings if each.severity == "error"]
+    assert (error.code, f"`{named}`" in error.message) == ("CQ202", True)
+    assert meant in error.help.partition("?")[0]
+    assert {group.verdict for group in report.groups} == {"unknown"}
+    assert not [each.code for each in report.findings if each.code in {"CQ216", "MQTT108"}]

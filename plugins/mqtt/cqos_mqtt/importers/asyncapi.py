@@ -8,7 +8,7 @@ system, and servers of one host are one broker.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, Final
 
@@ -44,6 +44,7 @@ _WILL: Final = {
     "retain": "will.retain",
     "x-delayInterval": "will.delay_interval",
 }
+_WILLS: Final = ("lastWill",)
 _PUBLICATION: Final = {"qos": "qos", "retain": "retain", "messageExpiryInterval": "message_expiry_interval"}
 _SUBSCRIPTION: Final = {
     "qos": "qos",
@@ -189,6 +190,10 @@ class _Reader(Document):
         for name in reversed(_BINDINGS):
             binding = self.a_map(stated(bindings, name), name)
             self.take(binding, _CONNECTION, settings)
+            for _, unknown in self.misspelt(
+                binding, _WILLS, _OTHERS - set(_WILLS), cause="the MQTT binding has no field"
+            ):
+                settings.update(dict.fromkeys(_WILL.values(), replace(unknown, text="")))
             self.take(self.a_map(stated(binding, "lastWill"), "lastWill"), _WILL, settings)
         return settings
 

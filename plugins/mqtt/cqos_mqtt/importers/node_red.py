@@ -29,6 +29,7 @@ _OF_BROKERS: Final = (
     *_WILL,
     *("birthTopic", "birthQos", "birthRetain", "closeTopic", "closeQos", "closeRetain"),
 )
+_OF_WILLS: Final = ("delay", "expiry")
 _OTHERS: Final = frozenset(
     (
         *("id", "type", "name", "g", "x", "y", "l", "info", "env", "wires", "inputs", "datatype", "respTopic"),
@@ -121,6 +122,7 @@ class _Reader(Document):
             if text:
                 settings[f"will.{field}"] = self._given(node, name, text)
         message = self.a_map(stated(node, "willMsg"), "willMsg")
+        self.unused(message, _OF_WILLS)
         for name, field in (("delay", "delay_interval"), ("expiry", "message_expiry_interval")):
             text = self.a_text(message, name)
             if text and in_5_0:

@@ -503,6 +503,25 @@ def test_fields_of_nodes_with_typing_errors_are_reported():
     assert {each.help for each in notes} == {"did you mean `qos`?"}
 
 
+def test_fields_of_a_will_with_typing_errors_are_reported():
+    nodes = json.loads(flows(node_in(1)))
+    broker = next(each for each in nodes if each["type"] == "mqtt-broker")
+    broker |= {"willTopic": "gone", "willMsg": {"delai": "5", "expirry": "3"}}
+    notes = [each for each in read(json.dumps(nodes).encode()).notes if each.code == "CQ040"]
+    assert [each.help for each in notes] == ["did you mean `delay`?", "did you mean `expiry`?"]
+
+
+@pytest.mark.parametrize("name", ["lastWil", "lastwill", "last_will"])
+def test_a_misspelt_will_of_an_asyncapi_document_is_not_known(name):
+    servers = {"a": {"host": "h", "protocol": "mqtt", "bindings": {"mqtt": {name: {"topic": "gone"}}}}}
+    document = {"asyncapi": "3.0.0", "servers": servers, "channels": {}, "operations": {}}
+    system = read(json.dumps(document).encode())
+    assert [(each.code, each.severity) for each in system.notes] == [("CQ040", "warning")]
+    (client,) = system.participants.values()
+    assert client.settings["will.topic"].unknown
+    assert not [each for each in check(json.dumps(document).encode()).findings if each.code == "MQTT510"]
+
+
 @pytest.mark.parametrize("data", [b"asyncapi: 3.0.0\nservers: {a: {protocol: kafka}}\n", b'{"asyncapi": "3.0.0"}'])
 def test_asyncapi_over_another_protocol_is_named_as_what_it_is(data):
     with pytest.raises(InputError, match="no importer reads"):
