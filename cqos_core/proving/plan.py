@@ -68,10 +68,11 @@ class Plan:
         facts: topic-level values.
         broker: broker-level values.
         samples: how many samples are sent, numbered from 0.
-        early: how many of them are sent before the subscriber starts.
+        early: how many of them are sent before the subscriber starts, without waiting for the period.
+        during: how many of them are sent while a fault lasts; 0: a third of those that are not early.
         period: seconds between two samples.
-        fault: what is injected once half of the samples that are not early have been sent. A slow reader is slow throughout.
-        patience: seconds after which the run ends once both ends are there, whatever is still missing.
+        fault: what is injected once some of the samples that are not early have been sent. A slow reader is slow throughout.
+        patience: seconds after which the run ends once all samples are sent, whatever is still missing.
     """
 
     protocol: str
@@ -83,6 +84,7 @@ class Plan:
     broker: Mapping[str, str] = field(default_factory=dict)
     samples: int = 20
     early: int = 0
+    during: int = 0
     period: float = 0.02
     fault: Fault | None = None
     patience: float = 5.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 from dataclasses import dataclass, replace
+from math import ceil
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.api import with_options
@@ -15,10 +16,11 @@ from cqos_core.policy import ENDPOINT, NEED, Depends, is_plain
 from cqos_core.proving.plan import End, Fault, NotRunnableError, Plan
 from cqos_core.report import Severity, Verdict
 from cqos_core.system import Place, Setting
+from cqos_core.system import Topic as StatedTopic
 from cqos_core.wire import on_wire, plain_texts
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.checker import Context
     from cqos_core.pack import RulePack
@@ -31,10 +33,20 @@ if TYPE_CHECKING:
 
 _ROUNDS: Final = 10
 """Fixes that one pair may take."""
+_SECOND: Final = 1_000_000_000
 _SAMPLES: Final = 20
+_FEWEST: Final = 4
+_TIME: Final = 2 * _SECOND
+"""So long are samples sent without a fault, so that there are fewer where the topic has a long period."""
+_PERIOD: Final = 20_000_000
+"""Of topics that state none."""
+_PERIODS: Final = (5_000_000, _SECOND)
+"""The shortest and the longest period at which samples are sent."""
+_SENT_DURING: Final = ("link_outage", "subscriber_restart")
+_MOST_DURING: Final = 500
 _MOST_EARLY: Final = 100
 _FAULT: Final = 1.0  # seconds of a fault whose length is not stated
-_LONGEST_OUTAGE: Final = 30_000_000_000
+_LONGEST_OUTAGE: Final = 30 * _SECOND
 """Nanoseconds; a run with a longer stated outage has a short one instead."""
 _HERE: Final = Place("the command line", path="cqos prove")
 
@@ -93,7 +105,10 @@ def prepare(
     topic, _ = settled_pair(system, publisher, subscriber, where)
     pack, ends = _on_the_wire(system, publisher, subscriber, where)
     name, prover = _choose(pack, ends, on)
+    period, stated = _period(topic)
     assumed = _with_facts(_assuming(system, pack, ends, name, prover), topic, subscriber, fault, where)
+    if period != stated:
+        assumed = _with_period(assumed, {ends[0].endpoint.topic, ends[1].endpoint.topic, topic.shown}, period)
     report = explain_pair(assumed, publisher, subscriber, where)
     if report.hops:
         hops = "; ".join(f"`{hop.publisher}` and `{hop.subscriber}`" for hop in report.hops)
@@ -103,7 +118,8 @@ def prepare(
     offering, requesting = (
         End(each.id, _texts(each, ENDPOINT), _texts(each, "participant", "option")) for each in ends
     )
-    early = _early(topic)
+    early, seconds = _early(topic), period / _SECOND
+    during = 0 if fault is None or fault.kind not in _SENT_DURING else min(ceil(fault.seconds / seconds), _MOST_DURING)
     plan = Plan(
         pack.id,
         ends[0].key or topic.key,
@@ -112,8 +128,10 @@ def prepare(
         filter=(ends[1].endpoint.topic or "") if ends[1].carried is None else "",
         facts={**_texts(ends[1], "topic"), **_texts(ends[0], "topic")},
         broker=broker,
-        samples=early + _SAMPLES,
+        samples=early + max(_FEWEST, min(_SAMPLES, _TIME // period)) + during,
         early=early,
+        during=during,
+        period=seconds,
         fault=fault,
     )
     survives = tuple(each for each in _needed_faults(topic) if each.kind in prover.faults)
@@ -220,6 +238,25 @@ def _with_facts(system: System, topic: Topic, subscriber: str, fault: Fault | No
     return system
 
 
+def _period(topic: Topic) -> tuple[int, int]:
+    """Return the period of a run and that of the topic, in nanoseconds; equal where the topic states none."""
+    index = topic.pack.find("topic", "period")
+    stated = None if index is None else topic.publishers[0].profile.values[index]
+    if not isinstance(stated, int):
+        return _PERIOD, _PERIOD
+    return min(max(stated, _PERIODS[0]), _PERIODS[1]), stated
+
+
+def _with_period(system: System, names: Iterable[str | None], period: int) -> System:
+    """State the period of a run in place of the topic's, which takes too long or is too short."""
+    topics = dict(system.topics)
+    for name in names:
+        if name is not None:
+            known = topics.get(name, StatedTopic(name))
+            topics[name] = replace(known, settings={**known.settings, "period": Setting(f"{period}ns", _HERE)})
+    return replace(system, topics=topics)
+
+
 def _needed_faults(topic: Topic) -> list[Fault]:
     """Return the faults that the subscriber's needs must survive; an outage lasts as long as is stated, if a run can wait for it."""
     pack, values = topic.pack, topic.subscribers[0].profile.values
@@ -227,7 +264,7 @@ def _needed_faults(topic: Topic) -> list[Fault]:
     kinds = () if index is None else values[index]
     outage = pack.find("option", OUTAGE.name)
     stated = None if outage is None else values[outage]
-    seconds = stated / 1_000_000_000 if isinstance(stated, int) and 0 < stated <= _LONGEST_OUTAGE else _FAULT
+    seconds = stated / _SECOND if isinstance(stated, int) and 0 < stated <= _LONGEST_OUTAGE else _FAULT
     return [
         Fault(str(kind), seconds if kind == "link_outage" else _FAULT)
         for kind in (kinds if isinstance(kinds, tuple) else ())

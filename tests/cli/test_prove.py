@@ -62,14 +62,14 @@ def test_a_link_that_is_cut_loses_nothing_of_a_reliable_pair(cqos, pair):
     done = cqos("prove", pair("reliable"), *ENDS, "--fault", "link_outage=300ms")
     assert (done.code, done.err) == (0, "")
     assert "link        cut" in done.out
-    assert "20 sent, 20 arrived" in done.out
+    assert "35 sent, 35 arrived" in done.out
 
 
 def test_what_a_killed_subscriber_misses_is_shown(cqos, pair):
     done = cqos("prove", pair("reliable"), *ENDS, "--fault", "subscriber_restart=200ms")
     assert done.code == 0
     assert "subscriber  killed" in done.out
-    assert "20 sent, 14 arrived" in done.out
+    assert "30 sent, 20 arrived" in done.out
 
 
 def test_faults_that_needs_survive_are_injected_without_being_asked_for(cqos, pair, files):
@@ -132,3 +132,22 @@ def test_without_errors_nothing_runs(cqos, pair):
     done = cqos("prove", pair("reliable"))
     assert (done.code, done.out) == (0, "")
     assert "no pair has an error; name a publisher and a subscriber to run them" in done.err
+
+
+def test_samples_are_sent_at_the_period_of_the_topic(cqos, files):
+    """A reader of depth 3 that takes every 500 ms loses nothing of a sample each second, and all but 3 of 20 at once."""
+    facts = "topics: {scan: {period: 1s, keyed: false}}\noptions: {dds: {round_trip_time: 5ms}}\n"
+    text = PAIR.replace("history: keep_all", "history.depth: 3").replace("3}}\n", "3, taken_every: 500ms}}\n")
+    (files / "pair.yaml").write_text(facts + text % "reliable", encoding="utf-8")
+    done = cqos("prove", "pair.yaml", *ENDS)
+    assert (done.code, done.err) == (0, "")
+    assert "4 sent, 4 arrived" in done.out
+
+
+def test_an_outage_is_filled_with_samples(cqos, pair, files):
+    file = pair("reliable")
+    (files / file).write_text("topics: {scan: {period: 10ms}}\n" + PAIR % "reliable", encoding="utf-8")
+    done = cqos("prove", file, *ENDS, "--fault", "link_outage=500ms")
+    assert done.code == 0
+    assert "sent 6 to 55" in done.out
+    assert "70 sent, 70 arrived" in done.out

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 _START: Final = 60.0
 """Seconds that a program may take until its end is created, on a machine that is busy."""
 _END: Final = 2.0
+_EARLY: Final = 0.02  # seconds between samples that are sent before the subscriber starts
 DISCOVERY: Final = 5.0
 """Seconds that the two may take to discover each other, on a machine that is busy."""
 _TAIL: Final = 20  # lines of a program's errors that are shown
@@ -100,7 +101,6 @@ class _Stage:
         self.lines: SimpleQueue[tuple[str, _Process, list[str] | None]] = SimpleQueue()
         self.processes: dict[str, _Process] = {}
         self.began = time.monotonic()
-        self.ready = self.began  # when both ends were there
         self.done = 0  # commands to send that were completed
         self.seen: set[str] = set()  # roles of ends that have discovered the other one
         self.faulty = plan.fault is not None and plan.fault.kind != "slow_reader"
@@ -123,14 +123,13 @@ class _Stage:
         if plan.early:
             self.start(PUBLISHER)
             self.until_created(PUBLISHER)
-            self.send(0, plan.early)
+            self.send(0, plan.early, min(plan.period, _EARLY))
             self.start(SUBSCRIBER)
         else:
             self.start(SUBSCRIBER)
             self.start(PUBLISHER)
             self.until_created(PUBLISHER)
         self.until_created(SUBSCRIBER)
-        self.ready = time.monotonic()
         if self.refused():
             return
         self.wait(lambda: self.decided() or bool(self.seen), DISCOVERY)
@@ -148,12 +147,14 @@ class _Stage:
         self.until_quiet()
 
     def with_fault(self) -> None:
-        """Send a third of the samples before the fault, a third while it lasts, and the rest after it."""
+        """Send samples before the fault, while it lasts, and after it."""
         fault, plan = self.plan.fault, self.plan
         if fault is None:
             return
-        third = (plan.samples - plan.early) // 3
-        during, after = plan.early + third, plan.early + 2 * third
+        number = plan.samples - plan.early
+        before = (number - plan.during) // 3
+        during = plan.early + before
+        after = during + (plan.during or before)
         self.send(plan.early, during)
         self.until_arrived()
         gone = {"publisher_restart": PUBLISHER, "subscriber_restart": SUBSCRIBER}.get(fault.kind)
@@ -172,7 +173,6 @@ class _Stage:
         if gone is not None:
             self.start(gone)
             self.until_created(gone)
-            self.ready = time.monotonic()
             self.wait(self.matched, self.cast.recover * 2)
         else:
             self.write_both("restore")
@@ -193,13 +193,14 @@ class _Stage:
             process.write(f"set {name} {value}")
         process.write("start")
 
-    def send(self, first: int, end: int) -> None:
+    def send(self, first: int, end: int, period: float | None = None) -> None:
         """Let the publisher send samples, and wait until it has."""
+        period = self.plan.period if period is None else period
         if first >= end:
             return
         before = self.done
-        self.processes[PUBLISHER].write(f"send {first} {end - 1} {self.plan.period * 1000:g}")
-        self.wait(lambda: self.done > before, _START + (end - first) * (self.plan.period + 0.5))
+        self.processes[PUBLISHER].write(f"send {first} {end - 1} {period * 1000:g}")
+        self.wait(lambda: self.done > before, _START + (end - first) * (period + 0.5))
         if self.done == before:
             raise CqosError(f"the publisher of `{self.plan.topic}` on {self.cast.by} did not send in time")
 
@@ -221,7 +222,7 @@ class _Stage:
 
     def until_quiet(self) -> None:
         """Wait until all arrived and nothing arrives twice, or nothing more is expected."""
-        end = self.ready + self.plan.patience
+        end = time.monotonic() + self.plan.patience
         quiet = self.cast.recover if self.faulty and self.matched() else self.cast.settle
         while (now := time.monotonic()) < end:
             seen = len(self.outcome().arrived)

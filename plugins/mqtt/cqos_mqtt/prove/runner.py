@@ -26,6 +26,12 @@ if TYPE_CHECKING:
 _SECOND: Final = 1_000_000_000
 _READY: Final = 1.0
 """Seconds within which a client on loopback is connected and subscribed."""
+_EARLY: Final = 0.02  # seconds between messages that are sent before the subscriber starts
+_AT_ONCE: Final = 20
+"""Messages that a client of 3.1.1 has on their way where nothing is stated, as those of Mosquitto and Paho do.
+
+Mosquitto drops what a client of 3.1.1 sends beyond as many of QoS 2.
+"""
 _QUIET: Final = 0.3
 """Seconds of silence after which nothing more is expected."""
 _LATER: Final = 0.1
@@ -178,15 +184,16 @@ def connection(end: End, role: str, patience: float = 0.0) -> Connection:
             _seconds(of.WILL_EXPIRY, values),
         )
     name, user = known(of.CLIENT_ID, values), known(of.USERNAME, values)
+    five = values.get(of.VERSION.name, "5.0") == "5.0"
     return Connection(
         f"cqos-{role}" if name is None else str(name),
-        five=values.get(of.VERSION.name, "5.0") == "5.0",
+        five=five,
         clean=bool(known(of.CLEAN, values)),
         session_expiry=_or(_seconds(of.SESSION_EXPIRY, values), LONGEST),
         keep_alive=_seconds(of.KEEP_ALIVE, values) or 0,
         receive_maximum=_number(of.RECEIVE_MAXIMUM, values) or WIDEST,
         maximum_packet_size=_number(of.PACKET_SIZE, values),
-        sends_at_once=_number(of.SENDS_AT_ONCE, values) or WIDEST,
+        sends_at_once=_number(of.SENDS_AT_ONCE, values) or (WIDEST if five else _AT_ONCE),
         username=None if user is None else str(user),
         will=will,
         stores_session=bool(known(of.STORES_SESSION, values)),
@@ -220,14 +227,16 @@ class _Run:
 
     async def run(self) -> Outcome:
         """Start everything, send, and stop everything."""
+        plan = self.plan
+        limit = plan.patience + plan.samples * plan.period + (plan.fault.seconds if plan.fault else 0.0)
         try:
             await self.broker.start()
             for link in self.links.values():
                 await link.start()
-            async with asyncio.timeout(self.plan.patience):
+            async with asyncio.timeout(limit):
                 await self._send_and_wait()
         except TimeoutError:
-            self._tell("link", "patience", f"the run ends after {self.plan.patience:g} s")
+            self._tell("link", "patience", f"the run ends after {limit:g} s")
         finally:
             for client in self.clients.values():
                 await client.stop()
@@ -248,10 +257,10 @@ class _Run:
         await self._start("publisher")
         for number in range(plan.early):
             self._publish(number)
-            await asyncio.sleep(plan.period)
+            await asyncio.sleep(min(plan.period, _EARLY))
         await self._start("subscriber")
         fault: asyncio.Task[None] | None = None
-        middle = plan.early + (plan.samples - plan.early) // 2
+        middle = plan.early + (plan.samples - plan.early - plan.during) // 2
         for number in range(plan.early, plan.samples):
             if number == middle and plan.fault is not None and plan.fault.kind != "slow_reader":
                 fault = asyncio.create_task(self._inject(plan.fault))
