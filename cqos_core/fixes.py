@@ -270,6 +270,11 @@ def _is_promise(policy: Policy, current: Value, value: Plain, role: str) -> bool
     return value < current if isinstance(policy.domain, Duration) else value > current
 
 
+def _where(members: Sequence[str]) -> str:
+    more = len(members) - 1
+    return members[0] if not more else f"{members[0]} and {more} more"
+
+
 def _named(endpoint: Resolved, level: str) -> str:
     """Return what a change of a level is of, where that is no endpoint."""
     if level == BROKER and endpoint.participant.broker is not None:
@@ -285,8 +290,7 @@ def remedy_text(
     """The change in words: ``offer reliability `reliable` on robot/scan``; ``shared`` names what is none of endpoints."""
     if shared:
         return f"set {policy} `{value}` {shared}"
-    more = len(members) - 1
-    where = members[0] if not more else f"{members[0]} and {more} more"
+    where = _where(members)
     if level == NEED:
         return f"require {policy.removeprefix(f'{NEED}.')} `{value}` on {where}"
     verb = VERBS[role][1] if level == "endpoint" else "set"
@@ -342,7 +346,7 @@ def merged_remedies(findings: Sequence[Finding]) -> tuple[Remedy, ...]:
         for remedy in finding.remedies:
             by_change.setdefault((remedy.role, remedy.policy, remedy.value), []).append((finding.topic, remedy))
     found = []
-    for (role, policy, value), same in by_change.items():
+    for same in by_change.values():
         if len(same) == len(findings):
             members = tuple(sorted({member for _, remedy in same for member in remedy.members}))
             # On one topic a change of the same endpoints is the same change, and has been counted with all its partners.
@@ -351,7 +355,8 @@ def merged_remedies(findings: Sequence[Finding]) -> tuple[Remedy, ...]:
             known = len(places) == sum(len(remedy.members) for remedy in each)
             mends, breaks = (_sum(r.mends for r in each), _sum(r.breaks for r in each)) if known else (None, None)
             texts = {remedy.text for _, remedy in same}
-            text = texts.pop() if len(texts) == 1 else remedy_text(role, policy, value, members)
+            first = same[0][1]
+            text = first.text.removesuffix(_where(first.members)) + _where(members) if len(texts) > 1 else first.text
             # One part that cannot be edited leaves the change half done.
             parts = [remedy.edits for _, remedy in same]
             edits = tuple(dict.fromkeys(edit for part in parts for edit in part)) if all(parts) else ()

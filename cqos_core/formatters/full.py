@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 _FACTS = 3  # a side with more values than this names the others without an excerpt
 _TAB = 4
 _NARROWEST_EXCERPT = 30
+_ZERO = re.compile(r"""(?:^|=\s*["'])0s?["']?$""")  # a word or an attribute that stands for something else
 _LABEL = 50  # cells that what is said at a value gets, even if it then begins left of the value
 
 
@@ -285,14 +286,20 @@ def _saying(label: str, fact: Fact, excerpt: Excerpt | None) -> str:
     """What to write at a value: the value itself only where it cannot be read from what is underlined."""
     if excerpt is not None and _reads(excerpt, fact.value):
         return ", ".join(part for part in (label, wording.origin(fact)) if part)
-    return f"{label}: {wording.value(fact)}" if label else wording.value(fact)
+    value = wording.value(fact)
+    if excerpt is not None and _ZERO.search(_marked(excerpt)):
+        value = f"`0` means {value}"
+    return f"{label}: {value}" if label else value
+
+
+def _marked(excerpt: Excerpt) -> str:
+    start = excerpt.column - 1
+    return excerpt.text[start : start + excerpt.width]
 
 
 def _reads(excerpt: Excerpt, value: str) -> bool:
     """Whether the underlined words are the value, or hold it as an attribute does."""
-    start = excerpt.column - 1
-    marked = excerpt.text[start : start + excerpt.width]
-    return re.search(rf"(?<![\w-]){re.escape(value)}(?![\w-])", marked) is not None
+    return re.search(rf"(?<![\w-]){re.escape(value)}(?![\w-])", _marked(excerpt)) is not None
 
 
 def _notes(finding: Finding) -> Iterator[str]:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from cqos_core import check
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import cells
@@ -201,3 +202,9 @@ def test_only_the_first_place_has_an_arrow():
     )
     text = render(finding(sides=both), text="a: v\nb: v")
     assert (text.count("-->"), text.count(":::")) == (1, 3)
+
+
+def test_a_zero_that_stands_for_something_else_is_not_labelled_as_that():
+    text = "cqos: 1\nprotocol: ros2\nparticipants:\n  a: {publishes: {/t: {depth: 0}}}\n  b: {subscribes: {/t: }}\n"
+    shown = render_full(check(text.encode()), Style(sources={"<bytes>": text.encode()}))
+    assert "depth offered here: `0` means 1" in shown

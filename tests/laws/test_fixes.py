@@ -138,6 +138,14 @@ def test_every_fix_of_the_cases_fixes(pack):
     assert not wrong, "\n".join(wrong)
 
 
+def test_a_change_of_several_participants_says_that_it_is_of_them():
+    (text,) = [text for name, text in texts("mqtt") if name == "MQTT506: the Will waits"]
+    (finding,) = [each for each in checked(text.encode()).findings if each.code == "MQTT506"]
+    assert "set keep_alive `59s` of the participant on sensor/publisher/t and 1 more" in [
+        remedy.text for remedy in finding.remedies
+    ]
+
+
 def value_of(policy: Policy) -> st.SearchStrategy[str] | None:
     """Some values of a policy, in the spelling of a system file."""
     domain = policy.domain
