@@ -4,7 +4,7 @@
 python3 dev.py demo             check two example diagrams, one that fits and one that does not
 python3 dev.py test [ARGS]      all checks: lint, types, import contracts, tests (ARGS go to pytest; --cov adds coverage)
 python3 dev.py lint             the same without the tests
-python3 dev.py conformance      run 200 random pairs on each implementation of DDS, and all examples; record what comes out
+python3 dev.py conformance      run 200 random pairs on each implementation of DDS, all examples, and designs under faults; record it
 python3 dev.py explore [ARGS]   property tests with new random examples, and many of them (ARGS go to pytest)
 python3 dev.py run -- ARGS      the command `cqos` with ARGS
 python3 dev.py setup            only set up (the others do that by themselves, when something changed)
@@ -127,11 +127,13 @@ def lint(_: list[str]) -> int:
 
 
 def conformance(_: list[str]) -> int:
-    """Run many pairs on the middleware itself and record what comes out; return 1 if any differs from its verdict."""
+    """Run many pairs and all designs on the middleware itself; return 1 if any differs from what C-QoS says."""
     setup(everything=True)
     have_programs()
-    command = [tool("python"), "-m", "tests.conformance.proofs", "200", "2026"]
-    return subprocess.run(command, cwd=ROOT, env=environment(), check=False).returncode
+    runs = (("proofs", "200", "2026"), ("guarantees", "cyclonedds", "fastdds", "mosquitto"))
+    return run_steps(
+        [(name, [tool("python"), "-m", f"tests.conformance.{name}", *arguments]) for name, *arguments in runs]
+    )
 
 
 def run(arguments: list[str]) -> int:

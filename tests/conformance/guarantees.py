@@ -125,10 +125,11 @@ def _whole(word: str) -> str:
     return str(EARLY) if word == "late_join" else "yes"
 
 
-def record(names: Iterable[str]) -> None:
-    """Run all designs on implementations, and write down what comes out beside what was recorded of others."""
+def record(names: Iterable[str]) -> int:
+    """Run all designs on implementations, record what comes out, and return how often that contradicts C-QoS."""
     recorded = json.loads(RECORDED.read_text(encoding="utf-8")) if RECORDED.exists() else {}
     commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True)
+    wrong = 0
     for on in names:
         with ThreadPoolExecutor(_AT_ONCE) as pool:
             runs = list(pool.map(lambda case, on=on: run(on, case), cases(on)))
@@ -144,6 +145,8 @@ def record(names: Iterable[str]) -> None:
             for text in each["contradicted"]:
                 sys.stderr.write(f"{on}, {each['design']}, {each['fault']}: {text}\n")
         RECORDED.write_text(json.dumps(recorded, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+        wrong += sum(len(each["contradicted"]) for each in runs)
+    return wrong
 
 
 def document() -> str:
@@ -210,5 +213,6 @@ def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 if __name__ == "__main__":
-    record(sys.argv[1:])
+    contradicted = record(sys.argv[1:])
     DOCUMENT.write_text(document(), encoding="utf-8")
+    sys.exit(1 if contradicted else 0)

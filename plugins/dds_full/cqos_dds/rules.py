@@ -318,7 +318,7 @@ MEETING: Final = (
         PUBLISHER_MEETS | SUBSCRIBER_MEETS,
         code="DDS403",
         name="partition-split",
-        because="they share no partition, which is no incompatibility, so no status reports it",
+        because="they share no partition, and a split alone is no incompatibility that a status reports",
         clause="DDS 1.4, 2.2.3.13",
     ),
     meets(

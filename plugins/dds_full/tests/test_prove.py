@@ -38,6 +38,16 @@ def test_two_that_discover_each_other_and_do_not_match_are_given_up_at_once(name
     assert time.monotonic() - began < stage.DISCOVERY
 
 
+def test_fast_dds_reports_incompatible_values_behind_a_split_of_partitions():
+    """The fact behind the words of DDS403: only a split alone is reported by no status."""
+    if (why := fast.PROVER.missing()) and os.environ.get("CI") != "true":
+        pytest.skip(why)
+    writer = End("w", {"partition": "[a]", "reliability": "best_effort"})
+    reader = End("r", {"partition": "[b]", "reliability": "reliable"})
+    apart = fast.PROVER.prove(Plan("dds", "t", writer, reader))
+    assert (apart.matched, apart.refused) == (False, ("reliability",))
+
+
 def test_a_killed_caller_leaves_no_program_behind():
     caller = subprocess.Popen([sys.executable, "-c", CALLER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     pids = [int(pid) for pid in caller.stdout.readline().split()]
