@@ -12,7 +12,7 @@ from cqos_core.checker import check_system, participant_findings
 from cqos_core.findings import Draft, fact, make
 from cqos_core.given import derive, give, over
 from cqos_core.hops import Hop
-from cqos_core.judge import already_told, judge_endpoint, judge_pair, of_end
+from cqos_core.judge import already_told, judge_endpoint, judge_pair, of_end, undecided_meeting
 from cqos_core.pairing import Members, Topic, apart, group
 from cqos_core.problems import CqosError
 from cqos_core.remarks import core_finding, suggestion
@@ -188,9 +188,13 @@ def _pair_report(topic: Topic, verdict: Verdict, further: Sequence[Finding]) -> 
         for members, role in sides_of_pair
         for at_best, _ in of_end(members.profile, role, members.observed, members.wired)
     )
+    meetings = (
+        undecided_meeting(bound, publisher.profile, subscriber.profile) for bound in topic.pack.by_scope["meets"]
+    )
+    undecided = [each for each in meetings if each is not None]
     drafts = [
         Draft(topic, spoken, {publisher: None}, {subscriber: None}, 1)
-        for spoken in (() if reasons else judgement.spoken)
+        for spoken in (() if reasons else (*undecided, *judgement.spoken))
         if not already_told(spoken, publisher.profile, subscriber.profile)
         and not (refused and spoken.bound.rule.guarantee)
     ]

@@ -321,7 +321,7 @@ def _further(draft: Draft) -> str:
 
 def _severity(spoken: Spoken) -> Severity:
     rule = spoken.bound.rule
-    if rule.kind == "requires" and (spoken.unknown or rule.doubt):
+    if rule.kind != "forbids" and (spoken.unknown or rule.doubt):
         return max(Severity.WARNING, Severity(rule.severity), key=lambda severity: severity.rank)
     return Severity(rule.severity)
 

@@ -91,8 +91,10 @@ def _answer(bound: BoundRule, a: Values, b: Values, signal: Signal = NO_SIGNAL) 
 
 def verdict_by(rule: Rule, *, unknown: bool) -> Verdict:
     """Return the verdict that a rule gives a pair that it speaks of: advice gives none, an error never ``compatible``."""
+    if rule.kind == "meets":
+        return Verdict.UNKNOWN if unknown else Verdict.COMPATIBLE
     if rule.kind != "requires":
-        error = rule.kind == "forbids" and rule.severity == "error" and not unknown
+        error = rule.severity == "error" and not unknown
         return Verdict.INCOMPATIBLE if error else Verdict.COMPATIBLE
     return Verdict.UNKNOWN if unknown or rule.doubt else Verdict.INCOMPATIBLE
 
@@ -105,6 +107,17 @@ def verdict_of(spoken: Spoken) -> Verdict:
 def worst(verdicts: Iterable[Verdict]) -> Verdict:
     """The worst of several verdicts."""
     return max(verdicts, key=lambda verdict: verdict.rank, default=Verdict.COMPATIBLE)
+
+
+def undecided_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Spoken | None:
+    """Ask a meeting condition; return what it says where it keeps two profiles apart under some assumptions only.
+
+    One that rests on facts that nobody states keeps nobody apart.
+    """
+    if not any(isinstance(each.values[at], Depends) for each in (publisher, subscriber) for at in bound.bound.indices):
+        return None
+    spoken = ask(bound, publisher.values, subscriber.values)
+    return spoken if spoken is not None and spoken.outcome.worlds else None
 
 
 @lru_cache(maxsize=_CACHE)

@@ -222,7 +222,8 @@ class Participants:
             return brokers[stated.text]
         if len(brokers) > 1:
             self._brokerless.setdefault(pack.id, {})[participant.id] = participant
-            return None
+            unknown = Setting("", None, "which of several brokers it connects to is not stated")
+            return self._undescribed("", unknown, pack, "CQ216")
         return next(iter(brokers.values()))
 
     def _undescribed(self, name: str, unknown: Setting, pack: RulePack, code: str) -> Broker:

@@ -91,6 +91,10 @@ class Resolver:
         self._name_problems: dict[tuple[NameProblem, str, str], list[Endpoint]] = {}
         self._shared: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
         self._starts = Starts(system)
+        self._misread: dict[str, list[str]] = {}
+        for note in system.notes:
+            if note.endpoint is not None and note.severity == "error":
+                self._misread.setdefault(note.endpoint, []).append(note.code)
         if not completed:
             self._complete()
 
@@ -362,6 +366,9 @@ class Resolver:
         topic_layers, topic_external = self._topic(written, naming, pack) if naming is not None else ((), False)
         overlays = tuple(self.overlays.covering(endpoint, naming, participant)) if self.system.overlays else ()
         profile, layers = self._profile_of(endpoint, participant, naming, topic_layers, overlays, identifier)
+        if misread := self._misread.get(stated_id):
+            # What the reader of its file reports as wrong may have set anything.
+            profile = profile.with_values({}, beside=misread)
         if naming is not None and (wrong := [each.code for each in naming.problems if each.severity == "error"]):
             profile = profile.with_values({}, refused=wrong)
         return Resolved(

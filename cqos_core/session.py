@@ -215,6 +215,7 @@ class Session:
     def set_notes(self, notes: Iterable[ImportNote]) -> None:
         """Replace what the readers of files had to say, which becomes findings."""
         self._system.notes = list(notes)
+        self._forget()
 
     # Edits of what is made of all findings
 

@@ -15,7 +15,17 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core import relation
 from cqos_core.evaluate import NO_SIGNAL, Outcome, Signal
-from cqos_core.judge import Spoken, already_told, ask, judge_endpoint, of_end, passed_over, verdict_by
+from cqos_core.judge import (
+    Spoken,
+    already_told,
+    ask,
+    judge_endpoint,
+    of_end,
+    passed_over,
+    undecided_meeting,
+    verdict_by,
+)
+from cqos_core.policy import Depends
 from cqos_core.relation import positions, related
 from cqos_core.report import Verdict
 from cqos_core.system import PUBLISHER, SUBSCRIBER
@@ -231,6 +241,7 @@ def _judge(shape: Shape) -> Judged:
     pairs = _met(shape) if both else _Pairs([0] * len(shape.publishers), segments=[{} for _ in shape.publishers])
     if both:
         _end_segments(shape, pairs)
+        _undecided_meetings(shape, pairs, outlines)
     _signal_rules(shape, pairs, outlines)
     if both:
         _pair_rules(shape, pairs, outlines)
@@ -264,6 +275,25 @@ def _met(shape: Shape) -> _Pairs:
                 pairs.kept_apart.append(apart)
     pairs.segments = [{(Verdict.COMPATIBLE, ()): met} if met else {} for met in pairs.met]
     return pairs
+
+
+def _undecided_meetings(shape: Shape, pairs: _Pairs, outlines: _Outlines) -> None:
+    """Leave unknown the pairs that a meeting condition keeps apart under some assumptions only."""
+    for bound in shape.pack.by_scope["meets"]:
+        first, second = bound.bound.sides
+        offering, requesting = _classes(shape.publishers, first), _classes(shape.subscribers, second)
+        if not any(isinstance(each.profile.values[at], Depends) for each in offering.each for at in first) and not any(
+            isinstance(each.profile.values[at], Depends) for each in requesting.each for at in second
+        ):
+            continue
+        for publishers in offering.each:
+            for subscribers in requesting.each:
+                spoken = undecided_meeting(bound, publishers.profile, subscribers.profile)
+                if spoken is not None:
+                    _outline(shape, pairs, outlines, _Said(publishers, subscribers, spoken, 0), pairs.met)
+                    for at in publishers.members:
+                        mask = subscribers.mask & pairs.met[at]
+                        _split_segments(pairs.segments[at], mask, Verdict.UNKNOWN, (bound.rule.code,))
 
 
 def _sizes(groups: Sequence[Alike]) -> list[int]:

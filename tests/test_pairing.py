@@ -6,10 +6,12 @@ import random
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from cqos_core.api import context, explain_pair
 from cqos_core.pairing import apart, bucket, group, naming_endpoints
+from cqos_core.policy import by_option
 from cqos_core.resolve import resolve
 from cqos_core.system import Acceptance
-from tests.worlds import CONTEXT, participant, reader, world, writer
+from tests.worlds import CONTEXT, POST, checked, only, participant, reader, world, writer
 
 if TYPE_CHECKING:
     from cqos_core.resolved import Resolved
@@ -94,3 +96,22 @@ def test_what_is_not_known_keeps_nobody_apart():
     assert kept_apart({"stamp": "red"}, {}) == []
     assert kept_apart({"stamp": "red"}, {"stamp": "red"}) == []
     assert kept_apart({"stamp": "red"}, {"stamp": "blue"}) == ["POST403"]
+
+
+def test_a_match_that_depends_on_an_assumption_leaves_the_pair_unknown():
+    words = {"usual": by_option("carrier", bike="red", otherwise="blue")}
+    policies = tuple(replace(each, words=words) if each.name == "stamp" else each for each in POST.policies)
+    where = context([replace(POST, policies=policies)])
+    parts = [writer("box", stamp="red"), reader("box", stamp="usual")]
+    report = checked(*parts, where=where)
+    finding = only(report, "POST403")
+    assert report.verdict == finding.verdict == "unknown"
+    assert finding.severity == "warning"
+    assert report.groups[0].codes == ("POST403",)
+    explained = explain_pair(world(*parts), "writer", "reader", where)
+    assert explained.verdict == "unknown"
+    assert "POST403" in [each.code for each in explained.findings]
+    assert checked(*parts, where=where, options={"carrier": "bike"}).verdict == "compatible"
+    assert not checked(*parts, where=where, options={"carrier": "train"}).groups
+    # A fact that nobody states keeps nobody apart.
+    assert checked(writer("box", stamp="red"), reader("box")).verdict == "compatible"

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from cqos_core import Session, check_pair
 from cqos_core.api import explain_pair
 from cqos_core.checker import check_system
-from cqos_core.judge import judge_endpoint, judge_pair, of_end, worst
+from cqos_core.judge import judge_endpoint, judge_pair, of_end, undecided_meeting, worst
 from cqos_core.pairing import Members, apart, bucket, group
 from cqos_core.report import Report, Severity, Verdict
 from cqos_core.resolve import resolve
@@ -63,7 +63,11 @@ def of_pair(offering: Members, requesting: Members) -> tuple[Verdict, tuple[str,
         for role, members in ((PUBLISHER, offering), (SUBSCRIBER, requesting))
         for verdict, _ in of_end(members.profile, role, members.observed, members.wired)
     ]
-    return worst([judgement.verdict, *ends]), tuple(each.bound.rule.code for each in judgement.spoken)
+    meetings = offering.profile.pack.by_scope["meets"]
+    undecided = [each for b in meetings if (each := undecided_meeting(b, offering.profile, requesting.profile))]
+    spoken = (*undecided, *judgement.spoken)
+    at_best = [Verdict.UNKNOWN] if undecided else []
+    return worst([judgement.verdict, *ends, *at_best]), tuple(each.bound.rule.code for each in spoken)
 
 
 @pytest.mark.parametrize("words", BOTH, ids=lambda words: words.protocol)

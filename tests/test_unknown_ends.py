@@ -1,0 +1,38 @@
+"""Ends of which something is reported that leaves all their pairs at best unknown."""
+
+from dataclasses import replace
+
+from cqos_core import check
+from cqos_core.session import Session
+from cqos_core.system import ImportNote
+from tests.worlds import POST, checked, reader, world, writer
+
+
+def test_an_error_of_the_importer_about_an_endpoint_leaves_its_pairs_unknown():
+    system = world(writer("box", "w"), writer("box", "v"), reader("box", "r"))
+    note = ImportNote("CQ042", "error", "a part of `w` is not understood", endpoint="w")
+    verdicts = {"w": "unknown", "v": "compatible"}
+    report = checked(replace(system, notes=[note]))
+    assert {pair.publisher: str(pair.verdict) for pair in report.pairs} == verdicts
+    assert {group.codes for group in report.groups if "w" in group.publishers} == {("CQ042",)}
+    session = Session(system, packs=[POST])
+    assert session.report().verdict == "compatible"
+    session.set_notes([note])
+    assert session.report().verdict == "unknown"
+    assert checked(replace(system, notes=[replace(note, severity="warning")])).verdict == "compatible"
+
+
+def test_a_client_that_names_none_of_several_brokers_is_not_compatible_with_anything():
+    text = """
+cqos: 1
+protocol: mqtt
+brokers: {one: {}, two: {}}
+participants:
+  a: {broker: one, publishes: {t: {}}}
+  b: {subscribes: {t: {}}}
+  c: {broker: one, subscribes: {t: {}}}
+"""
+    report = check(text.encode())
+    verdicts = {pair.subscriber.partition("/")[0]: str(pair.verdict) for pair in report.pairs}
+    assert verdicts == {"b": "unknown", "c": "compatible"}
+    assert [group.codes for group in report.groups if "b/subscriber/t" in group.subscribers] == [("CQ216",)]
