@@ -54,14 +54,14 @@ Client = tuple[tuple[str, "QosProfile"], ...]
 
 
 class Stream(NamedTuple):
-    """What comes on one topic to one subscription and may wait; a fact of a topic counts once, whoever publishes there.
+    """What comes on one topic to one subscription and may wait; a fact of a topic counts once for all its publishers.
 
     Attributes:
         topic: its name.
         sure: whether all of it certainly takes room in the queue.
         period, size: of the messages; a period of INFINITE is one message. None: not known.
         burst: how many come at once. None: not known.
-        bursts: whether somebody said so; else it is one where there is a period.
+        bursts: whether `burst` is stated; else it is one where there is a period.
         taken: how often the program takes them; 0: not stated, None: not known.
     """
 
@@ -80,8 +80,10 @@ class Stream(NamedTuple):
         return max(self.burst or 0, 1 if self.period == INFINITE else -(-time // max(self.period, 1))) if time else 0
 
 
+Alike = tuple[Stream, int]
+"""So many streams that differ in nothing but the topic; the first of them."""
 Amount = tuple[Stream, "int | None"]
-"""So many messages of a stream; None: not known how many."""
+"""So many messages of streams that are alike; None: not known how many."""
 
 
 def sum_up(endpoints: Sequence[Resolved]) -> Mapping[int, Mapping[str, Value]]:
@@ -153,28 +155,32 @@ class _Queues:
             self._topics.setdefault(written, []).append(topic)
         for topic in published.keys() & filters:
             self._topics.setdefault(topic, []).append(topic)
-        self._streams: dict[tuple[str, QosProfile], tuple[Stream, ...]] = {}
+        self._streams: dict[tuple[str, QosProfile], tuple[Alike, ...]] = {}
         self._facts: dict[Client, Mapping[str, Value]] = {}
 
     def of(self, client: Client) -> Mapping[str, Value]:
         """Return what is true of all subscriptions of a client."""
         facts = self._facts.get(client)
         if facts is None:
-            streams = [stream for written, profile in client for stream in self._to(written, profile)]
+            streams = [alike for written, profile in client for alike in self._to(written, profile)]
+            if not any(profile.needs for _, profile in client):
+                # No message names what is not known, so clients that differ in names alone stay alike.
+                streams = [(each._replace(topic=""), number) for each, number in streams]
             facts = self._facts[client] = _facts(streams, client[0][1])
         return facts
 
-    def _to(self, written: str, profile: QosProfile) -> tuple[Stream, ...]:
+    def _to(self, written: str, profile: QosProfile) -> tuple[Alike, ...]:
         """Return what comes to one subscription; where it is not known who publishes, what its own topic says."""
         key = (written, profile)
         streams = self._streams.get(key)
         if streams is None:
             topics = self._topics.get(written)
-            streams = self._streams[key] = (
-                tuple(stream for topic in sorted(topics) for stream in _streams(topic, self._published[topic], profile))
+            found = (
+                [each for topic in sorted(topics) for each in _streams(topic, self._published[topic], profile)]
                 if topics
-                else _from_nobody_known(written, profile)
+                else _from_outside(written, profile)
             )
+            streams = self._streams[key] = _alike((each, 1) for each in found)
         return streams
 
 
@@ -205,7 +211,7 @@ def _streams(topic: str, publishers: Mapping[QosProfile, int], subscriber: QosPr
     )
 
 
-def _from_nobody_known(written: str, subscriber: QosProfile) -> tuple[Stream, ...]:
+def _from_outside(written: str, subscriber: QosProfile) -> tuple[Stream, ...]:
     if _value(subscriber, QOS) == 0 and _value(subscriber, QUEUES_QOS0) == 0:
         return ()
     return (_stream(written, subscriber, None, _fact(subscriber, TAKEN_EVERY), sure=False),)
@@ -230,30 +236,31 @@ def _value(profile: QosProfile, policy: Policy) -> Value:
 
 
 def _is_stated(profile: QosProfile, policy: Policy) -> bool:
-    """Whether somebody stated a fact, even if it is not understood."""
+    """Whether a fact is stated, even if it is not understood."""
     value = _value(profile, policy)
     return not isinstance(value, Anything) or value.told
 
 
 def _fact(profile: QosProfile, policy: Policy) -> int | None:
-    """Return a fact; 0 where nobody stated it, None where it is not known."""
+    """Return a fact; 0 where it is not stated, None where it is not known."""
     value = _value(profile, policy)
     if isinstance(value, int):
         return value
     return None if _is_stated(profile, policy) else 0
 
 
-def _facts(streams: Sequence[Stream], client: QosProfile) -> dict[str, Value]:
+def _facts(streams: Sequence[Alike], client: QosProfile) -> dict[str, Value]:
     """Return the derived values of all subscriptions of a client."""
     kept, size = _value(client, QUEUED), _value(client, QUEUED_BYTES)
-    slowest = max((each.taken or 0 for each in streams), default=0)
+    slowest = max((each.taken or 0 for each, _ in streams), default=0)
     at_once: list[Amount] = []
     between: list[Amount] = []
-    if any(each.bursts for each in streams):
-        at_once = [(each, each.burst) for each in streams]
-    if any(each.taken != 0 for each in streams):
+    if any(each.bursts for each, _ in streams):
+        at_once = [(each, _times(number, each.burst)) for each, number in streams]
+    if any(each.taken != 0 for each, _ in streams):
         between = [
-            (each, None if each.taken is None else each.within(min(slowest, each.taken or slowest))) for each in streams
+            (each, _times(number, None if each.taken is None else each.within(min(slowest, each.taken or slowest))))
+            for each, number in streams
         ]
     return {
         QUEUE_LASTS.name: _over(kept, lambda most: _over(size, lambda most_bytes: _lasts(streams, most, most_bytes))),
@@ -262,6 +269,10 @@ def _facts(streams: Sequence[Stream], client: QosProfile) -> dict[str, Value]:
         WAITING.name: _messages(between),
         WAITING_BYTES.name: _bytes(between, size),
     }
+
+
+def _times(number: int, amount: int | None) -> int | None:
+    return None if amount is None else number * amount
 
 
 def _over(value: Value, result: Callable[[int], Value]) -> Value:
@@ -275,8 +286,9 @@ def _between(streams: Iterable[Stream], least: int, most: int) -> Value:
     """Return what follows where the least comes on topics of which not everything is known, and where the most does."""
     if least == most:
         return least
-    topics = sorted({f"`{each.topic}`" for each in streams})
-    return Depends(f"what comes on {listed(topics)}", (("the least", least), ("the most", most)))
+    topics = sorted({f"`{each.topic}`" for each in streams if each.topic})
+    what = listed(topics) if topics else "topics of which not everything is known"
+    return Depends(f"what comes on {what}", (("the least", least), ("the most", most)))
 
 
 def _messages(amounts: Sequence[Amount]) -> Value:
@@ -306,16 +318,17 @@ def _before_the_last(amounts: Sequence[tuple[int, int]]) -> int:
     return sum(size * number for size, number in there) - min((size for size, _ in there), default=0)
 
 
-def _lasts(streams: Sequence[Stream], kept: int, kept_bytes: int) -> Value:
+def _lasts(streams: Sequence[Alike], kept: int, kept_bytes: int) -> Value:
     """Return the longest time in which no more comes than is kept."""
     if kept == kept_bytes == INFINITE or not streams:
         return INFINITE
-    doubtful = [each for each in streams if not each.sure or _is_open(each, kept_bytes)]
-    least = _longest(_alike(each for each in streams if each.sure), kept, kept_bytes)
+    doubtful = [each for each, _ in streams if not each.sure or _is_open(each, kept_bytes)]
+    sure = [(each, number) for each, number in streams if each.sure]
+    least = _longest(_nameless(sure), kept, kept_bytes)
     if not doubtful:
         return least
     endless = any(_is_open(each, kept_bytes) for each in doubtful)
-    return _between(doubtful, least, 0 if endless else _longest(_alike(streams), kept, kept_bytes))
+    return _between(doubtful, least, 0 if endless else _longest(_nameless(streams), kept, kept_bytes))
 
 
 def _is_open(stream: Stream, kept_bytes: int) -> bool:
@@ -323,15 +336,25 @@ def _is_open(stream: Stream, kept_bytes: int) -> bool:
     return stream.within(1) is None or (stream.size is None and kept_bytes < INFINITE)
 
 
-def _alike(streams: Iterable[Stream]) -> tuple[tuple[Stream, int], ...]:
-    """Return streams that differ in nothing but name and subscription once, with how many there are."""
+def _alike(streams: Iterable[Alike]) -> tuple[Alike, ...]:
+    """Return those that differ in nothing but the topic once, under the first."""
+    found: dict[Stream, tuple[Stream, int]] = {}
+    for each, number in streams:
+        nameless = each._replace(topic="")
+        first, before = found.get(nameless, (each, 0))
+        found[nameless] = (first, before + number)
+    return tuple(found.values())
+
+
+def _nameless(streams: Iterable[Alike]) -> tuple[Alike, ...]:
+    """Return those that bring the same once, whoever takes it and whether it is sure."""
     return tuple(
-        Counter(Stream("", True, each.period, each.size, each.burst, each.bursts, 0) for each in streams).items()
+        sorted(_alike((each._replace(topic="", sure=True, taken=0), number) for each, number in streams), key=str)
     )
 
 
 @lru_cache(maxsize=10_000)
-def _longest(streams: Sequence[tuple[Stream, int]], kept: int, kept_bytes: int) -> int:
+def _longest(streams: tuple[Alike, ...], kept: int, kept_bytes: int) -> int:
     """Search the longest time within which all that comes is kept."""
 
     def fits(time: int) -> bool:
