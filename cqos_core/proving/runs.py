@@ -35,7 +35,7 @@ _ROUNDS: Final = 10
 """Fixes that one pair may take."""
 _SECOND: Final = 1_000_000_000
 _SAMPLES: Final = 20
-_FEWEST: Final = 4
+_FEWEST: Final = 3
 _TIME: Final = 2 * _SECOND
 """So long are samples sent without a fault, so that there are fewer where the topic has a long period."""
 _PERIOD: Final = 20_000_000
