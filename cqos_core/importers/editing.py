@@ -20,13 +20,15 @@ if TYPE_CHECKING:
 
 def is_json(text: str) -> bool:
     """Whether a text is JSON, so that its new values have to be."""
-    return text.lstrip()[:1] in {"{", "["} and text.lstrip()[1:].lstrip()[:1] in {'"', "{", "}", "]"}
+    return text.lstrip()[:1] in {"{", "["} and text.lstrip().lstrip(" \t\r\n[{")[:1] in {'"', "}", "]"}
 
 
 def scalar(value: str, like: str = "", *, in_json: bool = False) -> str:
     """Return a value as it may stand in YAML or JSON, in the quotes of what it takes the place of."""
     if in_json:
-        return json.dumps(yaml.safe_load(value) if value[:1] in {"[", "{"} else value)
+        # A number takes the place of a number.
+        typed = value[:1] in {"[", "{"} or like[:1] not in {"", '"'}
+        return json.dumps(yaml.safe_load(value) if typed else value)
     if value[:1] in {"[", "{"}:
         return value
     if like[:1] == '"':
@@ -127,7 +129,7 @@ def insert_beside(text: str, place: Place, settings: Mapping[str, str]) -> Repla
 
 
 def replace_within(text: str, place: Place, name: str, old: str, new: str) -> Replacement | None:
-    """Replace a list in block form at ``place``, or one field of the map there by the last part of its ``name``."""
+    """Replace a value at ``place``, a list in block form, or one field of the map there by the last part of its ``name``."""
     root = _composed(text)
     nodes = [] if root is None or place.line is None or place.column is None else _entries(root)
     lines = Lines(text)
@@ -135,6 +137,9 @@ def replace_within(text: str, place: Place, name: str, old: str, new: str) -> Re
     for key, node in nodes:
         if not _is_at(node, (place.line or 1) - 1, (place.column or 1) - 1):
             continue
+        if isinstance(node, yaml.ScalarNode) and node.value == old:
+            start, end = _offset(lines, node.start_mark), _offset(lines, node.end_mark)
+            return Replacement(start, end, scalar(new, like=text[start:end], in_json=is_json(text)))
         if isinstance(node, yaml.SequenceNode) and node.value and key is not None:
             items = [item.value for item in node.value if isinstance(item, yaml.ScalarNode)]
             if len(items) != len(node.value) or items != yaml.load(old, Loader=yaml.BaseLoader):  # noqa: S506 - text only

@@ -147,7 +147,8 @@ class Document(Reading):
 
     def setting(self, node: Node, text: str | None = None) -> Setting:
         """Return a value with its place; ``text`` stands for what is written."""
-        return Setting(flow_text(node) if text is None else text, self.place(node))
+        written = flow_text(node)
+        return Setting(written if text is None else text, self.place(node), derived=text not in {None, written})
 
     def misspelt(
         self, entries: MappingNode, names: Iterable[str], known: Container[str] = (), *, cause: str

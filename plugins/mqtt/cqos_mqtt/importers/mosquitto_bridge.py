@@ -214,7 +214,7 @@ def _routes(
             ends = ((local, f"{here}{name}"), (remote, f"{there}{name}"))
             (source, from_topic), (target, to_topic) = ends if way == "out" else ends[::-1]
             before = here if way == "out" else there
-            sent = {**settings, "retain": replace(retained[way], place=line.place)}
+            sent = {**settings, "retain": replace(retained[way], place=line.place, derived=True)}
             yield Route(
                 _end(source, SUBSCRIBER, from_topic, settings, line.place),
                 _end(target, PUBLISHER, to_topic, sent, line.place),

@@ -142,7 +142,8 @@ class Configuration(Reading):
 
     def setting(self, node: Node, text: str | None = None) -> Setting:
         """Return a value with its place; ``text`` stands for what is written."""
-        return Setting(flow_text(node) if text is None else text, self.place(node))
+        written = flow_text(node)
+        return Setting(written if text is None else text, self.place(node), derived=text not in {None, written})
 
     def participant(self, name: str, where: Node, settings: Settings | None = None) -> str:
         """Add a node of ROS 2, once; return its id."""

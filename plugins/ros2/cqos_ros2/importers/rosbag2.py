@@ -239,7 +239,8 @@ def _settings(profile: MappingNode, reading: Reading) -> Iterator[tuple[str, Set
             message = f"{shown(name)} is no policy that rosbag2 is known to record"
             reading.notes.append(note("ROS905", message, reading.place(key)))
         elif not is_null(value):
-            yield name, Setting(flow_text(value), reading.place(value))
+            # What was recorded is never edited.
+            yield name, Setting(flow_text(value), reading.place(value), derived=True)
 
 
 def _check_whole(total: Node | None, topics: list[_Topic], reading: Reading) -> None:
@@ -296,13 +297,15 @@ def _played(topic: _Topic, system: System) -> Iterator[Endpoint]:
         if "unknown" in (_value(policy, first) for policy in _COMPARED):
             # Nothing can be created with it, which is only said of settings that are known to go to rclcpp as they are.
             stated = {**_DEFAULT_HISTORY, RAW_SETTINGS.name: "true"}
-            settings |= {name: Setting(text, topic.place) for name, text in stated.items()}
+            settings |= {name: Setting(text, topic.place, derived=True) for name, text in stated.items()}
     yield _endpoint(topic, PLAYER, PUBLISHER, settings)
 
 
 def _requested(topic: _Topic, system: System) -> Iterator[Endpoint]:  # noqa: ARG001 - the signature of all three
     """Yield the subscription of `ros2 bag record` (rosbag2, `Rosbag2QoS::adapt_request_to_offers`)."""
-    settings = {policy.name: Setting(FROM_PUBLISHERS, topic.place) for policy in (RELIABILITY, DURABILITY)}
+    settings = {
+        policy.name: Setting(FROM_PUBLISHERS, topic.place, derived=True) for policy in (RELIABILITY, DURABILITY)
+    }
     yield _endpoint(topic, RECORDER, SUBSCRIBER, settings)
 
 

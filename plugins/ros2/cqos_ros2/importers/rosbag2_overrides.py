@@ -101,9 +101,9 @@ def _topics(root: Node, reading: Reading) -> list[tuple[ScalarNode, MappingNode]
 def _profile(topic: ScalarNode, profile: MappingNode, reading: Reading) -> Settings:
     """Return all settings of a profile, those among them that have their defaults."""
     place = reading.place(topic)
-    settings = {name: Setting(text, place) for name, text in PRESETS["default"].settings.items()}
+    settings = {name: Setting(text, place, derived=True) for name, text in PRESETS["default"].settings.items()}
     # Values go to rclpy as they stand, so `unknown`, which it reads, is one that nothing can be created with.
-    settings[RAW_SETTINGS.name] = Setting("true", place)
+    settings[RAW_SETTINGS.name] = Setting("true", place, derived=True)
     for name, (key, value) in profile.entries.items():
         if name not in _KNOWN:
             message = f"an override has no policy {shown(name)}{did_you_mean(name, _KNOWN)}"

@@ -244,8 +244,8 @@ class _Reader(Configuration):
     ) -> Endpoint:
         """Return one end of a route; who is on the other side may be in no file."""
         place = self.place(where)
-        settings = {name: Setting(FROM_FIRST, place) for name in copied}
-        settings |= {name: Setting(text, place) for name, text in others.items()}
+        settings = {name: Setting(FROM_FIRST, place, derived=True) for name in copied}
+        settings |= {name: Setting(text, place, derived=True) for name, text in others.items()}
         return Endpoint("", role, topic, participant, settings, kind=kind, external=True, place=place)
 
     def patterns(self, entries: MappingNode, kind: str, before: str) -> tuple[tuple[str, ...], tuple[Setting, ...]]:
