@@ -282,6 +282,9 @@ class Report:
     def __str__(self) -> str:
         """Give the verdict, how many pairs were judged, and each finding on a line of its own."""
         head = f"{self.system}: {self.verdict}" if self.system else str(self.verdict)
+        errors = self.count(Severity.ERROR)
+        if errors and self.verdict is Verdict.COMPATIBLE:
+            head += f", {errors} error{'s' if errors > 1 else ''}"
         judged = "1 pair" if self.pair_count == 1 else f"{self.pair_count} pairs"
         return "\n".join([f"{head}, {judged} judged", *map(str, self.findings)])
 

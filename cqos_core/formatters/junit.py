@@ -54,7 +54,9 @@ def _add_suite(suites: ET.Element, name: str, report: Report, style: Style) -> N
         *wording.assumed(report),
         *(f"not checked: {item}" for item in report.not_checked),
     ]
-    ET.SubElement(suite, "system-out").text = _lines([f"{report.verdict}: {counts[0]}", *counts[1:]])
+    ET.SubElement(suite, "system-out").text = _lines(
+        [f"{report.verdict}{wording.beside(report)}: {counts[0]}", *counts[1:]]
+    )
 
 
 class _Cases:

@@ -131,7 +131,7 @@ def counts(report: Report, style: Style) -> str:
     if report.hypothetical:
         parts.append(f"{plural(report.hypothetical, 'hypothetical pair')} tried")
     for severity in Severity:
-        if number := report.count(severity):
+        if (number := report.count(severity)) and not (severity is Severity.ERROR and beside(report)):
             hidden = f" (shown with --show {severity}s)" if severity.rank > style.show.rank else ""
             parts.append(plural(number, severity) + hidden)
     if accepted := sum(finding.accepted is not None for finding in report.findings):
@@ -139,12 +139,19 @@ def counts(report: Report, style: Style) -> str:
     return ", ".join(parts if report.findings else [*parts, "no findings"])
 
 
+def beside(report: Report) -> str:
+    """Return ``, 2 errors`` where there are errors that set no verdict, beside pairs that are all compatible."""
+    errors = report.count(Severity.ERROR)
+    return f", {plural(errors, 'error')}" if errors and report.verdict is Verdict.COMPATIBLE else ""
+
+
 def verdict(report: Report, style: Style, paint: Paint) -> Iterator[str]:
     """Yield ``name: verdict: counts``, one line, after one about a part of a system and its endpoints without partner."""
     name = f"{clean(heading(report))}: " if heading(report) else ""
     if loose := _loose_ends(report):
         yield f"{name}{loose}"
-    yield f"{name}{paint(report.verdict, report.verdict)}: {counts(report, style)}"
+    errors = paint(beside(report), Severity.ERROR) if beside(report) else ""
+    yield f"{name}{paint(report.verdict, report.verdict)}{errors}: {counts(report, style)}"
 
 
 def _loose_ends(report: Report) -> str:
@@ -159,4 +166,4 @@ def total(report: Report, style: Style, paint: Paint) -> str:
     """Return ``total: 3 systems: 2 compatible, 1 unknown: counts``, one line."""
     verdicts = [part.verdict for part in report.parts]
     counted = ", ".join(paint(f"{verdicts.count(each)} {each}", each) for each in reversed(Verdict) if each in verdicts)
-    return f"total: {plural(len(report.parts), 'system')}: {counted}: {counts(report, style)}"
+    return f"total: {plural(len(report.parts), 'system')}: {counted}{beside(report)}: {counts(report, style)}"

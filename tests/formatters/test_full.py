@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 from cqos_core import check
+from cqos_core.formatters.concise import render_concise
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import cells
@@ -208,3 +209,26 @@ def test_a_zero_that_stands_for_something_else_is_not_labelled_as_that():
     text = "cqos: 1\nprotocol: ros2\nparticipants:\n  a: {publishes: {/t: {depth: 0}}}\n  b: {subscribes: {/t: }}\n"
     shown = render_full(check(text.encode()), Style(sources={"<bytes>": text.encode()}))
     assert "depth offered here: `0` means 1" in shown
+
+
+def test_errors_that_set_no_verdict_stand_beside_it():
+    ours = Finding("CQ605", "team-rule", Severity.ERROR, "ours: it is not so")
+    group = Group("t", ("p",), ("s",), Verdict.COMPATIBLE, "ros2")
+    report = Report(Verdict.COMPATIBLE, (group,), (ours, ours), system="robot", endpoints=2, topics=1)
+    last = "robot: compatible, 2 errors: 1 topic, 1 pair judged"
+    assert render_full(report, Style()).splitlines()[-1] == last
+    assert render_concise(report, Style()).splitlines()[-1] == last
+    assert str(report).splitlines()[0] == "robot: compatible, 2 errors, 1 pair judged"
+    accepted = replace(report, findings=(replace(ours, accepted="known"),))
+    assert render_full(accepted, Style()).splitlines()[-1] == "robot: compatible: 1 topic, 1 pair judged, 1 accepted"
+
+
+def test_a_fact_of_a_topic_is_offered_by_nobody():
+    text = b"""cqos: 1
+protocol: ros2
+topics: {/t: {period: 2s}}
+participants: {a: {publishes: {/t: {deadline: 1s}}}, b: {subscribes: {/t: {}}}}
+"""
+    shown = render_full(check(text), Style(sources={"<bytes>": text}, show=Severity.NOTE))
+    assert "set here" in shown
+    assert "period offered here" not in shown
