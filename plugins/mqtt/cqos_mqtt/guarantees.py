@@ -33,6 +33,7 @@ from cqos_mqtt.policies import (
     KEEP_ALIVE,
     NOTICES_LATER,
     OVERLAPPING,
+    PACED,
     PERIOD,
     PERSISTENCE,
     QOS,
@@ -250,7 +251,9 @@ GUARANTEES: Final = (
     ),
     gives(
         "loss_free",
-        (requested(BURSTS) == 0) | ((requested(BURSTS) <= ROOM) & (requested(BURST_BYTES) < broker(QUEUED_BYTES))),
+        ~requested(PACED)
+        | (requested(BURSTS) == 0)
+        | ((requested(BURSTS) <= ROOM) & (requested(BURST_BYTES) < broker(QUEUED_BYTES))),
         code="MQTT706",
         name="burst-overflows-queue",
         because="more may come at once, on all topics of the client together, than the broker keeps for a connected client",
@@ -259,7 +262,9 @@ GUARANTEES: Final = (
     ),
     gives(
         "loss_free",
-        (requested(WAITING) == 0) | ((requested(WAITING) <= ROOM) & (requested(WAITING_BYTES) < broker(QUEUED_BYTES))),
+        ~requested(PACED)
+        | (requested(WAITING) == 0)
+        | ((requested(WAITING) <= ROOM) & (requested(WAITING_BYTES) < broker(QUEUED_BYTES))),
         code="MQTT707",
         name="slow-subscriber-overflows-queue",
         because="more comes from one take to the next, on all topics of the client together, than the broker keeps for it",

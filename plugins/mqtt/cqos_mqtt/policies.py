@@ -284,6 +284,16 @@ QUEUE_LASTS: Final = Policy(
     follows=_FILLS,
     together=True,
 )
+PACED: Final = Policy(
+    "paced",
+    Flag(),
+    "false",
+    "Whether a `burst` or `taken_every` is stated for a topic of the client; else it is taken to keep up; derived.",
+    roles=SUBSCRIPTION,
+    derived=True,
+    follows=("taken_every",),
+    together=True,
+)
 BURSTS: Final = Policy(
     "client_burst",
     unlimited(0),
@@ -798,6 +808,7 @@ POLICIES: Final = (
     READABLE,
     UNREADABLE,
     QUEUE_LASTS,
+    PACED,
     BURSTS,
     BURST_BYTES,
     WAITING,

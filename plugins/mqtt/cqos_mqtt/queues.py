@@ -25,6 +25,7 @@ from cqos_mqtt.policies import (
     ENVELOPE_TO_BROKER,
     EXPIRY,
     IS_WILL,
+    PACED,
     PAYLOAD,
     PERIOD,
     PROPERTIES,
@@ -157,6 +158,7 @@ class _Queues:
             self._topics.setdefault(topic, []).append(topic)
         self._streams: dict[tuple[str, QosProfile], tuple[Alike, ...]] = {}
         self._facts: dict[Client, Mapping[str, Value]] = {}
+        self._bursts: dict[str, bool] = {}
 
     def of(self, client: Client) -> Mapping[str, Value]:
         """Return what is true of all subscriptions of a client."""
@@ -166,8 +168,17 @@ class _Queues:
             if not any(profile.needs for _, profile in client):
                 # No message names what is not known, so clients that differ in names alone stay alike.
                 streams = [(each._replace(topic=""), number) for each, number in streams]
-            facts = self._facts[client] = _facts(streams, client[0][1])
+            facts = _facts(streams, client[0][1])
+            facts[PACED.name] = int(any(self._is_paced(written, profile) for written, profile in client))
+            self._facts[client] = facts
         return facts
+
+    def _is_paced(self, written: str, profile: QosProfile) -> bool:
+        """Whether it is stated how many messages come at once, of whatever QoS, or how often they are taken."""
+        if written not in self._bursts:
+            publishers = (each for topic in self._topics.get(written, ()) for each in self._published[topic])
+            self._bursts[written] = any(_is_stated(each, BURST) for each in publishers)
+        return self._bursts[written] or _is_stated(profile, BURST) or _is_stated(profile, TAKEN_EVERY)
 
     def _to(self, written: str, profile: QosProfile) -> tuple[Alike, ...]:
         """Return what comes to one subscription; where it is not known who publishes, what its own topic says."""

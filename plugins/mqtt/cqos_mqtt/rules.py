@@ -60,6 +60,7 @@ from cqos_mqtt.policies import (
     NO_LOCAL,
     OLDEST,
     OVERLAPPING,
+    PACED,
     PACKET_SIZE,
     PAYLOAD,
     PROPERTIES,
@@ -612,6 +613,7 @@ FLOW: Final = (
     ),
     forbids(
         ~as_sentence(requested(WORDS["loss_free"].need))
+        & requested(PACED)
         & (EFFECTIVE >= "1")
         & (
             (requested(BURSTS) > least(subscriber(RECEIVE_MAXIMUM), broker(INFLIGHT)) + broker(QUEUED))
