@@ -46,7 +46,7 @@ def given(offered: Settings, requested: Settings) -> int:
     return number
 
 
-def test_late_readers_get_as_many_samples_as_is_said():
+def test_late_readers_get_as_many_samples_as_they_are_given():
     pairs = [({**DURABLE, **store}, {**DURABLE, **history}) for store, history in product(STORES, HISTORIES)]
     replayed = running().replayed(pairs, WRITTEN)
     wrong = [

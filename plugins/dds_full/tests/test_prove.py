@@ -28,7 +28,7 @@ input()
 
 @pytest.mark.parametrize("name", PROVERS)
 def test_two_that_discover_each_other_and_do_not_match_are_given_up_at_once(name):
-    """Partitions keep them apart, of which neither end says anything."""
+    """Partitions keep them apart, which neither end reports."""
     prover = PROVERS[name]
     if (why := prover.missing()) and os.environ.get("CI") != "true":
         pytest.skip(why)
