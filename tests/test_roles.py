@@ -78,6 +78,11 @@ def test_needs_of_a_publisher_are_reported_and_change_nothing():
     assert Session(system).report() == report
 
 
+def test_an_id_and_a_role_that_are_swapped_are_one_clear_error():
+    with pytest.raises(TypeError, match=r"Endpoint\(id='publisher', role='a'\): the id and the role are swapped"):
+        Endpoint("publisher", "a", "t", "p")  # type: ignore[arg-type]
+
+
 def test_needs_of_an_event_that_throws_are_reported_too():
     throwing = """<definitions xmlns="http://www.omg.org/spec/BPMN/20100524/MODEL" xmlns:qos="http://qos">
       <process id="P"><intermediateThrowEvent id="T"><extensionElements><qos:need name="latest" value="true"/>

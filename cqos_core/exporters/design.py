@@ -14,7 +14,7 @@ from cqos_core.pack import NameContext
 from cqos_core.policy import ENDPOINT, Choice, normalise
 from cqos_core.problems import InvalidValueError
 from cqos_core.reading import spelled
-from cqos_core.system import EVERYBODY, PUBLISHER, SUBSCRIBER, Profile, ProfileRef, Setting, System
+from cqos_core.system import EVERYBODY, PUBLISHER, SUBSCRIBER, Cases, Profile, ProfileRef, Setting, System
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -110,9 +110,23 @@ class _Tongue:
                 continue
             policy = pack.policies[index]
             text = spelled(policy, setting.text, self.dialect)
-            if text is not None:
+            if isinstance(setting.unknown, Cases) and (open_value := self._open(policy, setting, setting.unknown)):
+                found[policy.name if self.foreign else name] = open_value
+            elif text is not None:
                 found[policy.name if self.foreign else name] = Setting(self._plain(policy, text), setting.place)
         return found
+
+    def _open(self, policy: Policy, setting: Setting, cases: Cases) -> Setting | None:
+        """Return a value that depends on an assumption as one that is not known; None where all cases are one value."""
+        default = policy.default if isinstance(policy.default, str) else ""
+        texts = {
+            when: (spelled(policy, text, self.dialect) if text else None) or default for when, text in cases.values
+        }
+        words = {when: self._plain(policy, text) for when, text in texts.items()}
+        if len(set(words.values())) == 1:
+            return None
+        listed = " or ".join(f"{word} if {when}" for when, word in words.items())
+        return Setting("", setting.place, unknown=f"it depends on {cases.assumption}: {listed}")
 
     def _plain(self, policy: Policy, text: str) -> str:
         """Return a value as the form spells it: ``KEEP_LAST`` as ``keep_last``, a duration in fields with its unit."""

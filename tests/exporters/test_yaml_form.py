@@ -467,3 +467,19 @@ def test_parts_of_profiles_for_some_endpoints_only_are_told_where_nobody_uses_th
     assert write(library, INSTALLED).notes == (
         "which endpoints a part of a profile is meant for cannot be said, so each part is a profile of its own",
     )
+
+
+FIELDS = ("history", "depth", "reliability", "durability", "deadline", "lifespan", "liveliness", "leaseDuration")
+
+
+def test_a_value_that_depends_on_an_assumption_is_written_as_not_known():
+    zeros = " ".join(f'qos:{name}="0"' for name in FIELDS)
+    model = f"""<definitions xmlns="http://www.omg.org/spec/BPMN/20100524/MODEL" xmlns:qos="http://qos">
+      <process id="P"><intermediateThrowEvent id="T" {zeros}><signalEventDefinition signalRef="S"/></intermediateThrowEvent>
+      </process><process id="Q"><intermediateCatchEvent id="U" qos:reliability="reliable"><signalEventDefinition
+      signalRef="S"/></intermediateCatchEvent></process><signal id="S" name="topic"/></definitions>"""
+    system = cqos.read(model.encode(), protocol="ros2")
+    text = write(system, INSTALLED).text
+    assert "history: keep_last" in text
+    assert "it depends on what eight zeros mean: best_effort if they were chosen or reliable if they" in text
+    assert cqos.check(system).verdict == cqos.check(text.encode()).verdict == "unknown"
