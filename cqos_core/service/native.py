@@ -61,6 +61,7 @@ class NativeDoor:
         """
         self._calls = calls
         self._settings = settings
+        self._refusing = asyncio.Lock()
         self._server = grpc.aio.server(
             # Calls are counted per caller when they are let in. A limit here would let strangers take all places.
             options=(
@@ -141,9 +142,7 @@ class NativeDoor:
                         yield answered
             except Refused as refused:
                 watch.refused(refused, size)
-                if refused.reason == CALLER_QUOTA or refused.code == "UNAUTHENTICATED":
-                    await asyncio.sleep(_REFUSING_SECONDS)
-                await _abort(context, refused, watch.request_id)
+                await self._refuse(context, refused, watch.request_id)
                 raise
             except (asyncio.CancelledError, GeneratorExit):
                 watch.end("CANCELLED", size)
@@ -203,9 +202,19 @@ class NativeDoor:
                     with suppress(asyncio.CancelledError):
                         await task
         except Refused as refused:
-            await asyncio.sleep(_REFUSING_SECONDS)
-            await _abort(context, refused, "")
+            await self._refuse(context, refused, "")
             raise
+
+    async def _refuse(self, context: Any, refused: Refused, request_id: str) -> None:
+        """End a call that is refused: one in a turn of the loop, and that of a caller with too much under way later.
+
+        Hundreds of streams that are refused together would else end in one turn, and all other calls wait for that.
+        """
+        if refused.reason == CALLER_QUOTA or refused.code == "UNAUTHENTICATED":
+            await asyncio.sleep(_REFUSING_SECONDS)
+        async with self._refusing:
+            await asyncio.sleep(0)
+            await _abort(context, refused, request_id)
 
 
 class _Written:

@@ -50,6 +50,8 @@ if TYPE_CHECKING:
 _BACKLOG: Final = 1024
 _RELOAD_SECONDS: Final = 2.0
 _FIRST_SECONDS: Final = 10.0
+_KEPT_SECONDS: Final = 75
+"""For which a connection without a request is kept: longer than proxies and browsers do, or requests would cross its end."""
 _PREFLIGHT_SECONDS: Final = 7200
 # The extensions that gRPC-Web and Connect need where a page comes from elsewhere.
 _REQUEST_HEADERS: Final = (
@@ -180,6 +182,7 @@ class _Application(ConnectASGIApplication[Any]):
             codecs=[_Form(json=False), _Form(json=True)],
         )
         self._seconds = calls.limits.seconds
+        self._beginning = asyncio.Lock()
 
     @property
     def path(self) -> str:
@@ -211,6 +214,9 @@ class _Application(ConnectASGIApplication[Any]):
                 raise _error(refused) from None
             return message
 
+        # A small request is answered in one go. One begins in each turn of the loop, so that others come between two.
+        async with self._beginning:
+            await asyncio.sleep(0)
         await super().__call__(scope, counted, send)
 
 
@@ -268,6 +274,7 @@ class WebDoor:
             # Whoever calls could state any address with them.
             proxy_headers=False,
             backlog=_BACKLOG,
+            timeout_keep_alive=_KEPT_SECONDS,
             timeout_graceful_shutdown=max(int(settings.grace), 1),
             ssl_certfile=settings.certificate,
             ssl_keyfile=settings.key,
@@ -374,7 +381,7 @@ class _Patient(H11Protocol):
             self.transport.close()
             return
         self._seen = self.cycle
-        self._looking = self.loop.call_later(self.held.seconds, self._look)
+        self._looking = self.loop.call_later(_KEPT_SECONDS, self._look)
 
 
 def _patient(connections: _Connections) -> type[H11Protocol]:

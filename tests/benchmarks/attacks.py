@@ -33,6 +33,10 @@ PAIR = "/cqos.v1.CheckService/CheckPair"
 SYSTEM = "/cqos.v1.CheckService/CheckSystem"
 EDIT = "/cqos.v1.SessionService/Edit"
 WATCH = "/grpc.health.v1.Health/Watch"
+_TAKING_HOLD = 0.5  # seconds
+SPAWNED = multiprocessing.get_context("forkserver")
+"""Starts processes that have imported this module already, and nothing that another thread may hold."""
+SPAWNED.set_forkserver_preload([__name__])
 POLITE = check_pb2.CheckPairRequest(protocol="ros2", topic={"name": "polite"}).SerializeToString()
 
 
@@ -277,9 +281,11 @@ ATTACKS: dict[str, Callable[[str, str], None]] = {
 @contextlib.contextmanager
 def attacking(name: str, address: str, web: str) -> Iterator[None]:
     """Let a process of its own attack; it is ended by its id."""
-    process = multiprocessing.get_context("spawn").Process(target=attack, args=(name, address, web), daemon=True)
+    here, there = SPAWNED.Pipe()
+    process = SPAWNED.Process(target=attack, args=(there, name, address, web), daemon=True)
     process.start()
-    time.sleep(1.5)
+    here.recv()
+    time.sleep(_TAKING_HOLD)
     try:
         yield
     finally:
@@ -287,8 +293,9 @@ def attacking(name: str, address: str, web: str) -> Iterator[None]:
         process.join()
 
 
-def attack(name: str, address: str, web: str) -> None:
+def attack(ready: Any, name: str, address: str, web: str) -> None:
     """Attack, in the process that was started for it; whatever a server does to it is no fault of ours."""
+    ready.send(None)
     with contextlib.suppress(OSError, grpc.RpcError):
         ATTACKS[name](address, web)
 
@@ -326,9 +333,8 @@ def echo(pipe: Any) -> None:
 @contextlib.contextmanager
 def echoing() -> Iterator[str]:
     """The address of an echo."""
-    spawn = multiprocessing.get_context("spawn")
-    here, there = spawn.Pipe()
-    process = spawn.Process(target=echo, args=(there,), daemon=True)
+    here, there = SPAWNED.Pipe()
+    process = SPAWNED.Process(target=echo, args=(there,), daemon=True)
     process.start()
     try:
         yield f"127.0.0.1:{here.recv()}"

@@ -32,16 +32,10 @@ DOCUMENTS = sorted(
 
 
 def ask_web(service, method, request, response):
-    """Call the browser's door as a page does: binary Connect over HTTP, over a connection that is opened anew when idle."""
+    """Call the browser's door as a page does: binary Connect over HTTP, over a connection that is kept."""
     headers = {"content-type": "application/proto", "connect-protocol-version": "1"}
-    asked = "POST", f"/cqos.v1.CheckService/{method}", request.SerializeToString(), headers
-    try:
-        service.page.request(*asked)
-        answer = service.page.getresponse()
-    except ConnectionError:  # the service closed it, as it may when nothing comes for long
-        service.page.close()
-        service.page.request(*asked)
-        answer = service.page.getresponse()
+    service.page.request("POST", f"/cqos.v1.CheckService/{method}", request.SerializeToString(), headers)
+    answer = service.page.getresponse()
     assert answer.status == 200
     return response.FromString(answer.read())
 

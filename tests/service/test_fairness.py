@@ -12,9 +12,14 @@ import pytest
 
 from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.client import ServiceError
+from cqos_core.service import native
 from cqos_core.service.callers import origin
-from cqos_core.service.refusal import Refused
+from cqos_core.service.calls import Calls
+from cqos_core.service.observing import Observer
+from cqos_core.service.refusal import CALLER_QUOTA, Refused
+from cqos_core.service.settings import Settings
 from cqos_core.service.turns import Turns
+from cqos_core.service.web import application
 from tests.service.crowd import heavy
 from tests.service.test_sessions import two
 
@@ -313,3 +318,83 @@ def test_one_caller_has_its_share_of_sessions_and_no_more(narrow):
                     break
                 except ServiceError:
                     assert time.monotonic() < until
+
+
+# --- the loop of the serving process ---
+
+
+def test_requests_of_browsers_begin_one_in_a_turn_of_the_loop():
+    """Else eight of them are answered in one go, and every step of other calls waits for that."""
+    scope = {
+        "type": "http",
+        "http_version": "1.1",
+        "method": "POST",
+        "path": "/cqos.v1.CheckService/CheckPair",
+        "raw_path": b"",
+        "query_string": b"",
+        "headers": [(b"content-type", b"application/json")],
+        "client": ("192.0.2.1", 5000),
+        "server": ("127.0.0.1", 80),
+        "scheme": "http",
+    }
+
+    async def run():
+        calls = Calls(Settings(), Observer(Settings()))
+        asked = application(calls, Settings())
+        turn = 0
+        answered: list[int] = []
+
+        async def counting():
+            nonlocal turn
+            while len(answered) < 8:
+                turn += 1
+                await asyncio.sleep(0)
+
+        async def ask(number):
+            body = f'{{"protocol": "ros2", "topic": {{"name": "t{number}"}}}}'.encode()
+
+            async def receive():
+                return {"type": "http.request", "body": body, "more_body": False}
+
+            async def send(message):
+                if message["type"] == "http.response.start":
+                    assert message["status"] == 200
+                    answered.append(turn)
+
+            await asked(dict(scope), receive, send)
+
+        await asyncio.gather(counting(), *map(ask, range(8)))
+        await calls.close()
+        assert len(set(answered)) == 8, answered
+
+    asyncio.run(run())
+
+
+def test_streams_that_are_refused_together_end_one_in_a_turn_of_the_loop(monkeypatch):
+    monkeypatch.setattr(native, "_REFUSING_SECONDS", 0)
+
+    class Context:
+        def invocation_metadata(self):
+            return ()
+
+        async def abort(self, code, _message, _trailing):
+            assert code is grpc.StatusCode.RESOURCE_EXHAUSTED
+            ended.append(turn)
+
+    ended: list[int] = []
+    turn = 0
+
+    async def run():
+        nonlocal turn
+        settings = Settings(listen="127.0.0.1:0")
+        door = native.NativeDoor(Calls(settings, Observer(settings)), settings)
+        refused = Refused("RESOURCE_EXHAUSTED", "too many", reason=CALLER_QUOTA)
+        tasks = [asyncio.ensure_future(door._refuse(Context(), refused, "")) for _ in range(20)]
+        while not all(task.done() for task in tasks):
+            turn += 1
+            await asyncio.sleep(0)
+        await door.stop(0)
+
+    asyncio.run(run())
+    assert len(ended) == 20
+    assert len(set(ended)) == 20

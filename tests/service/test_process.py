@@ -13,7 +13,6 @@ import time
 import tomllib
 import urllib.error
 import urllib.request
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +34,7 @@ from cqos_core.problems import CqosError
 from cqos_core.service.settings import Limits, Settings
 from tests.service.running import Service, serving
 from tests.service.test_robustness import system
+from tests.service.test_sessions import endpoint, two
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = ROOT / "examples" / "smart_agriculture_incompatible.bpmn"
@@ -366,22 +366,30 @@ def alive(number):
 
 
 def test_sigterm_under_load_answers_what_is_under_way_and_leaves_nothing(start):
-    heavy = check_pb2.CheckSystemRequest(system=system(800, topics=400, varied=True))
-    with start("--grace", "30", "--leaving", "0") as service, grpc.insecure_channel(service.grpc) as channel:
+    heavy = check_pb2.CheckSystemRequest(system=system(2_000, topics=1_000, varied=True))
+    patient = ("--grace", "120", "--max-seconds", "120")  # as other work of the machine needs
+    with start(*patient) as service, grpc.insecure_channel(service.grpc) as channel:
         checks = check_pb2_grpc.CheckServiceStub(channel)
-        with service.client() as client, ThreadPoolExecutor(3) as threads:
-            session = client.session()
+        with service.client() as client:
+            session = client.session(two())
             session.report()
-            under_way = [threads.submit(checks.CheckSystem, heavy, timeout=60) for _ in range(3)]
-            time.sleep(0.3)
+            under_way = [checks.CheckSystem.future(heavy, timeout=150) for _ in range(3)]
+            checks.CheckPair(check_pb2.CheckPairRequest(protocol="ros2"), timeout=60)  # behind them on one connection
+            assert not all(each.done() for each in under_way)
             children = service.children()
             service.process.send_signal(signal.SIGTERM)
-            service.wait_for(lambda line: line["event"] == "draining", 5)
-            session.remove("x")
-            with pytest.raises(SessionLostError, match="the service ends"):
-                session.report()
-            assert [len(each.result().report.groups) for each in under_way] == [400] * 3
-        assert service.stop() == 0
+            service.wait_for(lambda line: line["event"] == "draining", 30)
+
+            def edit():
+                while True:
+                    session.put(endpoint("x"))
+                    session.report()
+                    time.sleep(0.05)
+
+            with pytest.raises(SessionLostError, match="the service ends"):  # when it takes no more calls
+                edit()
+            assert [len(each.result().report.groups) for each in under_way] == [1_000] * 3
+        assert service.stop(150) == 0
         with pytest.raises(grpc.RpcError) as raised:
             checks.CheckPair(check_pb2.CheckPairRequest(protocol="ros2"), timeout=2)
         assert raised.value.code() in {grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.DEADLINE_EXCEEDED}

@@ -1,6 +1,7 @@
 """The door for browsers, spoken to as browsers do: Connect in binary and JSON, gRPC-Web, from a page of another origin."""
 
 import base64
+import contextlib
 import http.client
 import json
 import struct
@@ -269,3 +270,17 @@ def test_json_of_a_size_that_a_worker_reads_gives_the_same(web):
         )
         told = json.loads(answer)
         assert (status, told["revision"], told["report"]["verdict"]) == (200, "9", "VERDICT_COMPATIBLE")
+
+
+def test_a_connection_is_kept_while_its_page_is_read(service):
+    """A request that crosses the end of an idle connection is lost; uvicorn ends them after 5 seconds."""
+    page = http.client.HTTPConnection(service.addresses["web"], timeout=20)
+    with contextlib.closing(page):
+        page.request("GET", "/healthz")
+        assert page.getresponse().read() == b"serving\n"
+        page.sock.settimeout(6)
+        with pytest.raises(TimeoutError):  # nothing comes, not even its end
+            page.sock.recv(1)
+        page.sock.settimeout(20)
+        page.request("GET", "/healthz")
+        assert page.getresponse().read() == b"serving\n"
