@@ -155,6 +155,10 @@ class Vocabulary:
             message = "a policy is declared twice: " + ", ".join(p.name for p in self.policies)
             raise PackError(message)
 
+    def follows(self, name: str, values: Values) -> list[int]:
+        """Return where values follow from a policy, unless they bound nothing."""
+        return [at for at in self.following.get(name, ()) if not self.policies[at].bounds_nothing(values[at])]
+
     def find(self, term: Term) -> int:
         """Return the index of a term's policy.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.judge import Spoken, judge_endpoint, judge_pair, of_end
 from cqos_core.pairing import apart
-from cqos_core.policy import BROKER, INFINITE, NEED, TOPIC, Duration, FromPeers, Value
+from cqos_core.policy import BROKER, NEED, TOPIC, Duration, FromPeers, Value
 from cqos_core.report import Finding, Remedy
 from cqos_core.resolved import intern
 from cqos_core.rewrites import edits_of
@@ -318,14 +318,12 @@ def effect(topic: Topic, groups: Sequence[Members], index: int, value: Plain) ->
 
 def _reaches_far(groups: Iterable[Members], index: int) -> bool:
     """Whether something that bounds endpoints of other topics too follows from a value."""
-    for members in groups:
-        vocabulary = members.profile.pack.vocabulary
-        for at in vocabulary.following.get(vocabulary.policies[index].name, ()):
-            policy = vocabulary.policies[at]
-            default = policy.domain.parse(policy.default) if isinstance(policy.default, str) else None
-            if policy.together and members.profile.values[at] not in {default, INFINITE}:
-                return True
-    return False
+    return any(
+        vocabulary.policies[at].together
+        for members in groups
+        for vocabulary in [members.profile.pack.vocabulary]
+        for at in vocabulary.follows(vocabulary.policies[index].name, members.profile.values)
+    )
 
 
 def _rank_of(publisher: Members, offered: QosProfile, subscriber: Members, requested: QosProfile) -> int:

@@ -718,6 +718,12 @@ class Policy(Term):
             return False
         return after < before if self.stronger == "higher" else after > before
 
+    def bounds_nothing(self, value: Value) -> bool:
+        """Whether a value that follows from several endpoints is its default, or no limit."""
+        if not self.together:
+            return False
+        return value == INFINITE or (isinstance(self.default, str) and value == self.domain.parse(self.default))
+
     def spelling(self, value: Plain) -> str | None:
         """Return a text that is read back as exactly this value; None where there is no such text."""
         text = self.domain.format(value)

@@ -40,7 +40,7 @@ _FOLLOWS: Final = Anything("it follows from what changes")
 def changed(values: Values, vocabulary: Vocabulary, index: int, value: Plain) -> Values:
     """Return ``values`` with one policy stated anew; what follows from it is not known then."""
     policy, size = vocabulary.policies[index], vocabulary.size
-    for at in vocabulary.following.get(policy.name, ()):
+    for at in vocabulary.follows(policy.name, values):
         values = (*values[:at], _FOLLOWS, *values[at + 1 :])
     written = Written(normalise(policy.domain.format(value)), here=True) if values[size + index] is not None else None
     return (*values[:index], value, *values[index + 1 : size + index], written, *values[size + index + 1 :])

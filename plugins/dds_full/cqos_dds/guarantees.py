@@ -341,6 +341,10 @@ LATE: Final = (
         name="late-join-of-shallow-store",
         because="the writer's history, or that of the durability service, keeps no more for readers that come late",
         clause="DDS 1.4, 2.2.3.5 and 2.2.3.18",
+        fixes=(
+            *("history.depth", "history", "durability_service.history_depth", "durability_service.history_kind"),
+            *("resource_limits.max_samples", "resource_limits.max_samples_per_instance"),
+        ),
     ),
     gives(
         "late_join",
