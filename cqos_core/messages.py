@@ -261,10 +261,15 @@ def _origin(value: report.Fact, text: _Convert) -> dict[str, Any]:
     return {"origin_kind": number, "origin_name": text(name) if number else ""}
 
 
+def _role(value: report.Side, _text: _Convert) -> dict[str, Any]:
+    return {"role_value": _numbers(report_pb2.SideRole.DESCRIPTOR).get(value.role, 0)}
+
+
 _DERIVED: Final[Mapping[str, Callable[[Any, _Convert], dict[str, Any]]]] = {
     "Report": _counts,
     "Finding": _best_place,
     "Fact": _origin,
+    "Side": _role,
     "Group": lambda value, _text: {"pairs": value.pairs},
 }
 

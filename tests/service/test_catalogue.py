@@ -108,3 +108,7 @@ def test_reports_name_what_judged_and_where_values_come_from(service):
     }
     assert (report_pb2.ORIGIN_KIND_EXPLICIT, "", "explicit") in origins
     assert any(kind in {report_pb2.ORIGIN_KIND_DEFAULT, report_pb2.ORIGIN_KIND_PRESET} for kind, _, _ in origins)
+    sides = [side for finding in report.findings for side in finding.sides]
+    assert sides
+    for side in sides:
+        assert report_pb2.SideRole.Name(side.role_value) == f"SIDE_ROLE_{side.role.upper()}"

@@ -101,6 +101,50 @@ ROLE_SUBSCRIBER: Role.ValueType  # 2
 """Requests: subscriber, DDS reader, catching event."""
 Global___Role: _TypeAlias = Role  # noqa: Y015
 
+class _SideRole:
+    ValueType = _typing.NewType("ValueType", _builtins.int)
+    V: _TypeAlias = ValueType  # noqa: Y015
+
+class _SideRoleEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_SideRole.ValueType], _builtins.type):
+    DESCRIPTOR: _descriptor.EnumDescriptor
+    SIDE_ROLE_UNSPECIFIED: _SideRole.ValueType  # 0
+    """Something newer than this list; `role` has the word."""
+    SIDE_ROLE_PUBLISHER: _SideRole.ValueType  # 1
+    """Publishers."""
+    SIDE_ROLE_SUBSCRIBER: _SideRole.ValueType  # 2
+    """Subscribers."""
+    SIDE_ROLE_PARTICIPANT: _SideRole.ValueType  # 3
+    """Participants."""
+    SIDE_ROLE_BROKER: _SideRole.ValueType  # 4
+    """Brokers."""
+    SIDE_ROLE_TOPIC: _SideRole.ValueType  # 5
+    """Topics."""
+    SIDE_ROLE_ENDPOINT: _SideRole.ValueType  # 6
+    """Endpoints of either role."""
+    SIDE_ROLE_SYSTEM: _SideRole.ValueType  # 7
+    """The whole system."""
+
+class SideRole(_SideRole, metaclass=_SideRoleEnumTypeWrapper):
+    """What a side of a finding consists of."""
+
+SIDE_ROLE_UNSPECIFIED: SideRole.ValueType  # 0
+"""Something newer than this list; `role` has the word."""
+SIDE_ROLE_PUBLISHER: SideRole.ValueType  # 1
+"""Publishers."""
+SIDE_ROLE_SUBSCRIBER: SideRole.ValueType  # 2
+"""Subscribers."""
+SIDE_ROLE_PARTICIPANT: SideRole.ValueType  # 3
+"""Participants."""
+SIDE_ROLE_BROKER: SideRole.ValueType  # 4
+"""Brokers."""
+SIDE_ROLE_TOPIC: SideRole.ValueType  # 5
+"""Topics."""
+SIDE_ROLE_ENDPOINT: SideRole.ValueType  # 6
+"""Endpoints of either role."""
+SIDE_ROLE_SYSTEM: SideRole.ValueType  # 7
+"""The whole system."""
+Global___SideRole: _TypeAlias = SideRole  # noqa: Y015
+
 class _OriginKind:
     ValueType = _typing.NewType("ValueType", _builtins.int)
     V: _TypeAlias = ValueType  # noqa: Y015
@@ -621,10 +665,13 @@ class Side(_message.Message):
     FACTS_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
     TEMPLATES_FIELD_NUMBER: _builtins.int
+    ROLE_VALUE_FIELD_NUMBER: _builtins.int
     role: _builtins.str
     """`publisher`, `subscriber`, `participant`, `broker`, `topic`, `endpoint` or `system`."""
     label: _builtins.str
     """What to write beside the value: `offered here`, `requested here`, `set here`."""
+    role_value: Global___SideRole.ValueType
+    """What `role` says."""
     @_builtins.property
     def members(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """Ids in a stable order, never cut short. For a modeler these are its own element ids."""
@@ -650,10 +697,11 @@ class Side(_message.Message):
         facts: _abc.Iterable[Global___Fact] | None = ...,
         place: Global___Place | None = ...,
         templates: _abc.Iterable[_builtins.str] | None = ...,
+        role_value: Global___SideRole.ValueType = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["facts", b"facts", "label", b"label", "members", b"members", "place", b"place", "role", b"role", "templates", b"templates"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["facts", b"facts", "label", b"label", "members", b"members", "place", b"place", "role", b"role", "role_value", b"role_value", "templates", b"templates"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
