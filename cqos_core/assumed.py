@@ -6,7 +6,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 from cqos_core.judge import refusing_worlds
-from cqos_core.policy import ByOption, Depends, PerRole
+from cqos_core.policy import ByOption, Depends, OneOf, PerRole
 from cqos_core.reading import word_of
 from cqos_core.report import Assumption, Severity
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.pack import BoundRule, RulePack
-    from cqos_core.policy import Meaning
+    from cqos_core.policy import Meaning, Policy
     from cqos_core.report import Finding, Group
     from cqos_core.resolved import Resolved, ResolvedParticipant
 
@@ -57,14 +57,24 @@ def assumptions(
 
 
 def _opened(owner: ResolvedParticipant) -> Iterator[_Open]:
-    for index, policy in enumerate(owner.pack.policies):
-        value = owner.values.get(index)
-        name = f"{owner.pack.id}.{policy.name}"
-        if policy.level == "option" and isinstance(value, Depends) and value.on == name:
+    for index, policy, name in _options(owner.pack):
+        value = owner.values[index]
+        if isinstance(value, Depends) and value.on == name:
             stated = any(index in layer.settings for layer in owner.layers)
             values = tuple(case for case, _ in value.cases)
             partly = not stated and len(values) < len(policy.domain.candidates())
             yield _Open(name, policy.name, values, partly)
+
+
+@lru_cache
+def _options(pack: RulePack) -> tuple[tuple[int, Policy, str], ...]:
+    """The options of a pack that may have several values at a time."""
+    return tuple(
+        (index, policy, f"{pack.id}.{policy.name}")
+        for index, policy in enumerate(pack.policies)
+        if policy.level == "option"
+        and (policy.assume or any(isinstance(each, OneOf) for each in policy.words.values()))
+    )
 
 
 def _of_pairs(
@@ -74,7 +84,7 @@ def _of_pairs(
     known: dict[object, tuple[frozenset[str], frozenset[str]]] = {}
     paired: set[str] = set()
     for each in concerned:
-        key = (each.profile, id(each.layers), id(each.participant.layers))
+        key = (each.profile, id(each.layers))
         if key not in known:
             known[key] = _words(each) | _needed(each), refusing_worlds(each.profile, each.role, each.endpoint.observed)
         if any(known[key]):
@@ -137,13 +147,12 @@ def _of_findings(
     concerned: Sequence[Resolved], findings: Iterable[Finding], packs: Mapping[str, RulePack]
 ) -> Iterator[tuple[BoundRule, Resolved]]:
     """Yield the rules behind errors, warnings and verdicts, with the endpoints concerned."""
+    loud = [each for each in findings if each.severity is not Severity.NOTE or each.verdict is not None]
     ends: dict[str, Resolved] = {}
-    for each in concerned:
+    for each in concerned if loud else ():
         ends[each.id] = each
         ends.setdefault(each.participant.participant.id, each)
-    for finding in findings:
-        if finding.severity is Severity.NOTE and finding.verdict is None:
-            continue
+    for finding in loud:
         pack = packs.get(finding.source)
         bound = next((each for each in pack.judging_rules if each.rule.code == finding.code), None) if pack else None
         for side in finding.sides if bound is not None else ():

@@ -112,7 +112,7 @@ def worst(verdicts: Iterable[Verdict]) -> Verdict:
 def undecided_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Spoken | None:
     """Ask a meeting condition; return what it says where it keeps two profiles apart under some assumptions only.
 
-    One that rests on facts that nobody states keeps nobody apart.
+    One that rests on facts that are not stated keeps no pair apart.
     """
     if not any(isinstance(each.values[at], Depends) for each in (publisher, subscriber) for at in bound.bound.indices):
         return None

@@ -26,7 +26,7 @@ START_ORDER: Final = "start order"
 PUBLISHERS_FIRST: Final = "publishers first"
 SUBSCRIBERS_FIRST: Final = "subscribers first"
 _OTHER_ORDERS: Final = 8
-"""How many further outcomes of an open order are told apart; beyond, the value is not known."""
+"""The most further outcomes of an open order that are distinguished; beyond, the value is not known."""
 
 
 def settle(topic: Topic) -> None:
@@ -117,7 +117,7 @@ class _Settling:
         return _Way(taken, tuple(dict.fromkeys(self.value(each, index) for each in self._peers(peer)[0])))
 
     def _peers(self, members: Members) -> tuple[list[Members], list[Members]]:
-        """The peers of a group that are stated to be there before it, and those of which that is open."""
+        """The peers of a group that are stated to be there before it, and those whose order is open."""
         if members not in self._relations:
             before, opened = [], []
             for peer in self._matching[members]:

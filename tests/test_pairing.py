@@ -113,5 +113,5 @@ def test_a_match_that_depends_on_an_assumption_leaves_the_pair_unknown():
     assert "POST403" in [each.code for each in explained.findings]
     assert checked(*parts, where=where, options={"carrier": "bike"}).verdict == "compatible"
     assert not checked(*parts, where=where, options={"carrier": "train"}).groups
-    # A fact that nobody states keeps nobody apart.
+    # A fact that is not stated keeps no pair apart.
     assert checked(writer("box", stamp="red"), reader("box")).verdict == "compatible"

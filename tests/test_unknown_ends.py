@@ -1,4 +1,4 @@
-"""Ends of which something is reported that leaves all their pairs at best unknown."""
+"""Findings about an end that leave all its pairs at best unknown."""
 
 from dataclasses import replace
 

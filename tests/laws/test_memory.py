@@ -19,7 +19,7 @@ def forget():
         memory.clear()
     for remembered in (
         *(shape._remembered, judge.judge_pair, judge.judge_endpoint, judge.refusals, pairing.apart),
-        *(judge.refusing_worlds, assumed._steered),
+        *(judge.refusing_worlds, assumed._steered, assumed._options),
         *(resolve._conventions, _plain_remembered),
     ):
         remembered.cache_clear()
@@ -35,6 +35,7 @@ def test_everything_that_remembers_is_forgotten_here():
         "refusals",
         "refusing_worlds",
         "_steered",
+        "_options",
         "apart",
         "_conventions",
     }
