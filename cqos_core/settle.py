@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 START_ORDER: Final = "start order"
 PUBLISHERS_FIRST: Final = "publishers first"
 SUBSCRIBERS_FIRST: Final = "subscribers first"
+_DEEPEST: Final = 50
+"""How many values may follow from each other before the first of them is known."""
 _OTHER_ORDERS: Final = 8
 """The most further outcomes of an open order that are distinguished; beyond, the value is not known."""
 
@@ -36,7 +38,8 @@ def settle(topic: Topic) -> None:
         settling = _Settling(topic)
         settled = {
             members: {index: settling.value(members, index) for index in members.profile.from_peers}
-            for members in groups
+            # What is stated to be there before others comes first, so that a long chain is no deep one.
+            for members in sorted(groups, key=lambda each: len(each.starts_after))
             if members.profile.from_peers
         }
         for members, changes in settled.items():
@@ -61,6 +64,7 @@ class _Settling:
         self._matching = _matching(topic)
         self._unordered = not any(each.starts_after for each in (*topic.publishers, *topic.subscribers))
         self._alike: dict[tuple[object, ...], Value] = {}
+        self._depth = 0
 
     def value(self, members: Members, index: int) -> Value:
         """Return the value that a policy of a group has, once it is created."""
@@ -69,12 +73,16 @@ class _Settling:
             return value
         key = members, index
         if key not in self._known:
+            if self._depth >= _DEEPEST:
+                return Anything(f"it follows from the values of more than {_DEEPEST} others in turn")
+            self._depth += 1
             self._known[key] = Anything("the order of start goes in a circle")
             # Where no order is stated, all that see the same peers take the same value from them.
             alike = (members.first.role, id(self._matching[members]), index, value) if self._unordered else key
             if alike not in self._alike:
                 self._alike[alike] = self._settled(members, index, value)
             self._known[key] = self._alike[alike]
+            self._depth -= 1
         return self._known[key]
 
     def _settled(self, members: Members, index: int, taken: FromPeers) -> Value:

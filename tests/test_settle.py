@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from cqos_core.api import context
+from cqos_core.api import check, context
 from cqos_core.pairing import group
 from cqos_core.policy import COMBINATIONS, INFINITE, Anything, Choice, Depends, Duration, FromPeers, Policy
 from cqos_core.resolve import resolve
@@ -172,3 +173,16 @@ def test_nothing_is_settled_where_nothing_comes_from_peers():
     settle(topic)
     assert all(m.profile is b for m, b in zip((*topic.publishers, *topic.subscribers), before, strict=True))
     assert INFINITE in before[0].values
+
+
+def test_a_long_chain_of_starts_is_followed_to_its_end():
+    number = 400
+    participants = {
+        f"x{number - at:03}": {
+            "publishes" if at % 2 else "subscribes": {"/t": "best_available"},
+            **({"starts_after": [f"x{number - at + 1:03}"]} if at else {}),
+        }
+        for at in range(number)
+    }
+    report = check(json.dumps({"cqos": 1, "protocol": "ros2", "participants": participants}).encode())
+    assert sum(group.pairs for group in report.groups) == (number // 2) ** 2
