@@ -371,12 +371,12 @@ def pair_system(
         system.participants[role] = Participant(role)
         system.endpoints.append(
             Endpoint(
-                role,
-                role,
-                name,
-                role,
-                {n: Setting(as_text(v)) for n, v in settings.items()},
-                () if profile is None else (ProfileRef(as_text(profile)),),
+                id=role,
+                role=role,
+                topic=name,
+                participant=role,
+                settings={n: Setting(as_text(v)) for n, v in settings.items()},
+                profiles=() if profile is None else (ProfileRef(as_text(profile)),),
                 needs={n: Setting(as_text(v)) for n, v in needs.items()} if role == SUBSCRIBER else {},
             )
         )

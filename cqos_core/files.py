@@ -191,7 +191,7 @@ def _files_below(folder: str, suffixes: tuple[str, ...], found: Found, ignored: 
             path = os.path.join(inner, name)  # noqa: PTH118 - a path is shown as the caller began it
             if ignored(inner, name, is_folder=False):
                 continue
-            # Only regular files: opening a pipe would wait for somebody to write into it.
+            # Only regular files: opening a pipe waits for a writer.
             if name.lower().endswith(suffixes) and os.path.isfile(path):  # noqa: PTH113
                 yield path
             else:
@@ -211,7 +211,7 @@ def write_whole(path: str, data: bytes) -> None:
         target.write_bytes(data)
         return
     if target.exists() and not os.access(target, os.W_OK):
-        # Its folder would allow to put another file in its place, but somebody has protected it.
+        # The folder allows replacing the file, but the file itself is write-protected.
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     draft = target.with_name(f".{target.name[:100]}.{secrets.token_hex(8)}.tmp")
     try:

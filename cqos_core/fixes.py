@@ -241,7 +241,7 @@ def _remedy(
         return []
     meaning = policy.words.get(policy.domain.word(first.written(index) or ""))
     if isinstance(meaning, FromPeers) and meaning.side == "first":
-        return []  # nobody sets what an endpoint copies from whoever it finds first
+        return []  # an endpoint copies this from the first peer, so no setting changes it
     mends, breaks = effect(topic, changing or groups, index, value)
     members = member_ids(groups)
     text_value = policy.domain.format(value)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
 GENERATED: Final = frozenset({"build", "install", "log", "node_modules", "__pycache__"})
-"""Folders that tools write, and nobody designs in."""
+"""Folders that tools generate."""
 _FILE: Final = ".gitignore"
 _REPOSITORY: Final = ".git"
 

@@ -40,7 +40,7 @@ class Spoken:
 
     @property
     def refuses(self) -> bool:
-        """Whether an endpoint of which a pack's rule says so certainly takes part in no pair."""
+        """Whether an endpoint that a pack's rule reports certainly takes part in no pair."""
         return self.bound.rule.severity == "error" and not self.unknown
 
 

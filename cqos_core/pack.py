@@ -416,7 +416,7 @@ class RulePack:
 
     @cached_property
     def judging_rules(self) -> tuple[BoundRule, ...]:
-        """The rules, and those that leave a guarantee open under a fault of which the pack says nothing."""
+        """The rules, and those that leave a guarantee open under a fault that the pack does not cover."""
         found: list[Mistake] = []
         derived = (_bound(rule, self.vocabulary, found) for rule in unstated(self.rules, self.unaffected))
         return (*self.bound_rules, *(bound for rules in derived for bound in rules))

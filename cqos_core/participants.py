@@ -227,7 +227,7 @@ class Participants:
         return next(iter(brokers.values()))
 
     def _undescribed(self, name: str, unknown: Setting, pack: RulePack, code: str) -> Broker:
-        """Return a broker of which nothing is known, because of what the finding ``code`` reports."""
+        """Return a broker with all values unknown, for the cause that the finding ``code`` reports."""
         unread = (code,) if code else ()
         nothing = Layer("explicit", every_policy(pack, ("broker",), unknown, code), unread=unread)
         self._layers_of_brokers[id(pack), name] = (nothing,)

@@ -196,7 +196,7 @@ class Domain:
         return not isinstance(value, int) or self.lowest <= value <= self.highest
 
     def around(self, value: int) -> tuple[int, ...]:
-        """Return the values at and next to a number that somebody may want to set."""
+        """Return the values at and next to a number, as candidates for fixes."""
         return (value, value + 1, value - 1)
 
     def expected(self) -> str:

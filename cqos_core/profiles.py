@@ -55,7 +55,7 @@ class Profiles:
         """Layers of the profiles that ``refs`` name, nearest first."""
         for ref in reversed(refs):
             for layer, preset in self._profile(ref, pack, user):
-                # What was read once for all is told where it is used.
+                # What was read once for all is reported where it is used.
                 if preset is not None and not self._is_available(
                     ref if ref.name == preset.name else preset, pack, participant
                 ):

@@ -255,7 +255,7 @@ class Reader:
 
 
 def _where(finding: Finding) -> tuple[object, ...]:
-    """The order of findings of one cause, of which the first is reported."""
+    """The order of findings of one cause; the first is reported."""
     place = finding.place
     at = ("", 0, 0) if place is None else (place.source, place.line or 0, place.column or 0)
     return (*at, finding.message)

@@ -104,7 +104,7 @@ def related(bound: Bound, firsts: Sequence[Values], seconds: Sequence[tuple[Valu
             may = _may(bound.sentence, bound.vocabulary, sides)
         except MemoryError:
             raise
-        except Exception:  # noqa: BLE001 - a pack's own function may raise anything; judging each pair says of which
+        except Exception:  # noqa: BLE001 - a pack's own function may raise anything; judging each pair shows for which values
             return None
         true = [known & holds & ~fails for known, holds, fails in zip(true, *may, strict=True)]
         false = [known & fails & ~holds for known, holds, fails in zip(false, *may, strict=True)]

@@ -326,7 +326,7 @@ class _Around:
     def growing_pairs(
         self, patterns: Sequence[tuple[Bridge, Route]]
     ) -> Iterator[tuple[tuple[Bridge, Route], tuple[Bridge, Route]]]:
-        """Yield two routes of which each takes whatever the other publishes, under a name that gets longer."""
+        """Yield two routes that each take what the other publishes, under a name that gets longer."""
         whole = [each for each in patterns if each[1].source.kind == MESSAGE and not (each[1].only or each[1].but)]
         if max((_longer(route) for _, route in whole), default=0) <= 0:
             return
@@ -390,7 +390,7 @@ class _Around:
             yield ImportNote("CQ506", "note", message, route.place)
 
     def rests(self, bridge: Bridge, side: Endpoint, role: Role, pattern: str, kind: str) -> dict[str, str]:
-        """What the `*` of a pattern stands for in the names on which a side of a bridge can match somebody of a role.
+        """What the `*` of a pattern stands for in the names on which a side of a bridge can match an endpoint of a role.
 
         Each with the id of the endpoint that has the name. The bridge itself does not count: what it publishes it does not
         take back.

@@ -58,7 +58,7 @@ class Session:
         packs: Iterable[RulePack] = (),
         most_endpoints: int | None = None,
     ) -> None:
-        """Open ``system``, of which the session keeps a copy, or an empty one; bridges may make so many endpoints of it.
+        """Open ``system``, or an empty one; the session keeps a copy; bridges may make so many endpoints of it.
 
         Raises:
             InputError: it is none that can be checked; every fault is listed.

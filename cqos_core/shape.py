@@ -208,7 +208,7 @@ class _Said(NamedTuple):
 
 
 class _Row(NamedTuple):
-    """What a rule says of a class of publishers: of which subscriber groups it speaks for certain, as bits, and what else."""
+    """What a rule says of a class of publishers: the subscriber groups it certainly reports, as bits, and what else."""
 
     publishers: Class
     certain: int

@@ -123,7 +123,7 @@ def _preferred(passing: list[Plain], current: Value, policy: Policy, *, second: 
 
 
 def _candidates(bound: Bound, use: Use, policy: Policy, a: Values, b: Values, *, second: bool) -> list[Plain]:
-    """Values worth trying that somebody may write: all of a small domain, else those where a comparison turns."""
+    """Values worth trying: all of a small domain, else those where a comparison turns."""
     domain = policy.domain
     values = dict.fromkeys(domain.candidates()) or turning_points(bound, use, a, b)
     if domain.ordered and domain.highest == INFINITE:

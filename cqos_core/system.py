@@ -13,7 +13,6 @@ from typing import Final, Literal
 Role = Literal["publisher", "subscriber"]
 PUBLISHER: Role = "publisher"
 SUBSCRIBER: Role = "subscriber"
-_ROLES: Final = (PUBLISHER, SUBSCRIBER)
 MESSAGE: Final = "message"
 """The kind of an endpoint that is one of a topic, and no end of a service or an action."""
 
@@ -184,7 +183,7 @@ def endpoint_id(participant: str, part: str, topic: str) -> str:
     return f"{participant}/{part}/{topic.removeprefix('/')}"
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, kw_only=True)
 class Endpoint:
     """One publisher or subscriber.
 
@@ -234,17 +233,6 @@ class Endpoint:
     label: str | None = None
     place: Place | None = None
     room: Room | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse the two first arguments in the wrong order, which every later message would be puzzled by.
-
-        Raises:
-            TypeError: the id is a role, and the role is none.
-        """
-        if self.id in _ROLES and self.role not in _ROLES:
-            raise TypeError(
-                f"Endpoint(id={self.id!r}, role={self.role!r}): the id and the role are swapped; write `id=` and `role=`"
-            )
 
 
 @dataclass(frozen=True, slots=True)

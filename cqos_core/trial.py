@@ -66,7 +66,9 @@ def _try(profile: Profile, pattern: str, system: System) -> None:
         used = (ProfileRef(profile.name, profile.place),)
         name = f"{profile.name}/{role}{where}"
         system.participants[name] = Participant(name, place=profile.place)
-        system.endpoints.append(Endpoint(name, role, topic, name, profiles=used, place=profile.place))
+        system.endpoints.append(
+            Endpoint(id=name, role=role, topic=topic, participant=name, profiles=used, place=profile.place)
+        )
 
 
 def _says_something(profile: Profile, role: Role, topic: str, system: System) -> bool:

@@ -148,9 +148,9 @@ def test_what_cannot_be_read_is_told_all_at_once(file: Path):
 def test_what_is_wrong_with_a_system_of_the_caller_is_told_all_at_once():
     system = cqos.System(protocol="post", participants={"a": cqos.Participant("a"), "c": cqos.Participant("b")})
     system.endpoints = [
-        cqos.Endpoint("w", "publisher", "box", "d"),
-        cqos.Endpoint("x", "pub", "box", "a"),  # type: ignore[arg-type]
-        cqos.Endpoint("r", "subscriber", "box", "a", {"care": "signed"}),  # type: ignore[dict-item]
+        cqos.Endpoint(id="w", role="publisher", topic="box", participant="d"),
+        cqos.Endpoint(id="x", role="pub", topic="box", participant="a"),  # type: ignore[arg-type]
+        cqos.Endpoint(id="r", role="subscriber", topic="box", participant="a", settings={"care": "signed"}),  # type: ignore[dict-item]
     ]
     told = [
         "endpoint `w` belongs to participant `d`, which is not there (known: a, c)",

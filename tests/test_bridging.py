@@ -54,7 +54,7 @@ def needing(topic, name="reader", more=None, **needs):
 
 
 def end(role, participant, topic, **stated):
-    return Endpoint("", role, topic, participant, settings(**stated), place=place(1))
+    return Endpoint(id="", role=role, topic=topic, participant=participant, settings=settings(**stated), place=place(1))
 
 
 def bridge(name, source, target, carries=(), receive=None, send=None):

@@ -166,8 +166,19 @@ def test_every_kind_of_value_in_a_system_comes_back():
                 label="label",
                 place=place,
             ),
-            s.Endpoint("f", "subscriber", None, "m"),
-            s.Endpoint("g", "subscriber", "", "m", type="", label="", template="", protocol="", kind="", dialect=""),
+            s.Endpoint(id="f", role="subscriber", topic=None, participant="m"),
+            s.Endpoint(
+                id="g",
+                role="subscriber",
+                topic="",
+                participant="m",
+                type="",
+                label="",
+                template="",
+                protocol="",
+                kind="",
+                dialect="",
+            ),
         ],
         overlays=[
             s.Overlay("o", stated, "publisher", "t*", "n*", "e", "ros2", ("rmw", "fastdds"), ("w",), "bpmn", place),
@@ -177,7 +188,13 @@ def test_every_kind_of_value_in_a_system_comes_back():
         bridges={
             "l": s.Bridge(
                 "l",
-                (s.Route(s.Endpoint("", "subscriber", "t", "n"), s.Endpoint("", "publisher", None, "m"), place),),
+                (
+                    s.Route(
+                        s.Endpoint(id="", role="subscriber", topic="t", participant="n"),
+                        s.Endpoint(id="", role="publisher", topic=None, participant="m"),
+                        place,
+                    ),
+                ),
                 ("liveliness",),
                 place,
             )

@@ -252,7 +252,9 @@ def systems(draw):
         stated = {key: Setting(text) for key, text in draw(settings).items()}
         role = draw(st.sampled_from(["publisher", "subscriber"]))
         dialect = draw(st.sampled_from(["yaml", "form"]))
-        system.endpoints.append(Endpoint(name, role, "a/urgent", name, stated, dialect=dialect))
+        system.endpoints.append(
+            Endpoint(id=name, role=role, topic="a/urgent", participant=name, settings=stated, dialect=dialect)
+        )
     return system
 
 

@@ -122,12 +122,12 @@ def test_a_preset_by_name_is_a_layer_like_a_profile():
 
 def test_values_have_the_place_where_they_were_stated():
     stated = Endpoint(
-        "w",
-        "publisher",
-        "box",
-        "w",
-        {"care": Setting("signed", place(3, 5))},
-        (ProfileRef("p"),),
+        id="w",
+        role="publisher",
+        topic="box",
+        participant="w",
+        settings={"care": Setting("signed", place(3, 5))},
+        profiles=(ProfileRef("p"),),
         place=place(2),
     )
     endpoint = first(stated, replace_places(profile("p", delay="1s"), place(7)))

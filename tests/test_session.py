@@ -47,12 +47,12 @@ setting_maps = st.fixed_dictionaries(
 need_maps = st.sampled_from(({}, {"latest": Setting("true")}, {"max_age": Setting("1s"), "loss_free": Setting("true")}))
 endpoints = st.builds(
     lambda number, role, topic, participant, stated, profiles, needs, observed, external, after: Endpoint(
-        f"e{number}",
-        role,
-        topic,
-        participant,
-        stated,
-        tuple(ProfileRef(name) for name in profiles),
+        id=f"e{number}",
+        role=role,
+        topic=topic,
+        participant=participant,
+        settings=stated,
+        profiles=tuple(ProfileRef(name) for name in profiles),
         needs=needs,
         observed=observed,
         external=external,
@@ -71,7 +71,8 @@ endpoints = st.builds(
 )
 routes = st.builds(
     lambda source, target, sides: Route(
-        Endpoint("", "subscriber", source, sides[0]), Endpoint("", "publisher", target, sides[1])
+        Endpoint(id="", role="subscriber", topic=source, participant=sides[0]),
+        Endpoint(id="", role="publisher", topic=target, participant=sides[1]),
     ),
     st.sampled_from(("scan", "map", "/sc*", "*")),
     st.sampled_from((None, "scan", "map", "far/*")),
@@ -91,7 +92,9 @@ class Editing(RuleBasedStateMachine):
         system = System("edited", "ros2", participants={name: Participant(name) for name in PARTICIPANTS})
         # Beyond a bridge, where there is one.
         system.participants["phone"] = Participant("phone", "mqtt", {"broker": Setting("hub")})
-        far = Endpoint("far", "subscriber", "far/scan", "phone", needs={"latest": Setting("true")})
+        far = Endpoint(
+            id="far", role="subscriber", topic="far/scan", participant="phone", needs={"latest": Setting("true")}
+        )
         system.endpoints.append(far)
         self.session = self.opened(system)
 
@@ -214,8 +217,8 @@ def of_two_topics():
     system = System("robot", "ros2", participants={name: Participant(name) for name in ("driver", "planner")})
     for topic in ("/scan", "/map"):
         system.endpoints += [
-            Endpoint(f"pub{topic}", "publisher", topic, "driver"),
-            Endpoint(f"sub{topic}", "subscriber", topic, "planner"),
+            Endpoint(id=f"pub{topic}", role="publisher", topic=topic, participant="driver"),
+            Endpoint(id=f"sub{topic}", role="subscriber", topic=topic, participant="planner"),
         ]
     return system
 
@@ -225,7 +228,11 @@ def test_an_edit_judges_only_the_topic_it_touches():
     session.report()
     assert session.judged == 2
 
-    session.put(Endpoint("sub/scan", "subscriber", "/scan", "planner", {"deadline": Setting("1s")}))
+    session.put(
+        Endpoint(
+            id="sub/scan", role="subscriber", topic="/scan", participant="planner", settings={"deadline": Setting("1s")}
+        )
+    )
     assert session.report().verdict == "incompatible"
     assert session.judged == 1
 
@@ -233,7 +240,7 @@ def test_an_edit_judges_only_the_topic_it_touches():
 def test_moving_an_endpoint_judges_both_of_its_topics():
     session = cqos.Session(of_two_topics())
     session.report()
-    session.put(Endpoint("sub/scan", "subscriber", "/map", "planner"))
+    session.put(Endpoint(id="sub/scan", role="subscriber", topic="/map", participant="planner"))
     session.report()
     assert session.judged == 2
 
@@ -270,9 +277,14 @@ def test_a_bridge_hands_needs_on_as_long_as_it_is_there():
     system.endpoints[0].settings["reliability"] = Setting("best_effort")
     system.endpoints[1].settings["reliability"] = Setting("best_effort")
     session = cqos.Session(system)
-    far = Endpoint("far", "subscriber", "/far", "planner", needs={"loss_free": Setting("true")})
+    far = Endpoint(
+        id="far", role="subscriber", topic="/far", participant="planner", needs={"loss_free": Setting("true")}
+    )
     session.put(far)
-    ends = Endpoint("", "subscriber", "/scan", "driver"), Endpoint("", "publisher", "/far", "driver")
+    ends = (
+        Endpoint(id="", role="subscriber", topic="/scan", participant="driver"),
+        Endpoint(id="", role="publisher", topic="/far", participant="driver"),
+    )
 
     session.put_bridge(Bridge("relay", (Route(*ends),)))
     told = [finding for finding in session.report().findings if finding.severity == "error"]

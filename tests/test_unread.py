@@ -1,4 +1,4 @@
-"""Files that no importer reads: what is said of them."""
+"""Files that no importer reads: the advice for each."""
 
 import pytest
 

@@ -244,12 +244,12 @@ def endpoint(
 ) -> Endpoint:
     """One endpoint; its participant is what stands before the first slash of its name; ``more`` are its other fields."""
     made = Endpoint(
-        name,
-        role,
-        topic,
-        name.split("/", maxsplit=1)[0],
-        settings(**stated_values),
-        tuple(ProfileRef(profile) for profile in profiles),
+        id=name,
+        role=role,
+        topic=topic,
+        participant=name.split("/", maxsplit=1)[0],
+        settings=settings(**stated_values),
+        profiles=tuple(ProfileRef(profile) for profile in profiles),
     )
     return replace(made, **(more or {}))
 

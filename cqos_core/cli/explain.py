@@ -170,7 +170,7 @@ def _of_name(name: str, by_id: Mapping[str, Resolved], endpoints: Sequence[Resol
 def _only_pair(
     ids: Sequence[str], one: Sequence[Resolved], other: Sequence[Resolved]
 ) -> tuple[Resolved, Resolved] | None:
-    """Return the only pair among endpoints of two participants; say so where there is none, or more than one."""
+    """Return the only pair among endpoints of two participants; refuse none or several."""
     both = (*one, *other)
     packs = {each.pack.id: each.pack for each in both}.values()
     topics = {keys for pack in packs for keys in _matches(pack, both)}

@@ -183,7 +183,7 @@ def _spells(text: str, finding: Finding) -> bool:
 
 
 def _pair_of(finding: Finding, report: Report) -> tuple[str, str] | None:
-    """Return the first pair of which a finding speaks; of one about an endpoint, the first pair it is an end of."""
+    """Return the first pair of a finding; of a finding about an endpoint, the endpoint's first pair."""
     ends = {
         role: [m for side in finding.sides if side.role == role for m in side.members]
         for role in (PUBLISHER, SUBSCRIBER)
@@ -283,8 +283,8 @@ class _Session:
     def end(self, record: str | None) -> None:
         """Write the total, and the record."""
         if self.runs:
-            told = "all as C-QoS says" if not self.wrong else f"{self.wrong} not as C-QoS says"
-            self.show(f"{plural(len(self.runs), 'run')}: {told}")
+            outcome = "all as C-QoS says" if not self.wrong else f"{self.wrong} not as C-QoS says"
+            self.show(f"{plural(len(self.runs), 'run')}: {outcome}")
         if record is not None:
             text = json.dumps({"version": 1, "runs": self.runs}, indent=2) + "\n"
             emit(text) if record == STDIN else write_file(record, text)

@@ -28,7 +28,7 @@ class Style:
         width: columns of the terminal, for the text formats.
         sources: source name to its bytes, for excerpts and exact columns.
         folder: absolute; paths below it are written relative to it in formats that need relative ones.
-        documentation: URL of the documentation, for formats that link to rules; empty where there is none.
+        documentation: URL of the documentation, for formats that link to rules; empty without one.
         replaced: what edits replace in the texts of `sources`, by name: from where to where, and the new text; for formats that carry fixes; nothing where they cannot
             be applied.
         tool_version: of C-QoS, for formats that name their tool.

@@ -30,7 +30,7 @@ _QUOTE = 'write a filter with `#` in quotes: "#"'
 _GLUED = re.compile(r"[^:/]+:[^:/\s]\S*")
 
 
-# Blanks that are none to YAML, and characters that nobody sees; a mark at the very beginning of a file is none of its text.
+# Blanks that are none to YAML, and invisible characters; a mark at the very beginning of a file is none of its text.
 _ODD = re.compile("[\\u00a0\\u00ad\\u1680\\u180e\\u2000-\\u200f\\u2028-\\u202f\\u205f-\\u206f\\u3000\\ufeff]")
 
 

@@ -31,7 +31,7 @@ _WATCHES: Final = 256
 
 
 class Budget:
-    """Seconds of the serving process: a part of the time that goes by, saved up to a limit."""
+    """Seconds of the serving process: a share of elapsed time, saved up to a limit."""
 
     def __init__(self, part: float, saved: float = _SAVED_SECONDS) -> None:
         """Begin with all that can be saved."""
@@ -121,15 +121,15 @@ class Callers:
 
     @contextmanager
     def watching(self, name: str) -> Iterator[None]:
-        """Count a stream that watches health, for which nobody needs a token and which takes no place of calls.
+        """Count a stream that watches health, which needs no token and takes no place of calls.
 
         Raises:
             Refused: its caller has too many, or all have.
         """
         caller = self._caller(name)
         if caller.watches >= _WATCHES_EACH or self._watches >= _WATCHES:
-            told = f"one caller may watch {_WATCHES_EACH} times at once, all together {_WATCHES} times"
-            raise Refused("RESOURCE_EXHAUSTED", f"{told}; ask `Check` now and then", reason=CALLER_QUOTA)
+            limit = f"one caller may watch {_WATCHES_EACH} times at once, all together {_WATCHES} times"
+            raise Refused("RESOURCE_EXHAUSTED", f"{limit}; ask `Check` now and then", reason=CALLER_QUOTA)
         caller.watches += 1
         self._watches += 1
         try:
@@ -148,15 +148,15 @@ class Callers:
         caller = self._caller(name)
         most = _part(self._limits.calls, caller.share)
         if caller.calls >= most:
-            told = f"one caller may have {most} of the {self._limits.calls} calls at the same time"
+            limit = f"one caller may have {most} of the {self._limits.calls} calls at the same time"
             raise Refused(
                 "RESOURCE_EXHAUSTED",
-                f"{told}, and so many of yours are under way; send fewer at a time",
+                f"{limit}, and so many of yours are under way; send fewer at a time",
                 reason=CALLER_QUOTA,
             )
         if self._calls >= self._limits.calls:
-            told = f"{self._calls} calls are under way already, which is all that this service takes"
-            raise Refused("RESOURCE_EXHAUSTED", f"{told}; try again later", reason=BUSY)
+            limit = f"{self._calls} calls are under way already, which is all that this service takes"
+            raise Refused("RESOURCE_EXHAUSTED", f"{limit}; try again later", reason=BUSY)
         caller.calls += 1
         self._calls += 1
         try:
@@ -167,7 +167,7 @@ class Callers:
 
     @contextmanager
     def holding(self, caller: Caller) -> Iterator[Callable[[int], None]]:
-        """Count the bytes of a request while it is under way: what is yielded is told how many have come.
+        """Count the bytes of a request while it is under way: call what is yielded with how many have come.
 
         Raises:
             Refused: those of its caller, or of all, are too many; of a request that needs no worker they never are.
@@ -195,13 +195,13 @@ class Callers:
         whole = self._limits.bytes_together
         most = max(_part(whole, caller.share), self._limits.message_bytes)
         if caller.bytes + size > most:
-            told = f"one caller may have {most} of the {whole} bytes of requests at the same time"
+            limit = f"one caller may have {most} of the {whole} bytes of requests at the same time"
             now = f"of yours {caller.bytes} are under way, and these are {size} more; send fewer at a time"
-            raise Refused("RESOURCE_EXHAUSTED", f"{told}; {now}", reason=CALLER_QUOTA)
+            raise Refused("RESOURCE_EXHAUSTED", f"{limit}; {now}", reason=CALLER_QUOTA)
         if self._held + size > whole:
-            told = f"requests of {self._held} bytes are under way, and these are {size} more"
-            told += f", this service takes {whole} at the same time; try again later"
-            raise Refused("RESOURCE_EXHAUSTED", told, reason=BUSY)
+            limit = f"requests of {self._held} bytes are under way, and these are {size} more"
+            limit += f", this service takes {whole} at the same time; try again later"
+            raise Refused("RESOURCE_EXHAUSTED", limit, reason=BUSY)
 
     @contextmanager
     def editing(self, caller: Caller) -> Iterator[None]:
@@ -212,9 +212,9 @@ class Callers:
         """
         most = _part(self._limits.sessions, caller.share)
         if caller.sessions >= most:
-            told = f"one caller may have {most} of the {self._limits.sessions} sessions"
+            limit = f"one caller may have {most} of the {self._limits.sessions} sessions"
             raise Refused(
-                "RESOURCE_EXHAUSTED", f"{told}, and so many of yours are open already; close one", reason=CALLER_QUOTA
+                "RESOURCE_EXHAUSTED", f"{limit}, and so many of yours are open already; close one", reason=CALLER_QUOTA
             )
         caller.sessions += 1
         try:

@@ -99,7 +99,7 @@ class Calls:
         return self._callers.calling(self.admit(metadata) or certificate or origin(peer))
 
     def watching(self, peer: str) -> AbstractContextManager[None]:
-        """Let somebody watch health, apart from calls.
+        """Serve a health watch, apart from calls.
 
         Raises:
             Refused: there are too many who do.

@@ -79,7 +79,7 @@ def pack_message(pack: RulePack) -> catalogue_pb2.Pack:
 
 
 def rule_message(code: str, revision: int) -> catalogue_pb2.GetRuleResponse | None:
-    """Describe one rule, of whichever pack it is; None where there is none."""
+    """Describe one rule, of any pack; None if no pack has it."""
     plugins = load_plugins()
     for name in sorted(plugins.packs):
         pack = plugins.pack(name)

@@ -235,7 +235,7 @@ async def _only_message(requests: AsyncIterator[bytes], seconds: float) -> bytes
     """Wait for the message of a call.
 
     Raises:
-        Refused: there is none, or not in time.
+        Refused: none arrives in time.
     """
     try:
         data = await asyncio.wait_for(anext(requests, None), seconds)

@@ -286,13 +286,13 @@ class Sessions:
             Refused: there are too many.
         """
         if self._open >= self.limits.sessions:
-            told = f"{self.limits.sessions} sessions are open already; try again later"
-            raise Refused("RESOURCE_EXHAUSTED", told, reason=BUSY)
+            limit = f"{self.limits.sessions} sessions are open already; try again later"
+            raise Refused("RESOURCE_EXHAUSTED", limit, reason=BUSY)
         self._open += 1
         return HostedSession(self, next(self._next), caller)
 
     def ended(self, kept: int) -> None:
-        """Note that a session is closed, of which so many bytes were kept."""
+        """Note that a session of so many bytes is closed."""
         self._open -= 1
         self.kept -= kept
 

@@ -169,7 +169,7 @@ class Files:
         self._looked = time.monotonic()
 
     def changed(self) -> bool:
-        """Whether they are others than at the last time, and can be used; broken ones are told of and passed over."""
+        """Whether they are others than at the last time, and can be used; broken ones are logged and passed over."""
         now = time.monotonic()
         if now - self._looked < _LOOK_SECONDS:
             return False
@@ -266,8 +266,8 @@ def _quota(path: str, number: int, more: list[str], share: float) -> tuple[str, 
             share = float(value)
         else:
             # What stands there may be part of a token.
-            told = "expected `name=` with letters, digits and _ . - behind it, or `share=` with a part from 0 to 1"
-            raise CqosError(f"{path}:{number}: behind the token stands something else: {told}")
+            expected = "expected `name=` with letters, digits and _ . - behind it, or `share=` with a part from 0 to 1"
+            raise CqosError(f"{path}:{number}: behind the token stands something else: {expected}")
     return name, share
 
 

@@ -41,7 +41,7 @@ POLITE = check_pb2.CheckPairRequest(protocol="ros2", topic={"name": "polite"}).S
 
 
 def reached(address: str, *options: tuple[str, Any]) -> Any:
-    """A channel of which nothing is known but its bytes."""
+    """A channel of plain bytes."""
     return grpc.insecure_channel(address, options)
 
 
@@ -178,7 +178,7 @@ def held_streams(address: str, method: str, number: int) -> None:
 
 
 def header_only_streams(address: str, _web: str) -> None:
-    """1,100 calls of which nothing but the headers comes."""
+    """1,100 calls that send only their headers."""
     held_streams(address, PAIR, 1_100)
 
 

@@ -82,7 +82,7 @@ def one_topic(size: int, *, different: bool = False) -> System:
             settings = {"reliability": Setting("best_effort" if role == "publisher" else "reliable")}
             if different:
                 settings["deadline"] = Setting(f"{number + 1}ms")
-            system.endpoints.append(Endpoint(name, role, "/scan", name, settings))
+            system.endpoints.append(Endpoint(id=name, role=role, topic="/scan", participant=name, settings=settings))
     return system
 
 

@@ -331,7 +331,9 @@ def judge(pairs: Iterable[Pair], subject: Subject = DDS, **options: str) -> list
     for number, (offered, requested) in enumerate(pairs):
         for role, owner, settings in ((PUBLISHER, "p", offered), (SUBSCRIBER, "q", requested)):
             stated = {name: Setting(text) for name, text in settings.items()}
-            system.endpoints.append(Endpoint(f"{role}{number}", role, f"t{number}", owner, stated))
+            system.endpoints.append(
+                Endpoint(id=f"{role}{number}", role=role, topic=f"t{number}", participant=owner, settings=stated)
+            )
     resolved = resolve(system, context([subject.pack]).find_pack)
     assert resolved.findings == []
     endpoints = iter(resolved.endpoints)

@@ -37,7 +37,7 @@ LINK: Final = "link"
 SLOW: Final = "slow_reader"
 COLUMNS: Final = (LINK, SLOW, *FAULTS)
 SHOWN: Final = ("latest", "loss_free", "duplicate_free", "ordered", "late_join")
-"""Words of which the run of one pair shows something."""
+"""Words that the run of one pair can show."""
 EARLY: Final = 3
 _AT_ONCE: Final = 2
 

@@ -150,7 +150,7 @@ async def while_still(still: Callable[[], object], patience: float = 5.0) -> Non
 
 
 class Watched:
-    """A client that remembers what arrived and what it was told."""
+    """A client that remembers what arrived and what its library reported."""
 
     def __init__(self, broker: Mosquitto, name: str, subscription: Subscription | None = None, **more: Any) -> None:
         self.arrived: list[Message] = []
@@ -246,7 +246,7 @@ TWO = ("t", "u")
 
 
 def two_topics(limits: Design, subscription: Design, **topic: Any) -> Design:
-    """A client with two topics, each of which alone has room in its queue."""
+    """A client with two topics; each alone has room in its queue."""
     own = design({"qos": 1, "max_payload": 10}, subscription, {}, KEPT, broker=limits)
     own["topics"] = {name: dict(topic) for name in TWO}
     own["participants"]["p"]["publishes"]["u"] = {"qos": 1, "max_payload": 10}

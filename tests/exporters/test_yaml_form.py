@@ -160,12 +160,12 @@ def endpoints(draw, participant):
     if kind != "message":
         role = "subscriber" if kind.endswith("server") else "publisher"
     return Endpoint(
-        draw(TEXTS),
-        role,
-        draw(TEXTS),
-        participant,
-        draw(SETTINGS),
-        draw(REFS),
+        id=draw(TEXTS),
+        role=role,
+        topic=draw(TEXTS),
+        participant=participant,
+        settings=draw(SETTINGS),
+        profiles=draw(REFS),
         needs=draw(NEEDS),
         type=draw(MAYBE),
         kind=kind,
@@ -179,7 +179,15 @@ def endpoints(draw, participant):
 
 SIDES = st.builds(
     lambda role, participant, topic, given, settings, refs, type_, label, external: Endpoint(
-        given, role, topic, participant, settings, refs, type=type_, label=label, external=external
+        id=given,
+        role=role,
+        topic=topic,
+        participant=participant,
+        settings=settings,
+        profiles=refs,
+        type=type_,
+        label=label,
+        external=external,
     ),
     *(st.just("subscriber"), TEXTS, MAYBE, st.just("") | TEXTS, SETTINGS, REFS, MAYBE, MAYBE, FLAGS),
 )
@@ -303,12 +311,12 @@ def robots(draw):
             refs = draw(st.lists(st.sampled_from(["fast", "default", "sensor_data", "nowhere"]), max_size=2))
             system.endpoints.append(
                 Endpoint(
-                    f"{name}/{role}/{topic}#{number}" if draw(FLAGS) else f"{name}{number}",
-                    role,
-                    topic,
-                    name,
-                    draw(STATED),
-                    tuple(map(ProfileRef, refs)),
+                    id=f"{name}/{role}/{topic}#{number}" if draw(FLAGS) else f"{name}{number}",
+                    role=role,
+                    topic=topic,
+                    participant=name,
+                    settings=draw(STATED),
+                    profiles=tuple(map(ProfileRef, refs)),
                     observed=draw(FLAGS),
                     type=draw(st.sampled_from([None, "std_msgs/String"])),
                 )

@@ -117,7 +117,7 @@ def best_available(n: int) -> Model:
 
 
 def best_available_each(n: int) -> Model:
-    """Endpoints that all differ, of which one side takes its values from the other."""
+    """Endpoints that all differ; one side takes its values from the other."""
     taken = {"reliability": "best_available", "deadline": "best_available"}
     participants = nodes(node(f"p{i}", {"/t": {"depth": i + 1}}) for i in range(n))
     participants |= nodes(node(f"s{i}", (), {"/t": taken | {"depth": i + 1}}) for i in range(n))
@@ -273,7 +273,7 @@ def brokers(n: int) -> Model:
 
 
 def topics(n: int) -> Model:
-    """Many topics with diverse values, of which a tenth is broken."""
+    """Many topics with diverse values; a tenth is broken."""
     publishes = {f"/t{i}": {"deadline": f"{i + 1}ms", "depth": i + 1} for i in range(n)}
     subscribes = {f"/t{i}": {"deadline": f"{i + 1 - (i % 10 == 0) * 1}ms"} for i in range(1, n)}
     rmw = {"ros2": {"rmw": "cyclonedds"}}

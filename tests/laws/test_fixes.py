@@ -81,7 +81,7 @@ def law(text: str) -> Iterator[str]:
                 continue
             if still_there(finding, remedy, after):
                 yield f"{finding.code}, {remedy.text}: it is still there"
-            # Where effects on others are not counted, nothing is said of them.
+            # Where effects on others are not counted, the text does not mention them.
             if remedy.breaks == 0 and (new := errors(after) - errors(before)):
                 yield f"{finding.code}, {remedy.text}: new errors {sorted(map(str, new))}"
 

@@ -55,7 +55,7 @@ def ends(draw: Any, pack: RulePack, role: Role) -> Endpoint:
     table = values(pack, role)
     names = draw(st.lists(st.sampled_from(sorted(table)), max_size=3, unique=True))
     stated = {name: Setting(draw(st.sampled_from(table[name]))) for name in names}
-    return Endpoint(role, role, "topic", role, stated)
+    return Endpoint(id=role, role=role, topic="topic", participant=role, settings=stated)
 
 
 def unread_setting(pack: RulePack, kind: str, role: str) -> dict[str, Setting]:
@@ -115,7 +115,7 @@ def test_no_pair_is_compatible_beside_what_was_not_read(protocol, kind, data):
     for pair in report.pairs:
         assert pair.verdict != "compatible", (layer, str(report))
         assert explain(system, publisher=pair.publisher, subscriber=pair.subscriber).verdict == pair.verdict
-    # Whatever else is said of a rule, its severity in this design or an exception changes no verdict.
+    # Whatever else a team states about a rule, its severity in this design or an exception changes no verdict.
     quiet = replace(system, severities={code: "off" for group in report.groups for code in group.codes})
     assert [pair.verdict for pair in check(quiet).pairs] == [pair.verdict for pair in report.pairs]
 
@@ -150,7 +150,7 @@ def test_an_end_that_cannot_be_created_makes_its_pairs_incompatible(protocol, of
     for role, stated in ((PUBLISHER, offered), (SUBSCRIBER, requested)):
         system.participants[role] = Participant(role)
         own = {name: Setting(str(value)) for name, value in stated.items()}
-        system.endpoints.append(Endpoint(role, role, "topic", role, own))
+        system.endpoints.append(Endpoint(id=role, role=role, topic="topic", participant=role, settings=own))
     checked = check(system)
     assert checked.verdict == "incompatible"
     undecided = {"ROS101"} if code == "ROS305" else set()  # its reliability is given as unknown

@@ -55,12 +55,12 @@ def systems(draw, most=6):
     for number in range(draw(st.integers(2, most))):
         system.endpoints.append(
             Endpoint(
-                f"e{number}",
-                draw(st.sampled_from(("publisher", "subscriber"))),
-                draw(st.sampled_from(("/scan", "/map"))),
-                draw(st.sampled_from(("a", "b", "c"))),
-                {name: Setting(text) for name, text in draw(anything).items()},
-                draw(st.sampled_from(((), (ProfileRef("sensor_data"),)))),
+                id=f"e{number}",
+                role=draw(st.sampled_from(("publisher", "subscriber"))),
+                topic=draw(st.sampled_from(("/scan", "/map"))),
+                participant=draw(st.sampled_from(("a", "b", "c"))),
+                settings={name: Setting(text) for name, text in draw(anything).items()},
+                profiles=draw(st.sampled_from(((), (ProfileRef("sensor_data"),)))),
             )
         )
     return system
@@ -171,8 +171,16 @@ def uses_peers(system):
 def test_many_equal_endpoints_cost_one_finding(many):
     system = System("many", "ros2", participants={"p": Participant("p"), "s": Participant("s")})
     for number in range(many):
-        system.endpoints.append(Endpoint(f"p{number}", "publisher", "/t", "p", {"reliability": Setting("best_effort")}))
-        system.endpoints.append(Endpoint(f"s{number}", "subscriber", "/t", "s"))
+        system.endpoints.append(
+            Endpoint(
+                id=f"p{number}",
+                role="publisher",
+                topic="/t",
+                participant="p",
+                settings={"reliability": Setting("best_effort")},
+            )
+        )
+        system.endpoints.append(Endpoint(id=f"s{number}", role="subscriber", topic="/t", participant="s"))
     report = cqos.check(system)
     assert len(report.groups) == 1
     assert [finding.code for finding in report.findings if finding.severity is Severity.ERROR] == ["ROS101"]

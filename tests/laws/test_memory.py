@@ -79,7 +79,15 @@ def test_what_is_longer_than_people_write_is_not_remembered():
         "long",
         "ros2",
         participants={"a": Participant("a", settings={"namespace": Setting(long)})},
-        endpoints=[Endpoint("e", "publisher", f"/{long}", "a", {"depth": Setting(f"{'0' * 5_000}5")})],
+        endpoints=[
+            Endpoint(
+                id="e",
+                role="publisher",
+                topic=f"/{long}",
+                participant="a",
+                settings={"depth": Setting(f"{'0' * 5_000}5")},
+            )
+        ],
     )
     check_system(system, WHERE)
     memories = (resolved.READ, resolve._NAMED, participants._SURROUNDINGS)

@@ -86,7 +86,9 @@ def system_of(ends: Sequence[tuple[Role, dict[str, str], tuple[str, ...]]]) -> S
         name = f"e{number}"
         system.participants[name] = Participant(name)
         stated = {policy: Setting(text) for policy, text in values.items()}
-        system.endpoints.append(Endpoint(name, role, "topic", name, stated, starts_after=after))
+        system.endpoints.append(
+            Endpoint(id=name, role=role, topic="topic", participant=name, settings=stated, starts_after=after)
+        )
     return system
 
 
@@ -139,5 +141,9 @@ def test_the_order_may_be_stated_of_some_partners_only(policy, after, verdicts):
         system.participants[name] = Participant(name)
         role: Role = SUBSCRIBER if name == "sub" else PUBLISHER
         stated = {policy: Setting(text)}
-        system.endpoints.append(Endpoint(name, role, "topic", name, stated, starts_after=after.get(name, ())))
+        system.endpoints.append(
+            Endpoint(
+                id=name, role=role, topic="topic", participant=name, settings=stated, starts_after=after.get(name, ())
+            )
+        )
     assert {pair.publisher: str(pair.verdict) for pair in check(system).pairs} == verdicts

@@ -52,11 +52,13 @@ def judged(offered: Settings, requested: Settings, rmw: str) -> Report:
         ours = owner.endswith("node")
         system.endpoints.append(
             Endpoint(
-                f"{owner}/{role}/{name}",
-                role,
-                f"/{name}" if ours else f"rt/{name}",
-                owner,
-                {key: Setting(text) for key, text in (stated if ours else on_wire(stated)).items() if _has(role, key)},
+                id=f"{owner}/{role}/{name}",
+                role=role,
+                topic=f"/{name}" if ours else f"rt/{name}",
+                participant=owner,
+                settings={
+                    key: Setting(text) for key, text in (stated if ours else on_wire(stated)).items() if _has(role, key)
+                },
                 type="std_msgs/msg/String" if ours else "std_msgs::msg::dds_::String_",
             )
         )

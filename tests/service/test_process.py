@@ -506,7 +506,9 @@ def test_flags_win_over_variables_and_these_over_the_file(tmp_path):
         with service.client() as client:
             for number in (2, 3):
                 model = cqos.System(protocol="ros2", participants={"a": cqos.Participant("a")})
-                model.endpoints += [cqos.Endpoint(f"e{each}", "publisher", "t", "a") for each in range(number)]
+                model.endpoints += [
+                    cqos.Endpoint(id=f"e{each}", role="publisher", topic="t", participant="a") for each in range(number)
+                ]
                 if number == 2:
                     assert client.check_system(model).endpoints == 2
                 else:

@@ -40,11 +40,20 @@ from tests.test_session import Editing
 
 
 def endpoint(name, role="publisher", topic="t", participant="a", **settings):
-    return Endpoint(name, role, topic, participant, {key: Setting(value) for key, value in settings.items()})
+    return Endpoint(
+        id=name,
+        role=role,
+        topic=topic,
+        participant=participant,
+        settings={key: Setting(value) for key, value in settings.items()},
+    )
 
 
 def route(source, target, participant="a"):
-    return Route(Endpoint("", "subscriber", source, participant), Endpoint("", "publisher", target, "far"))
+    return Route(
+        Endpoint(id="", role="subscriber", topic=source, participant=participant),
+        Endpoint(id="", role="publisher", topic=target, participant="far"),
+    )
 
 
 DEEP = TeamRule("deep", (("role", "subscriber"),), (Bound("depth", "at_least", ("50",)),), "it is slow")
@@ -60,21 +69,26 @@ def two():
 
 
 NEAR = Bound("depth", cast("Any", "near"), ("1",))
-ENDS = Endpoint("", "subscriber", "t", "a"), Endpoint("", "publisher", "u", "a")
+ENDS = (
+    Endpoint(id="", role="subscriber", topic="t", participant="a"),
+    Endpoint(id="", role="publisher", topic="u", participant="a"),
+)
 EDITS = [
     lambda s: s.put(endpoint("w", reliability="reliable")),
     lambda s: s.put(endpoint("x", topic="u")),
     lambda s: s.put_participant(Participant("c", settings={"domain": Setting("3")})),
     lambda s: s.put(endpoint("y", "subscriber", "u", "c")),
     lambda s: s.put_profile(Profile("p", {"durability": Setting("transient_local")})),
-    lambda s: s.put(Endpoint("z", "subscriber", "u", "a", profiles=(ProfileRef("p"),))),
+    lambda s: s.put(Endpoint(id="z", role="subscriber", topic="u", participant="a", profiles=(ProfileRef("p"),))),
     lambda s: s.put_topic(Topic("u", {"latched": Setting("true")})),
     lambda s: s.set_option("ros2", "rmw", "zenoh"),
     lambda s: s.set_option("ros2", "rmw", None),
     lambda s: s.put_participant(Participant("far", "mqtt", {"broker": Setting("hub")})),
     lambda s: s.put_broker(Broker("hub", "mqtt", {"maximum_qos": Setting("1")})),
     lambda s: s.put_bridge(Bridge("up", (route("t", "site/t"), route("u*", "site/u*")), ("liveliness",))),
-    lambda s: s.put(Endpoint("v", "subscriber", "site/t", "far", needs={"loss_free": Setting("true")})),
+    lambda s: s.put(
+        Endpoint(id="v", role="subscriber", topic="site/t", participant="far", needs={"loss_free": Setting("true")})
+    ),
     lambda s: s.put_bridge(Bridge("up", (route("t", "site/t", "nobody"),))),
     lambda s: s.set_rules(checks=[DEEP, TeamRule("odd", (), (Bound("dpeth", "exactly", ("5",)),), "misspelt")]),
     lambda s: s.set_rules(accept=[Acceptance("deep", "known", "t", None, "9999-01-01")], severities={"CQ401": "error"}),

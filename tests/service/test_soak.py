@@ -49,7 +49,9 @@ def load(service, seconds, worker):
             if turn % 2:
                 session.close()  # else it is gone without a word
             system = cqos.System(protocol="ros2", participants={"a": cqos.Participant("a")})
-            system.endpoints += [cqos.Endpoint(f"e{each}", "publisher", f"t{depth}", "a") for each in range(40)]
+            system.endpoints += [
+                cqos.Endpoint(id=f"e{each}", role="publisher", topic=f"t{depth}", participant="a") for each in range(40)
+            ]
             assert client.check_system(system).endpoints == 40
             done += 6
     return done

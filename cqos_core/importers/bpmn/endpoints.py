@@ -113,10 +113,10 @@ def _read(reading: Reading, element: Element, role: Role, extensions: list[Child
     profile = word(element, "profile")
     profile_place = reading.document.place(element, "@qos:profile")
     return Endpoint(
-        identity(element) or "",
-        role,
-        None,
-        "",
+        id=identity(element) or "",
+        role=role,
+        topic=None,
+        participant="",
         settings=laid_under(read_qos(reading, element, extensions), lost),
         profiles=(ProfileRef(profile, profile_place),) if profile else (),
         needs=_needs(reading, extensions),

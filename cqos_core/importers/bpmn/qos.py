@@ -25,7 +25,7 @@ OWN_WORDS = frozenset({"protocol", "profile", "external", "type"})
 
 _ZEROS = Cases("what eight zeros mean", (("they were chosen", "0"), ("they were never edited", "")))
 _CODED = frozenset({"reliability", "durability"})
-"""Policies of which a zero is the code of a value that is not the default."""
+"""Policies whose zero is the code of a value other than the default."""
 _EXPONENT = re.compile(r"\d+(?:\.\d*)?[eE][+-]?\d{1,3}")
 _MOST_DIGITS = 30
 _ROS = f"{{{NAMESPACES['ros']}}}"

@@ -128,7 +128,7 @@ def values(role: Any, settings: dict[str, str] | None = None, **options: str) ->
     system = System(protocol="dds", participants={"p": Participant("p")})
     system.options["dds"] = {name: Setting(text) for name, text in options.items()}
     stated = {name: Setting(text) for name, text in (settings or {}).items()}
-    system.endpoints.append(Endpoint("e", role, "t", "p", stated))
+    system.endpoints.append(Endpoint(id="e", role=role, topic="t", participant="p", settings=stated))
     resolved = resolve(system, context([PACK]).find_pack)
     assert not resolved.findings, [finding.message for finding in resolved.findings]
     return resolved.endpoints[0].profile.values
@@ -270,7 +270,7 @@ def test_implementations_go_by_several_names(written: str, read: str):
 def test_an_implementation_nobody_knows_is_judged_by_the_standard():
     system = System(protocol="dds", participants={"p": Participant("p")})
     system.options["dds"] = {"implementation": Setting("our own dds")}
-    system.endpoints.append(Endpoint("e", "publisher", "t", "p"))
+    system.endpoints.append(Endpoint(id="e", role="publisher", topic="t", participant="p"))
     resolved = resolve(system, context([PACK]).find_pack)
     assert [finding.code for finding in resolved.findings] == ["CQ208"]
     assert resolved.endpoints[0].profile.values[PACK.vocabulary.indices["option", "implementation"]] == 0

@@ -98,7 +98,7 @@ class Access(Names):
 
     def parse(self, text: str) -> tuple[str, ...]:
         """Read ``["read alice farm/#"]``."""
-        # All clients of a broker have the same lines, of which there may be thousands.
+        # All clients of a broker have the same lines, perhaps thousands.
         return self._lines(text)
 
     @lru_cache(maxsize=16)  # noqa: B019 - there is one of these, for the whole process

@@ -536,7 +536,7 @@ SUBSCRIBED: Final = Policy(
     "subscribed",
     Names(),
     "[]",
-    "The filters of the client, where somebody has to notice the loss of another; derived from the client's subscriptions.",
+    "The filters of the client, where one client has to notice the loss of another; derived from the client's subscriptions.",
     level="participant",
     derived=True,
 )

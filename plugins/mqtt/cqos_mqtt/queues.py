@@ -294,7 +294,7 @@ def _over(value: Value, result: Callable[[int], Value]) -> Value:
 
 
 def _between(streams: Iterable[Stream], least: int, most: int) -> Value:
-    """Return what follows where the least comes on topics of which not everything is known, and where the most does."""
+    """Return what follows from the least and from the most that may come on topics that are not fully known."""
     if least == most:
         return least
     topics = sorted({f"`{each.topic}`" for each in streams if each.topic})

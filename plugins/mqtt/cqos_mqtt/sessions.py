@@ -264,11 +264,11 @@ def _wills(participants: Iterable[Known], by_client: Mapping[str, Sequence[tuple
         if any(endpoint.role == PUBLISHER and endpoint.topic == topic.text for endpoint in own):
             settings["closing_message"] = _TRUE
         yield Endpoint(
-            f"{each.id}/will",
-            PUBLISHER,
-            topic.text,
-            each.id,
-            settings,
+            id=f"{each.id}/will",
+            role=PUBLISHER,
+            topic=topic.text,
+            participant=each.id,
+            settings=settings,
             kind=WILL,
             external=each.external,
             template=f"{each.template}/will" if each.template is not None else None,

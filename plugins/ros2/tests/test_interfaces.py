@@ -35,17 +35,21 @@ KINDS = {
 
 
 def test_a_server_is_a_subscription_and_a_publisher():
-    server = expand(Endpoint("s", "subscriber", "add", "adder", kind="service_server", type="pkg/Add"))
+    server = expand(
+        Endpoint(id="s", role="subscriber", topic="add", participant="adder", kind="service_server", type="pkg/Add")
+    )
     assert [(part.id, part.role, part.kind, part.type) for part in server] == [
         ("s/request", "subscriber", "request", "pkg/srv/Add_Request"),
         ("s/response", "publisher", "response", "pkg/srv/Add_Response"),
     ]
-    client = expand(Endpoint("c", "publisher", "add", "asker", kind="service_client"))
+    client = expand(Endpoint(id="c", role="publisher", topic="add", participant="asker", kind="service_client"))
     assert [(part.role, part.type) for part in client] == [("publisher", None), ("subscriber", None)]
 
 
 def test_an_action_is_three_services_and_two_topics():
-    server = expand(Endpoint("s", "subscriber", "go", "robot", kind="action_server", type="nav/Go"))
+    server = expand(
+        Endpoint(id="s", role="subscriber", topic="go", participant="robot", kind="action_server", type="nav/Go")
+    )
     assert [(part.kind, part.role, part.profiles[0].name, part.type) for part in server] == [
         ("send_goal_request", "subscriber", "services_default", "nav/action/Go_SendGoal_Request"),
         ("send_goal_response", "publisher", "services_default", "nav/action/Go_SendGoal_Response"),
@@ -59,7 +63,7 @@ def test_an_action_is_three_services_and_two_topics():
 
 
 def test_other_endpoints_stand_for_themselves():
-    endpoint = Endpoint("e", "publisher", "scan", "lidar")
+    endpoint = Endpoint(id="e", role="publisher", topic="scan", participant="lidar")
     assert expand(endpoint) == (endpoint,)
 
 

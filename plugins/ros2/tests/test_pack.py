@@ -27,7 +27,7 @@ def one_topic(topic: str, *endpoints: dict[str, Any]) -> Report:
         settings = {name: Setting(text) for name, text in each.pop("settings", {}).items()}
         owner = f"p{number}"
         system.participants[owner] = Participant(owner)
-        system.endpoints.append(Endpoint(f"e{number}", topic=topic, participant=owner, settings=settings, **each))
+        system.endpoints.append(Endpoint(id=f"e{number}", topic=topic, participant=owner, settings=settings, **each))
     return check_system(system, context([PACK]))
 
 
@@ -193,7 +193,7 @@ def test_other_services_are_missed(service: str):
 def lonely(service: str, kind: str) -> set[str]:
     system = System(protocol="ros2")
     system.participants["tuner"] = Participant("tuner")
-    system.endpoints.append(Endpoint("a", "subscriber", service, "tuner", kind=kind))
+    system.endpoints.append(Endpoint(id="a", role="subscriber", topic=service, participant="tuner", kind=kind))
     return {each.code for each in check_system(system, context([PACK])).findings} & {"CQ401", "CQ402"}
 
 
@@ -210,8 +210,8 @@ def test_namespaces_are_near_misses():
         "planner": Participant("planner"),
     }
     system.endpoints += [
-        Endpoint("a", "publisher", "scan", "lidar"),
-        Endpoint("b", "subscriber", "scan", "planner"),
+        Endpoint(id="a", role="publisher", topic="scan", participant="lidar"),
+        Endpoint(id="b", role="subscriber", topic="scan", participant="planner"),
     ]
     report = check_system(system, context([PACK]))
     assert "CQ403" in {finding.code for finding in report.findings}

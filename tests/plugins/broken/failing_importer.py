@@ -35,4 +35,6 @@ def read(source, context):
         raise InputError([])
     if demand == "nothing":
         return None
-    return System(protocol="ros2", endpoints=[Endpoint("a/publisher/x", "publisher", "x", "a")])
+    return System(
+        protocol="ros2", endpoints=[Endpoint(id="a/publisher/x", role="publisher", topic="x", participant="a")]
+    )

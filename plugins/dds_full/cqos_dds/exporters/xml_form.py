@@ -71,7 +71,7 @@ def dds_endpoints(system: System, context: ExportContext, notes: dict[str, None]
 
 
 def stated(each: Judged, part: Resolved, notes: dict[str, None]) -> Stated | None:
-    """Return the values that somebody stated for an endpoint; note those that no form can say.
+    """Return the values that are stated for an endpoint; note those that no form can say.
 
     None where nothing of what is stated is known: an empty profile would say that all of it is the default.
     """

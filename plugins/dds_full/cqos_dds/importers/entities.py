@@ -224,7 +224,7 @@ class Entities:
         return _Chain(links[::-1])
 
     def nowhere(self, element: Element, what: str, name: str, known: Mapping[str, object]) -> str:
-        """Tell that a reference leads to nothing in the file; return the code under which that is told."""
+        """Report a reference to nothing in the file; return the code of the note."""
         if cause := not_set(name):
             self.reading.note("DDS907", f"{what}, {shown(name)}, is not known: {cause}", element)
             return "DDS907"
@@ -263,7 +263,7 @@ class Entities:
             self.unread(element)
 
     def domain(self, chain: _Chain) -> tuple[_Chain | None, str]:
-        """Return the domain that a participant is in, else the code under which is told that the file lacks it."""
+        """Return the domain that a participant is in, else the code of the note that it is missing."""
         name = chain.attribute("domain_ref")
         if not name:
             return None, ""

@@ -150,10 +150,10 @@ class _File(XmlReading):
             about.settings.setdefault("keyed", Setting(keyed, place))
         self.system.endpoints.append(
             Endpoint(
-                f"{profile}/{role}",
-                role,
-                topic,
-                program,
+                id=f"{profile}/{role}",
+                role=role,
+                topic=topic,
+                participant=program,
                 profiles=(ProfileRef(profile, place),),
                 type=(element.get("dataType") or "").strip() or None,
                 external=bool(not_set(topic)),

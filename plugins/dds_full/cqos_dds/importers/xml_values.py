@@ -47,7 +47,7 @@ class XmlReading:
     Attributes:
         system: what it states, as far as it is read.
         unread: paths of elements that are no policies of the standard, each with its first place.
-        files: by their first element the names of other files of which elements are used.
+        files: by their first element the names of other files whose elements are used.
     """
 
     def __init__(self, source: Source) -> None:
@@ -140,7 +140,7 @@ class XmlReading:
                 self.pass_over(element, path)
 
     def unknown(self, element: Element, path: str, names: Iterable[str]) -> str | None:
-        """Remember an element that is none of ``names``; one that is misspelt is told, and which it was meant to be."""
+        """Remember an element that is none of ``names``; report one that is misspelt, with its probable meaning."""
         known = path in self.unread or len(self.unread) >= _MOST_UNREAD or local(element) in BESIDE_POLICIES
         near = None if known else looks_like_qos(local(element), names)
         if near:

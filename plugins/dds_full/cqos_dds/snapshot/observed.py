@@ -174,7 +174,16 @@ def _endpoint(
     seen: SeenEndpoint, participant: str, topic: str, type_name: str, settings: Mapping[str, str], label: str | None
 ) -> Endpoint:
     stated = {name: Setting(text) for name, text in settings.items()}
-    return Endpoint("", seen.role, topic, participant, stated, type=type_name or None, observed=True, label=label)
+    return Endpoint(
+        id="",
+        role=seen.role,
+        topic=topic,
+        participant=participant,
+        settings=stated,
+        type=type_name or None,
+        observed=True,
+        label=label,
+    )
 
 
 def _number(endpoints: Sequence[Endpoint]) -> None:

@@ -83,7 +83,7 @@ def asked(folder, *questions):
 
 def system_of(role, stated):
     policy, _, text = stated.partition("=")
-    end = Endpoint("e", role, "t", "p", {policy: Setting(text)})
+    end = Endpoint(id="e", role=role, topic="t", participant="p", settings={policy: Setting(text)})
     return System(protocol="dds", participants={"p": Participant("p")}, endpoints=[end])
 
 

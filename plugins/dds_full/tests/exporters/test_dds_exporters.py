@@ -78,11 +78,11 @@ def systems(draw, shared):
         )
         system.endpoints.append(
             Endpoint(
-                f"e{number}",
-                role,
-                draw(st.sampled_from(TOPICS[:2] if number % 2 else TOPICS)),
-                draw(st.sampled_from(sorted(system.participants))),
-                {name: Setting(text) for name, text in chosen.items()},
+                id=f"e{number}",
+                role=role,
+                topic=draw(st.sampled_from(TOPICS[:2] if number % 2 else TOPICS)),
+                participant=draw(st.sampled_from(sorted(system.participants))),
+                settings={name: Setting(text) for name, text in chosen.items()},
                 type=draw(st.sampled_from([None, "T", "M::T"])),
             )
         )
@@ -144,7 +144,7 @@ def dds(*ends, **more):
 
 def end(name, role, topic="t", **settings):
     stated = {key.replace("__", "."): Setting(text) for key, text in settings.items()}
-    return Endpoint(name, role, topic, "p", stated)
+    return Endpoint(id=name, role=role, topic=topic, participant="p", settings=stated)
 
 
 def test_endpoints_of_one_topic_share_a_profile_where_they_can():
@@ -165,7 +165,7 @@ def test_endpoints_of_one_topic_share_a_profile_where_they_can():
 def test_what_the_forms_cannot_say_is_said():
     system = dds(
         end("w", "publisher", presentation__access_scope="group", transport_priority="3", reliability="nonsense"),
-        Endpoint("m", "publisher", "t", "ros", protocol="ros2"),
+        Endpoint(id="m", role="publisher", topic="t", participant="ros", protocol="ros2"),
         end("bell", "publisher", "a\x07b"),
         options={"dds": {"implementation": Setting("cyclonedds")}},
     )
@@ -211,7 +211,7 @@ def test_what_is_not_known_is_not_written_as_a_default(exporter):
 
 @pytest.mark.parametrize("exporter", [dds_xml, fastdds_xml])
 def test_of_nothing_nothing_is_written(exporter):
-    ros = dds(Endpoint("m", "publisher", "t", "ros", protocol="ros2"))
+    ros = dds(Endpoint(id="m", role="publisher", topic="t", participant="ros", protocol="ros2"))
     for system in System(protocol="dds"), ros:
         exported = exporter.write(system, ExportContext(FIND))
         assert (exported.expressed, exported.text) == (0, "")
@@ -254,7 +254,16 @@ def test_only_what_was_changed_is_written_to_mend_a_system():
 
 
 def test_a_profile_from_yaml_is_written_with_the_values_it_gives():
-    system = dds(Endpoint("w", "publisher", "t", "p", {}, (ProfileRef("BuiltinQosLib::Generic.StrictReliable"),)))
+    system = dds(
+        Endpoint(
+            id="w",
+            role="publisher",
+            topic="t",
+            participant="p",
+            settings={},
+            profiles=(ProfileRef("BuiltinQosLib::Generic.StrictReliable"),),
+        )
+    )
     text = dds_xml.write(system, ExportContext(FIND)).text
     assert "KEEP_ALL_HISTORY_QOS" in text
 

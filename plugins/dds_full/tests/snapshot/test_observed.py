@@ -243,7 +243,7 @@ def test_no_two_topics_of_the_wire_are_one_in_ros_2(name, package, message):
 def test_the_policies_of_ros_2_are_those_that_its_pack_puts_on_the_wire():
     from cqos_ros2.wire import WIRE
 
-    # How often a program takes samples is said in no announcement.
+    # No announcement contains how often a program takes samples.
     unseen = ("durability_service.", "taken_every")
     pairs = {(on_wire, own) for own, on_wire in WIRE.translations() if not on_wire.startswith(unseen)}
     assert pairs == set(ros.POLICIES.items())

@@ -301,12 +301,12 @@ class Document(Reading):
         place = self.place(where)
         self.system.endpoints.append(
             Endpoint(
-                identifier if number == 1 else f"{identifier}#{number}",
-                role,
-                topic,
-                client,
-                settings,
-                tuple(ProfileRef(name, place) for name in presets),
+                id=identifier if number == 1 else f"{identifier}#{number}",
+                role=role,
+                topic=topic,
+                participant=client,
+                settings=settings,
+                profiles=tuple(ProfileRef(name, place) for name in presets),
                 needs=needs or {},
                 kind=PATTERN if role == PUBLISHER and has_wildcards(topic) else "message",
                 label=label or None,

@@ -184,7 +184,7 @@ class _Reader(Reading):
         known = settings.get(policy)
         other = "message_size_limit" if line.name == "max_packet_size" else "max_packet_size"
         if known is not None and policy == "maximum_packet_size" and self.limits.get(other) == known.text:
-            # Two directives limit a packet, of which the stricter counts.
+            # Two directives limit a packet; the stricter counts.
             text = known.text if _is_number(known.text) and not _is_stricter(text, known.text) else text
         self.limits[line.name] = text
         settings[policy] = Setting(text, line.place)

@@ -149,11 +149,11 @@ def _notifications(system: System, stated: dict[str, Line], local: str, remote: 
     for side in (local, *there):
         system.endpoints.append(
             Endpoint(
-                f"{side}/publisher/{topic}",
-                PUBLISHER,
-                topic,
-                side,
-                dict(settings),
+                id=f"{side}/publisher/{topic}",
+                role=PUBLISHER,
+                topic=topic,
+                participant=side,
+                settings=dict(settings),
                 kind=kind,
                 external=True,
                 label="state of the bridge",
@@ -252,4 +252,13 @@ _ONE: Final = "[^/]*"
 def _end(participant: str, role: Role, topic: str, settings: Settings, place: Place) -> Endpoint:
     # What is bridged is nobody's slip: the other side is often in no file.
     room = Room(place, ("qos",), restated=True)
-    return Endpoint("", role, topic, participant, dict(settings), external=True, place=place, room=room)
+    return Endpoint(
+        id="",
+        role=role,
+        topic=topic,
+        participant=participant,
+        settings=dict(settings),
+        external=True,
+        place=place,
+        room=room,
+    )

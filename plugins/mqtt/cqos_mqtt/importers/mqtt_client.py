@@ -181,4 +181,12 @@ class _Reader(Document):
     ) -> Endpoint:
         """Return one end of a route."""
         identifier = f"{participant}/{role}/{topic}"
-        return Endpoint(identifier, role, topic, participant, settings, type=kind, place=self.place(where))
+        return Endpoint(
+            id=identifier,
+            role=role,
+            topic=topic,
+            participant=participant,
+            settings=settings,
+            type=kind,
+            place=self.place(where),
+        )

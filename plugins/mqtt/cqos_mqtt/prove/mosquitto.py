@@ -151,7 +151,7 @@ class Link:
                     each.transport.abort()
 
     async def _pump(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Pass bytes on; where one side ends, end the other, unless the link is cut and nobody learns of it."""
+        """Pass bytes on; where one side ends, end the other, unless the link is cut silently."""
         try:
             while data := await reader.read(65_536):
                 if not self.silent:

@@ -316,7 +316,9 @@ class _Run:
         payload = str(number).encode()
         if size is not None:
             if size < len(payload):
-                raise NotRunnableError(f"samples of {size} bytes cannot be told apart; the smallest has {len(payload)}")
+                raise NotRunnableError(
+                    f"samples of {size} bytes cannot be distinguished; the smallest has {len(payload)}"
+                )
             payload = payload.ljust(size)
         publication = Publication(
             self.plan.topic,

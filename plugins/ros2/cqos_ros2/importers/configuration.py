@@ -186,11 +186,11 @@ class Configuration(Reading):
         identifier = endpoint_id(participant, role if kind == "message" else kind, topic)
         number = self._numbers[identifier] = self._numbers.get(identifier, 0) + 1
         return Endpoint(
-            identifier if number == 1 else f"{identifier}#{number}",
-            role,
-            topic,
-            participant,
-            settings,
+            id=identifier if number == 1 else f"{identifier}#{number}",
+            role=role,
+            topic=topic,
+            participant=participant,
+            settings=settings,
             type=type_name or None,
             kind=kind,
             place=self.place(where),

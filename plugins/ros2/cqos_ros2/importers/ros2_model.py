@@ -235,12 +235,12 @@ class _Model:
         number = self.numbers[identifier] = self.numbers.get(identifier, 0) + 1
         self.system.endpoints.append(
             Endpoint(
-                identifier if number == 1 else f"{identifier}#{number}",
-                role,
-                topic,
-                node,
-                settings,
-                profiles,
+                id=identifier if number == 1 else f"{identifier}#{number}",
+                role=role,
+                topic=topic,
+                participant=node,
+                settings=settings,
+                profiles=profiles,
                 type=(_bare(type_part.value) or None) if type_part is not None else None,
                 kind=kind,
                 place=interface.place,

@@ -246,7 +246,16 @@ class _Reader(Configuration):
         place = self.place(where)
         settings = {name: Setting(FROM_FIRST, place, derived=True) for name in copied}
         settings |= {name: Setting(text, place, derived=True) for name, text in others.items()}
-        return Endpoint("", role, topic, participant, settings, kind=kind, external=True, place=place)
+        return Endpoint(
+            id="",
+            role=role,
+            topic=topic,
+            participant=participant,
+            settings=settings,
+            kind=kind,
+            external=True,
+            place=place,
+        )
 
     def patterns(self, entries: MappingNode, kind: str, before: str) -> tuple[tuple[str, ...], tuple[Setting, ...]]:
         """Return the regular expressions of one kind of interface, as those of whole names with something before them.

@@ -210,7 +210,14 @@ def robots(draw, values=WORDS):
             for role in draw(st.sets(st.sampled_from(["publisher", "subscriber"]))):
                 refs = draw(st.sampled_from([(), ("mine",), ("sensor_data",)]))
                 system.endpoints.append(
-                    Endpoint(f"{name}/{role}/{topic}", role, topic, name, draw(stated), tuple(map(ProfileRef, refs)))
+                    Endpoint(
+                        id=f"{name}/{role}/{topic}",
+                        role=role,
+                        topic=topic,
+                        participant=name,
+                        settings=draw(stated),
+                        profiles=tuple(map(ProfileRef, refs)),
+                    )
                 )
     return system
 
@@ -304,7 +311,9 @@ def test_a_player_meets_every_subscription_and_a_recorder_every_publisher(system
             if "avoid_ros_namespace_conventions" in profile:
                 continue
             stated = {name: Setting(str(value)) for name, value in profile.items()}
-            bag.endpoints.append(Endpoint(f"bag{topic}", role, topic, "bag", stated, dialect="rosbag"))
+            bag.endpoints.append(
+                Endpoint(id=f"bag{topic}", role=role, topic=topic, participant="bag", settings=stated, dialect="rosbag")
+            )
         report = cqos.check(merge([replace(met, participants=dict(met.participants)), bag]))
         assert {pair.verdict for pair in report.pairs} <= {"compatible"}
 
