@@ -71,7 +71,7 @@ class CatalogueServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def GetRule(self, request, context):
-        """Describes one rule of any pack by its code. NOT_FOUND where there is none.
+        """Describes one rule of any pack by its code. NOT_FOUND if no pack has it.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')

@@ -38,7 +38,7 @@ class CatalogueServiceStub:
     GetPack: _grpc.UnaryUnaryMultiCallable[_catalogue_pb2.GetPackRequest, _catalogue_pb2.GetPackResponse]
     """Describes one rule pack in full. NOT_FOUND where there is none of this id."""
     GetRule: _grpc.UnaryUnaryMultiCallable[_catalogue_pb2.GetRuleRequest, _catalogue_pb2.GetRuleResponse]
-    """Describes one rule of any pack by its code. NOT_FOUND where there is none."""
+    """Describes one rule of any pack by its code. NOT_FOUND if no pack has it."""
 
 @_typing.type_check_only
 class CatalogueServiceAsyncStub(CatalogueServiceStub):
@@ -50,7 +50,7 @@ class CatalogueServiceAsyncStub(CatalogueServiceStub):
     GetPack: _aio.UnaryUnaryMultiCallable[_catalogue_pb2.GetPackRequest, _catalogue_pb2.GetPackResponse]  # type: ignore[assignment]
     """Describes one rule pack in full. NOT_FOUND where there is none of this id."""
     GetRule: _aio.UnaryUnaryMultiCallable[_catalogue_pb2.GetRuleRequest, _catalogue_pb2.GetRuleResponse]  # type: ignore[assignment]
-    """Describes one rule of any pack by its code. NOT_FOUND where there is none."""
+    """Describes one rule of any pack by its code. NOT_FOUND if no pack has it."""
 
 class CatalogueServiceServicer(metaclass=_abc_1.ABCMeta):
     """Says which rule packs and formats are installed, and all that they know."""
@@ -77,6 +77,6 @@ class CatalogueServiceServicer(metaclass=_abc_1.ABCMeta):
         request: _catalogue_pb2.GetRuleRequest,
         context: _ServicerContext,
     ) -> _typing.Union[_catalogue_pb2.GetRuleResponse, _abc.Awaitable[_catalogue_pb2.GetRuleResponse]]:
-        """Describes one rule of any pack by its code. NOT_FOUND where there is none."""
+        """Describes one rule of any pack by its code. NOT_FOUND if no pack has it."""
 
 def add_CatalogueServiceServicer_to_server(servicer: CatalogueServiceServicer, server: _typing.Union[_grpc.Server, _aio.Server]) -> None: ...
