@@ -112,7 +112,10 @@ class TestDomains:
         bridge = DOMAINS.replace("String}", "String, qos: {deadline: auto}}")
         participants = "  a: {domain: 1, publishes: {/chatter: {deadline: 1s}}}\n  b: {domain: 1, publishes: {/chatter: {deadline: 2s}}}\n"
         assert checked(bridge, participants.splitlines()[0] + "\n").verdict == "compatible"
-        assert checked(bridge, participants).verdict == "compatible"
+        # A bridge that starts between the two requests 1 s, which `b` does not offer.
+        assert checked(bridge, participants).verdict == "unknown"
+        late = "  domain_bridge_1: {domain: 1, starts_after: [a, b]}\n"
+        assert checked(bridge, participants + late).verdict == "compatible"
         wanted = "  c: {domain: 2, subscribes: {/chatter: {deadline: 1500ms}}}\n"
         assert errors(checked(bridge, participants.splitlines()[0] + "\n" + wanted)) == []
         assert errors(checked(bridge, participants.splitlines()[1] + "\n" + wanted)) == [("ROS103", "/chatter")]
