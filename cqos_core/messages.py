@@ -208,7 +208,7 @@ def _texts(settings: Mapping[str, Setting], text: _Convert) -> dict[str, str]:
 
 def _stated(settings: Mapping[str, Setting], text: _Convert) -> list[system_pb2.StatedSetting]:
     """Say where each was stated and what is not known of it, in order; nothing where that says no more than the map."""
-    plain = all(setting.place is None and not setting.unknown for setting in settings.values())
+    plain = all(each.place is None and not each.unknown and not each.derived for each in settings.values())
     if plain and list(settings) == sorted(settings):
         return []
     write = _writer(report_pb2.Place, text)
@@ -217,6 +217,7 @@ def _stated(settings: Mapping[str, Setting], text: _Convert) -> list[system_pb2.
             name=text(name),
             place=None if setting.place is None else write(setting.place),
             reported=text(setting.reported),
+            derived=setting.derived,
             **_unknown(setting.unknown, text),
         )
         for name, setting in settings.items()
@@ -433,7 +434,7 @@ def _stated_value(text: str, stated: Any) -> Setting:
     if stated.assumption:
         unknown = system.Cases(stated.assumption, tuple((case.name, case.value) for case in stated.cases))
     place = from_message(stated.place) if stated.HasField("place") else None
-    return Setting(text, place, unknown, reported=stated.reported)
+    return Setting(text, place, unknown, stated.derived, stated.reported)
 
 
 def _setting(text: str) -> Setting:

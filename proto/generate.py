@@ -11,6 +11,7 @@ beside an older protobuf or grpcio than theirs, and whoever uses C-QoS may have 
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import subprocess
@@ -119,8 +120,13 @@ def buf() -> str:
         npm = shutil.which("npm")
         if npm is None:
             raise TroubleError("buf comes through npm, which is not installed")
-        folder.mkdir(parents=True, exist_ok=True)
-        run([npm, "install", "--silent", "--no-audit", "--no-fund", "--prefix", str(folder), BUF], ROOT)
+        # Two may install it at the same time: the first whole one is taken.
+        TOOLS.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=TOOLS) as made:
+            run([npm, "install", "--silent", "--no-audit", "--no-fund", "--prefix", made, BUF], ROOT)
+            folder.mkdir(exist_ok=True)
+            with contextlib.suppress(OSError):
+                (Path(made) / "node_modules").rename(folder / "node_modules")
     return str(tool)
 
 

@@ -646,7 +646,9 @@ def test_a_participant_finds_its_broker():
     assert speaks()
     assert not speaks(large)
     assert speaks(small)
-    assert speaks(small, large)  # neither is named, so the default holds
+    assert not speaks(small, large)  # neither is named, so no value of a broker is known
+    report = checked(system, where=context([pack]))
+    assert (report.verdict, "CQ216" in codes(report)) == ("unknown", True)
     system.participants["w"] = Participant("w", settings=settings(broker="large"))
     assert not speaks(small, large)
 

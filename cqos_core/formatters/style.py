@@ -29,8 +29,8 @@ class Style:
         sources: source name to its bytes, for excerpts and exact columns.
         folder: absolute; paths below it are written relative to it in formats that need relative ones.
         documentation: URL of the documentation, for formats that link to rules; empty without one.
-        replaced: what edits replace in the texts of `sources`, by name: from where to where, and the new text; for formats that carry fixes; nothing where they cannot
-            be applied.
+        replaced: returns what edits replace in the texts of `sources`, by name: from where to where, and the new text; nothing
+            where they cannot be applied. For formats that carry fixes.
         tool_version: of C-QoS, for formats that name their tool.
     """
 

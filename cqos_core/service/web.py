@@ -342,10 +342,11 @@ class _Connections:
 
 
 class _Patient(H11Protocol):
-    """HTTP/1.1 that closes connections that are idle, and those whose first request does not come."""
+    """HTTP/1.1 that closes connections that are idle, and those on which a request does not come or not as a whole."""
 
     held: _Connections
     _seen: Any = None
+    _in_part: bool = False
     _looking: asyncio.TimerHandle
 
     @property
@@ -374,6 +375,23 @@ class _Patient(H11Protocol):
         self._looking.cancel()
         self.held.ended(self)
         super().connection_lost(exc)
+
+    def data_received(self, data: bytes) -> None:
+        super().data_received(data)
+        self._bound_rest()
+
+    def on_response_complete(self) -> None:
+        super().on_response_complete()
+        self._bound_rest()
+
+    def _bound_rest(self) -> None:
+        """Give the rest of a head that has begun as long as a first request, however slowly it comes."""
+        in_part = self.is_idle and bool(self.conn.trailing_data[0])
+        if in_part and not self._in_part:
+            self._looking.cancel()
+            self._seen = self.cycle
+            self._looking = self.loop.call_later(min(self.held.seconds, _FIRST_SECONDS), self._look)
+        self._in_part = in_part
 
     def _look(self) -> None:
         """Close it if nothing was under way since the last look."""

@@ -72,7 +72,7 @@ def read(source, context):
     for line in source.data.decode().split():
         who, role, topic = line.split(",")
         system.participants[who] = Participant(who)
-        system.endpoints.append(Endpoint(f"{who}/{role}/{topic}", role, topic, who))
+        system.endpoints.append(Endpoint(id=f"{who}/{role}/{topic}", role=role, topic=topic, participant=who))
     return system
 
 @click.command()

@@ -33,6 +33,7 @@ class StatedSetting(_message.Message):
     ASSUMPTION_FIELD_NUMBER: _builtins.int
     CASES_FIELD_NUMBER: _builtins.int
     REPORTED_FIELD_NUMBER: _builtins.int
+    DERIVED_FIELD_NUMBER: _builtins.int
     name: _builtins.str
     """The key in the map."""
     unknown: _builtins.str
@@ -43,6 +44,8 @@ class StatedSetting(_message.Message):
     """The assumption on which the value depends, where it is one of `cases`."""
     reported: _builtins.str
     """Code of the import note that reports the cause already."""
+    derived: _builtins.bool
+    """The importer worked the value out; its file does not hold this text, so no fix replaces it."""
     @_builtins.property
     def place(self) -> _report_pb2.Place:
         """Where it stands; absent where the model has no places."""
@@ -60,10 +63,11 @@ class StatedSetting(_message.Message):
         assumption: _builtins.str = ...,
         cases: _abc.Iterable[_report_pb2.NameValue] | None = ...,
         reported: _builtins.str = ...,
+        derived: _builtins.bool = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["assumption", b"assumption", "cases", b"cases", "name", b"name", "place", b"place", "reported", b"reported", "unknown", b"unknown"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["assumption", b"assumption", "cases", b"cases", "derived", b"derived", "name", b"name", "place", b"place", "reported", b"reported", "unknown", b"unknown"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
