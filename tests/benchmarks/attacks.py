@@ -18,7 +18,7 @@ import statistics
 import sys
 import threading
 import time
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 import grpc
 from grpc_health.v1 import health_pb2
@@ -276,6 +276,7 @@ ATTACKS: dict[str, Callable[[str, str], None]] = {
         http_flood,
     )
 }
+BY_HTTP: Final = (half_heads, http_flood)
 
 
 @contextlib.contextmanager
@@ -343,18 +344,28 @@ def echoing() -> Iterator[str]:
         process.join()
 
 
-def measured(names: list[str], seconds: float) -> Iterator[tuple[str, Polite, Polite, Polite, Polite]]:
-    """Yield per attack the polite client at the service and at the echo, calm and under attack."""
+Rows: TypeAlias = tuple[Polite, Polite]
+
+
+def measured(names: list[str], seconds: float) -> Iterator[tuple[str, Rows, Rows | None]]:
+    """Yield per attack the polite client at the service and at the echo, calm and under attack; the echo has no HTTP."""
     for name in names:
         with serving("--web", "127.0.0.1:0", "--log-level", "error") as service:
             web = str(service.addresses["web"])
             calm = polite(service.grpc, seconds)
             with attacking(name, service.grpc, web):
                 under = polite(service.grpc, seconds)
+        if ATTACKS[name] in BY_HTTP:
+            yield name, (calm, under), None
+            continue
         with echoing() as address:
             calm_echo = polite(address, seconds)
             with attacking(name, address, address):
-                yield name, calm, under, calm_echo, polite(address, seconds)
+                yield name, (calm, under), (calm_echo, polite(address, seconds))
+
+
+def _cells(calm: Polite, under: Polite) -> list[str]:
+    return [f"{calm.p99:.0f} ms", f"{under.p99:.0f} ms", f"{under.lost} of {under.calls}"]
 
 
 def main(arguments: list[str]) -> None:
@@ -365,12 +376,10 @@ def main(arguments: list[str]) -> None:
     given = parser.parse_args(arguments)
     sys.stdout.write("| attack | p99 calm | p99 under attack | lost | echo calm | echo under attack | echo lost |\n")
     sys.stdout.write("| - | - | - | - | - | - | - |\n")
-    for name, calm, under, calm_echo, under_echo in measured(given.only, given.seconds):
-        cells = (
-            name,
-            *(f"{calm.p99:.0f} ms", f"{under.p99:.0f} ms", f"{under.lost} of {under.calls}"),
-            *(f"{calm_echo.p99:.0f} ms", f"{under_echo.p99:.0f} ms", f"{under_echo.lost} of {under_echo.calls}"),
-        )
+    for name, *pairs in measured(given.only, given.seconds):
+        cells = [name]
+        for pair in pairs:
+            cells += ["no HTTP"] * 3 if pair is None else _cells(*pair)
         sys.stdout.write(f"| {' | '.join(cells)} |\n")
         sys.stdout.flush()
 
