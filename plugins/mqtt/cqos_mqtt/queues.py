@@ -298,7 +298,7 @@ def _between(streams: Iterable[Stream], least: int, most: int) -> Value:
     if least == most:
         return least
     topics = sorted({f"`{each.topic}`" for each in streams if each.topic})
-    what = listed(topics) if topics else "topics of which not everything is known"
+    what = listed(topics) if topics else "topics that are not fully known"
     return Depends(f"what comes on {what}", (("the least", least), ("the most", most)))
 
 
@@ -358,7 +358,7 @@ def _alike(streams: Iterable[Alike]) -> tuple[Alike, ...]:
 
 
 def _nameless(streams: Iterable[Alike]) -> tuple[Alike, ...]:
-    """Return those that bring the same once, whoever takes it and whether it is sure."""
+    """Return streams that bring the same as one, for every subscriber, certain or not."""
     return tuple(
         sorted(_alike((each._replace(topic="", sure=True, taken=0), number) for each, number in streams), key=str)
     )
