@@ -13,9 +13,9 @@ _HEAD: Final = struct.Struct(">BQQ")
 
 ANSWER, ANSWER_JSON, ANSWER_PAIR, OPEN_SESSION, EDIT_SESSION, CLOSE_SESSION, REOPEN_SESSION = range(7)
 """What a call asks for."""
-OK, REFUSED, FAILED, SPENT = range(4)
-"""What came of it: an answer, a google.rpc.Status, a traceback that is the service's own business, or a google.rpc.Status
-after which nothing more comes: there is no memory left."""
+OK, REFUSED, FAILED, SPENT, GONE = range(5)
+"""What came of it: an answer, a google.rpc.Status, a traceback that is the service's own business, a google.rpc.Status after
+which nothing more comes as there is no memory left, or that the session lived in the process before this one."""
 
 
 class Frame(NamedTuple):

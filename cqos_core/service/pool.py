@@ -94,6 +94,8 @@ class Process:
                 raise SpentError(status_pb2.Status.FromString(answer.data))
         if answer.kind == frames.OK:
             return answer.data
+        if answer.kind == frames.GONE:
+            raise DiedError("its process ended", "ABORTED")
         if answer.kind == frames.REFUSED:
             raise StatusRefused(status_pb2.Status.FromString(answer.data))
         raise FailedError(answer.data.decode())

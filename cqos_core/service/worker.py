@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.service import frames
 from cqos_core.service.answers import METHODS, answer, answer_json, answer_of_stream
-from cqos_core.service.refusal import Refused, session_lost, too_much
+from cqos_core.service.refusal import Refused, too_much
 from cqos_core.service.sessions import EditSession
 
 if TYPE_CHECKING:
@@ -57,6 +57,8 @@ class Worker:
 
     def _answer(self, call: frames.Frame) -> frames.Frame:
         try:
+            if call.kind == frames.EDIT_SESSION and call.number not in self._sessions:
+                return frames.Frame(frames.GONE, call.number, b"")
             return frames.Frame(frames.OK, call.number, self._do(call))
         except Refused as refused:
             return frames.Frame(frames.REFUSED, call.number, refused.status().SerializeToString())
@@ -82,10 +84,7 @@ class Worker:
             case frames.OPEN_SESSION:
                 self._sessions[call.number] = EditSession(self._most)
             case frames.EDIT_SESSION:
-                session = self._sessions.get(call.number)
-                if session is None:  # it was in the process before this one
-                    raise session_lost("its process ended")
-                return session.edit(call.data)
+                return self._sessions[call.number].edit(call.data)
             case frames.CLOSE_SESSION:
                 self._sessions.pop(call.number, None)
         return b""

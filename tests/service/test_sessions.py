@@ -260,6 +260,24 @@ def test_a_session_whose_worker_is_gone_goes_on_in_another_one(start):
             assert session.report() == check_system(two(), context())
 
 
+def test_a_worker_that_ends_between_two_edits_is_noticed_by_all_its_sessions(start):
+    with start("--heavy-workers", "1") as own, own.client() as client:
+        before = set(own.children())
+        with client.session(two()) as session:
+            session.report()
+            (home,) = set(own.children()) - before
+            os.kill(home, signal.SIGKILL)
+            # The service sees the process end before the next edit, and starts another one that has no sessions.
+            until = time.monotonic() + 10
+            while home in own.children() and time.monotonic() < until:
+                time.sleep(0.05)
+            time.sleep(0.2)
+            here = cqos.Session(two())
+            for each in (here, session):
+                each.put(endpoint("w", reliability="reliable"))
+            assert session.report() == here.report()
+
+
 def test_idle_sessions_are_closed_and_their_number_is_bounded(start):
     with start("--max-sessions", "2", "--max-share", "1", "--max-idle-seconds", "0.5") as own, own.client() as client:
         with client.session(two()) as one, client.session(two()) as other:
