@@ -322,8 +322,8 @@ def _further(draft: Draft) -> str:
 def _severity(spoken: Spoken) -> Severity:
     rule = spoken.bound.rule
     if rule.kind != "forbids" and (spoken.unknown or rule.doubt):
-        return max(Severity.WARNING, Severity(rule.severity), key=lambda severity: severity.rank)
-    return Severity(rule.severity)
+        return max(Severity.WARNING, Severity(spoken.bound.severity), key=lambda severity: severity.rank)
+    return Severity(spoken.bound.severity)
 
 
 def _verdict(spoken: Spoken) -> Verdict | None:

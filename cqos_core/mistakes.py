@@ -27,6 +27,7 @@ from cqos_core.policy import (
     normalise,
 )
 from cqos_core.problems import InvalidValueError
+from cqos_core.rule import SEVERITIES
 from cqos_core.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
@@ -83,11 +84,34 @@ def rule_mistakes(bound: BoundRule) -> Iterator[str]:
     for name in rule.fixes:
         if name not in read:
             yield f"`fixes` names `{name}`, which the sentence does not read"
+    yield from _severity(bound)
     words = {"publisher", "subscriber", "endpoint", "topic"}
     words |= {word for name in used for word in (name, f"offered {name}", f"requested {name}")}
     for word in re.findall(r"\{([^{}]+)\}", rule.says):
         if word not in words:
             yield f"`says` has {{{word}}}, which stands for nothing here"
+
+
+def _severity(bound: BoundRule) -> Iterator[str]:
+    """Yield what is wrong with a severity that depends on an option."""
+    by, vocabulary = bound.rule.severity, bound.bound.vocabulary
+    if isinstance(by, str):
+        return
+    at = vocabulary.indices.get(("option", by.option))
+    option = None if at is None else vocabulary.policies[at]
+    values = () if option is None else tuple(map(option.domain.format, option.domain.candidates()))
+    if option is None or not values or not isinstance(option.default, str):
+        yield f"its severity depends on `{by.option}`, which is no option with a default and listed values"
+        return
+    if bound.rule.kind == "meets":
+        yield "a meeting condition has one severity"
+    for value, severity in (*by.meanings, (values[0], by.otherwise)):
+        if value not in values:
+            yield f"its severity names `{value}`, but option `{by.option}` is one of {', '.join(values)}"
+        if severity is not None and severity not in SEVERITIES:
+            yield f"severity `{severity}` must be error, warning or note"
+    if not by.meanings and by.otherwise is None:
+        yield f"its severity lists no value of option `{by.option}`"
 
 
 KEPT: Final = {

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 from cqos_core.evaluate import Bound, Function, Vocabulary, bind, role_of, scope_of
+from cqos_core.expression import in_, option
 from cqos_core.guarantee import WORDS, unstated
 from cqos_core.mistakes import Mistake, mistakes, rule_mistakes
 from cqos_core.policy import BOTH, ENDPOINT, LEVELS, NEED, Anything, Policy, is_plain, normalise
 from cqos_core.problems import PackError, SentenceError
+from cqos_core.rule import SEVERITIES
 from cqos_core.system import Setting
 
 if TYPE_CHECKING:
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
     from cqos_core.guarantee import Proof, Unaffected
     from cqos_core.logs import About, Misfit
     from cqos_core.policy import Plain, Value
-    from cqos_core.rule import Rule
+    from cqos_core.rule import Rule, SeverityName
     from cqos_core.system import Endpoint, Place, Settings
 
 
@@ -321,6 +323,41 @@ class BoundRule:
         absent = {role: tuple(index for index in own if role not in policies[index].roles) for role in BOTH}
         object.__setattr__(self, "absent", absent)
 
+    @property
+    def severities(self) -> dict[str, SeverityName]:
+        """By value of the option that it depends on, the severity; a plain severity stands alone under an empty value."""
+        by = self.rule.severity
+        if isinstance(by, str):
+            return {"": by}
+        listed, domain = dict(by.meanings), self.option.domain
+        found = {text: listed.get(text, by.otherwise) for text in map(domain.format, domain.candidates())}
+        return {text: severity for text, severity in found.items() if severity is not None}  # type: ignore[misc]
+
+    @property
+    def option(self) -> Policy:
+        """The option on which the severity depends."""
+        vocabulary = self.bound.vocabulary
+        return vocabulary.policies[vocabulary.indices["option", self.rule.severity.option]]  # type: ignore[union-attr]
+
+    @property
+    def severity(self) -> SeverityName:
+        """The severity by default: that of the option's default, or the worst where the rule is not checked then."""
+        found = self.severities
+        usual = None if "" in found else found.get(str(self.option.default))
+        return min(found.values(), key=SEVERITIES.index) if usual is None else usual
+
+    def by_severity(self) -> Iterator[BoundRule]:
+        """Yield the rule once for each severity, limited to the values of the option that give it."""
+        if isinstance(self.rule.severity, str):
+            yield self
+            return
+        found, sentence = self.severities, self.rule.sentence
+        for severity in dict.fromkeys(found.values()):
+            here = in_(option(self.option), *(value for value, each in found.items() if each == severity))
+            limited = sentence & here if self.rule.kind == "forbids" else sentence | ~here
+            rule = replace(self.rule, sentence=limited, severity=severity)
+            yield BoundRule(rule, bind(limited, self.bound.vocabulary), self.scope, self.role)
+
 
 def _bound(rule: Rule, vocabulary: Vocabulary, found: list[Mistake]) -> list[BoundRule]:
     """Bind a rule, and add what is wrong with it to ``found``."""
@@ -416,10 +453,11 @@ class RulePack:
 
     @cached_property
     def judging_rules(self) -> tuple[BoundRule, ...]:
-        """The rules, and those that leave a guarantee open under a fault that the pack does not cover."""
+        """The rules by severity, and those that leave a guarantee open under a fault that the pack does not cover."""
         found: list[Mistake] = []
         derived = (_bound(rule, self.vocabulary, found) for rule in unstated(self.rules, self.unaffected))
-        return (*self.bound_rules, *(bound for rules in derived for bound in rules))
+        stated = (each for bound in self.bound_rules for each in bound.by_severity())
+        return (*stated, *(bound for rules in derived for bound in rules))
 
     @cached_property
     def vocabulary(self) -> Vocabulary:
@@ -592,7 +630,10 @@ def describe_rule(bound: BoundRule) -> dict[str, Any]:
         "scope": bound.scope,
         "role": bound.role,
         "sentence": str(rule.sentence),
-        "severity": rule.severity,
+        "severity": bound.severity,
+        "severity_by": {"option": bound.option.name, "severities": bound.severities}
+        if "" not in bound.severities
+        else None,
         "because": rule.because,
         "clause": rule.clause,
         "help": rule.help,

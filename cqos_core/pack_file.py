@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.source import Source
     from cqos_core.importers.tree import Node
+    from cqos_core.rule import SeverityName
 
 Scalar: TypeAlias = str | int | bool
 RoleName: TypeAlias = Literal["publisher", "subscriber"]
@@ -135,7 +136,7 @@ class RuleModel(_Model):
     name: str
     because: str
     clause: str = ""
-    severity: Literal["error", "warning", "note"] | None = None
+    severity: Literal["error", "warning", "note"] | ByOptionModel | None = None
     says: str = ""
     role: Literal["publisher", "subscriber", ""] = ""
     doubt: bool = False
@@ -457,7 +458,7 @@ def _rule(model: RuleModel) -> Rule:
         name=model.name,
         because=model.because,
         clause=model.clause,
-        severity=model.severity or ("error" if kind == "requires" else "warning"),
+        severity=_severity(model, kind),
         says=model.says,
         role=model.role,
         doubt=model.doubt,
@@ -467,6 +468,12 @@ def _rule(model: RuleModel) -> Rule:
         help=model.help,
         aliases=tuple(model.aliases),
     )
+
+
+def _severity(model: RuleModel, kind: str) -> SeverityName | ByOption:
+    if isinstance(model.severity, ByOptionModel):
+        return _meaning(model.severity)  # type: ignore[return-value]
+    return model.severity or ("error" if kind == "requires" else "warning")
 
 
 def _policy(name: str, model: PolicyModel) -> Policy:

@@ -10,9 +10,11 @@ from cqos_core.problems import PackError
 
 if TYPE_CHECKING:
     from cqos_core.expression import Sentence
+    from cqos_core.policy import ByOption
 
 Kind = Literal["requires", "forbids", "meets"]
 SeverityName = Literal["error", "warning", "note"]
+SEVERITIES: Final = ("error", "warning", "note")
 
 _CODE: Final = re.compile(r"[A-Z]{2,8}\d{3}")
 _NAME: Final = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
@@ -30,7 +32,8 @@ class Rule:
         name: the bad pattern in kebab case, so that "allow *name*" reads well.
         because: why it matters, a clause that can follow a colon; without a final stop.
         clause: where the standard (or the source of the practice) says so.
-        severity: when it speaks; an unknown ``requires`` is a warning whatever this says.
+        severity: when it speaks; an unknown ``requires`` is a warning whatever this says. Where it depends on an option,
+            ``by_option("strictness", lax="note", strict="error")``: for values not listed the rule is not checked.
         says: the headline, with ``{publisher}``, ``{subscriber}``, ``{endpoint}``, ``{topic}`` and policy names (``{durability}``,
             ``{offered depth}``) replaced; empty: derived from the values and ``because``.
         role: limits an endpoint rule to ``publisher`` or ``subscriber``; empty: as the terms say.
@@ -52,7 +55,7 @@ class Rule:
     name: str
     because: str
     clause: str = ""
-    severity: SeverityName = "error"
+    severity: SeverityName | ByOption = "error"
     says: str = ""
     role: str = ""
     doubt: bool = False
@@ -75,7 +78,7 @@ class Rule:
         if not self.because or self.because.endswith("."):
             message = f"rule {self.code}: `because` must be a reason without a final stop"
             raise PackError(message)
-        if self.severity not in {"error", "warning", "note"}:
+        if isinstance(self.severity, str) and self.severity not in SEVERITIES:
             message = f"rule {self.code}: severity `{self.severity}` must be error, warning or note"
             raise PackError(message)
 
@@ -87,7 +90,7 @@ def requires(
     name: str,
     because: str,
     clause: str = "",
-    severity: SeverityName = "error",
+    severity: SeverityName | ByOption = "error",
     says: str = "",
     role: str = "",
     doubt: bool = False,
@@ -122,7 +125,7 @@ def forbids(
     name: str,
     because: str,
     clause: str = "",
-    severity: SeverityName = "warning",
+    severity: SeverityName | ByOption = "warning",
     says: str = "",
     role: str = "",
     creation: bool = False,

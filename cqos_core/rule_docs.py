@@ -136,6 +136,11 @@ def derived_table(bound: BoundRule) -> Grid | None:
 
 def _severity(bound: BoundRule) -> str:
     rule = bound.rule
+    if not isinstance(rule.severity, str):
+        values = bound.option.domain.candidates()
+        cases = {text: bound.severities.get(text, "not checked") for text in map(bound.option.domain.format, values)}
+        listed = ", ".join(f"{severity} for `{text}`" for text, severity in cases.items())
+        return f"{bound.severity.capitalize()} by default. Option `{bound.option.name}` sets the severity: {listed}."
     name = rule.severity.capitalize()
     if rule.kind == "requires" and rule.severity == "error":
         return "Warning." if rule.doubt else f"{name}; a warning where it cannot be known."

@@ -440,7 +440,7 @@ def _outline(shape: Shape, pairs: _Pairs, outlines: _Outlines, said: _Said, aske
     hits = {publisher: hit for publisher in publishers.members if (hit := asked[publisher] & subscribers.mask)}
     if not hits:
         return
-    code, tags = spoken.bound.rule.code, publishers.first.tags | subscribers.first.tags
+    code, tags = _called(spoken), publishers.first.tags | subscribers.first.tags
     key = (code, spoken.outcome.result, tags) if combinations else (code, id(publishers), id(subscribers), tags)
     outline = outlines.setdefault(key, Outline(spoken, tags=tags))
     outline.more += combinations
@@ -451,6 +451,11 @@ def _outline(shape: Shape, pairs: _Pairs, outlines: _Outlines, said: _Said, aske
     outline.pairs += sum(shape.publishers[publisher].size * pairs.weight(hit) for publisher, hit in hits.items())
     outline.subscribers.update(dict.fromkeys(positions(reached & ~outline.reached)))
     outline.reached |= reached
+
+
+def _called(spoken: Spoken) -> str:
+    """Tell a rule from others, and the severities of one from each other."""
+    return f"{spoken.bound.rule.code} {spoken.bound.rule.severity}"
 
 
 def _example(subscribers: Class, hits: Mapping[int, int]) -> dict[str, int]:
@@ -499,7 +504,7 @@ def _endpoint_rules(shape: Shape, outlines: _Outlines) -> None:
             for spoken in judge_endpoint(alike.profile, role, alike.observed):
                 if spoken.unknown and spoken.failed is None:
                     continue
-                code = spoken.bound.rule.code
+                code = _called(spoken)
                 values = tuple(alike.profile.values[use.index] for use in spoken.bound.bound.uses)
                 key: tuple[Any, ...] = (code, role, values, alike.tags)
                 further = key not in outlines and told.get(code, 0) >= MOST_COMBINATIONS

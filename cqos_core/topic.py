@@ -291,7 +291,7 @@ def _split_finding(topic: Topic, draft: Draft, *, quiet: bool) -> Made:
     finding = replace(
         made.finding,
         message=message,
-        severity=Severity.NOTE if quiet else Severity(rule.severity),
+        severity=Severity.NOTE if quiet else Severity(draft.spoken.bound.severity),
         verdict=None,
         sides=tuple(replace(side, facts=()) for side in made.finding.sides) if quiet else made.finding.sides,
         remedies=(),

@@ -90,7 +90,7 @@ def index(packs: Iterable[RulePack]) -> str:
         "Written by `python docs/generate.py` from the rules themselves; `cqos rule CODE` says the same in a terminal.",
     ]
     for pack in packs:
-        rows = [(b.rule.code, b.rule.name, b.rule.severity, b.rule.because) for b in pack.bound_rules]
+        rows = [(b.rule.code, b.rule.name, b.severity, b.rule.because) for b in pack.bound_rules]
         parts += [f"## {pack.title}", listing([*rows, *map(row, pack.codes)])]
     parts += ["## C-QoS itself", listing(row(info) for _, info in sorted(CODES.items()))]
     return "\n\n".join(parts) + "\n"

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from cqos_core.api import context
 from cqos_core.evaluate import Function
 from cqos_core.expression import parse
 from cqos_core.mistakes import KEPT
@@ -375,6 +376,60 @@ def test_words_may_mean_many_things():
     )
     delay = Policy("pause", Duration(), "0s", words={"none": "infinite"}, zero="none")
     replace(POST, policies=(*POLICIES, policy, delay), rules=())
+
+
+# Severities that depend on an option
+
+STRICTNESS = Policy("strictness", Choice("off", "lax", "strict", ordered=False), "lax", level="option")
+BY_STRICTNESS = by_option("strictness", lax="note", strict="error")
+STRICT_POST = replace(
+    POST,
+    policies=(*POLICIES, STRICTNESS),
+    rules=(replace(RULES[0], severity=BY_STRICTNESS), replace(RULES[5], severity=BY_STRICTNESS, aliases=("POST391",))),
+)
+
+
+@pytest.mark.parametrize(
+    ("strictness", "said", "verdict"),
+    [
+        ({}, [("POST101", "note"), ("POST301", "note")], "incompatible"),
+        ({"strictness": "strict"}, [("POST101", "error"), ("POST301", "error")], "incompatible"),
+        ({"strictness": "off"}, [], "compatible"),
+    ],
+)
+@pytest.mark.parametrize("readers", [1, 900])
+def test_a_severity_may_depend_on_an_option(strictness, said, verdict, readers):
+    """The second number has so many distinct values that they are judged many at once."""
+    parts = [writer("a", f"w{at}", delay=f"{at + 1}s") for at in range(2 if readers > 1 else 1)]
+    parts += [reader("a", f"r{at}", care="insured", delay=f"{at + 9}s") for at in range(readers)]
+    report = check_parts(*parts, options=strictness, where=context([STRICT_POST]))
+    found = dict.fromkeys((each.code, str(each.severity)) for each in report.findings if each.code.startswith("POST"))
+    assert sorted(found) == said
+    assert report.verdict == verdict
+
+
+def test_a_rule_with_several_severities_is_described_once():
+    first, second = STRICT_POST.describe()["rules"]
+    assert (first["severity"], first["sentence"]) == ("note", "offered(care) >= requested(care)")
+    assert first["severity_by"] == {"option": "strictness", "severities": {"lax": "note", "strict": "error"}}
+    assert second["severity_by"] == first["severity_by"]
+    assert STRICT_POST.rule("POST391") is STRICT_POST.rules[1]
+    assert POST.describe()["rules"][0]["severity_by"] is None
+
+
+@pytest.mark.parametrize(
+    ("severity", "message"),
+    [
+        (by_option("carrier", bike="note"), "`carrier`, which is no option with a default and listed values"),
+        (by_option("care", plain="note"), "`care`, which is no option with a default and listed values"),
+        (by_option("strictness", slack="note"), "names `slack`, but option `strictness` is one of off, lax, strict"),
+        (by_option("strictness", lax="fatal"), "severity `fatal` must be error, warning or note"),
+        (by_option("strictness"), "lists no value of option `strictness`"),
+    ],
+)
+def test_a_severity_by_an_unfit_option_is_refused(severity, message):
+    with pytest.raises(PackError, match=message):
+        replace(STRICT_POST, rules=(replace(RULES[0], severity=severity),))
 
 
 # Functions of a pack

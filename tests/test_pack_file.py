@@ -216,6 +216,18 @@ def test_a_pack_in_a_file_describes_itself_like_its_twin_in_python():
     assert read_pack(source(FILE)).describe() == TWIN.describe()
 
 
+def test_a_severity_by_option_in_a_file_is_that_of_python():
+    text = FILE.replace(
+        "severity: error", "severity: {by_option: tone, cases: {soft: note}, otherwise: error}"
+    ).replace("presets:\n", "  tone: {kind: choice, values: [soft, loud], level: option, default: soft}\npresets:\n", 1)
+    assert read_pack(source(text)).rules[3].severity == by_option("tone", "error", soft="note")
+    described = {rule["code"]: rule for rule in read_pack(source(text)).describe()["rules"]}
+    assert described["MAIL301"]["severity_by"] == {
+        "option": "tone",
+        "severities": {"soft": "note", "loud": "error"},
+    }
+
+
 def test_every_key_of_a_pack_in_a_file_means_what_it_means_in_python():
     written = read_pack(source(FILE))
     for mine, other in zip(written.policies, TWIN.policies, strict=True):

@@ -135,7 +135,10 @@ def _pack_as_text(pack: RulePack) -> str:
     policies = [policy for policy in pack.policies if policy.level != "option"]
     options = [policy for policy in pack.policies if policy.level == "option"]
     presets = [(name, preset.doc, _needs(preset.needs)) for name, preset in pack.presets.items()]
-    rules = [(bound.rule.code, bound.rule.name, bound.rule.severity) for bound in pack.bound_rules]
+    rules = [
+        (bound.rule.code, bound.rule.name, " or ".join(dict.fromkeys(bound.severities.values())))
+        for bound in pack.bound_rules
+    ]
     codes = [(info.code, info.name, info.severity) for info in pack.codes]
     plain = [(function.name, function.doc, "") for function in pack.functions if not function.column]
     blocks = [

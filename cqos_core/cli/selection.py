@@ -12,10 +12,12 @@ from cqos_core.codes import CODES
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.checker import Context
+    from cqos_core.codes import CodeInfo
     from cqos_core.report import Finding, Report
+    from cqos_core.rule import Rule
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,21 +58,21 @@ def counted(select: Sequence[str], ignore: Sequence[str], context: Context) -> C
     return Counted(_rules("--select", select, known), _rules("--ignore", ignore, known))
 
 
-def _rules(option: str, values: Sequence[str], known: frozenset[str]) -> tuple[str, ...]:
+def _rules(option: str, values: Sequence[str], known: Mapping[str, str]) -> tuple[str, ...]:
     rules = [rule.strip() for value in values for rule in value.split(",") if rule.strip()]
     for rule in rules:
         if not any(name.startswith(rule.lower()) for name in known):
             message = f"no rule has the code or name `{rule}`{nearest(rule.lower(), known, listed=False)}"
             raise click.BadParameter(message, param_hint=f"'{option}'")
-    return tuple(rule.lower() for rule in rules)
+    return tuple(known.get(rule.lower(), rule.lower()) for rule in rules)
 
 
-def _known(context: Context) -> frozenset[str]:
-    """The codes and names of all rules, in lower case."""
-    found = {text for info in CODES.values() for text in (info.code, info.name)}
+def _known(context: Context) -> Mapping[str, str]:
+    """Map the codes and names of all rules to themselves and former ones to the code that replaced them, in lower case."""
+    found: list[Rule | CodeInfo] = [*CODES.values()]
     for pack_id in load_plugins().packs:
         pack = context.find_pack(pack_id)
         if pack is not None:
-            found |= {text for rule in pack.rules for text in (rule.code, rule.name)}
-            found |= {text for info in pack.codes for text in (info.code, info.name)}
-    return frozenset(text.lower() for text in found)
+            found += (*pack.rules, *pack.codes)
+    former = {alias.lower(): each.code.lower() for each in found for alias in each.aliases}
+    return former | {text.lower(): text.lower() for each in found for text in (each.code, each.name)}

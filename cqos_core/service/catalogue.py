@@ -70,7 +70,7 @@ def pack_message(pack: RulePack) -> catalogue_pb2.Pack:
             catalogue_pb2.Convention(**_known(catalogue_pb2.Convention, each)) for each in described["conventions"]
         ],
         codes=[
-            catalogue_pb2.Code(**{**_known(catalogue_pb2.Code, each), "severity": _severity(each)})
+            catalogue_pb2.Code(**{**_known(catalogue_pb2.Code, each), "severity": _severity(each["severity"])})
             for each in described["codes"]
         ],
         not_checked=pack.not_checked,
@@ -134,13 +134,29 @@ def _rule(described: dict[str, Any]) -> catalogue_pb2.Rule:
         )
         for row in described.pop("table")
     ]
+    by = described.pop("severity_by")
     given = _known(catalogue_pb2.Rule, described)
     numbers = {
         "kind_value": _number(catalogue_pb2.RuleKind, described["kind"]),
         "scope_value": _number(catalogue_pb2.RuleScope, described["scope"]),
         "role_value": _number(report_pb2.Role, described.get("role") or ""),
     }
-    return catalogue_pb2.Rule(**{**given, **numbers, "severity": _severity(described), "table": rows})
+    return catalogue_pb2.Rule(
+        **{
+            **given,
+            **numbers,
+            "severity": _severity(described["severity"]),
+            "table": rows,
+            "severity_by": _severity_by(by),
+        }
+    )
+
+
+def _severity_by(described: Mapping[str, Any] | None) -> catalogue_pb2.SeverityByOption | None:
+    if described is None:
+        return None
+    by_value = {value: _severity(name) for value, name in described["severities"].items()}
+    return catalogue_pb2.SeverityByOption(option=described["option"], by_value=by_value)
 
 
 def _number(enum: Any, word: str) -> Any:
@@ -154,8 +170,8 @@ def _known(kind: Any, described: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in described.items() if name in fields and value is not None}
 
 
-def _severity(described: Mapping[str, Any]) -> report_pb2.Severity.ValueType:
-    return report_pb2.Severity.Value(f"SEVERITY_{described['severity'].upper()}")
+def _severity(name: str) -> report_pb2.Severity.ValueType:
+    return report_pb2.Severity.Value(f"SEVERITY_{name.upper()}")
 
 
 def _dialect(dialect: Dialect) -> catalogue_pb2.Dialect:

@@ -46,6 +46,7 @@ def test_the_paper_s_incompatibility_is_two_errors(cqos):
         (["clashes.yaml", "--select", "CQ"], 0),
         (["clashes.yaml", "--select", "ROS1,CQ"], 1),
         (["clashes.yaml", "--ignore", "ros", "--ignore", "CQ"], 0),
+        (["clashes.yaml", "--select", "MQTT155,CQ"], 0),
         (["clashes.yaml", "--select", "nonsense"], 2),
         (["snapshot.txt"], 0),
         (["snapshot.txt", "--require-pairs"], 1),

@@ -32,6 +32,13 @@ def test_a_rule_says_what_it_checks_why_and_what_to_do(cqos):
     assert "Change `reliability` of the publisher, or `reliability` of the subscriber." in out
 
 
+def test_a_withdrawn_code_leads_to_the_rule_that_replaced_it(cqos):
+    out = cqos("rule", "MQTT155").out
+    assert out.startswith("MQTT105 worst-pair\n")
+    assert "Option `implied_needs` sets the severity: not checked for `off`, note for `note`," in out
+    assert "MQTT155" in out.partition("Former codes and names")[2]
+
+
 def test_a_rule_as_markdown_and_as_json(cqos):
     assert cqos("rule", "ROS101", "--format", "markdown").out.startswith("# ROS101 reliability-weaker-than-requested\n")
     document = json.loads(cqos("rule", "ROS101", "--format", "json").out)

@@ -4,8 +4,7 @@
 false two endpoints never meet. A bare policy is that of the endpoint itself, `offered` is the publication's, `requested`
 the subscription's, `publisher`, `subscriber` and `participant` are their connections, `broker` is between them.
 
-A QoS that somebody stated is no demand, so what it does not get is a note: the option `implied_needs` makes it a warning,
-or silent. The rules from MQTT151 on are the warnings.
+A QoS that is stated is no requirement, so its loss is a note: the option `implied_needs` makes it a warning, or silent.
 """
 
 from __future__ import annotations
@@ -30,7 +29,8 @@ from cqos_core.expression import (
     topic,
 )
 from cqos_core.guarantee import WORDS
-from cqos_core.rule import Rule, forbids, meets, requires
+from cqos_core.policy import by_option
+from cqos_core.rule import forbids, meets, requires
 from cqos_mqtt.policies import (
     ALIASES,
     BROKER,
@@ -112,58 +112,39 @@ def keeps_session(side: Callable[[Term], Operand]) -> Sentence:
     return (in_3_1_1(side) & ~side(CLEAN)) | ((side(VERSION) == "5.0") & (side(SESSION_EXPIRY) > "0s"))
 
 
-def implied(
-    sentence: Sentence, *, code: str, name: str, because: str, clause: str, fixes: tuple[str, ...] = (), says: str = ""
-) -> tuple[Rule, Rule]:
-    """Return the rule over a need that is only implied: a note, and under a code 50 further on the warning."""
-    louder = f"MQTT{int(code.removeprefix('MQTT')) + 50}"
-    return (
-        forbids(
-            sentence & (IMPLIED_NEEDS == "note"),
-            code=code,
-            name=name,
-            because=because,
-            clause=clause,
-            severity="note",
-            fixes=fixes,
-            says=says,
-        ),
-        forbids(
-            sentence & (IMPLIED_NEEDS == "warning"),
-            code=louder,
-            name=f"{name}-warned",
-            because=because,
-            clause=clause,
-            fixes=fixes,
-            says=says,
-        ),
-    )
-
+# How severe the loss of a QoS is that was stated, and that no stated need asks for.
+IMPLIED: Final = by_option(IMPLIED_NEEDS.name, note="note", warning="warning")
 
 # MQTT1xx: with which QoS messages arrive ---------------------------------------------------------------------
 
 DELIVERY: Final = (
-    *implied(
+    forbids(
         stated(requested(QOS)) & (EFFECTIVE < GRANTED),
         code="MQTT103",
         name="publisher-limits",
         because="a message arrives with the lower QoS of the two, and the subscription's is only a maximum",
         clause="MQTT 3.1.1, MQTT-3.8.4-6; MQTT 5.0, MQTT-3.8.4-8",
         fixes=("qos",),
+        severity=IMPLIED,
+        aliases=("MQTT153", "publisher-limits-warned"),
     ),
-    *implied(
+    forbids(
         stated(offered(QOS)) & (offered(QOS) == "2") & (GRANTED < "2"),
         code="MQTT104",
         name="subscriber-downgrades",
         because="what is published exactly once arrives with the lower QoS that the subscription is granted",
         clause="MQTT 3.1.1, MQTT-3.8.4-6; MQTT 5.0, MQTT-3.8.4-8",
+        severity=IMPLIED,
+        aliases=("MQTT154", "subscriber-downgrades-warned"),
     ),
-    *implied(
+    forbids(
         stated(offered(QOS)) & (offered(QOS) == "1") & (GRANTED == "0"),
         code="MQTT105",
         name="worst-pair",
         because="messages may come twice on the way to the broker and be lost on the way from it",
         clause="MQTT 3.1.1, 3.8.4; MQTT 5.0, 3.8.4",
+        severity=IMPLIED,
+        aliases=("MQTT155", "worst-pair-warned"),
     ),
     forbids(
         stated(requested(QOS)) & (requested(QOS) > broker(GRANTED_QOS)),
@@ -325,13 +306,15 @@ RETAINED: Final = (
         severity="note",
         fixes=("retain_handling",),
     ),
-    *implied(
+    forbids(
         offered(RETAIN) & (offered(QOS) == "0") & stated(offered(RETAIN)),
         code="MQTT305",
         name="retained-qos-0-optional",
         because="the broker may drop a retained message of QoS 0 at any time",
         clause="MQTT 3.1.1, MQTT-3.3.1-7; MQTT 5.0, 3.3.1.3",
         fixes=("qos",),
+        severity=IMPLIED,
+        aliases=("MQTT355", "retained-qos-0-optional-warned"),
     ),
     forbids(
         offered(RETAIN) & (offered(PAYLOAD) == 0),
@@ -357,7 +340,7 @@ RETAINED: Final = (
 WIDEST_WINDOW: Final = 65_535
 
 SESSIONS: Final = (
-    *implied(
+    forbids(
         stated(offered(QOS)) & (offered(QOS) >= "1") & ~offered(IS_WILL) & ~keeps_session(publisher),
         code="MQTT404",
         name="publisher-without-session",
@@ -365,6 +348,8 @@ SESSIONS: Final = (
         because="what is on its way when the connection breaks is not sent again, because the session is gone",
         clause="MQTT 3.1.1, MQTT-4.4.0-1; MQTT 5.0, MQTT-4.4.0-1",
         fixes=("clean_start", "session_expiry_interval"),
+        severity=IMPLIED,
+        aliases=("MQTT454", "publisher-without-session-warned"),
     ),
     forbids(
         in_3_1_1(participant) & (participant(CLIENT_ID) == "") & ~participant(CLEAN),
@@ -448,13 +433,15 @@ WILL: Final = (
         clause="MQTT 5.0, MQTT-3.1.2-8 and 3.1.3.2.2",
         severity="note",
     ),
-    *implied(
+    forbids(
         offered(IS_WILL) & ~offered(CLOSING),
         code="MQTT510",
         name="clean-exit-silent",
         says="{endpoint} is not published when the client ends in good order, and the client itself publishes nothing there",
         because="a client that disconnects in good order takes its Will back, so nobody learns that it is gone",
         clause="MQTT 3.1.1, MQTT-3.14.4-3; MQTT 5.0, MQTT-3.14.4-3",
+        severity=IMPLIED,
+        aliases=("MQTT560", "clean-exit-silent-warned"),
     ),
     forbids(
         (count(offered(IS_WILL) & ~offered(RETAIN)) > 0) & (count(~offered(IS_WILL) & offered(RETAIN)) > 0),
@@ -596,20 +583,24 @@ FILTERS: Final = (
 SMALL_WINDOW: Final = 10
 
 FLOW: Final = (
-    *implied(
+    forbids(
         (requested(QOS) >= "1") & (subscriber(RECEIVE_MAXIMUM) < SMALL_WINDOW),
         code="MQTT701",
         name="small-receive-maximum",
         because="few messages may be on their way at once, so others wait in the queue of the broker",
         clause="MQTT 5.0, MQTT-3.3.4-7, MQTT-3.3.4-9 and MQTT-4.9.0-2",
+        severity=IMPLIED,
+        aliases=("MQTT751", "small-receive-maximum-warned"),
     ),
-    *implied(
+    forbids(
         as_sentence(offered(MIXED_QOS)),
         code="MQTT703",
         name="order-across-qos",
         says="{endpoint} is published with several QoS by one client",
         because="messages keep their order within one QoS of a topic, not across several",
         clause="MQTT 3.1.1, MQTT-4.6.0-6; MQTT 5.0, MQTT-4.6.0-5",
+        severity=IMPLIED,
+        aliases=("MQTT753", "order-across-qos-warned"),
     ),
     forbids(
         ~as_sentence(requested(WORDS["loss_free"].need))

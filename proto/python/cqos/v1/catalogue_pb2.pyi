@@ -922,6 +922,7 @@ class Rule(_message.Message):
     COLUMN_FORM_FIELD_NUMBER: _builtins.int
     GUARANTEE_FIELD_NUMBER: _builtins.int
     SURVIVES_FIELD_NUMBER: _builtins.int
+    SEVERITY_BY_FIELD_NUMBER: _builtins.int
     KIND_VALUE_FIELD_NUMBER: _builtins.int
     SCOPE_VALUE_FIELD_NUMBER: _builtins.int
     ROLE_VALUE_FIELD_NUMBER: _builtins.int
@@ -938,7 +939,7 @@ class Rule(_message.Message):
     sentence: _builtins.str
     """The sentence in the one text form of the rule language."""
     severity: _report_pb2.Severity.ValueType
-    """How loud it speaks."""
+    """Its severity; by default, where it depends on an option."""
     because: _builtins.str
     """Why it is so."""
     clause: _builtins.str
@@ -965,6 +966,10 @@ class Rule(_message.Message):
     def table(self) -> _containers.RepeatedCompositeFieldContainer[Global___TableRow]:
         """Every combination of the values it compares, with the answer; empty where these cannot be listed."""
 
+    @_builtins.property
+    def severity_by(self) -> Global___SeverityByOption:
+        """How its severity depends on an option, if it does."""
+
     def __init__(
         self,
         *,
@@ -983,13 +988,14 @@ class Rule(_message.Message):
         column_form: _builtins.bool = ...,
         guarantee: _builtins.str | None = ...,
         survives: _builtins.str | None = ...,
+        severity_by: Global___SeverityByOption | None = ...,
         kind_value: Global___RuleKind.ValueType = ...,
         scope_value: Global___RuleScope.ValueType = ...,
         role_value: _report_pb2.Role.ValueType = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee", "_role", b"_role", "_survives", b"_survives", "guarantee", b"guarantee", "role", b"role", "survives", b"survives"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee", "_role", b"_role", "_survives", b"_survives", "guarantee", b"guarantee", "role", b"role", "severity_by", b"severity_by", "survives", b"survives"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee", "_role", b"_role", "_survives", b"_survives", "aliases", b"aliases", "because", b"because", "clause", b"clause", "code", b"code", "column_form", b"column_form", "guarantee", b"guarantee", "help", b"help", "kind", b"kind", "kind_value", b"kind_value", "name", b"name", "role", b"role", "role_value", b"role_value", "scope", b"scope", "scope_value", b"scope_value", "sentence", b"sentence", "severity", b"severity", "survives", b"survives", "table", b"table"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee", "_role", b"_role", "_survives", b"_survives", "aliases", b"aliases", "because", b"because", "clause", b"clause", "code", b"code", "column_form", b"column_form", "guarantee", b"guarantee", "help", b"help", "kind", b"kind", "kind_value", b"kind_value", "name", b"name", "role", b"role", "role_value", b"role_value", "scope", b"scope", "scope_value", b"scope_value", "sentence", b"sentence", "severity", b"severity", "severity_by", b"severity_by", "survives", b"survives", "table", b"table"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__guarantee: _TypeAlias = _typing.Literal["guarantee"]  # noqa: Y015
     _WhichOneofArgType__guarantee: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee"]  # noqa: Y015
@@ -1005,6 +1011,54 @@ class Rule(_message.Message):
     def WhichOneof(self, oneof_group: _WhichOneofArgType__survives) -> _WhichOneofReturnType__survives | None: ...
 
 Global___Rule: _TypeAlias = Rule  # noqa: Y015
+
+@_typing.final
+class SeverityByOption(_message.Message):
+    """A severity that depends on an option."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    @_typing.final
+    class ByValueEntry(_message.Message):
+        DESCRIPTOR: _descriptor.Descriptor
+
+        KEY_FIELD_NUMBER: _builtins.int
+        VALUE_FIELD_NUMBER: _builtins.int
+        key: _builtins.str
+        value: _report_pb2.Severity.ValueType
+        def __init__(
+            self,
+            *,
+            key: _builtins.str = ...,
+            value: _report_pb2.Severity.ValueType = ...,
+        ) -> None: ...
+        _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+        def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+        _ClearFieldArgType: _TypeAlias = _typing.Literal["key", b"key", "value", b"value"]  # noqa: Y015
+        def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+        def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+    OPTION_FIELD_NUMBER: _builtins.int
+    BY_VALUE_FIELD_NUMBER: _builtins.int
+    option: _builtins.str
+    """Name of the option."""
+    @_builtins.property
+    def by_value(self) -> _containers.ScalarMap[_builtins.str, _report_pb2.Severity.ValueType]:
+        """Value of the option to severity; the rule is not checked for values that are not listed."""
+
+    def __init__(
+        self,
+        *,
+        option: _builtins.str = ...,
+        by_value: _abc.Mapping[_builtins.str, _report_pb2.Severity.ValueType] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["by_value", b"by_value", "option", b"option"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___SeverityByOption: _TypeAlias = SeverityByOption  # noqa: Y015
 
 @_typing.final
 class TableRow(_message.Message):
