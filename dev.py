@@ -4,6 +4,7 @@
 python3 dev.py demo             check two example diagrams, one that fits and one that does not
 python3 dev.py test [ARGS]      all checks: lint, types, import contracts, tests (ARGS go to pytest; --cov adds coverage)
 python3 dev.py lint             the same without the tests
+python3 dev.py docs             build the documentation as a site into build/docs/site, and check every link in it
 python3 dev.py conformance      run 200 random pairs on each implementation of DDS, all examples, and designs under faults; record it
 python3 dev.py explore [ARGS]   property tests with new random examples, and many of them (ARGS go to pytest)
 python3 dev.py run -- ARGS      the command `cqos` with ARGS
@@ -13,7 +14,7 @@ python3 dev.py setup            only set up (the others do that by themselves, w
 import sys
 
 # First of all, and in words that any Python 3 understands: the rest of this file does not run on an older one.
-if sys.version_info < (3, 11):  # noqa: UP036 - whoever has an older Python is told so here
+if sys.version_info < (3, 11):  # noqa: UP036 - an older Python gets this message
     sys.exit("dev.py: this is Python %d.%d, C-QoS needs 3.11 or newer" % sys.version_info[:2])  # noqa: UP031
 
 import hashlib
@@ -32,6 +33,8 @@ STAMP = VENV / "cqos-setup.json"  # written when a setup is complete, and only t
 LOG = VENV / "cqos-setup.log"
 WINDOWS = os.name == "nt"
 EXTRAS = ("test", "lint", "web", "metrics", "otel")  # what `test` and `lint` need beyond `demo` and `run`
+
+CONSTRAINTS = ("constraints.txt", "docs/constraints.txt")
 
 # Of the environment's PIP_* settings those that say how to reach packages; the others (a target directory, a user
 # installation, a hash check, ...) would install something else or elsewhere.
@@ -66,6 +69,7 @@ def main(arguments: list[str]) -> int:
         "test": test,
         "explore": explore,
         "lint": lint,
+        "docs": docs,
         "conformance": conformance,
         "run": run,
         "setup": setup_everything,
@@ -76,7 +80,7 @@ def main(arguments: list[str]) -> int:
         return 0 if arguments else 2
     if name not in commands:
         raise TroubleError(f"there is no command {name!r}; there are {', '.join(commands)}")
-    if rest and name in {"demo", "lint", "conformance", "setup"}:
+    if rest and name in {"demo", "lint", "docs", "conformance", "setup"}:
         raise TroubleError(f"{name} takes no arguments, found {' '.join(rest)!r}")
     return commands[name](rest[1:] if rest[:1] == ["--"] else rest)
 
@@ -110,7 +114,7 @@ def test(arguments: list[str]) -> int:
     have_programs()
     # One seed for the order of sets too: the same tests give the same answer every time.
     os.environ.setdefault("PYTHONHASHSEED", "0")
-    return run_steps([*lint_steps(), ("pytest", pytest_command(arguments))])
+    return run_steps([*lint_steps(), *docs_steps(), ("pytest", pytest_command(arguments))])
 
 
 def explore(arguments: list[str]) -> int:
@@ -124,6 +128,12 @@ def lint(_: list[str]) -> int:
     """Run the static checks; return 1 if any fails."""
     setup(everything=True)
     return run_steps(lint_steps())
+
+
+def docs(_: list[str]) -> int:
+    """Build the documentation as a site; return 1 if a link or an anchor is broken."""
+    setup(everything=True)
+    return run_steps(docs_steps())
 
 
 def conformance(_: list[str]) -> int:
@@ -171,6 +181,14 @@ def lint_steps() -> list[tuple[str, list[str]]]:
         ("mypy on tests", [tool("mypy"), *(str(path.relative_to(ROOT)) for path in scripts)]),
         ("import contracts", [tool("lint-imports"), "--no-cache"]),
     ]
+
+
+def docs_steps() -> list[tuple[str, list[str]]]:
+    """The build of the site, where its generator runs on this Python."""
+    if subprocess.run([tool("python"), "-c", "import zensical"], capture_output=True, check=False).returncode:
+        print("dev.py: the site is not built, its generator needs Python 3.11.5 or newer", file=sys.stderr, flush=True)
+        return []
+    return [("docs site", [tool("python"), "docs/build_site.py"])]
 
 
 def pytest_command(arguments: list[str]) -> list[str]:
@@ -274,7 +292,8 @@ def fingerprint() -> str:
     parts: dict[str, object] = {
         "python": [sys.version, sys.base_prefix],
         "place": str(ROOT),
-        "constraints": (ROOT / "constraints.txt").read_text(encoding="utf-8"),
+        "constraints": [(ROOT / name).read_text(encoding="utf-8") for name in CONSTRAINTS],
+        "groups": read_project(ROOT).get("dependency-groups"),
     }
     for project in projects():
         content = read_project(project)
@@ -394,9 +413,14 @@ def install(*, everything: bool) -> None:
         chosen = [extra for extra in EXTRAS if everything and isinstance(extras, dict) and extra in extras]
         place = f"./{project.relative_to(ROOT).as_posix()}"
         wanted += ["-e", f"{place}[{','.join(chosen)}]" if chosen else place]
+    groups = read_project(ROOT).get("dependency-groups", {})
+    wanted += [
+        str(requirement) for group in groups.values() if everything and isinstance(group, list) for requirement in group
+    ]
+    constraints = [argument for name in CONSTRAINTS for argument in ("-c", name)]
     with LOG.open("w", encoding="utf-8") as log:
         code = subprocess.run(
-            [tool("python"), "-m", "pip", "install", "-c", "constraints.txt", *wanted],
+            [tool("python"), "-m", "pip", "install", *constraints, *wanted],
             cwd=ROOT,
             env=environment(),
             stdin=subprocess.DEVNULL,

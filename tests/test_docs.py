@@ -35,6 +35,8 @@ ROOT = Path(__file__).resolve().parents[1]
 FOLLOWED = (
     "README.md",
     "docs/quick-start.md",
+    "docs/silent-topic.md",
+    "docs/ci.md",
     "docs/ros2-files.md",
     "docs/dds.md",
     "docs/dds-xml.md",

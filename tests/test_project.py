@@ -198,8 +198,20 @@ def test_pin_can_be_installed_on_the_oldest_python(name):
     assert oldest in SpecifierSet(supported)
 
 
+def pinned_for_docs():
+    """The pins of the site's generator, which no user installs, by normalised name."""
+    lines = (ROOT / "docs" / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    return {canonicalize_name(Requirement(line).name): Requirement(line) for line in lines if not line.startswith("#")}
+
+
+def test_groups_are_pinned_and_no_pin_contradicts_another():
+    wanted = [Requirement(text) for group in read_project(ROOT)["dependency-groups"].values() for text in group]
+    assert {canonicalize_name(requirement.name) for requirement in wanted} <= set(pinned_for_docs())
+    assert not set(pinned_for_docs()) & set(pins())
+
+
 def test_constraints_are_plain_versions():
-    for pin in pins().values():
+    for pin in (*pins().values(), *pinned_for_docs().values()):
         assert pin.url is None
         assert [specifier.operator for specifier in pin.specifier] == ["=="], f"{pin} is no exact version"
 
@@ -238,7 +250,7 @@ def test_dev_script_can_tell_an_old_python_that_it_is_too_old():
     [
         (
             ["tset"],
-            "dev.py: there is no command 'tset'; there are demo, test, explore, lint, conformance, run, setup\n",
+            "dev.py: there is no command 'tset'; there are demo, test, explore, lint, docs, conformance, run, setup\n",
         ),
         (["demo", "--fast"], "dev.py: demo takes no arguments, found '--fast'\n"),
     ],
@@ -251,7 +263,9 @@ def test_dev_script_explains_a_wrong_call_in_one_line(arguments, expected, tmp_p
 
 def test_dev_script_explains_a_broken_project_file_in_one_line(tmp_path):
     shutil.copy(ROOT / "dev.py", tmp_path)
-    (tmp_path / "constraints.txt").touch()
+    (tmp_path / "docs").mkdir()
+    for name in ("constraints.txt", "docs/constraints.txt"):
+        (tmp_path / name).touch()
     (tmp_path / "pyproject.toml").write_text("[project\n", encoding="utf-8")
     command = [sys.executable, str(tmp_path / "dev.py"), "setup"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -162,7 +162,7 @@ def banned() -> re.Pattern[str]:
 
 CODE = re.compile(r"``.+?``|`[^`]+`")
 LINK = re.compile(r"\[([^\]]*)\]\([^)]*\)")
-SENTENCE_END = re.compile(r"(?<=[.!?:;])[\"')*]*\s+|\n\s*\n|\n\s*[-*] |\n(?=\s*\w+: )|\s+-+ ")
+SENTENCE_END = re.compile(r"(?<=[.!?:;])[\"')*]*\s+|\n\s*\n|\n\s*[-*] |\n(?=\s*\w+: )|\s+-+ | {3,}")
 
 
 def hits_in(text: Text) -> Iterator[Hit]:
