@@ -6,6 +6,7 @@ python3 dev.py test [ARGS]      all checks: lint, types, import contracts, tests
 python3 dev.py lint             the same without the tests
 python3 dev.py docs             build the documentation as a site into build/docs/site, and check every link in it
 python3 dev.py conformance      run 200 random pairs on each implementation of DDS, all examples, and designs under faults; record it
+python3 dev.py goldens [ARGS]   record what C-QoS says of cases, examples, fixtures, random systems (--check: compare)
 python3 dev.py explore [ARGS]   property tests with new random examples, and many of them (ARGS go to pytest)
 python3 dev.py run -- ARGS      the command `cqos` with ARGS
 python3 dev.py setup            only set up (the others do that by themselves, when something changed)
@@ -71,6 +72,7 @@ def main(arguments: list[str]) -> int:
         "lint": lint,
         "docs": docs,
         "conformance": conformance,
+        "goldens": goldens,
         "run": run,
         "setup": setup_everything,
     }
@@ -144,6 +146,12 @@ def conformance(_: list[str]) -> int:
     return run_steps(
         [(name, [tool("python"), "-m", f"tests.conformance.{name}", *arguments]) for name, *arguments in runs]
     )
+
+
+def goldens(arguments: list[str]) -> int:
+    """Record or compare what is said of everything there is to check; return 1 if a comparison finds a difference."""
+    setup(everything=True)
+    return run_steps([("goldens", [tool("python"), "-m", "tests.goldens.record", *arguments])])
 
 
 def run(arguments: list[str]) -> int:
