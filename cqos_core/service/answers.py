@@ -89,15 +89,7 @@ def answer_json(method: str, data: bytes, most_endpoints: int) -> bytes:
     Raises:
         Refused: it cannot be answered.
     """
-    return answer_json_to(method, decode_json(method, data), most_endpoints)
-
-
-def answer_json_to(method: str, request: Any, most_endpoints: int) -> bytes:
-    """Answer in JSON a call whose message is decoded.
-
-    Raises:
-        Refused: it cannot be answered.
-    """
+    request = decode_json(method, data)
     return json_format.MessageToJson(_answered(method, request, most_endpoints), indent=None).encode()
 
 

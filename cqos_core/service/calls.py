@@ -19,11 +19,9 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.service.answers import (
     METHODS,
     answer,
-    answer_json_to,
     answer_of_stream,
     answer_to,
     decode,
-    decode_json,
 )
 from cqos_core.service.callers import Callers, origin
 from cqos_core.service.observing import Observer, tell
@@ -119,41 +117,37 @@ class Calls:
         """
         return self._callers.holding(caller)
 
-    async def unary(self, caller: Caller, method: str, data: bytes, remaining: float | None) -> bytes:
+    async def unary(
+        self,
+        caller: Caller,
+        method: str,
+        data: bytes,
+        remaining: float | None,
+        *,
+        browser: bool = False,
+        json: bool = False,
+    ) -> bytes:
         """Answer a call of one message: from memory, at once, or by a worker.
 
-        A modeler sends its model again whenever a shape moves, so what was asked before is answered from memory.
+        A modeler sends its model again whenever a shape moves, so an equal request is answered from memory. Requests of
+        browsers take a whole turn of the loop each, for HTTP; workers do the rest, also the slow conversion from and to JSON.
 
         Raises:
             Refused: it is not answered.
             FailedError: a worker failed.
         """
         with self._held(caller, data):
-            return await self._unary(caller, method, data, self._seconds(remaining))
-
-    async def unary_json(self, caller: Caller, method: str, data: bytes, remaining: float | None) -> bytes:
-        """Answer a call in JSON; it takes many times the time of the binary form, so that workers do what is large.
-
-        Raises:
-            Refused: it is not answered.
-            FailedError: a worker failed.
-        """
-        with self._held(caller, data):
+            seconds = self.limits.seconds if remaining is None else min(remaining, self.limits.seconds)
+            if len(data) > _REMEMBERED_SIZE:
+                return await self.pool.call(caller.name, method, data, seconds, json=json)
+            if not json:
+                return await self._unary(caller, method, data, seconds, browser=browser)
             key = (f"json {method}", date.today(), data)  # noqa: DTZ011 - as the check has it
             known = self._answers.get(key)
             if known is None:
-                here = len(data) <= self.limits.inline_bytes and self._callers.may_answer_here(caller)
-                request = decode_json(method, data) if here else None
-                if request is None or METHODS[method].apart(request):
-                    known = await self.pool.call(caller.name, method, data, self._seconds(remaining), json=True)
-                else:
-                    known = await self._here(caller, partial(answer_json_to, method, request, self.limits.endpoints))
-                if len(data) <= _REMEMBERED_SIZE:
-                    self._answers.put(key, known)
+                known = await self.pool.call(caller.name, method, data, seconds, json=True)
+                self._answers.put(key, known)
             return known
-
-    def _seconds(self, remaining: float | None) -> float:
-        return self.limits.seconds if remaining is None else min(remaining, self.limits.seconds)
 
     @contextmanager
     def _held(self, caller: Caller, data: bytes) -> Iterator[None]:
@@ -163,10 +157,8 @@ class Calls:
             hold(len(data))
             yield
 
-    async def _unary(self, caller: Caller, method: str, data: bytes, seconds: float) -> bytes:
+    async def _unary(self, caller: Caller, method: str, data: bytes, seconds: float, *, browser: bool) -> bytes:
         found = METHODS[method]
-        if len(data) > _REMEMBERED_SIZE:
-            return await self.pool.call(caller.name, method, data, seconds)
         revision, asked = _split(data)
         # What is accepted depends on the day.
         key = (method, date.today(), asked)  # noqa: DTZ011 - as the check has it
@@ -178,7 +170,7 @@ class Calls:
                 asked = request.SerializeToString()
                 key = (method, key[1], asked)
             small = len(asked) <= self.limits.inline_bytes and not found.apart(request)
-            if small and self._callers.may_answer_here(caller):
+            if small and not browser and self._callers.may_answer_here(caller):
                 known = await self._here(caller, partial(answer_to, method, request, self.limits.endpoints))
             else:
                 known = await self.pool.call(caller.name, method, asked, seconds)
@@ -208,10 +200,10 @@ class Calls:
             FailedError: a worker failed.
         """
         heard = _Heard(requests, self.draining, self.limits, session_lost)
-        data = await heard.next()
-        if data is None:
-            return
         with self._callers.editing(caller):
+            data = await heard.next()
+            if data is None:
+                return
             session = await self.sessions.begin(caller.name)
             self.observer.meter.sessions(1)
             try:

@@ -45,6 +45,8 @@ _DETAILS: Final = 4 * 1024
 _MOST_DETAILS: Final = 1024 * 1024
 _KEEPALIVE_MS: Final = 60_000
 _HANDSHAKE_MS: Final = 10_000
+_STREAMS: Final = 128
+"""Calls on one connection at the same time; clients keep back what is more, and it costs nothing here."""
 _HEALTH_SECONDS: Final = 5.0
 _REFUSING_SECONDS: Final = 0.5
 """Before a caller hears that it has too much under way: one that asks again at once would take the time of others."""
@@ -65,7 +67,7 @@ class NativeDoor:
         self._server = grpc.aio.server(
             # Calls are counted per caller when they are let in. A limit here would let strangers take all places.
             options=(
-                ("grpc.max_concurrent_streams", settings.limits.calls),
+                ("grpc.max_concurrent_streams", max(_STREAMS, 2 * settings.limits.sessions)),
                 ("grpc.server_handshake_timeout_ms", _HANDSHAKE_MS),
                 ("grpc.max_connection_idle_ms", int(settings.limits.idle_seconds * 1000)),
                 # What is larger than our own limit by little shall hear from us what the limit is.

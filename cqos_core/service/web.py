@@ -273,7 +273,7 @@ class WebDoor:
             lifespan="off",
             # Whoever calls could state any address with them.
             proxy_headers=False,
-            backlog=_BACKLOG,
+            backlog=1,  # so many are accepted in one turn of the loop
             timeout_keep_alive=_KEPT_SECONDS,
             timeout_graceful_shutdown=max(int(settings.grace), 1),
             ssl_certfile=settings.certificate,
@@ -296,6 +296,8 @@ class WebDoor:
             await asyncio.sleep(0.01)
         if self._running.done():
             await self._running
+        else:
+            self._socket.listen(_BACKLOG)  # so many wait in the kernel
 
     async def _reload(self) -> None:
         """Take new certificates from their files, for connections from then on."""
@@ -473,8 +475,7 @@ def _unary(calls: Calls, method: str) -> Any:
         exchange.read()
         remaining = None if context.timeout_ms is None else context.timeout_ms / 1000
         try:
-            answer = calls.unary_json if sent.json else calls.unary
-            answered = await answer(exchange.caller, method, sent.data, remaining)
+            answered = await calls.unary(exchange.caller, method, sent.data, remaining, browser=True, json=sent.json)
         except Refused as refused:
             raise _error(refused) from None
         except Exception as error:  # noqa: BLE001 - one call shall not end the others

@@ -22,7 +22,6 @@ from cqos_core.service.sessions import EditSession
 if TYPE_CHECKING:
     from typing import BinaryIO
 
-_POLITE: Final = 5
 _NEARLY_ALL: Final = 0.9
 METHOD_NAMES: Final = tuple(METHODS)
 
@@ -95,7 +94,7 @@ def main(arguments: list[str]) -> None:
     most_endpoints, memory = map(int, arguments)
     # Ctrl-C in a terminal reaches all its processes; the service ends its workers itself.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _be_polite(memory)
+    _bound(memory)
     # What anybody prints must not come between frames.
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as answers:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
@@ -116,11 +115,8 @@ def _nearly_all_used(memory: int) -> bool:
     return int(peak.split()[1]) * 1024 > memory * _NEARLY_ALL
 
 
-def _be_polite(memory: int) -> None:
-    """Leave the processor to those who answer at once, and the memory to others."""
-    if hasattr(os, "nice"):
-        with suppress(OSError):
-            os.nice(_POLITE)
+def _bound(memory: int) -> None:
+    """Leave memory to others."""
     if memory and sys.platform == "linux":
         import resource
 

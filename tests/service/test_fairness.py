@@ -1,10 +1,13 @@
 """One caller who asks for a great deal keeps nobody else waiting, and is told where it is too much."""
 
 import asyncio
+import contextlib
+import socket
 import subprocess
 import sys
 import threading
 import time
+from datetime import date
 from typing import Any, cast
 
 import grpc
@@ -17,9 +20,11 @@ from cqos_core.service.callers import origin
 from cqos_core.service.calls import Calls
 from cqos_core.service.observing import Observer
 from cqos_core.service.refusal import CALLER_QUOTA, Refused
-from cqos_core.service.settings import Settings
+from cqos_core.service.settings import Limits, Settings
 from cqos_core.service.turns import Turns
-from cqos_core.service.web import application
+from cqos_core.service.web import WebDoor, _Connections, application
+from cqos_core.service.web import _Patient as Door
+from tests.benchmarks.attacks import PAIR
 from tests.service.crowd import heavy
 from tests.service.test_sessions import two
 
@@ -329,7 +334,7 @@ def test_requests_of_browsers_begin_one_in_a_turn_of_the_loop():
         "type": "http",
         "http_version": "1.1",
         "method": "POST",
-        "path": "/cqos.v1.CheckService/CheckPair",
+        "path": PAIR,
         "raw_path": b"",
         "query_string": b"",
         "headers": [(b"content-type", b"application/json")],
@@ -352,6 +357,7 @@ def test_requests_of_browsers_begin_one_in_a_turn_of_the_loop():
 
         async def ask(number):
             body = f'{{"protocol": "ros2", "topic": {{"name": "t{number}"}}}}'.encode()
+            calls._answers.put((f"json {PAIR}", date.today(), body), b"{}")  # noqa: DTZ011 - as the service has it
 
             async def receive():
                 return {"type": "http.request", "body": body, "more_body": False}
@@ -368,6 +374,54 @@ def test_requests_of_browsers_begin_one_in_a_turn_of_the_loop():
         assert len(set(answered)) == 8, answered
 
     asyncio.run(run())
+
+
+def test_requests_of_browsers_are_answered_by_workers(monkeypatch):
+    """Beside calls of gRPC the loop has only HTTP to do for them."""
+
+    async def run():
+        calls = Calls(Settings(), Observer(Settings()))
+        asked = []
+
+        async def answer(_caller, method, data, _seconds, **form):
+            asked.append((method, data, form))
+            return b"answer"
+
+        monkeypatch.setattr(calls.pool, "call", answer)
+        with calls.calling({}, "ipv4:192.0.2.1:5000") as caller:
+            for json in (False, True):
+                for _ in range(2):  # the second one from memory
+                    assert await calls.unary(caller, PAIR, b"", None, browser=True, json=json) == b"answer"
+        assert asked == [(PAIR, b"", {}), (PAIR, b"", {"json": True})]
+
+    asyncio.run(run())
+
+
+def test_connections_of_browsers_are_accepted_one_in_a_turn_of_the_loop():
+    turn, made = 0, []
+
+    class Counted(Door):
+        def connection_made(self, transport):
+            made.append(turn)
+            super().connection_made(transport)
+
+    async def run():
+        nonlocal turn
+        settings = Settings(web="127.0.0.1:0")
+        door = WebDoor(Calls(settings, Observer(settings)), settings)
+        door._server.config.http_protocol_class = type("Protocol", (Counted,), {"held": _Connections(Limits())})
+        await door.start()
+        host, _, port = door.address.rpartition(":")
+        with contextlib.ExitStack() as stack:
+            for _ in range(20):
+                stack.enter_context(socket.create_connection((host, int(port))))
+            while len(made) < 20:
+                turn += 1
+                await asyncio.sleep(0)
+        await door.stop(0)
+
+    asyncio.run(run())
+    assert len(set(made)) == 20
 
 
 def test_streams_that_are_refused_together_end_one_in_a_turn_of_the_loop(monkeypatch):

@@ -169,6 +169,15 @@ def test_a_call_whose_worker_is_killed_is_answered_by_another_one(start):
         assert own.wait_for(lambda line: line["event"] == "worker ended")["why"] == told
 
 
+@pytest.mark.skipif(not hasattr(os, "getpriority"), reason="no priorities here")
+def test_workers_leave_the_processor_to_the_process_that_serves(besieged):
+    """From their start: what they import takes a second, in which others are answered."""
+    own = os.getpriority(os.PRIO_PROCESS, besieged.process.pid)
+    children = besieged.children()
+    assert children
+    assert {os.getpriority(os.PRIO_PROCESS, each) for each in children} == {min(own + 5, 19)}
+
+
 def test_a_slow_edit_of_one_caller_ends_no_session_of_another(start):
     with (
         start("--session-workers", "1", "--max-seconds", "2") as own,
