@@ -1,7 +1,7 @@
-"""Writes what in these docs is derived: a page per rule and code under rules/ (not in git), and the help texts in command.md.
+"""Writes what in these docs is derived: pages of rules and codes under rules/ (not in git), help texts in command.md, figures in img/.
 
 python docs/generate.py            write
-python docs/generate.py --check    fail if a help text in command.md differs, or a page cannot be made
+python docs/generate.py --check    fail if a help text in command.md or a figure differs, or a page cannot be made
 """  # noqa: INP001 - a script
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 import yaml
+from figures import figures
 
 from cqos_core.cli.app import cli
 from cqos_core.codes import CODES
@@ -38,10 +39,9 @@ def main(arguments: list[str]) -> int:
     """Write or compare every derived file."""
     wanted = dict(pages())
     if "--check" in arguments:
-        wanted = {COMMAND: wanted[COMMAND]}
-        present = {COMMAND: COMMAND.read_text(encoding="utf-8")}
-    else:
-        present = {path: path.read_text(encoding="utf-8") for path in (COMMAND, *RULES.glob("*.md")) if path.is_file()}
+        wanted = {path: text for path, text in wanted.items() if path.parent != RULES}
+    looked = {*wanted, *(() if "--check" in arguments else RULES.glob("*.md"))}
+    present = {path: path.read_text(encoding="utf-8") for path in looked if path.is_file()}
     stale = sorted(path for path in {*wanted, *present} if wanted.get(path) != present.get(path))
     for path in stale:
         print(f"{'differs' if '--check' in arguments else 'written'}: {path.relative_to(ROOT)}")  # noqa: T201
@@ -69,6 +69,8 @@ def pages() -> Iterator[tuple[Path, str]]:
     for code, info in CODES.items():
         yield RULES / f"{code}.md", code_markdown(info)
     yield RULES / "README.md", index(packs)
+    for name, drawn in figures(next(pack for pack in packs if pack.id == "ros2")):
+        yield DOCS / "img" / name, drawn
     yield COMMAND, with_help(COMMAND.read_text(encoding="utf-8"))
 
 

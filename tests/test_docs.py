@@ -44,6 +44,7 @@ FOLLOWED = (
     "docs/library.md",
     "docs/guarantees.md",
     "docs/mqtt.md",
+    "docs/paper.md",
     "docs/sentences.md",
     "docs/packs.md",
     "docs/plugins.md",
