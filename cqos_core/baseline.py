@@ -33,6 +33,7 @@ class Entry:
         topics: the finding's topics, all of them; none where its members are instances, which decide what they are on.
         members: everybody it concerns: endpoint ids, or those of participants and brokers; of instances their template.
         message: what it said; compared only where there is neither a topic nor a member to tell findings apart.
+        more_codes: further rules of the finding.
         file: where several files were checked each by itself, the file it is about; None means any.
     """
 
@@ -41,10 +42,16 @@ class Entry:
     members: frozenset[str]
     message: str
     file: str | None = None
+    more_codes: frozenset[str] = frozenset()
+
+    @property
+    def codes(self) -> frozenset[str]:
+        """All rules that the finding is of."""
+        return self.more_codes | {self.code}
 
     def covers(self, other: Entry) -> bool:
         """Whether ``other``, a finding of today, was known when this entry was written."""
-        if self.code != other.code or self.file not in {None, other.file}:
+        if not other.codes <= self.codes or self.file not in {None, other.file}:
             return False
         if not other.members and not other.topics:
             return not self.members and not self.topics and self.message == other.message
@@ -52,9 +59,8 @@ class Entry:
 
     def names(self) -> list[tuple[str, ...]]:
         """What the entry is found by: its topics and members, else what it said."""
-        names: list[tuple[str, ...]] = [(self.code, "topic", topic) for topic in self.topics]
-        names += [(self.code, "member", member) for member in self.members]
-        return names or [(self.code, "message", self.message)]
+        named = [*(("topic", topic) for topic in self.topics), *(("member", member) for member in self.members)]
+        return [(code, *name) for code in self.codes for name in named or [("message", self.message)]]
 
     def _as_narrow(self, other: Entry) -> bool:
         """Whether the finding names at least as much as the entry: one without a topic is about something else."""
@@ -116,6 +122,7 @@ def entry_of(finding: Finding, file: str | None = None) -> Entry:
         members=frozenset(member for side in finding.sides for member in side.templates or side.members),
         message=finding.message,
         file=file,
+        more_codes=frozenset(finding.more_codes),
     )
 
 
@@ -141,6 +148,7 @@ def _as_json(entry: Entry) -> dict[str, Any]:
         "topics": sorted(entry.topics),
         "endpoints": sorted(entry.members),
         "message": entry.message,
+        **({"more_codes": sorted(entry.more_codes)} if entry.more_codes else {}),
         **({} if entry.file is None else {"file": entry.file}),
     }
 
@@ -171,7 +179,8 @@ def _entry(path: str, index: int, stated: object) -> Entry:
     if not isinstance(stated, dict):
         raise _unfit(path, f"`{where}` is no object")
     texts = {key: stated.get(key) for key in ("code", "message")}
-    lists = {key: stated.get(key) for key in ("topics", "endpoints")}
+    lists: dict[str, Any] = {"topics": None, "endpoints": None, "more_codes": []}
+    lists |= {key: stated[key] for key in lists.keys() & stated.keys()}
     for key, text in {**texts, "file": stated.get("file", "")}.items():
         if not isinstance(text, str):
             raise _unfit(path, f"`{where}.{key}` is no text")
@@ -184,6 +193,7 @@ def _entry(path: str, index: int, stated: object) -> Entry:
         members=frozenset(stated["endpoints"]),
         message=stated["message"],
         file=stated.get("file"),
+        more_codes=frozenset(lists["more_codes"]),
     )
 
 

@@ -11,7 +11,7 @@ from cqos_core.acceptance import RuleFinder, with_acceptances, with_severities
 from cqos_core.assumed import assumptions
 from cqos_core.bridging import bridge_findings, linked
 from cqos_core.codes import CODES
-from cqos_core.findings import Made, merged, of_participants
+from cqos_core.findings import Made, merged, of_participants, one_per_cause
 from cqos_core.judge import ask
 from cqos_core.pairing import bridges_of, naming_endpoints
 from cqos_core.remarks import core_finding, plural, suggestion
@@ -350,7 +350,7 @@ def assemble(
         today = context.today or date.today()  # noqa: DTZ011 - a calendar day, where the user is
         made, said = with_acceptances(made, system.accept, context.find_rule, today)
         made += with_severities([Made(f, (), frozenset()) for f in said], system.severities, context.find_rule)
-    findings = _with_templates([one.finding for one in made], system, resolved)
+    findings = _with_templates([one.finding for one in one_per_cause(made)], system, resolved)
     assumed = assumptions(resolved.endpoints, groups, findings, packs)
     hypothetical = sum(each.pairs for each in groups) if system.hypothetical else 0
     groups = [] if hypothetical else groups
@@ -383,7 +383,7 @@ def _merged(results: Mapping[tuple[str, str], TopicResult]) -> list[Made]:
     for key in sorted([key for key, result in results.items() if result.made]):
         for one in results[key].made:
             by_key.setdefault(one.merge_key, []).append(one)
-    return [Made(merged([one.finding for one in same]), key, same[0].tags) for key, same in by_key.items()]
+    return [replace(same[0], finding=merged([one.finding for one in same])) for same in by_key.values()]
 
 
 def _with_templates(findings: list[Finding], system: System, resolved: ResolvedSystem) -> list[Finding]:

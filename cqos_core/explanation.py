@@ -9,8 +9,9 @@ from cqos_core.arrivals import DUPLICATE_FREE, Arrivals, repetition
 from cqos_core.assumed import assumptions
 from cqos_core.bridging import linked
 from cqos_core.checker import check_system, participant_findings
-from cqos_core.findings import Draft, fact, make
-from cqos_core.given import derive, give, over
+from cqos_core.findings import Draft, fact, make, one_per_cause
+from cqos_core.given import derive, faults_between, give, over
+from cqos_core.guarantee import LINK
 from cqos_core.hops import Hop
 from cqos_core.judge import already_told, judge_endpoint, judge_pair, of_end, undecided_meeting
 from cqos_core.pairing import Members, Topic, apart, group
@@ -24,7 +25,7 @@ from cqos_core.system import PUBLISHER, SUBSCRIBER
 from cqos_core.topic import check_topic, verdict_between
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Collection, Iterable, Mapping, Sequence
 
     from cqos_core.arrivals import Pair
     from cqos_core.checker import Context
@@ -204,7 +205,7 @@ def _pair_report(topic: Topic, verdict: Verdict, further: Sequence[Finding]) -> 
                 sides = ({members: None}, {}) if role == PUBLISHER else ({}, {members: None})
                 drafts.append(Draft(topic, spoken, *sides))
     kept = [f for f in further if f.code not in {"CQ401", "CQ402"}]
-    found = [*kept, *(make(draft).finding for draft in drafts)]
+    found = [*kept, *(one.finding for one in one_per_cause([make(draft) for draft in drafts]))]
     if reasons:
         result = check_topic([replace(end.first, external=False) for end in (publisher, subscriber)])
         found += [one.finding for one in result.made if one.finding.code in {bound.rule.code for bound in reasons}]
@@ -212,12 +213,14 @@ def _pair_report(topic: Topic, verdict: Verdict, further: Sequence[Finding]) -> 
         verdict=Verdict.UNKNOWN if reasons else verdict,
         findings=tuple(sorted(found, key=lambda each: (each.severity.rank, each.code, each.message))),
         policies=tuple(_comparisons(topic, publisher, subscriber)),
-        guarantees=() if reasons else _told(give(publisher.profile, subscriber.profile)),
+        guarantees=()
+        if reasons
+        else _told(give(publisher.profile, subscriber.profile), faults_between(publisher.profile, subscriber.profile)),
         derived=() if reasons else derive(publisher.profile, subscriber.profile),
     )
 
 
-def _told(given: Iterable[Given]) -> tuple[Guarantee, ...]:
+def _told(given: Iterable[Given], faults: Collection[str]) -> tuple[Guarantee, ...]:
     return tuple(
         Guarantee(
             each.word.name,
@@ -227,6 +230,7 @@ def _told(given: Iterable[Given]) -> tuple[Guarantee, ...]:
             tuple(
                 GuaranteeCell(fault, each.word.text(cell.value), _reasons(cell.lost), cell.proven, cell.derived)
                 for fault, cell in each.cells.items()
+                if fault == LINK or fault in faults
             ),
         )
         for each in given
@@ -244,11 +248,14 @@ def _path_report(
     bridges = [each for each in way if isinstance(each, Hop)]
     pairs = [each for each in way if not isinstance(each, Hop)]
     hops, given = [], []
+    befall: set[str] = set()
     for index, (publisher, subscriber) in enumerate(pairs):
         beside = next(each for each in by_topic.values() if any(e is publisher for e in each))
         topic = _settled(beside)
         ends = _only(topic.publishers, publisher.id), _only(topic.subscribers, subscriber.id)
         given.append(give(ends[0].profile, ends[1].profile))
+        faults = faults_between(ends[0].profile, ends[1].profile)
+        befall.update(faults)
         hops.append(
             HopReport(
                 publisher.id,
@@ -256,7 +263,7 @@ def _path_report(
                 publisher.shown,
                 publisher.pack.id,
                 verdict_between(topic, publisher, subscriber)[0],
-                _told(given[-1]),
+                _told(given[-1], faults),
                 bridges[index].bridge.id if index < len(bridges) else None,
             )
         )
@@ -264,7 +271,7 @@ def _path_report(
     return PairReport(
         verdict=max((hop.verdict for hop in hops), key=lambda verdict: verdict.rank),
         findings=tuple(each for each in report.findings if each.endpoints and set(each.endpoints) <= members),
-        guarantees=_told(over(given, carried=all(hop.carries_liveliness for hop in bridges))),
+        guarantees=_told(over(given, carried=all(hop.carries_liveliness for hop in bridges)), befall),
         hops=tuple(hops),
         assumed=report.assumed,
     )

@@ -50,11 +50,18 @@ class Draft:
 
 @dataclass(frozen=True, slots=True)
 class Made:
-    """A finding with what is needed to put it together with others and to excuse it."""
+    """A finding with what is needed to put it together with others and to excuse it.
+
+    Attributes:
+        cause: the facts without which a rule over pairs is undecided; empty for any other finding.
+        guarantee: the word of a guarantee that they leave open.
+    """
 
     finding: Finding
     merge_key: tuple[Any, ...]
     tags: frozenset[int]
+    cause: tuple[str, ...] = ()
+    guarantee: str = ""
 
 
 def value_text(policy: Policy, value: Value, written: str | None) -> str:
@@ -142,11 +149,8 @@ def headline(spoken: Spoken, sides: Sequence[Side], topic: str, because: Sequenc
     rule = spoken.bound.rule
     stated = [side for side in sides if side.role in VERBS]
     if spoken.unknown and rule.guarantee:
-        subscriber, publisher = (subject(side) for side in stated)
-        return (
-            f"whether {subscriber} gets what it needs from {publisher}, {rule.guarantee}, is not known: "
-            f"{_why_unknown(spoken, because)}"
-        )
+        names = _assumptions(label for label, _ in spoken.outcome.worlds)
+        return _guarantees_open(stated, [rule.guarantee], names, because)
     if spoken.unknown:
         policies = " and ".join(dict.fromkeys(each.policy for side in stated for each in _compared(spoken, side)))
         subjects = " and ".join(subject(side) for side in reversed(stated))
@@ -155,7 +159,8 @@ def headline(spoken: Spoken, sides: Sequence[Side], topic: str, because: Sequenc
             fit = f"whether {policies} of {subjects} will do"
         if tuple(because) == (START_ORDER,):
             return f"depends on start order: {fit}"
-        return f"{fit} is not known: {_why_unknown(spoken, because)}"
+        names = _assumptions(label for label, _ in spoken.outcome.worlds)
+        return f"{fit} is not known: {_why_unknown(names, because)}"
     if rule.says:
         return _fill(rule.says, _template_words(sides, topic))
     if spoken.bound.scope == "pair":
@@ -207,8 +212,14 @@ def _cause(value: Value, found: dict[str, None]) -> None:
             _cause(case, found)
 
 
-def _why_unknown(spoken: Spoken, because: Sequence[str]) -> str:
-    names = _assumptions(label for label, _ in spoken.outcome.worlds)
+def _guarantees_open(sides: Sequence[Side], words: Sequence[str], names: Sequence[str], because: Sequence[str]) -> str:
+    """Say which guarantees cannot be decided, and why; the requesting side comes first."""
+    subscriber, publisher = (subject(side) for side in sides)
+    listed = words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+    return f"whether {subscriber} gets what it needs from {publisher}, {listed}, is not known: {_why_unknown(names, because)}"
+
+
+def _why_unknown(names: Sequence[str], because: Sequence[str]) -> str:
     return f"it depends on {' and '.join(names)}" if names else "; ".join(because)
 
 
@@ -308,7 +319,9 @@ def make(draft: Draft) -> Made:
         pairs=draft.pairs,
         worlds=worlds,
     )
-    return Made(finding, _merge_key(draft, finding, because), draft.tags)
+    cause = because if bound.scope == "pair" and not draft.more else ()
+    word = (rule.guarantee or "") if cause and not spoken.failed else ""
+    return Made(finding, _merge_key(draft, finding, because), draft.tags, cause, word)
 
 
 def _further(draft: Draft) -> str:
@@ -387,6 +400,75 @@ def merged(findings: Sequence[Finding]) -> Finding:
         pairs=sum(finding.pairs for finding in findings),
         more_topics=tuple(topics),
         notes=tuple(dict.fromkeys(note for finding in (first, *findings) for note in finding.notes)),
+    )
+
+
+def one_per_cause(made: Sequence[Made]) -> list[Made]:
+    """Report once what one missing fact leaves open: guarantees together, or beside what else of their pairs it decides."""
+    open_: dict[tuple[Any, ...], list[Made]] = {}
+    for one in made:
+        if one.cause:
+            finding = one.finding
+            key = (one.cause, tuple(finding.worlds), finding.severity, finding.accepted)
+            open_.setdefault(key, []).append(one)
+    kept = [one for one in made if not one.cause]
+    for alike in open_.values():
+        alike.sort(key=lambda one: (bool(one.guarantee), one.finding.code))
+        hosts: dict[int, list[Made]] = {}
+        for one in alike:
+            ends = set(one.finding.endpoints)
+            also = (
+                host
+                for host, (first, *_) in hosts.items()
+                if one.guarantee and (first.guarantee or ends <= set(first.finding.endpoints))
+            )
+            hosts.setdefault(next(also, id(one)), []).append(one)
+        kept += map(_together, hosts.values())
+    return kept
+
+
+def _together(made: Sequence[Made]) -> Made:
+    """Put findings of several rules that one missing fact leaves undecided together, under the code of the first."""
+    first = made[0]
+    if len(made) == 1:
+        return first
+    findings = [one.finding for one in made]
+    ends = [frozenset(finding.endpoints) for finding in findings]
+    whole = merged(findings)
+    sides = tuple(
+        replace(side, facts=own.facts, place=own.place, label=own.label)
+        for side, own in zip(whole.sides, first.finding.sides, strict=True)
+    )
+    worlds = {
+        label: max((finding.worlds[label] for finding in findings), key=lambda verdict: verdict.rank)
+        for label in first.finding.worlds
+    }
+    words = list(dict.fromkeys(one.guarantee for one in made))
+    message = (
+        _guarantees_open(sides, words, _assumptions(worlds), first.cause) if first.guarantee else first.finding.message
+    )
+    return replace(
+        first,
+        finding=replace(
+            first.finding,
+            sides=sides,
+            message=message,
+            remedies=whole.remedies,
+            # A rule that reports fewer endpoints than another reports pairs of it again.
+            pairs=sum(
+                f.pairs
+                for at, f in enumerate(findings)
+                if not any(ends[at] < e or (ends[at] == e and i < at) for i, e in enumerate(ends))
+            ),
+            more_topics=tuple(
+                sorted(
+                    {t for f in findings for t in (f.topic, *f.more_topics) if t is not None} - {first.finding.topic}
+                )
+            ),
+            more_codes=tuple(sorted({f.code for f in findings} - {first.finding.code})),
+            notes=whole.notes,
+            worlds=worlds,
+        ),
     )
 
 

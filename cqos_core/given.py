@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.guarantee import FAULTS, LINK, RESTARTS_IN, SURVIVES, WORDS, befalling, faults_of
+from cqos_core.guarantee import FAULTS, INTERMEDIARY, LINK, RESTARTS_IN, SURVIVES, WORDS, befalling, faults_of
 from cqos_core.judge import ask
-from cqos_core.policy import INFINITE, NEED, Depends, is_plain
+from cqos_core.policy import BROKER, INFINITE, NEED, Depends, is_plain
 from cqos_core.solve import turning_points
 
 if TYPE_CHECKING:
@@ -84,6 +84,17 @@ class Given:
     def text(self) -> str:
         """``yes``, ``no``, ``unknown``, or the number in the spelling of its need."""
         return self.word.text(self.value)
+
+
+def faults_between(publisher: QosProfile, subscriber: QosProfile) -> tuple[str, ...]:
+    """Return the faults that can befall a pair: of a broker only where the pack has brokers, or a guarantee changes by them."""
+    pack = publisher.pack
+    given = () if any(policy.level == BROKER for policy in pack.policies) else give(publisher, subscriber)
+    return tuple(
+        fault
+        for fault in FAULTS
+        if not given or fault not in faults_of(INTERMEDIARY) or any(each.under(fault) != each.value for each in given)
+    )
 
 
 def derive(publisher: QosProfile, subscriber: QosProfile) -> tuple[tuple[str, str], ...]:

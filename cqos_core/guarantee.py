@@ -31,11 +31,13 @@ FAULTS: Final = ("link_outage", "subscriber_restart", "publisher_restart", "brok
 """What may happen to a pair; without any, a guarantee speaks of both ends while they are connected."""
 LINK: Final = "link"
 """What a rule survives that speaks of connected ends only."""
-_SEVERAL: Final = {LINK: (), "intermediary_restart": ("broker_stop", "broker_crash")}
+INTERMEDIARY: Final = "intermediary_restart"
+"""What stands between both ends is stopped or crashes, and comes back."""
+_SEVERAL: Final = {LINK: (), INTERMEDIARY: ("broker_stop", "broker_crash")}
 _AFTER: Final = {
     LINK: "",
     "link_outage": " over a link outage",
-    "intermediary_restart": " after a restart of the broker or relay between them",
+    INTERMEDIARY: " after a restart of the broker or relay between them",
 }
 
 

@@ -164,6 +164,7 @@ class Finding:
         pairs: how many pairs this finding speaks of (0 for endpoint findings).
         worlds: for an undetermined verdict: assumption such as ``ros2.rmw=fastdds`` to verdict.
         more_topics: further topics on which the same was found: one unknown cause, or instances of one template.
+        more_codes: further rules that the same missing fact leaves undecided.
         accepted: the reason given in ``accept:``; an accepted finding no longer counts for the exit code.
     """
 
@@ -184,6 +185,7 @@ class Finding:
     worlds: Mapping[str, Verdict] = field(default_factory=dict, hash=False)
     more_topics: tuple[str, ...] = ()
     accepted: str | None = None
+    more_codes: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         """``file:line:column: error[ROS101] message``, one line."""

@@ -96,6 +96,7 @@ def finding(finding: Finding, exact: Exact) -> Json:
         "message": finding.message,
         "topic": finding.topic,
         "more_topics": list(finding.more_topics),
+        "more_codes": list(finding.more_codes),
         "pairs": finding.pairs,
         "place": _place(finding.place, exact),
         "sides": [_side(side, exact) for side in finding.sides],

@@ -18,7 +18,8 @@ A case file has the code of one rule and named cases::
 A case states a pair (``offered``, ``requested``, ``needs``), one endpoint (``publisher`` or ``subscriber``), or a small ``system`` in
 the YAML form. ``expect`` is the severity with which the rule speaks, ``ok`` where it is silent, ``unknown`` where it leaves
 the pair open. ``verdict``, ``findings`` (codes of all warnings and errors) and ``remedies`` are compared where they are given. Whatever a
-case expects, no headline may be left with ``{braces}`` of its rule that nothing fills.
+case expects, no headline may be left with ``{braces}`` of its rule that nothing fills, and no two findings of a pair may name the same missing
+fact: what it leaves open is one finding, with the codes of all its rules.
 
 A pack's own test module is then::
 
@@ -142,7 +143,7 @@ def run_case(case: Case, packs: Iterable[RulePack] = ()) -> None:
     """Check a case and raise `AssertionError` with everything that differs from what it expects."""
     packs = list(packs)
     result = judge_case(case, packs)
-    wrong = [*_differences(case, result), *_left_open(result, packs)]
+    wrong = [*_differences(case, result), *_left_open(result, packs), *_repeated(case, result)]
     if wrong:
         said = "\n".join(f"    {f.severity} {f.code} {f.message}" for f in result.findings) or "    nothing"
         raise AssertionError(f"{case} ({case.source})\n  " + "\n  ".join(wrong) + f"\n  findings:\n{said}")
@@ -158,9 +159,19 @@ def _left_open(result: Result, packs: Iterable[RulePack]) -> Iterator[str]:
                 yield f"{finding.code} says {mark}, for which there is no value here: {finding.message}"
 
 
+def _repeated(case: Case, result: Result) -> Iterator[str]:
+    """Yield the missing facts of one pair that several findings name."""
+    several = "system" in case.content
+    asked = [each.message for each in result.findings if not several or " gets what it needs " in each.message]
+    why = [message.partition(" is not known: ")[2] for message in asked]
+    for fact in dict.fromkeys(why):
+        if fact and why.count(fact) > 1:
+            yield f"{why.count(fact)} findings name the same missing fact: {fact}"
+
+
 def _differences(case: Case, result: Result) -> Iterator[str]:
     content = case.content
-    spoken = [finding for finding in result.findings if finding.code == case.rule]
+    spoken = [finding for finding in result.findings if case.rule in {finding.code, *finding.more_codes}]
     got = "ok"
     if spoken:
         open_ = spoken[0].verdict is Verdict.UNKNOWN and content["expect"] == "unknown"
@@ -170,7 +181,7 @@ def _differences(case: Case, result: Result) -> Iterator[str]:
     if "verdict" in content and content["verdict"] != result.verdict:
         yield f"expected the verdict {content['verdict']}, it is {result.verdict}"
     if "findings" in content:
-        loud = sorted({f.code for f in result.findings if f.severity is not Severity.NOTE})
+        loud = sorted({c for f in result.findings if f.severity is not Severity.NOTE for c in (f.code, *f.more_codes)})
         if loud != sorted(content["findings"]):
             yield f"expected the findings {sorted(content['findings'])}, they are {loud}"
     if "remedies" in content:

@@ -51,6 +51,7 @@ def test_what_was_there_is_known_and_fails_no_more():
         (finding(topic="map"), False),
         (finding(topic=None), False),
         (finding(more_topics=("map",)), False),
+        (finding(more_codes=("ROS102",)), False),
         (finding(code="ROS102"), False),
     ],
     ids=lambda value: (
@@ -71,6 +72,12 @@ def test_one_cause_on_several_topics_is_known_on_each_of_them():
     known = baseline_of(finding(more_topics=("map", "tf")))
     assert is_known(known, finding(topic="map", more_topics=("tf",)))
     assert not is_known(known, finding(topic="map", more_topics=("odom",)))
+
+
+def test_rules_of_one_cause_are_known_each_and_further_ones_are_new():
+    known = baseline_of(finding(more_codes=("ROS102", "ROS103")))
+    assert is_known(known, finding(code="ROS102", more_codes=("ROS103",)))
+    assert not is_known(known, finding(code="ROS102", more_codes=("ROS104",)))
 
 
 def test_findings_about_nothing_in_particular_are_told_apart_by_what_they_say():

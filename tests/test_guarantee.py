@@ -14,7 +14,7 @@ from cqos_core.api import context, pair_system
 from cqos_core.checker import check_system
 from cqos_core.expression import offered
 from cqos_core.given import give
-from cqos_core.guarantee import FAULTS, NEEDS, RELAYED, SURVIVES, WORDS, Unaffected, gives
+from cqos_core.guarantee import FAULTS, LINK, NEEDS, RELAYED, SURVIVES, WORDS, Unaffected, gives
 from cqos_core.judge import judge_pair
 from cqos_core.report import Severity, Verdict
 from cqos_core.resolve import resolve
@@ -316,7 +316,7 @@ def pairs(draw) -> Pair:
 def given_up(report: PairReport, pack: RulePack) -> set[str]:
     """Codes of guarantees that a report speaks of."""
     ours = {rule.code for rule in pack.rules if rule.guarantee}
-    return {finding.code for finding in report.findings} & ours
+    return {code for finding in report.findings for code in (finding.code, *finding.more_codes)} & ours
 
 
 @given(pairs())
@@ -424,3 +424,46 @@ participants:
 """
     report = check(text, importer="yaml", packs=[ROS2, DDS])
     assert only(report, "DDS533").severity is Severity.ERROR
+
+
+OUTAGE_NOT_STATED = """
+cqos: 1
+protocol: dds
+topics: {t: {period: 1s, size: 8, keyed: false, external: true}}
+participants:
+  p: {publishes: {t: {history: keep_all, reliability.max_blocking_time: infinite}}}
+  s: {subscribes: {t: {reliability: reliable, history: keep_all, needs: {loss_free: true, ordered: true, survives: [link_outage]}}}}
+"""
+
+
+def test_what_one_missing_fact_leaves_open_is_one_finding_with_all_its_rules():
+    (finding,) = [each for each in check(OUTAGE_NOT_STATED.encode()).findings if each.severity is not Severity.NOTE]
+    assert finding.message == (
+        "whether subscriber `s/subscriber/t` gets what it needs from publisher `p/publisher/t`, loss_free and ordered, is not "
+        "known: option outage is not set"
+    )
+    assert (finding.pairs, finding.code, finding.more_codes) == (1, "DDS541", ("DDS542", "DDS543", "DDS544", "DDS546"))
+
+
+def test_a_rule_that_is_switched_off_takes_no_other_with_it():
+    text = OUTAGE_NOT_STATED + "severities: {DDS541: off}\n"
+    (finding,) = [each for each in check(text.encode()).findings if each.severity is not Severity.NOTE]
+    assert (finding.code, finding.more_codes) == ("DDS542", ("DDS543", "DDS544", "DDS546"))
+
+
+@pytest.mark.parametrize(
+    ("protocol", "settings", "expected"),
+    [
+        ("dds", {}, False),
+        ("dds", {"durability": "transient", "reliability": "reliable"}, True),  # a durability service stands between
+        ("ros2", {}, False),
+        ("mqtt", {}, True),
+    ],
+)
+def test_faults_of_a_broker_are_told_only_where_there_may_be_one(protocol, settings, expected):
+    options = {"durability_service_runs": "true"} if settings else {}
+    faults = {
+        cell.fault for each in check_pair(protocol, settings, settings, options).guarantees for cell in each.cells
+    }
+    assert {LINK, "link_outage", "subscriber_restart", "publisher_restart"} <= faults
+    assert ("broker_stop" in faults) is expected

@@ -23,7 +23,7 @@ from cqos_core.formatters.full import render_full
 from cqos_core.formatters.json_report import render_json
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import clean, paint
-from cqos_core.guarantee import FAULTS, LINK
+from cqos_core.guarantee import LINK
 from cqos_core.remarks import plural
 from cqos_core.report import Group, Report, Severity
 from cqos_core.report_form import assumed
@@ -270,7 +270,8 @@ def _way(pair: PairReport) -> list[str]:
 def _gets(pair: PairReport, columns: int) -> list[str]:
     """Tell what the subscriber gets, hop by hop where there are several, and under which fault."""
     faults = [(each.word, *(cell.value for cell in each.cells), _lost_by(each)) for each in pair.guarantees]
-    lines = table(("guarantee", *map(_column, (LINK, *FAULTS)), "lost by"), faults, columns)
+    shown = [cell.fault for each in pair.guarantees[:1] for cell in each.cells]
+    lines = table(("guarantee", *map(_column, shown), "lost by"), faults, columns)
     if pair.hops:
         by_hop = [{each.word: each.value for each in hop.guarantees} for hop in pair.hops]
         header = ("guarantee", *(f"hop {number}" for number in range(1, len(by_hop) + 1)), "in the end")

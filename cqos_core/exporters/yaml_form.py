@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.exporters.contract import Exported
@@ -130,9 +131,14 @@ class _Form:
             text = text.replace("${", "{")
         return text
 
+    def _option(self, name: str, setting: Setting) -> Raw:
+        if is_not_known(setting):
+            return _said(replace(setting, unknown=self._only(f"option `{name}`", str(setting.unknown))))
+        return value(self._only(f"option `{name}`", setting.text))
+
     def _options(self) -> dict[str, Node]:
         return {
-            pack: {name: value(self._only(f"option `{name}`", each.text)) for name, each in settings.items()}
+            pack: {name: self._option(name, each) for name, each in settings.items()}
             for pack, settings in self.system.options.items()
             if settings
         }
@@ -331,8 +337,10 @@ def _settings(settings: Settings) -> dict[str, Node]:
 
 
 def _said(setting: Setting) -> Raw:
-    """Return a value; one that is not known is a map that no policy reads, so that it stays unknown and says why."""
-    return value(_escaped(f"{{unknown: {json.dumps(setting.unknown)}}}" if is_not_known(setting) else setting.text))
+    """Return a value; one that is not known is a map that says why."""
+    if is_not_known(setting):
+        return Raw(_escaped(f"{{unknown: {json.dumps(setting.unknown)}}}"))
+    return value(_escaped(setting.text))
 
 
 def _word(endpoint: Endpoint) -> str:

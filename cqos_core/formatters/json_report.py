@@ -141,9 +141,9 @@ class _Object:
         found = self._get(key, list, "a list of objects")
         return [_Object(item, f"{self._path}.{key}[{index}]") for index, item in enumerate(found)]
 
-    def objects_or_none(self, key: str) -> list[_Object]:
-        """What reports of earlier versions do not have."""
-        return self.objects(key) if key in self._values else []
+    def has(self, key: str) -> bool:
+        """Whether a key that reports of earlier versions lack is there."""
+        return key in self._values
 
     def verdict_or_none(self, key: str) -> Verdict | None:
         return None if self._values.get(key) is None else self.one_of(key, Verdict)
@@ -172,7 +172,8 @@ def _read_report(report: _Object) -> Report:
         unmatched=counts.number_or_none("unmatched") or 0,
         hypothetical=counts.number_or_none("hypothetical") or 0,
         assumed=tuple(
-            Assumption(each.text("option"), each.texts("values")) for each in report.objects_or_none("assumed")
+            Assumption(each.text("option"), each.texts("values"))
+            for each in (report.objects("assumed") if report.has("assumed") else ())
         ),
     )
 
@@ -207,6 +208,7 @@ def _read_finding(finding: _Object) -> Finding:
         pairs=finding.number("pairs"),
         worlds=finding.verdicts("worlds"),
         more_topics=finding.texts("more_topics"),
+        more_codes=finding.texts("more_codes") if finding.has("more_codes") else (),
         accepted=finding.text_or_none("accepted"),
     )
 
@@ -237,7 +239,7 @@ def _read_remedy(remedy: _Object) -> Remedy:
         mends=remedy.number("mends"),
         breaks=remedy.number("breaks"),
         weakens=remedy.flag("weakens"),
-        edits=tuple(_read_edit(edit) for edit in remedy.objects_or_none("edits")),
+        edits=tuple(map(_read_edit, remedy.objects("edits"))) if remedy.has("edits") else (),
     )
 
 

@@ -211,7 +211,11 @@ class AnySetting(Shape[Setting]):
         self.maps = maps
 
     def read(self, node: Node, reading: Reading, name: str) -> Setting | None:
-        """Take the value as text in YAML flow form."""
+        """Take the value as text in YAML flow form; ``{unknown: why}`` is a value that is not known."""
+        if isinstance(node, MappingNode) and set(node.entries) == {"unknown"}:
+            _, why = node.entries["unknown"]
+            if isinstance(why, ScalarNode) and why.text and not is_null(why):
+                return Setting("", reading.place(node), why.text)
         if isinstance(node, MappingNode) and not self.maps:
             self.refuse(node, reading, name)
             return None
@@ -220,10 +224,20 @@ class AnySetting(Shape[Setting]):
     def schema(self, shared: dict[str, Schema]) -> Schema:
         """Refer to one definition for all settings."""
         name = "setting" if self.maps else "flat_setting"
-        shared[name] = {
-            "description": "A setting by its name in the rule pack; null means not stated.",
+        shared["not_known"] = {
+            "description": "A value that is not known, and why.",
+            "type": "object",
+            "properties": {"unknown": {**TEXT.schema(shared), "description": "Why it is not known."}},
+            "required": ["unknown"],
+            "additionalProperties": False,
+        }
+        stated = {
             "type": [*_SCALARS, "array", *(["object"] if self.maps else []), "null"],
             **whatever_is_below(shared),
+        }
+        shared[name] = {
+            "description": "A setting by its name in the rule pack; null means not stated.",
+            "anyOf": [stated, {"$ref": "#/$defs/not_known"}],
         }
         return {"$ref": f"#/$defs/{name}"}
 

@@ -195,7 +195,10 @@ def _fill(value: Any, binding: Mapping[str, str], made: Multiplier) -> Any:
     if isinstance(value, str):
         return made.text(value, binding)
     if isinstance(value, Setting):
-        return value if "${" not in value.text else Setting(made.text(value.text, binding), value.place)
+        why = value.unknown if isinstance(value.unknown, str) else ""
+        if "${" not in value.text + why:
+            return value
+        return Setting(made.text(value.text, binding), value.place, made.text(why, binding))
     if isinstance(value, ProfileRef):
         return value if "${" not in value.name else replace(value, name=made.text(value.name, binding))
     if isinstance(value, dict):

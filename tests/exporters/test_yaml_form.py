@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 import cqos_core as cqos
 from cqos_core.api import context
 from cqos_core.checker import check_system
+from cqos_core.explanation import endpoints_of
 from cqos_core.exporters.contract import ExportContext
 from cqos_core.exporters.design import design_of
 from cqos_core.exporters.yaml_form import write
+from cqos_core.policy import Anything
 from cqos_core.system import (
     Acceptance,
     Bound,
@@ -491,3 +493,38 @@ def test_a_value_that_depends_on_an_assumption_is_written_as_not_known():
     assert "history: keep_last" in text
     assert "it depends on what eight zeros mean: best_effort if they were chosen or reliable if they" in text
     assert cqos.check(system).verdict == cqos.check(text.encode()).verdict == "unknown"
+
+
+DESIGNS = sorted(path for path in (ROOT / "tests" / "decisive" / "designs").iterdir() if path.is_dir())
+NOT_KNOWN = {
+    "an XML profile with a base elsewhere": """<dds xmlns="http://www.omg.org/spec/DDS-XML"><qos_library name="L">
+      <qos_profile name="P" base_name="Elsewhere::Base"><datawriter_qos><durability><kind>TRANSIENT_LOCAL_DURABILITY_QOS</kind>
+      </durability></datawriter_qos><datareader_qos><deadline><period><sec>$(PERIOD)</sec></period></deadline></datareader_qos>
+      </qos_profile></qos_library></dds>""",
+    "a system file": """{cqos: 1, protocol: dds, options: {dds: {implementation: {unknown: nothing says which}}}, topics: {t: {period: {unknown:
+      'the $${X} of it'}}}, participants: {a: {publishes: {t: {'*': {unknown: 'it is generated: "here"'}}}}, b: {subscribes: {t: {}}}}}""",
+}
+
+
+def values(system):
+    """Every value of every endpoint, or why it is not known."""
+    return {
+        each.id: [
+            value.cause if isinstance(value, Anything) else value
+            for value, _ in zip(each.profile.values, each.pack.policies, strict=False)
+        ]
+        for each in endpoints_of(system, context())
+    }
+
+
+@pytest.mark.parametrize("design", [*DESIGNS, *NOT_KNOWN.values()], ids=[*(path.name for path in DESIGNS), *NOT_KNOWN])
+def test_what_is_written_has_the_same_values_and_the_same_causes_of_not_knowing(design):
+    system = cqos.read(design.encode() if isinstance(design, str) else design)
+    again = cqos.read(write(system, INSTALLED).text.encode())
+    assert values(again) == values(system)
+
+
+def test_a_value_that_is_not_known_is_read_as_such():
+    system = cqos.read(NOT_KNOWN["a system file"].encode())
+    assert system.topics["t"].settings["period"].unknown == "the ${X} of it"
+    assert "CQ217" in {each.code for each in cqos.check(system).findings}

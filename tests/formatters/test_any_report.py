@@ -102,6 +102,7 @@ findings = st.builds(
     ),
     more_topics=few_texts,
     accepted=st.none() | texts,
+    more_codes=few_texts,
 )
 groups = st.builds(
     Group,

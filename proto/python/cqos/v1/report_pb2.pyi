@@ -564,6 +564,7 @@ class Finding(_message.Message):
     MORE_TOPICS_FIELD_NUMBER: _builtins.int
     ACCEPTED_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
+    MORE_CODES_FIELD_NUMBER: _builtins.int
     code: _builtins.str
     """Permanent code, for instance `ROS101`."""
     name: _builtins.str
@@ -612,6 +613,10 @@ class Finding(_message.Message):
     def place(self) -> Global___Place:
         """The best place to send a person to. Derived from the sides."""
 
+    @_builtins.property
+    def more_codes(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Further rules that the same missing fact leaves undecided."""
+
     def __init__(
         self,
         *,
@@ -633,10 +638,11 @@ class Finding(_message.Message):
         more_topics: _abc.Iterable[_builtins.str] | None = ...,
         accepted: _builtins.str | None = ...,
         place: Global___Place | None = ...,
+        more_codes: _abc.Iterable[_builtins.str] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_accepted", b"_accepted", "_help", b"_help", "_topic", b"_topic", "accepted", b"accepted", "help", b"help", "place", b"place", "topic", b"topic"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_accepted", b"_accepted", "_help", b"_help", "_topic", b"_topic", "accepted", b"accepted", "because", b"because", "clause", b"clause", "code", b"code", "help", b"help", "message", b"message", "more_topics", b"more_topics", "name", b"name", "notes", b"notes", "pairs", b"pairs", "place", b"place", "remedies", b"remedies", "severity", b"severity", "sides", b"sides", "source", b"source", "topic", b"topic", "verdict", b"verdict", "worlds", b"worlds"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_accepted", b"_accepted", "_help", b"_help", "_topic", b"_topic", "accepted", b"accepted", "because", b"because", "clause", b"clause", "code", b"code", "help", b"help", "message", b"message", "more_codes", b"more_codes", "more_topics", b"more_topics", "name", b"name", "notes", b"notes", "pairs", b"pairs", "place", b"place", "remedies", b"remedies", "severity", b"severity", "sides", b"sides", "source", b"source", "topic", b"topic", "verdict", b"verdict", "worlds", b"worlds"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__accepted: _TypeAlias = _typing.Literal["accepted"]  # noqa: Y015
     _WhichOneofArgType__accepted: _TypeAlias = _typing.Literal["_accepted", b"_accepted"]  # noqa: Y015
