@@ -49,7 +49,8 @@ from cqos_core.tls import try_tls
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterable, Iterator, Mapping, Sequence
     from types import TracebackType
-    from typing import Self
+
+    from typing_extensions import Self
 
     from cqos_core.api import SettingValue
     from cqos_core.report import PairReport, Report

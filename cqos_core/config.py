@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import re
-import tomllib
+import sys
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
@@ -23,6 +23,11 @@ from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
 from cqos_core.importers.yaml_form import ACCEPT, CHECKS, OPTIONS, SEVERITIES
 from cqos_core.problems import InputError, Problem
 from cqos_core.system import Place
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

@@ -8,7 +8,6 @@ where it was looked for: on a topic that it mentions, among the endpoints of a k
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final, TypeAlias
 
@@ -16,6 +15,7 @@ from cqos_core.exporters.contract import ExportContext, judged
 from cqos_core.findings import fact
 from cqos_core.pairing import bucket, group
 from cqos_core.policy import ENDPOINT, Depends, is_plain, normalise
+from cqos_core.report import Word
 from cqos_core.settle import settle
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ _CLOSEST: Final = 64
 """So many endpoints of one topic and kind are matched by how little they differ; of more it would take too long."""
 
 
-class Side(StrEnum):
+class Side(Word):
     """Which of the two systems."""
 
     A = "a"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from html import escape, unescape
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -12,6 +11,7 @@ from cqos_core.importers.editing import is_json, replace_within, scalar
 from cqos_core.importers.source import Replacement
 from cqos_core.policy import flow
 from cqos_core.problems import InvalidValueError
+from cqos_core.regular import re
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

@@ -15,7 +15,6 @@ Paths use the prefixes of `NAMESPACES`, whatever the file calls them.
 
 from __future__ import annotations
 
-import re
 from bisect import bisect_right
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -23,6 +22,7 @@ from html import unescape
 from typing import TYPE_CHECKING
 
 from cqos_core.encoding import Lines, decode
+from cqos_core.regular import re
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping

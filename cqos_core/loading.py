@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.files import HEAD, STDIN, STDIN_NAME, File, find_files, open_file, read_path
 from cqos_core.importers.source import Family, Opener, ReadContext, Source, no_files
 from cqos_core.plugins import FAULTS, ImporterInfo, Plugins, load_plugins
-from cqos_core.problems import CqosError, InputError, Problem, describe, keep_traceback
+from cqos_core.problems import CqosError, InputError, Problem, add_note, describe, keep_traceback
 from cqos_core.system import Place, System
 from cqos_core.unread import unread
 
@@ -233,7 +233,7 @@ def _read(info: ImporterInfo, source: Source, context: ReadContext, protocol: st
             raise
         owner = plugins.owner("importers", info.name)
         if plugins.shipped("importers", info.name):
-            error.add_note(f"importer `{info.name}` ({owner}) was reading {source.name}")
+            add_note(error, f"importer `{info.name}` ({owner}) was reading {source.name}")
             raise
         keep_traceback(f"importer `{info.name}` of {owner} reading {source.name}", error)
         message = f"importer `{info.name}` of {owner} failed: {describe(error)}"

@@ -6,11 +6,11 @@ a pattern from a file could keep it busy for ever; RE2 is, and reads nearly the 
 
 from __future__ import annotations
 
-import re
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.problems import CqosError
+from cqos_core.regular import re
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -100,6 +100,11 @@ def describe(error: BaseException) -> str:
     return f"{type(error).__name__}: {error}"
 
 
+def add_note(error: BaseException, note: str) -> None:
+    """Add what was going on to an error, as `BaseException.add_note` does from Python 3.11 on."""
+    vars(error).setdefault("__notes__", []).append(note)
+
+
 def keep_traceback(what: str, error: BaseException) -> None:
     """Hand an error that became mere words to whoever listens to the logger ``cqos_core``: ``cqos --debug`` does."""
     import logging

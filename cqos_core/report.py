@@ -7,7 +7,7 @@ spelling of the YAML form, so nothing here needs a rule pack to be understood.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import StrEnum
+from enum import Enum
 from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
@@ -24,7 +24,17 @@ if TYPE_CHECKING:
             """Write something."""
 
 
-class Verdict(StrEnum):
+class Word(str, Enum):
+    """A closed set of texts: `enum.StrEnum`, which Python 3.10 does not have."""
+
+    def __str__(self) -> str:
+        return str(self.value)
+
+    def __format__(self, spec: str) -> str:
+        return format(self.value, spec)
+
+
+class Verdict(Word):
     """The answer for one pair, and for a report the worst of its pairs."""
 
     COMPATIBLE = "compatible"
@@ -40,7 +50,7 @@ class Verdict(StrEnum):
 _VERDICTS = (Verdict.COMPATIBLE, Verdict.UNKNOWN, Verdict.INCOMPATIBLE)
 
 
-class Severity(StrEnum):
+class Severity(Word):
     """How loud a finding speaks (DESIGN 7)."""
 
     ERROR = "error"

@@ -13,7 +13,7 @@ from cqos_core.cli.sinks import check_targets
 from cqos_core.cli.streams import emit, say, say_problems, write_file
 from cqos_core.exporters.contract import ExportContext, Exported
 from cqos_core.plugins import FAULTS, load_plugins
-from cqos_core.problems import CqosError, describe, keep_traceback
+from cqos_core.problems import CqosError, add_note, describe, keep_traceback
 from cqos_core.remarks import plural
 
 if TYPE_CHECKING:
@@ -145,7 +145,7 @@ def _export(
     except FAULTS as error:
         owner = plugins.owner("exporters", info.name)
         if plugins.shipped("exporters", info.name):
-            error.add_note(f"exporter `{info.name}` ({owner}) was writing")
+            add_note(error, f"exporter `{info.name}` ({owner}) was writing")
             raise
         keep_traceback(f"exporter `{info.name}` of {owner}", error)
         raise CqosError(f"exporter `{info.name}` of {owner} failed: {describe(error)}") from error

@@ -13,7 +13,8 @@ from cqos_core.cli.streams import is_terminal, width
 
 if TYPE_CHECKING:
     from types import TracebackType
-    from typing import Self
+
+    from typing_extensions import Self
 
 _PATIENCE: Final = 1.0
 _PERIOD: Final = 0.1

@@ -11,7 +11,7 @@ import click
 from cqos_core.cli.several import together
 from cqos_core.cli.streams import emit, write_file
 from cqos_core.plugins import FAULTS, load_plugins
-from cqos_core.problems import CqosError, describe, keep_traceback
+from cqos_core.problems import CqosError, add_note, describe, keep_traceback
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -126,7 +126,7 @@ def render(sink: Sink, reports: Sequence[Report], problems: Sequence[Problem], s
     except FAULTS as error:
         owner = plugins.owner("formatters", sink.format)
         if plugins.shipped("formatters", sink.format):
-            error.add_note(f"formatter `{sink.format}` ({owner}) was writing")
+            add_note(error, f"formatter `{sink.format}` ({owner}) was writing")
             raise
         keep_traceback(f"formatter `{sink.format}` of {owner}", error)
         raise CqosError(f"formatter `{sink.format}` of {owner} failed: {describe(error)}") from error

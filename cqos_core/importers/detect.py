@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+from cqos_core.regular import re
 
 _BPMN_SUFFIXES = (".bpmn", ".bpmn2", ".bpmn20.xml")
 _ROOT = re.compile(rb"<(?:[^\s<>/!?:]+:)?definitions(?=[\s>/])([^>]*)")

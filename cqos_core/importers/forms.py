@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from datetime import date
-from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeAlias, TypeVar
 
 from cqos_core.importers.reading import did_you_mean, listed, shown
 from cqos_core.importers.tree import (
@@ -242,7 +242,8 @@ class AnySetting(Shape[Setting]):
         return {"$ref": f"#/$defs/{name}"}
 
 
-class Member(NamedTuple, Generic[T]):
+@dataclass(frozen=True, slots=True)
+class Member(Generic[T]):
     """One value of a map, with the place of its key."""
 
     value: T

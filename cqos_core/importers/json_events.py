@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from yaml.error import Mark
@@ -18,6 +17,7 @@ from yaml.events import (
 )
 
 from cqos_core.encoding import Lines
+from cqos_core.regular import re
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

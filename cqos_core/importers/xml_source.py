@@ -6,7 +6,6 @@ network, depth and lengths are bounded, and time and memory are those of one pla
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
@@ -14,6 +13,7 @@ from lxml import etree
 
 from cqos_core.encoding import Lines, byte_order_mark, codec, decode, encoding_of
 from cqos_core.problems import InputError, Problem
+from cqos_core.regular import re
 from cqos_core.system import Place
 
 if TYPE_CHECKING:

@@ -241,7 +241,7 @@ async def _only_message(requests: AsyncIterator[bytes], seconds: float) -> bytes
     """
     try:
         data = await asyncio.wait_for(anext(requests, None), seconds)
-    except TimeoutError:
+    except asyncio.TimeoutError:
         raise Refused("DEADLINE_EXCEEDED", f"the request did not come within {seconds:g} seconds") from None
     if data is None:
         raise Refused("INVALID_ARGUMENT", "the call has no request message")

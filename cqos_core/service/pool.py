@@ -87,7 +87,7 @@ class Process:
             process = await self._started()
             try:
                 answer = await asyncio.wait_for(_exchange(process, frame), seconds)
-            except TimeoutError:
+            except asyncio.TimeoutError:
                 await self.end()
                 raise LostError(f"it took more than {seconds:g} seconds", "DEADLINE_EXCEEDED") from None
             except (OSError, EOFError):
@@ -122,7 +122,7 @@ class Process:
                     os.setpriority(os.PRIO_PROCESS, process.pid, os.getpriority(os.PRIO_PROCESS, 0) + _NICE)
             try:
                 await asyncio.wait_for(_answered(process), _STARTING_SECONDS)
-            except (TimeoutError, OSError, EOFError):
+            except (asyncio.TimeoutError, OSError, EOFError):
                 await self.end()
                 raise LostError("its process does not start", "UNAVAILABLE") from None
         return process
@@ -232,7 +232,7 @@ class Pool:
                 return await self._turns.use(
                     caller, lambda process: process.call(frame, max(until - loop.time(), 0.001)), left
                 )
-            except TimeoutError:
+            except asyncio.TimeoutError:
                 if died is not None:
                     raise died.refused from None
                 raise Refused("DEADLINE_EXCEEDED", f"no worker was free within {seconds:g} seconds") from None
@@ -363,7 +363,7 @@ class HostedSession:
         movable = self._messages is not None
         try:
             return await self._answered(data, _PATIENCE_SECONDS if movable else None)
-        except TimeoutError:
+        except asyncio.TimeoutError:
             self._move()
         except DiedError:
             if not movable:

@@ -99,7 +99,7 @@ def _web_door(calls: Any, settings: Settings) -> Any:
     try:
         from cqos_core.service.web import WebDoor
     except ImportError:
-        raise CqosError("--web needs the extra `web`: pip install 'cqos[web]'") from None
+        raise CqosError("--web needs the extra `web`: pip install 'cqos[web]' (Python 3.11 or newer)") from None
     return WebDoor(calls, settings)
 
 

@@ -112,7 +112,7 @@ class Turns(Generic[T]):
                 share.waiting.remove(mine)
                 self._waiting -= 1
         if not turn.done():
-            raise TimeoutError
+            raise asyncio.TimeoutError
         return turn.result()
 
     def _make_room(self, share: _Share[T]) -> None:

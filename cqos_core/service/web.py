@@ -202,9 +202,8 @@ class _Application(ConnectASGIApplication[Any]):
             if not more:  # it waits for the end of the connection
                 return await receive()
             try:
-                async with asyncio.timeout_at(until):
-                    message = await receive()
-            except TimeoutError:
+                message = await asyncio.wait_for(receive(), until - asyncio.get_running_loop().time())
+            except asyncio.TimeoutError:
                 told = f"the request did not come within {self._seconds:g} seconds"
                 raise ConnectError(Code.DEADLINE_EXCEEDED, told) from None
             more = message.get("more_body", False)

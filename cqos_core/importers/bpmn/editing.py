@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from html import escape
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.encoding import Lines
 from cqos_core.excerpt import NAMESPACES, exact
 from cqos_core.importers.source import Replacement
+from cqos_core.regular import re
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

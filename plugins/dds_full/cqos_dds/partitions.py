@@ -6,7 +6,6 @@ names without any, but not another expression.
 
 from __future__ import annotations
 
-import re
 from fnmatch import fnmatchcase, translate
 from functools import lru_cache, reduce
 from operator import or_
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 from cqos_core.name_index import NameIndex
 from cqos_core.pattern import PatternError, pattern
+from cqos_core.regular import re
 from cqos_dds.implementations import FAST_DDS, IMPLEMENTATION
 
 if TYPE_CHECKING:

@@ -5,7 +5,6 @@ An element of a policy comes before those that follow it in the form (DDS-XML 1.
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -16,6 +15,7 @@ from cqos_core.excerpt import exact
 from cqos_core.importers.editing import difference
 from cqos_core.policy import Choice
 from cqos_core.problems import InvalidValueError
+from cqos_core.regular import re
 from cqos_dds.exporters.dds_xml import SPELLING as OMG_SPELLING
 from cqos_dds.exporters.fastdds_xml import SPELLING as FAST_SPELLING
 from cqos_dds.exporters.xml_form import XmlWriter

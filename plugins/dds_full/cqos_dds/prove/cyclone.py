@@ -29,7 +29,7 @@ class _Cyclone(Implementation):
     def missing(self) -> str | None:
         """Say how to install Cyclone DDS, where it is not there."""
         if self._version() is None:
-            return "Cyclone DDS is not installed: pip install 'cqos-dds[prove]'"
+            return "Cyclone DDS is not installed: pip install 'cqos-dds[prove]' (Python 3.10 to 3.13)"
         return None
 
     def version(self) -> str:

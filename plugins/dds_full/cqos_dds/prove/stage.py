@@ -23,7 +23,8 @@ from cqos_core.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from types import TracebackType
-    from typing import Self
+
+    from typing_extensions import Self
 
     from cqos_core.proving import Plan
 

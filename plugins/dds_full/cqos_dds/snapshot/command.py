@@ -95,7 +95,7 @@ def _look(domain: int, seconds: float, color: str) -> tuple[Seen, float]:
     except ImportError as error:
         raise CqosError(
             f"`cqos snapshot dds` needs Cyclone DDS, which is not installed ({describe(error)}): "
-            "pip install 'cqos-dds[snapshot]'"
+            "pip install 'cqos-dds[snapshot]' (Python 3.10 to 3.13)"
         ) from None
     began = time.monotonic()
     with _interruptible() as interrupted:

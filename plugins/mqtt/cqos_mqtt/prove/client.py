@@ -208,7 +208,7 @@ class Client:
             while True:
                 head = await asyncio.wait_for(stream.readexactly(1), _BLOCK)
                 self._handle(await packets.receive(stream, head[0]), resumed=resumed)
-        except TimeoutError:
+        except asyncio.TimeoutError:
             return
 
     async def _ping(self, keep_alive: int) -> None:

@@ -233,9 +233,8 @@ class _Run:
             await self.broker.start()
             for link in self.links.values():
                 await link.start()
-            async with asyncio.timeout(limit):
-                await self._send_and_wait()
-        except TimeoutError:
+            await asyncio.wait_for(self._send_and_wait(), limit)
+        except asyncio.TimeoutError:
             self._tell("link", "patience", f"the run ends after {limit:g} s")
         finally:
             for client in self.clients.values():

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from typing import Final
+
+from cqos_core.regular import re
 
 _WIDE: Final = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 _COUNT: Final = re.compile(r"^[ \t]*(?:Publisher|Subscri(?:ption|ber)) count: *\d", re.MULTILINE)

@@ -6,13 +6,13 @@ after the colon, parameters have types that are no YAML, and policies may follow
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.encoding import decode
 from cqos_core.importers.reading import Reading, collector_paused, did_you_mean, shown
 from cqos_core.problems import InputError
+from cqos_core.regular import re
 from cqos_core.system import (
     PUBLISHER,
     SUBSCRIBER,

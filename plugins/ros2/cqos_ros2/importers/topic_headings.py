@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import PurePath
 from typing import Final, NamedTuple
+
+from cqos_core.regular import re
 
 _PART: Final = r"[A-Za-z_][A-Za-z0-9_]*"
 NAME: Final = rf"(?:/{_PART})++"

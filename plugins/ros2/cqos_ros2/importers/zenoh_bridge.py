@@ -9,7 +9,6 @@ the bridge is always reliable (routes_mgr.rs, qos_helpers.rs, liveliness_mgt.rs,
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
@@ -18,6 +17,7 @@ from cqos_core.importers.forms import described
 from cqos_core.importers.reading import collector_paused, did_you_mean, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, kind_of
 from cqos_core.pattern import PatternError, pattern
+from cqos_core.regular import re
 from cqos_core.system import EVERY_OTHER, PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Participant, Route, Setting
 from cqos_ros2.importers.configuration import Configuration, stated
 from cqos_ros2.names import KEY
