@@ -11,9 +11,22 @@ import asyncio
 import itertools
 import os
 import queue
+from dataclasses import dataclass, replace
+from functools import wraps
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Concatenate,
+    Final,
+    Generic,
+    NamedTuple,
+    ParamSpec,
+    TypeAlias,
+    TypeVar,
+    overload,
+)
 
 import grpc
 from google.protobuf.message import DecodeError
@@ -35,38 +48,27 @@ from cqos_core.importers.source import Source, no_files
 from cqos_core.loading import Given, included_files
 from cqos_core.messages import (
     FieldProblem,
+    change_message,
     from_message,
     pair_value,
-    part_message,
     report_value,
     system_message,
-    to_message,
 )
 from cqos_core.problems import CqosError, InputError, Problem
+from cqos_core.session import Edits
 from cqos_core.system import System
 from cqos_core.tls import try_tls
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Iterable, Iterator, Mapping, Sequence
-    from types import TracebackType
+    from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
 
     from typing_extensions import Self
 
     from cqos_core.api import SettingValue
     from cqos_core.report import PairReport, Report
-    from cqos_core.system import (
-        Acceptance,
-        Bridge,
-        Broker,
-        Endpoint,
-        ImportNote,
-        Overlay,
-        Participant,
-        Profile,
-        TeamRule,
-        Topic,
-    )
 
+T = TypeVar("T")
+P = ParamSpec("P")
 File: TypeAlias = "str | os.PathLike[str] | bytes"
 OptionValues: TypeAlias = "Mapping[str, Mapping[str, SettingValue]]"
 Values: TypeAlias = "Mapping[str, SettingValue]"
@@ -277,11 +279,6 @@ def _fields(refusal: check_pb2.Refusal) -> list[FieldProblem]:
     return [FieldProblem(each.field, each.description) for each in refusal.problems]
 
 
-def _located(report: Report, system: System) -> Report:
-    """Find exact columns here, where the files are."""
-    return exact_places(report, system.sources)
-
-
 def _raised(error: grpc.RpcError | grpc.aio.AioRpcError) -> CqosError:
     """Return what the library would have raised, or what went wrong on the way."""
     call: Any = error
@@ -348,11 +345,46 @@ def _target(address: str, authority: str | None, certificate: str | None, key: s
     return target, grpc.ssl_channel_credentials(content(authority), content(key), content(certificate))
 
 
-# --- for programs that wait ---
+# --- the calls, which both clients share ---
 
 
-class Client:
-    """Asks a service; every call waits for its answer. Use it as a context manager, or `close` it."""
+@dataclass(frozen=True, slots=True)
+class _Call(Generic[T]):
+    """A call of one message: the stub's method, the request, and what its answer becomes."""
+
+    method: Any
+    request: Any
+    read: Callable[[Any], T]
+
+
+class _call(Generic[P, T]):  # noqa: N801 - it decorates
+    """Makes a method of both clients from one that returns the call: `Client` waits, `AsyncClient` returns an awaitable."""
+
+    def __init__(self, build: Callable[Concatenate[Any, P], _Call[T]]) -> None:
+        self._build = build
+
+    @overload
+    def __get__(self, client: Client, owner: type[Any]) -> Callable[P, T]: ...
+    @overload
+    def __get__(self, client: AsyncClient, owner: type[Any]) -> Callable[P, Awaitable[T]]: ...
+    @overload
+    def __get__(self, client: None, owner: type[Any]) -> Callable[Concatenate[Any, P], _Call[T]]: ...
+    def __get__(self, client: Any, owner: type[Any]) -> Any:
+        """Return the method of one client."""
+        if client is None:
+            return self._build
+
+        @wraps(self._build)
+        def ask(*arguments: P.args, **named: P.kwargs) -> Any:
+            return client._ask(self._build(client, *arguments, **named))  # noqa: SLF001 - the two are one
+
+        return ask
+
+
+class _Service:
+    """The calls of a service."""
+
+    _channels: Any = grpc
 
     def __init__(
         self,
@@ -378,43 +410,24 @@ class Client:
         target, credentials = _target(address, authority, certificate, key)
         options = list(_OPTIONS)
         self._channel = (
-            grpc.insecure_channel(target, options)
+            self._channels.insecure_channel(target, options)
             if credentials is None
-            else grpc.secure_channel(target, credentials, options)
+            else self._channels.secure_channel(target, credentials, options)
         )
-        self._checks = check_pb2_grpc.CheckServiceStub(self._channel)
-        self._catalogue = catalogue_pb2_grpc.CatalogueServiceStub(self._channel)
-        self._sessions = session_pb2_grpc.SessionServiceStub(self._channel)
+        self._checks: Any = check_pb2_grpc.CheckServiceStub(self._channel)
+        self._catalogue: Any = catalogue_pb2_grpc.CatalogueServiceStub(self._channel)
+        self._sessions: Any = session_pb2_grpc.SessionServiceStub(self._channel)
         self._given: dict[str, Any] = {"metadata": _metadata(token)}
         self._timeout = timeout
 
-    def __enter__(self) -> Self:
-        """Use it."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close it."""
-        self.close()
-
-    def close(self) -> None:
-        """End the connection."""
-        self._channel.close()
-
-    def _ask(self, call: Any, request: Any) -> Any:
-        try:
-            return call(request, timeout=self._timeout, **self._given)
-        except grpc.RpcError as error:
-            raise _raised(error) from None
-
+    @_call
     def check(
         self,
         *inputs: File | System,
         importer: str | None = None,
         protocol: str | None = None,
         options: OptionValues | None = None,
-    ) -> Report:
+    ) -> _Call[Report]:
         """Check files, which are read here and understood there, or one system; see `cqos_core.check`.
 
         What files include is sent along; directories are not searched.
@@ -424,22 +437,32 @@ class Client:
             ServiceError: there is no answer.
         """
         system, files = _parted(inputs)
-        if system is not None:
-            if importer is not None or protocol is not None or options:
-                raise TypeError("importer, protocol and options are for files; a system has its own")
-            return self.check_system(system)
-        response = self._ask(self._checks.CheckDocument, _document_request(files, importer, protocol, options or {}))
-        return report_value(response.report)
+        if system is None:
+            request = _document_request(files, importer, protocol, options or {})
+            return _Call(self._checks.CheckDocument, request, lambda response: report_value(response.report))
+        if importer is not None or protocol is not None or options:
+            raise TypeError("importer, protocol and options are for files; a system has its own")
+        return self._check_system(system)
 
-    def check_system(self, system: System) -> Report:
+    @_call
+    def check_system(self, system: System) -> _Call[Report]:
         """Check a system as it is.
 
         Raises:
             ServiceError: there is no answer.
         """
-        response = self._ask(self._checks.CheckSystem, check_pb2.CheckSystemRequest(system=system_message(system)))
-        return _located(report_value(response.report), system)
+        return self._check_system(system)
 
+    def _check_system(self, system: System) -> _Call[Report]:
+        request = check_pb2.CheckSystemRequest(system=system_message(system))
+        # Exact columns are found here, where the files are.
+        return _Call(
+            self._checks.CheckSystem,
+            request,
+            lambda response: exact_places(report_value(response.report), system.sources),
+        )
+
+    @_call
     def check_pair(
         self,
         protocol: str,
@@ -447,14 +470,113 @@ class Client:
         requested: Values | None = None,
         options: Values | None = None,
         topic: Values | None = None,
-    ) -> PairReport:
+    ) -> _Call[PairReport]:
         """Judge one offer against one request; see `cqos_core.check_pair`.
 
         Raises:
             ServiceError: there is no answer.
         """
         question = PairQuestion(protocol, offered or {}, requested or {}, options or {}, topic or {})
-        return pair_value(self._ask(self._checks.CheckPair, _pair_request(question)).report)
+        return _Call(self._checks.CheckPair, _pair_request(question), lambda response: pair_value(response.report))
+
+    @_call
+    def explain(
+        self,
+        *inputs: File | System,
+        publisher: str,
+        subscriber: str,
+        protocol: str | None = None,
+        options: OptionValues | None = None,
+    ) -> _Call[PairReport]:
+        """Explain one pair of a system; see `cqos_core.explain`.
+
+        Raises:
+            InputError: a file cannot be read or understood.
+            ServiceError: there is no such endpoint, or no answer.
+        """
+        given = _input(inputs, protocol, options or {})
+        request = check_pb2.ExplainRequest(publisher=publisher, subscriber=subscriber, **given)
+        return _Call(self._checks.Explain, request, lambda response: pair_value(response.report))
+
+    @_call
+    def convert(
+        self,
+        *inputs: File | System,
+        to: str,
+        settings: Mapping[str, str] | None = None,
+        protocol: str | None = None,
+        options: OptionValues | None = None,
+    ) -> _Call[Written]:
+        """Write a system in the form of an exporter, which ``settings`` belong to.
+
+        Raises:
+            InputError: a file cannot be read or understood.
+            ServiceError: there is no such form, or no answer.
+        """
+        given = _input(inputs, protocol, options or {})
+        request = check_pb2.ConvertRequest(exporter=to, settings=settings, **given)
+        return _Call(
+            self._checks.Convert,
+            request,
+            lambda response: Written(response.text, response.expressed, tuple(response.notes)),
+        )
+
+    @_call
+    def packs(self) -> _Call[catalogue_pb2.ListPacksResponse]:
+        """Return the rule packs and formats that the service has.
+
+        Raises:
+            ServiceError: there is no answer.
+        """
+        return _Call(self._catalogue.ListPacks, catalogue_pb2.ListPacksRequest(), lambda response: response)
+
+    @_call
+    def rule(self, code: str) -> _Call[catalogue_pb2.GetRuleResponse]:
+        """Return one rule by its code, and its pack.
+
+        Raises:
+            ServiceError: no pack has it, or there is no answer.
+        """
+        return _Call(self._catalogue.GetRule, catalogue_pb2.GetRuleRequest(code=code), lambda response: response)
+
+    @_call
+    def pack(self, pack_id: str) -> _Call[catalogue_pb2.Pack]:
+        """Return one rule pack.
+
+        Raises:
+            ServiceError: the service has no pack of this id, or there is no answer.
+        """
+        request = catalogue_pb2.GetPackRequest(id=pack_id)
+        return _Call(self._catalogue.GetPack, request, lambda response: response.pack)
+
+    def _edit(self, *requests: Iterator[session_pb2.EditRequest]) -> Any:
+        return self._sessions.Edit(*requests, **self._given)
+
+
+# --- for programs that wait ---
+
+
+class Client(_Service):
+    """Asks a service; every call waits for its answer. Use it as a context manager, or `close` it."""
+
+    def __enter__(self) -> Self:
+        """Use it."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Close it."""
+        self.close()
+
+    def close(self) -> None:
+        """End the connection."""
+        self._channel.close()
+
+    def _ask(self, call: _Call[T]) -> T:
+        try:
+            response = call.method(call.request, timeout=self._timeout, **self._given)
+        except grpc.RpcError as error:
+            raise _raised(error) from None
+        return call.read(response)
 
     def check_pairs(self, questions: Iterable[PairQuestion]) -> Iterator[PairReport | PairRefusedError]:
         """Judge pair after pair over one stream, in order; a pair that cannot be judged is answered by its refusal.
@@ -470,74 +592,13 @@ class Client:
             raise _raised(error) from None
         requests.raise_if_failed()
 
-    def explain(
-        self,
-        *inputs: File | System,
-        publisher: str,
-        subscriber: str,
-        protocol: str | None = None,
-        options: OptionValues | None = None,
-    ) -> PairReport:
-        """Explain one pair of a system; see `cqos_core.explain`.
-
-        Raises:
-            InputError: a file cannot be read or understood.
-            ServiceError: there is no such endpoint, or no answer.
-        """
-        given = _input(inputs, protocol, options or {})
-        request = check_pb2.ExplainRequest(publisher=publisher, subscriber=subscriber, **given)
-        return pair_value(self._ask(self._checks.Explain, request).report)
-
-    def convert(
-        self,
-        *inputs: File | System,
-        to: str,
-        settings: Mapping[str, str] | None = None,
-        protocol: str | None = None,
-        options: OptionValues | None = None,
-    ) -> Written:
-        """Write a system in the form of an exporter, which ``settings`` belong to.
-
-        Raises:
-            InputError: a file cannot be read or understood.
-            ServiceError: there is no such form, or no answer.
-        """
-        given = _input(inputs, protocol, options or {})
-        request = check_pb2.ConvertRequest(exporter=to, settings=settings, **given)
-        response = self._ask(self._checks.Convert, request)
-        return Written(response.text, response.expressed, tuple(response.notes))
-
-    def packs(self) -> catalogue_pb2.ListPacksResponse:
-        """Say which rule packs and formats the service has.
-
-        Raises:
-            ServiceError: there is no answer.
-        """
-        return self._ask(self._catalogue.ListPacks, catalogue_pb2.ListPacksRequest())  # type: ignore[no-any-return]
-
-    def rule(self, code: str) -> catalogue_pb2.GetRuleResponse:
-        """Describe one rule by its code, and say which pack it is of."""
-        return self._ask(self._catalogue.GetRule, catalogue_pb2.GetRuleRequest(code=code))  # type: ignore[no-any-return]
-
-    def pack(self, pack_id: str) -> catalogue_pb2.Pack:
-        """Describe one rule pack.
-
-        Raises:
-            ServiceError: there is none of this id, or no answer.
-        """
-        response = self._ask(self._catalogue.GetPack, catalogue_pb2.GetPackRequest(id=pack_id))
-        return response.pack  # type: ignore[no-any-return]
-
     def session(self, system: System | None = None) -> RemoteSession:
         """Keep a system open for edits, as `cqos_core.Session` does. Use it as a context manager, or `close` it."""
         return RemoteSession(self, system or System())
 
-    def _edit(self, requests: Iterator[session_pb2.EditRequest]) -> Any:
-        return self._sessions.Edit(requests, **self._given)
 
-
-class _Changes:
-    """Collects changes, under the names that they have in `cqos_core.Session`."""
+class _Changes(Edits):
+    """Collects the edits of a system, and follows the answers to them."""
 
     def __init__(self, system: System) -> None:
         self._system = system
@@ -547,92 +608,9 @@ class _Changes:
         self._revisions = itertools.count(1)
         self.judged = 0
 
-    def put(self, endpoint: Endpoint) -> None:
-        """Add an endpoint, or replace the one with its id."""
-        self._add(put_endpoint=to_message(endpoint, system_pb2.Endpoint))
-
-    def remove(self, endpoint_id: str) -> None:
-        """Take an endpoint away."""
-        self._add(remove_endpoint=endpoint_id)
-
-    def put_participant(self, participant: Participant) -> None:
-        """Add a participant, or replace the one with its id."""
-        self._add(put_participant=to_message(participant, system_pb2.Participant))
-
-    def remove_participant(self, participant_id: str) -> None:
-        """Take a participant away, with its endpoints."""
-        self._add(remove_participant=participant_id)
-
-    def put_profile(self, profile: Profile) -> None:
-        """Add a profile, or replace the one of its name."""
-        self._add(put_profile=to_message(profile, system_pb2.Profile))
-
-    def remove_profile(self, name: str) -> None:
-        """Take a profile away."""
-        self._add(remove_profile=name)
-
-    def put_topic(self, topic: Topic) -> None:
-        """State facts of a topic, in place of those stated before."""
-        self._add(put_topic=to_message(topic, system_pb2.Topic))
-
-    def remove_topic(self, name: str) -> None:
-        """Take the facts of a topic away."""
-        self._add(remove_topic=name)
-
-    def put_broker(self, broker: Broker) -> None:
-        """Add a broker, or replace the one with its id."""
-        self._add(put_broker=to_message(broker, system_pb2.Broker))
-
-    def remove_broker(self, broker_id: str) -> None:
-        """Take a broker away."""
-        self._add(remove_broker=broker_id)
-
-    def put_bridge(self, bridge: Bridge) -> None:
-        """Add a bridge, or replace the one with its id; a side in a participant that is not there becomes a finding."""
-        self._add(put_bridge=to_message(bridge, system_pb2.Bridge))
-
-    def remove_bridge(self, bridge_id: str) -> None:
-        """Take a bridge away."""
-        self._add(remove_bridge=bridge_id)
-
-    def set_overlays(self, overlays: Iterable[Overlay]) -> None:
-        """Replace the settings that are laid over those of endpoints."""
-        self._add(set_overlays=part_message([*overlays], session_pb2.OverlayList))
-
-    def set_protocol(self, protocol: str | None) -> None:
-        """Say what participants are of that state no protocol, or with None leave it open."""
-        self._add(set_protocol=session_pb2.ProtocolChange(protocol=protocol))
-
-    def set_name(self, name: str) -> None:
-        """Call the system something else in the report."""
-        self._add(set_name=name)
-
-    def set_notes(self, notes: Iterable[ImportNote]) -> None:
-        """Replace what the readers of files had to say, which becomes findings."""
-        self._add(set_notes=part_message([*notes], session_pb2.ImportNoteList))
-
-    def set_rules(
-        self,
-        *,
-        checks: Iterable[TeamRule] | None = None,
-        accept: Iterable[Acceptance] | None = None,
-        severities: Mapping[str, str] | None = None,
-    ) -> None:
-        """Replace the team's rules, the accepted exceptions or the severities; None leaves them."""
-        if checks is not None:
-            self._add(set_checks=part_message([*checks], session_pb2.TeamRuleList))
-        if accept is not None:
-            self._add(set_accept=part_message([*accept], session_pb2.AcceptanceList))
-        if severities is not None:
-            self._add(set_severities=session_pb2.SeverityMap(severities=severities))
-
-    def set_option(self, pack: str, name: str, value: SettingValue | None) -> None:
-        """Set an option of the whole system, or with None take it away."""
-        text = None if value is None else as_text(value)
-        self._add(set_option=session_pb2.OptionChange(pack=pack, name=name, value=text))
-
-    def _add(self, **change: Any) -> None:
-        self._waiting.append(session_pb2.Change(**change))
+    def edit(self, kind: str, value: Any) -> None:
+        """Keep an edit for the next report."""
+        self._waiting.append(change_message(kind, value))
 
     def _request(self) -> session_pb2.EditRequest:
         revision = next(self._revisions)
@@ -662,8 +640,6 @@ class _Changes:
 
 def followed(before: Report, delta: session_pb2.ReportDelta) -> Report:
     """Return the report that a delta makes of the one before."""
-    from dataclasses import replace
-
     return replace(
         report_value(delta.summary),
         groups=_placed(before.groups, delta.removed_groups, [(e.position, e.group) for e in delta.added_groups]),
@@ -695,9 +671,7 @@ class RemoteSession(_Changes):
         """Use it."""
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         """Close it."""
         self.close()
 
@@ -734,40 +708,16 @@ class RemoteSession(_Changes):
 # --- for programs that do something else meanwhile ---
 
 
-class AsyncClient:
+class AsyncClient(_Service):
     """Asks a service from a running event loop; see `Client`. Use it as an async context manager, or `close` it."""
 
-    def __init__(
-        self,
-        address: str,
-        *,
-        token: str | None = None,
-        authority: str | None = None,
-        certificate: str | None = None,
-        key: str | None = None,
-        timeout: float = 30.0,
-    ) -> None:
-        """Connect to ``address``, when the first call is made; see `Client`."""
-        target, credentials = _target(address, authority, certificate, key)
-        options = list(_OPTIONS)
-        self._channel = (
-            grpc.aio.insecure_channel(target, options)
-            if credentials is None
-            else grpc.aio.secure_channel(target, credentials, options)
-        )
-        self._checks: Any = check_pb2_grpc.CheckServiceStub(self._channel)
-        self._catalogue: Any = catalogue_pb2_grpc.CatalogueServiceStub(self._channel)
-        self._sessions: Any = session_pb2_grpc.SessionServiceStub(self._channel)
-        self._given: dict[str, Any] = {"metadata": _metadata(token)}
-        self._timeout = timeout
+    _channels = grpc.aio
 
     async def __aenter__(self) -> Self:
         """Use it."""
         return self
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    async def __aexit__(self, *error: object) -> None:
         """Close it."""
         await self.close()
 
@@ -775,44 +725,12 @@ class AsyncClient:
         """End the connection."""
         await self._channel.close()
 
-    async def _ask(self, call: Any, request: Any) -> Any:
+    async def _ask(self, call: _Call[T]) -> T:
         try:
-            return await call(request, timeout=self._timeout, **self._given)
+            response = await call.method(call.request, timeout=self._timeout, **self._given)
         except grpc.aio.AioRpcError as error:
             raise _raised(error) from None
-
-    async def check(
-        self,
-        *inputs: File | System,
-        importer: str | None = None,
-        protocol: str | None = None,
-        options: OptionValues | None = None,
-    ) -> Report:
-        """Check files or one system; see `Client.check`."""
-        system, files = _parted(inputs)
-        if system is not None:
-            if importer is not None or protocol is not None or options:
-                raise TypeError("importer, protocol and options are for files; a system has its own")
-            return await self.check_system(system)
-        request = _document_request(files, importer, protocol, options or {})
-        return report_value((await self._ask(self._checks.CheckDocument, request)).report)
-
-    async def check_system(self, system: System) -> Report:
-        """Check a system as it is; see `Client.check_system`."""
-        request = check_pb2.CheckSystemRequest(system=system_message(system))
-        return _located(report_value((await self._ask(self._checks.CheckSystem, request)).report), system)
-
-    async def check_pair(
-        self,
-        protocol: str,
-        offered: Values | None = None,
-        requested: Values | None = None,
-        options: Values | None = None,
-        topic: Values | None = None,
-    ) -> PairReport:
-        """Judge one offer against one request; see `Client.check_pair`."""
-        question = PairQuestion(protocol, offered or {}, requested or {}, options or {}, topic or {})
-        return pair_value((await self._ask(self._checks.CheckPair, _pair_request(question))).report)
+        return call.read(response)
 
     async def check_pairs(self, questions: Iterable[PairQuestion]) -> AsyncIterator[PairReport | PairRefusedError]:
         """Judge pair after pair over one stream; see `Client.check_pairs`."""
@@ -824,52 +742,9 @@ class AsyncClient:
             raise _raised(error) from None
         requests.raise_if_failed()
 
-    async def explain(
-        self,
-        *inputs: File | System,
-        publisher: str,
-        subscriber: str,
-        protocol: str | None = None,
-        options: OptionValues | None = None,
-    ) -> PairReport:
-        """Explain one pair of a system; see `Client.explain`."""
-        given = _input(inputs, protocol, options or {})
-        request = check_pb2.ExplainRequest(publisher=publisher, subscriber=subscriber, **given)
-        return pair_value((await self._ask(self._checks.Explain, request)).report)
-
-    async def convert(
-        self,
-        *inputs: File | System,
-        to: str,
-        settings: Mapping[str, str] | None = None,
-        protocol: str | None = None,
-        options: OptionValues | None = None,
-    ) -> Written:
-        """Write a system in another form; see `Client.convert`."""
-        given = _input(inputs, protocol, options or {})
-        response = await self._ask(
-            self._checks.Convert, check_pb2.ConvertRequest(exporter=to, settings=settings, **given)
-        )
-        return Written(response.text, response.expressed, tuple(response.notes))
-
-    async def packs(self) -> catalogue_pb2.ListPacksResponse:
-        """Say which rule packs and formats the service has; see `Client.packs`."""
-        return await self._ask(self._catalogue.ListPacks, catalogue_pb2.ListPacksRequest())  # type: ignore[no-any-return]
-
-    async def rule(self, code: str) -> catalogue_pb2.GetRuleResponse:
-        """Describe one rule; see `Client.rule`."""
-        return await self._ask(self._catalogue.GetRule, catalogue_pb2.GetRuleRequest(code=code))  # type: ignore[no-any-return]
-
-    async def pack(self, pack_id: str) -> catalogue_pb2.Pack:
-        """Describe one rule pack; see `Client.pack`."""
-        return (await self._ask(self._catalogue.GetPack, catalogue_pb2.GetPackRequest(id=pack_id))).pack  # type: ignore[no-any-return]
-
     def session(self, system: System | None = None) -> AsyncSession:
         """Keep a system open for edits; see `Client.session`."""
         return AsyncSession(self, system or System())
-
-    def _edit(self) -> Any:
-        return self._sessions.Edit(**self._given)
 
 
 class AsyncSession(_Changes):
@@ -885,9 +760,7 @@ class AsyncSession(_Changes):
         """Use it."""
         return self
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    async def __aexit__(self, *error: object) -> None:
         """Close it."""
         self.close()
 

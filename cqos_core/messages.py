@@ -13,20 +13,20 @@ from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias, TypeVar
 
 from google.protobuf.descriptor import FieldDescriptor
+from google.protobuf.message import Message
 from google.protobuf.message_factory import GetMessageClass
 
-from cqos.v1 import report_pb2, system_pb2
+from cqos.v1 import report_pb2, session_pb2, system_pb2
 from cqos_core import problems, report, system
 from cqos_core.pattern import PatternError, pattern
 from cqos_core.policy import LONGEST_REMEMBERED
 from cqos_core.report import Severity, Verdict
-from cqos_core.system import Setting
+from cqos_core.system import NAMED, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from google.protobuf.descriptor import Descriptor, EnumDescriptor, EnumValueDescriptor
-    from google.protobuf.message import Message
 
 T = TypeVar("T")
 _Convert: TypeAlias = "Callable[[Any], Any]"
@@ -98,7 +98,8 @@ def part_message(value: Any, kind: type[T]) -> T:
     """Return the message that has one part of a system, under the name that it has there; see `part_value`."""
     holder: Any = kind
     (part,) = holder.DESCRIPTOR.fields_by_name
-    return kind(**{part: getattr(system_message(system.System(**{part: value})), part)})
+    stated = system_message(system.System(**{part: value})).ListFields()
+    return kind(**{field.name: found for field, found in stated if field.name == part})
 
 
 def to_message(value: Any, kind: type[T]) -> T:
@@ -313,7 +314,37 @@ def system_value(message: system_pb2.System) -> system.System:
 def part_value(message: Any) -> Any:
     """Return what a message holds that has one part of a system, under the name that it has there."""
     (part,) = message.DESCRIPTOR.fields_by_name
-    return getattr(system_value(system_pb2.System(**{part: getattr(message, part)})), part)
+    return getattr(
+        system_value(system_pb2.System(**{field.name: found for field, found in message.ListFields()})), part
+    )
+
+
+def change_message(kind: str, value: Any) -> session_pb2.Change:
+    """Return the message of one edit of a session; see `cqos_core.session.Edits`."""
+    field = session_pb2.Change.DESCRIPTOR.fields_by_name[kind]
+    if field.message_type is not None:
+        made: Any = GetMessageClass(field.message_type)
+        if field.message_type.name in _KINDS:
+            value = to_message(value, made)
+        elif kind == _OPTION:
+            value = made(**dict(zip(field.message_type.fields_by_name, value, strict=True)))
+        else:
+            value = part_message(value, made)
+    return session_pb2.Change(**{kind: value})
+
+
+def change_value(change: session_pb2.Change) -> tuple[str, Any]:
+    """Return kind and value of the edit of a message."""
+    kind = change.WhichOneof("change") or ""
+    value: Any = getattr(change, kind)
+    if kind == _OPTION:
+        return kind, (value.pack, value.name, value.value if value.HasField("value") else None)
+    if not isinstance(value, Message):
+        return kind, value
+    return kind, from_message(value) if value.DESCRIPTOR.name in _KINDS else part_value(value)
+
+
+_OPTION: Final = "set_option"
 
 
 def from_message(message: Message) -> Any:
@@ -461,10 +492,10 @@ def system_problems(message: system_pb2.System, path: str = "system") -> Iterato
         if name == "endpoints":
             for index, endpoint in enumerate(found):
                 yield from endpoint_problems(endpoint, known, f"{path}.endpoints[{index}]")
-        elif name in _NAMED:
+        elif name in NAMED:
             for index, entry in enumerate(found):
                 yield from named_problems(entry, f"{path}.{name}[{index}]")
-            yield from _repeated(found, _NAMED[name], f"{path}.{name}")
+            yield from _repeated(found, NAMED[name], f"{path}.{name}")
     yield from part_problems(message, path)
 
 
@@ -478,8 +509,6 @@ def named_problems(message: Any, path: str) -> Iterator[FieldProblem]:
             yield from _route_problems(route, f"{path}.routes[{index}]")
 
 
-# What a system has by name, and the field that tells one from others of its kind.
-_NAMED: Final = {"participants": "id", "profiles": "name", "topics": "name", "brokers": "id", "bridges": "id"}
 # A topic may be without a name, which is reported.
 _NEEDED: Final[Mapping[type[Any], str]] = {
     system_pb2.Participant: "id",

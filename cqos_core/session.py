@@ -8,7 +8,7 @@ from __future__ import annotations
 from copy import deepcopy
 from dataclasses import fields, replace
 from operator import attrgetter
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.api import Context, SettingValue, as_text, context, exact_places, faults, faults_of
 from cqos_core.bridging import bridge_findings, linked
@@ -17,7 +17,7 @@ from cqos_core.pairing import naming_endpoints
 from cqos_core.problems import InputError
 from cqos_core.resolve import Resolver
 from cqos_core.routes import expanded
-from cqos_core.system import Participant, Setting, System
+from cqos_core.system import NAMED, Participant, Setting, System
 from cqos_core.team import bind_checks, words_asked
 from cqos_core.topic import TopicResult, check_topic
 from cqos_core.trial import tried_out
@@ -43,7 +43,114 @@ if TYPE_CHECKING:
 TopicKey = tuple[str, str]
 
 
-class Session:
+class Edits:
+    """The edits of a system.
+
+    An edit is data: its kind, which is the name of a field of `cqos.v1.Change`, and its value. A session of this process
+    raises `InputError` for an endpoint that cannot be checked, and `KeyError` for a name that the system does not have. A
+    session of the service raises `ServiceError` instead, when it makes its report, and then does none of the edits.
+    """
+
+    def edit(self, kind: str, value: Any) -> None:
+        """Do one edit."""
+        raise NotImplementedError
+
+    def put(self, endpoint: Endpoint) -> None:
+        """Add an endpoint, or replace the one with its id."""
+        self.edit("put_endpoint", endpoint)
+
+    def remove(self, endpoint_id: str) -> None:
+        """Remove an endpoint."""
+        self.edit("remove_endpoint", endpoint_id)
+
+    def put_participant(self, participant: Participant) -> None:
+        """Add a participant, or replace the one with its id."""
+        self.edit("put_participant", participant)
+
+    def remove_participant(self, participant_id: str) -> None:
+        """Remove a participant and its endpoints."""
+        self.edit("remove_participant", participant_id)
+
+    def put_profile(self, profile: Profile) -> None:
+        """Add a profile, or replace the one of its name."""
+        self.edit("put_profile", profile)
+
+    def remove_profile(self, name: str) -> None:
+        """Remove a profile."""
+        self.edit("remove_profile", name)
+
+    def put_topic(self, topic: Topic) -> None:
+        """Set the facts of a topic, in place of its earlier facts."""
+        self.edit("put_topic", topic)
+
+    def remove_topic(self, name: str) -> None:
+        """Remove the facts of a topic."""
+        self.edit("remove_topic", name)
+
+    def put_broker(self, broker: Broker) -> None:
+        """Add a broker, or replace the one with its id."""
+        self.edit("put_broker", broker)
+
+    def remove_broker(self, broker_id: str) -> None:
+        """Remove a broker."""
+        self.edit("remove_broker", broker_id)
+
+    def put_bridge(self, bridge: Bridge) -> None:
+        """Add a bridge, or replace the one with its id; a side in a participant that is not there becomes a finding."""
+        self.edit("put_bridge", bridge)
+
+    def remove_bridge(self, bridge_id: str) -> None:
+        """Remove a bridge."""
+        self.edit("remove_bridge", bridge_id)
+
+    def set_overlays(self, overlays: Iterable[Overlay]) -> None:
+        """Replace the settings that are laid over those of endpoints."""
+        self.edit("set_overlays", [*overlays])
+
+    def set_protocol(self, protocol: str | None) -> None:
+        """Set the protocol of participants that state none; None leaves it open."""
+        self.edit("set_protocol", protocol)
+
+    def set_option(self, pack: str, name: str, value: SettingValue | None) -> None:
+        """Set an option of the whole system; None removes it."""
+        self.edit("set_option", (pack, name, None if value is None else as_text(value)))
+
+    def set_name(self, name: str) -> None:
+        """Set the name of the system in the report."""
+        self.edit("set_name", name)
+
+    def set_notes(self, notes: Iterable[ImportNote]) -> None:
+        """Replace the remarks of importers, which become findings."""
+        self.edit("set_notes", [*notes])
+
+    def set_partial(self, partial: bool) -> None:  # noqa: FBT001 - the only argument
+        """Set whether the system is a part, so that an endpoint without partner is no reason for a warning."""
+        self.edit("set_partial", partial)
+
+    def set_hypothetical(self, hypothetical: bool) -> None:  # noqa: FBT001 - the only argument
+        """Set whether the endpoints only try profiles that no endpoint uses, so that their pairs set no verdict."""
+        self.edit("set_hypothetical", hypothetical)
+
+    def set_rules(
+        self,
+        *,
+        checks: Iterable[TeamRule] | None = None,
+        accept: Iterable[Acceptance] | None = None,
+        severities: Mapping[str, str] | None = None,
+    ) -> None:
+        """Replace the team's rules, the accepted exceptions or the severities; None leaves them."""
+        if checks is not None:
+            self.edit("set_checks", [*checks])
+        if accept is not None:
+            self.edit("set_accept", [*accept])
+        if severities is not None:
+            self.edit("set_severities", dict(severities))
+
+
+_RULES: Final = frozenset({"checks", "accept", "severities"})
+
+
+class Session(Edits):
     """Holds one system open for edits.
 
     Attributes:
@@ -81,161 +188,57 @@ class Session:
         """A copy of the system as it now stands."""
         return deepcopy(self._system)
 
-    # Edits of endpoints, which touch their topics only
-
-    def put(self, endpoint: Endpoint) -> None:
-        """Add an endpoint, or replace the one with its id.
+    def edit(self, kind: str, value: Any) -> None:
+        """Do one edit; those of endpoints touch their topics only, after others all endpoints are resolved again.
 
         Raises:
-            InputError: its participant is not part of the system, or it is no endpoint that can be checked.
+            KeyError: the system has nothing of the name that is to be removed.
+            InputError: the endpoint cannot be checked.
         """
-        if wrong := [*faults_of(endpoint, self._system.participants)]:
-            raise InputError(wrong)
-        endpoint = deepcopy(endpoint)
-        for index, known in enumerate(self._system.endpoints):
-            if known.id == endpoint.id:
-                self._system.endpoints[index] = endpoint
-                break
+        verb, _, what = kind.partition("_")
+        if what == "endpoint":
+            self._edit_endpoint(verb, value)
+            return
+        if what == "option":
+            self._set_option(*value)
+        elif verb == "set":
+            setattr(self._system, what, deepcopy(value))
         else:
-            self._system.endpoints.append(endpoint)
-        self._touched[endpoint.id] = None
+            entries = getattr(self._system, f"{what}s")
+            if verb == "put":
+                entries[getattr(value, NAMED[f"{what}s"])] = deepcopy(value)
+            else:
+                del entries[value]
+        if kind == "remove_participant":
+            self._system.endpoints = [each for each in self._system.endpoints if each.participant != value]
+        if what in _RULES:  # an accepted exception divides groups, so all topics are judged again
+            self._seen.clear()
+        if what != "name":
+            self._resolver = None
 
-    def remove(self, endpoint_id: str) -> None:
-        """Take an endpoint away.
+    def _edit_endpoint(self, verb: str, value: Any) -> None:
+        endpoints = self._system.endpoints
+        if verb == "put":
+            if wrong := [*faults_of(value, self._system.participants)]:
+                raise InputError(wrong)
+            name = value.id
+            at = next((index for index, known in enumerate(endpoints) if known.id == name), len(endpoints))
+            endpoints[at : at + 1] = [deepcopy(value)]
+        else:
+            name = value
+            self._system.endpoints = [each for each in endpoints if each.id != name]
+            if len(self._system.endpoints) == len(endpoints):
+                raise KeyError(name)
+        self._touched[name] = None
 
-        Raises:
-            KeyError: there is none with this id.
-        """
-        kept = [endpoint for endpoint in self._system.endpoints if endpoint.id != endpoint_id]
-        if len(kept) == len(self._system.endpoints):
-            raise KeyError(endpoint_id)
-        self._system.endpoints = kept
-        self._touched[endpoint_id] = None
-
-    # Edits of what endpoints share, after which all are resolved again
-
-    def put_participant(self, participant: Participant) -> None:
-        """Add a participant, or replace the one with its id."""
-        self._system.participants[participant.id] = deepcopy(participant)
-        self._forget()
-
-    def remove_participant(self, participant_id: str) -> None:
-        """Take a participant away, with its endpoints.
-
-        Raises:
-            KeyError: there is none with this id.
-        """
-        del self._system.participants[participant_id]
-        self._system.endpoints = [e for e in self._system.endpoints if e.participant != participant_id]
-        self._forget()
-
-    def put_profile(self, profile: Profile) -> None:
-        """Add a profile, or replace the one of its name."""
-        self._system.profiles[profile.name] = deepcopy(profile)
-        self._forget()
-
-    def remove_profile(self, name: str) -> None:
-        """Take a profile away.
-
-        Raises:
-            KeyError: there is none of this name.
-        """
-        del self._system.profiles[name]
-        self._forget()
-
-    def put_topic(self, topic: Topic) -> None:
-        """State facts of a topic, in place of those stated before."""
-        self._system.topics[topic.name] = deepcopy(topic)
-        self._forget()
-
-    def remove_topic(self, name: str) -> None:
-        """Take the facts of a topic away.
-
-        Raises:
-            KeyError: none are stated under this name.
-        """
-        del self._system.topics[name]
-        self._forget()
-
-    def put_broker(self, broker: Broker) -> None:
-        """Add a broker, or replace the one with its id."""
-        self._system.brokers[broker.id] = deepcopy(broker)
-        self._forget()
-
-    def remove_broker(self, broker_id: str) -> None:
-        """Take a broker away.
-
-        Raises:
-            KeyError: there is none with this id.
-        """
-        del self._system.brokers[broker_id]
-        self._forget()
-
-    def put_bridge(self, bridge: Bridge) -> None:
-        """Add a bridge, or replace the one with its id; a side in a participant that is not there becomes a finding."""
-        self._system.bridges[bridge.id] = deepcopy(bridge)
-        self._forget()
-
-    def remove_bridge(self, bridge_id: str) -> None:
-        """Take a bridge away.
-
-        Raises:
-            KeyError: there is none with this id.
-        """
-        del self._system.bridges[bridge_id]
-        self._forget()
-
-    def set_overlays(self, overlays: Iterable[Overlay]) -> None:
-        """Replace the settings that are laid over those of endpoints."""
-        self._system.overlays = deepcopy([*overlays])
-        self._forget()
-
-    def set_protocol(self, protocol: str | None) -> None:
-        """Say what participants are of that state no protocol, or with None leave it open."""
-        self._system.protocol = protocol
-        self._forget()
-
-    def set_option(self, pack: str, name: str, value: SettingValue | None) -> None:
-        """Set an option of the whole system, or with None take it away."""
+    def _set_option(self, pack: str, name: str, text: str | None) -> None:
         options = self._system.options.setdefault(pack, {})
-        if value is None:
+        if text is None:
             options.pop(name, None)
         else:
-            options[name] = Setting(as_text(value))
+            options[name] = Setting(text)
         if not options:
             del self._system.options[pack]
-        self._forget()
-
-    # What the report says beside findings about endpoints
-
-    def set_name(self, name: str) -> None:
-        """Call the system something else in the report."""
-        self._system.name = name
-
-    def set_notes(self, notes: Iterable[ImportNote]) -> None:
-        """Replace what the readers of files had to say, which becomes findings."""
-        self._system.notes = list(notes)
-        self._forget()
-
-    # Edits of what is made of all findings
-
-    def set_rules(
-        self,
-        *,
-        checks: Iterable[TeamRule] | None = None,
-        accept: Iterable[Acceptance] | None = None,
-        severities: dict[str, str] | None = None,
-    ) -> None:
-        """Replace the team's rules, the accepted exceptions or the severities; None leaves them."""
-        if checks is not None:
-            self._system.checks = list(checks)
-        if accept is not None:
-            self._system.accept = list(accept)
-        if severities is not None:
-            self._system.severities = dict(severities)
-        # What is excused divides groups, so all topics are judged again.
-        self._seen.clear()
-        self._forget()
 
     def report(self) -> Report:
         """Check what has changed, and report on the whole system."""
@@ -266,9 +269,6 @@ class Session:
             system, resolver.result, results, self._context, [*problems, *bridge_findings(system, hops, buckets)]
         )
         return exact_places(report, self._system.sources)
-
-    def _forget(self) -> None:
-        self._resolver = None
 
     def _resolve(self, system: System, asked: Mapping[int, frozenset[int]]) -> Resolver:
         """Resolve the touched endpoints, or all where more than endpoints has changed or anything was wrong."""

@@ -431,3 +431,7 @@ class System:
     sources: dict[str, bytes] = field(default_factory=dict)
     partial: bool = False
     hypothetical: bool = False
+
+
+NAMED: Final = {"participants": "id", "profiles": "name", "topics": "name", "brokers": "id", "bridges": "id"}
+"""The entries of a system that have a name, and the attribute with the name."""

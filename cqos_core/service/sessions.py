@@ -3,29 +3,26 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
+
+from google.protobuf.message import Message
 
 from cqos.v1 import report_pb2, session_pb2
 from cqos_core.messages import (
     FieldProblem,
+    change_value,
     endpoint_problems,
-    from_message,
     named_problems,
     part_problems,
-    part_value,
 )
 from cqos_core.problems import InputError
 from cqos_core.service.answers import bounded, decode, read_system, refusal_message, reported
 from cqos_core.service.refusal import Refused, unfit
 from cqos_core.session import Session
-from cqos_core.system import System
+from cqos_core.system import NAMED, System
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
-
-_NAMED: Final = ("participant", "profile", "topic", "broker", "bridge")
-_RULES: Final = ("checks", "accept", "severities")
-_PARTS: Final = (*_RULES, "overlays", "notes")
 
 
 class EditSession:
@@ -96,7 +93,7 @@ class EditSession:
             raise unfit(wrong)
         bounded(after.size, self._most, "changes")
         for change in changes.changes:
-            _do(session, change)
+            session.edit(*change_value(change))
         self._known = after
 
     def _report(self, revision: int, response: session_pb2.EditResponse) -> None:
@@ -123,7 +120,7 @@ class _Known:
 
     def __init__(self, system: System) -> None:
         self.endpoints = {each.id: each.participant for each in system.endpoints}
-        self.names = {kind: set(getattr(system, f"{kind}s")) for kind in _NAMED}
+        self.names = {kind: set(getattr(system, kind)) for kind in NAMED}
         self.routes = {each.id: len(each.routes) for each in system.bridges.values()}
 
     @property
@@ -146,24 +143,21 @@ class _Known:
         where, value = f"{path}.{kind}", getattr(change, kind)
         verb, _, what = kind.partition("_")
         if kind == "put_endpoint":
-            yield from endpoint_problems(value, self.names["participant"], where)
+            yield from endpoint_problems(value, self.names["participants"], where)
             self.endpoints[value.id] = value.participant
         elif verb == "put":
             yield from named_problems(value, where)
-            self._put(what, value)
+            name = getattr(value, NAMED[f"{what}s"])
+            self.names[f"{what}s"].add(name)
+            if what == "bridge":
+                self.routes[name] = len(value.routes)
         elif verb == "remove":
             yield from self._remove(what, value, where)
-        elif what in _PARTS:
+        elif isinstance(value, Message):
             yield from part_problems(value, where)
 
-    def _put(self, kind: str, value: Any) -> None:
-        name = value.name if kind in {"profile", "topic"} else value.id
-        self.names[kind].add(name)
-        if kind == "bridge":
-            self.routes[name] = len(value.routes)
-
     def _remove(self, kind: str, name: str, where: str) -> Iterator[FieldProblem]:
-        entries: dict[str, str] | set[str] = self.endpoints if kind == "endpoint" else self.names[kind]
+        entries: dict[str, str] | set[str] = self.endpoints if kind == "endpoint" else self.names[f"{kind}s"]
         if name not in entries:
             yield FieldProblem(where, f"there is no {kind} `{name}`")
         elif isinstance(entries, dict):
@@ -174,26 +168,6 @@ class _Known:
             self.endpoints = {each: owner for each, owner in self.endpoints.items() if owner != name}
         elif kind == "bridge":
             self.routes.pop(name, None)
-
-
-def _do(session: Session, change: session_pb2.Change) -> None:
-    kind = change.WhichOneof("change") or ""
-    value: Any = getattr(change, kind)
-    verb, _, what = kind.partition("_")
-    if kind == "set_option":
-        session.set_option(value.pack, value.name, value.value if value.HasField("value") else None)
-    elif kind == "set_protocol":
-        session.set_protocol(value.protocol if value.HasField("protocol") else None)
-    elif kind == "set_name":
-        session.set_name(value)
-    elif what in _RULES:
-        session.set_rules(**{what: part_value(value)})
-    elif what in _PARTS:
-        getattr(session, kind)(part_value(value))
-    elif what == "endpoint":
-        getattr(session, verb)(value if verb == "remove" else from_message(value))
-    else:
-        getattr(session, kind)(value if verb == "remove" else from_message(value))
 
 
 # --- what differs between two reports ---

@@ -107,6 +107,8 @@ class Change(_message.Message):
     SET_NOTES_FIELD_NUMBER: _builtins.int
     SET_PROTOCOL_FIELD_NUMBER: _builtins.int
     SET_NAME_FIELD_NUMBER: _builtins.int
+    SET_PARTIAL_FIELD_NUMBER: _builtins.int
+    SET_HYPOTHETICAL_FIELD_NUMBER: _builtins.int
     remove_endpoint: _builtins.str
     """Take the endpoint with this id away."""
     remove_participant: _builtins.str
@@ -121,6 +123,10 @@ class Change(_message.Message):
     """Take the bridge with this id away."""
     set_name: _builtins.str
     """Call the system something else in the report."""
+    set_partial: _builtins.bool
+    """Whether the system is a part, so that an endpoint without partner is no reason for a warning."""
+    set_hypothetical: _builtins.bool
+    """Whether the endpoints only try profiles that no endpoint uses, so that their pairs set no verdict."""
     @_builtins.property
     def put_endpoint(self) -> _system_pb2.Endpoint:
         """Add an endpoint, or replace the one with its id."""
@@ -196,12 +202,14 @@ class Change(_message.Message):
         set_notes: Global___ImportNoteList | None = ...,
         set_protocol: Global___ProtocolChange | None = ...,
         set_name: _builtins.str = ...,
+        set_partial: _builtins.bool = ...,
+        set_hypothetical: _builtins.bool = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["change", b"change", "put_bridge", b"put_bridge", "put_broker", b"put_broker", "put_endpoint", b"put_endpoint", "put_participant", b"put_participant", "put_profile", b"put_profile", "put_topic", b"put_topic", "remove_bridge", b"remove_bridge", "remove_broker", b"remove_broker", "remove_endpoint", b"remove_endpoint", "remove_participant", b"remove_participant", "remove_profile", b"remove_profile", "remove_topic", b"remove_topic", "set_accept", b"set_accept", "set_checks", b"set_checks", "set_name", b"set_name", "set_notes", b"set_notes", "set_option", b"set_option", "set_overlays", b"set_overlays", "set_protocol", b"set_protocol", "set_severities", b"set_severities"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["change", b"change", "put_bridge", b"put_bridge", "put_broker", b"put_broker", "put_endpoint", b"put_endpoint", "put_participant", b"put_participant", "put_profile", b"put_profile", "put_topic", b"put_topic", "remove_bridge", b"remove_bridge", "remove_broker", b"remove_broker", "remove_endpoint", b"remove_endpoint", "remove_participant", b"remove_participant", "remove_profile", b"remove_profile", "remove_topic", b"remove_topic", "set_accept", b"set_accept", "set_checks", b"set_checks", "set_hypothetical", b"set_hypothetical", "set_name", b"set_name", "set_notes", b"set_notes", "set_option", b"set_option", "set_overlays", b"set_overlays", "set_partial", b"set_partial", "set_protocol", b"set_protocol", "set_severities", b"set_severities"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["change", b"change", "put_bridge", b"put_bridge", "put_broker", b"put_broker", "put_endpoint", b"put_endpoint", "put_participant", b"put_participant", "put_profile", b"put_profile", "put_topic", b"put_topic", "remove_bridge", b"remove_bridge", "remove_broker", b"remove_broker", "remove_endpoint", b"remove_endpoint", "remove_participant", b"remove_participant", "remove_profile", b"remove_profile", "remove_topic", b"remove_topic", "set_accept", b"set_accept", "set_checks", b"set_checks", "set_name", b"set_name", "set_notes", b"set_notes", "set_option", b"set_option", "set_overlays", b"set_overlays", "set_protocol", b"set_protocol", "set_severities", b"set_severities"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["change", b"change", "put_bridge", b"put_bridge", "put_broker", b"put_broker", "put_endpoint", b"put_endpoint", "put_participant", b"put_participant", "put_profile", b"put_profile", "put_topic", b"put_topic", "remove_bridge", b"remove_bridge", "remove_broker", b"remove_broker", "remove_endpoint", b"remove_endpoint", "remove_participant", b"remove_participant", "remove_profile", b"remove_profile", "remove_topic", b"remove_topic", "set_accept", b"set_accept", "set_checks", b"set_checks", "set_hypothetical", b"set_hypothetical", "set_name", b"set_name", "set_notes", b"set_notes", "set_option", b"set_option", "set_overlays", b"set_overlays", "set_partial", b"set_partial", "set_protocol", b"set_protocol", "set_severities", b"set_severities"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
-    _WhichOneofReturnType_change: _TypeAlias = _typing.Literal["put_endpoint", "remove_endpoint", "put_participant", "remove_participant", "put_profile", "remove_profile", "put_topic", "remove_topic", "put_broker", "set_option", "remove_broker", "put_bridge", "remove_bridge", "set_overlays", "set_checks", "set_accept", "set_severities", "set_notes", "set_protocol", "set_name"]  # noqa: Y015
+    _WhichOneofReturnType_change: _TypeAlias = _typing.Literal["put_endpoint", "remove_endpoint", "put_participant", "remove_participant", "put_profile", "remove_profile", "put_topic", "remove_topic", "put_broker", "set_option", "remove_broker", "put_bridge", "remove_bridge", "set_overlays", "set_checks", "set_accept", "set_severities", "set_notes", "set_protocol", "set_name", "set_partial", "set_hypothetical"]  # noqa: Y015
     _WhichOneofArgType_change: _TypeAlias = _typing.Literal["change", b"change"]  # noqa: Y015
     def WhichOneof(self, oneof_group: _WhichOneofArgType_change) -> _WhichOneofReturnType_change | None: ...
 
