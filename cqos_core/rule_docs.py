@@ -82,27 +82,30 @@ def rule_markdown(bound: BoundRule, pack: RulePack, examples: Iterable[Example] 
 def rule_page(bound: BoundRule, pack: RulePack, examples: Iterable[Example] = ()) -> Page:
     """Derive a page from a rule."""
     rule = bound.rule
+    source = f" Source: {rule.clause}." if rule.clause else ""
     sections: list[tuple[str, tuple[Block, ...]]] = [
-        ("", (Paragraph(f"{_severity(bound)} A rule of {pack.title}."),)),
-        ("What it checks", (Sample(str(rule.sentence), "python"), *map(Paragraph, _meaning(bound)))),
-        ("Why", tuple(map(Paragraph, _reasons(rule)))),
+        ("", (Paragraph(_sentence(rule.because)), Paragraph(f"{_severity(bound)} A rule of {pack.title}.{source}"))),
     ]
     if (grid := derived_table(bound)) is not None:
         samples = any(bound.bound.vocabulary.policies[use.index].domain.kind in _SAMPLED for use in bound.bound.uses)
         notes = ["Durations and counts are examples."] if samples else []
         if assumed := dict.fromkeys(f"{use.term.name} `{value}`" for use, value in assumed_texts(bound)):
             notes.append(f"This is the table for {', '.join(assumed)}.")
-        sections.append(("Which values fit", (grid, *map(Paragraph, notes))))
+        sections.append(("Compatible values", (grid, *map(Paragraph, notes))))
     if changes := _changes(bound):
         sections.append(("What to do", (Listing(changes),)))
     for example in examples:
         heading = "Example" if example.fires else "Example without the finding"
-        sections.append((heading, (Paragraph(_sentence(example.name)), Sample(example.text, "yaml"))))
+        outcome = f"reports {rule.code}" if example.fires else f"does not report {rule.code}"
+        introduction = f"{_sentence(example.name)} Pasted into `cqos check -`, this {outcome}:"
+        sections.append((heading, (Paragraph(introduction), Sample(example.text, "yaml"))))
     if rule.aliases:
         sections.append(("Former codes and names", (Paragraph(", ".join(rule.aliases)),)))
+    sections.append((CONDITION, (Sample(str(rule.sentence), "python"), *map(Paragraph, _meaning(bound)))))
     return Page(f"{rule.code} {rule.name}", tuple(sections))
 
 
+CONDITION: Final = "Condition"  # the heading of the section that Markdown folds
 _SAMPLED: Final = frozenset({"duration", "count"})
 
 
@@ -143,12 +146,12 @@ def _severity(bound: BoundRule) -> str:
         return f"{bound.severity.capitalize()} by default. Option `{bound.option.name}` sets the severity: {listed}."
     name = rule.severity.capitalize()
     if rule.kind == "requires" and rule.severity == "error":
-        return "Warning." if rule.doubt else f"{name}; a warning where it cannot be known."
+        return "Warning." if rule.doubt else f"{name}; a warning if it cannot be decided."
     return f"{name}."
 
 
 _SUBJECTS: Final = {
-    "pair": "a publisher and a subscriber that meet",
+    "pair": "a publisher and a subscriber that match",
     "endpoint": "an endpoint",
     "participant": "a participant",
     "broker": "a broker",
@@ -158,27 +161,23 @@ _SUBJECTS: Final = {
 
 
 def _meaning(bound: BoundRule) -> list[str]:
-    """Say in words when the rule speaks."""
+    """Say in words when the rule reports a finding."""
     rule, subject = bound.rule, _SUBJECTS[bound.scope]
     if bound.scope == "endpoint" and bound.role:
         subject = f"a {bound.role}"
     if rule.kind == "meets":
-        speaks = "every pair it keeps apart" if rule.always else "the pairs it keeps apart where somebody is left alone"
-        meeting = "This must hold for two endpoints on one topic to meet at all; where it does not, they are no pair"
-        said = [f"{meeting} and no other rule judges them. The rule speaks of {speaks}."]
+        reported = "every pair that it keeps apart" if rule.always else "endpoints that it leaves without a partner"
+        matching = "Two endpoints on one topic match only if this holds; otherwise no other rule checks them"
+        said = [f"{matching}. The rule reports {reported}."]
     elif rule.kind == "forbids":
-        said = [f"This must not hold for {subject}. The rule speaks only where it certainly does."]
+        said = [f"The rule reports a finding if this certainly holds for {subject}."]
     else:
         verdict = "unknown" if rule.doubt else "incompatible"
-        broken = f"; where it does not, the pair is {verdict}" if bound.scope == "pair" else ""
-        said = [f"This must hold for {subject}{broken}. Where it cannot be known, the rule says so."]
+        broken = f"; if it does not, the pair is {verdict}" if bound.scope == "pair" else ""
+        said = [f"This must hold for {subject}{broken}. If it cannot be decided, the rule reports a warning."]
     if rule.creation:
-        said.append("It is about creating an endpoint, so it is not asked of endpoints that were observed running.")
+        said.append("It concerns the creation of an endpoint, so endpoints that were observed running are exempt.")
     return said
-
-
-def _reasons(rule: Rule) -> list[str]:
-    return [_sentence(rule.because), *([f"Source: {rule.clause}."] if rule.clause else [])]
 
 
 def _changes(bound: BoundRule) -> tuple[str, ...]:
@@ -217,10 +216,9 @@ def code_markdown(info: CodeInfo, pack: RulePack | None = None) -> str:
 
 def code_page(info: CodeInfo, pack: RulePack | None = None) -> Page:
     """Derive a page from a code of the core, or of the importers that come with ``pack``."""
-    who = "C-QoS itself, whatever the protocol" if pack is None else f"the importers of {pack.title}"
+    reporter = "C-QoS itself, for every protocol" if pack is None else f"the importers of {pack.title}"
     sections: list[tuple[str, tuple[Block, ...]]] = [
-        ("", (Paragraph(f"{info.severity.capitalize()}. Said by {who}."),)),
-        ("What it says", (Paragraph(info.summary),)),
+        ("", (Paragraph(info.summary), Paragraph(f"{info.severity.capitalize()}. Reported by {reporter}."))),
     ]
     if info.reason:
         sections.append(("Why" if info.help else "Why, and what to do", (Paragraph(info.reason),)))
@@ -275,8 +273,11 @@ def as_markdown(page: Page) -> str:
     """Write a page for the docs."""
     parts = [f"# {page.title}"]
     for heading, blocks in page.sections:
-        parts += [f"## {heading}"] if heading else []
-        parts += [_block_as_markdown(block) for block in blocks]
+        folded = heading == CONDITION
+        parts += (
+            [f'<details markdown="1">\n<summary>{heading}</summary>' if folded else f"## {heading}"] if heading else []
+        )
+        parts += [*map(_block_as_markdown, blocks), *(["</details>"] if folded else [])]
     return "\n\n".join(parts) + "\n"
 
 

@@ -16,22 +16,23 @@ import click
 import yaml
 from figures import figures
 
+from cqos_core.api import check
 from cqos_core.cli.app import cli
 from cqos_core.codes import CODES
 from cqos_core.plugins import load_plugins
 from cqos_core.rule_docs import Example, code_markdown, rule_markdown
+from cqos_core.testing import Case, load_cases
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from cqos_core.codes import CodeInfo
-    from cqos_core.pack import RulePack
+    from cqos_core.pack import BoundRule, RulePack
 
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
 RULES = DOCS / "rules"
 COMMAND = DOCS / "command.md"
-STATED = ("topic", "options", "offered", "requested", "needs", "publisher", "subscriber", "system")
 HELP = re.compile(r"(?P<before><!-- help: cqos(?P<path>[ \w-]*) -->\n\n```text\n).*?(?P<after>```\n)", re.DOTALL)
 
 
@@ -63,7 +64,7 @@ def pages() -> Iterator[tuple[Path, str]]:
     packs = list(our_packs())
     for pack in packs:
         for bound in pack.bound_rules:
-            yield RULES / f"{bound.rule.code}.md", rule_markdown(bound, pack, examples(bound.rule.code))
+            yield RULES / f"{bound.rule.code}.md", rule_markdown(bound, pack, examples(bound, pack))
         for info in pack.codes:
             yield RULES / f"{info.code}.md", code_markdown(info, pack)
     for code, info in CODES.items():
@@ -110,23 +111,47 @@ def listing(rows: Iterable[tuple[str, str, str, str]]) -> str:
     return "\n".join(lines)
 
 
-def examples(code: str) -> Iterator[Example]:
-    """The first case in which a rule speaks, and the first in which it is silent."""
-    cases = [
-        case
-        for file in ROOT.glob(f"plugins/*/tests/cases/{code}.yml")
-        for case in yaml.safe_load(file.read_bytes())["cases"]
-    ]
+def examples(bound: BoundRule, pack: RulePack) -> Iterator[Example]:
+    """Return the first case that makes a rule report, and the first that does not, as systems that reproduce it."""
+    code = bound.rule.code
+    cases = [case for file in ROOT.glob(f"plugins/*/tests/cases/{code}.yml") for case in load_cases(file, pack.id)]
     for fires in (True, False):
-        case = next((case for case in cases if (case["expect"] != "ok") is fires), None)
-        if case is not None:
-            yield Example(case["name"], stated(case), fires=fires)
+        chosen = (case for case in cases if (case.content["expect"] != "ok") is fires)
+        texts = ((case, as_system(case)) for case in chosen)
+        found = next(((case, text) for case, text in texts if reports(code, text, pack) is fires), None)
+        if found is not None:
+            yield Example(found[0].name, found[1], fires=fires)
+        elif fires and cases:
+            raise SystemExit(f"no case of {code} makes a system that reports it")
 
 
-def stated(case: dict[str, Any]) -> str:
-    """What a case states, as YAML."""
-    shown = {key: case[key] for key in STATED if key in case}
-    text: str = yaml.safe_dump(shown, sort_keys=False, default_flow_style=None, width=100, allow_unicode=True)
+def reports(code: str, text: str, pack: RulePack) -> bool:
+    """Whether a check of a system in YAML reports a code."""
+    return any(finding.code == code for finding in check(text.encode(), importer="yaml", packs=[pack]).findings)
+
+
+def as_system(case: Case) -> str:
+    """Return what a case states as a system file."""
+    content = case.content
+    system: dict[str, Any] = {"cqos": 1, "protocol": case.pack}
+    if "options" in content:
+        system["options"] = {case.pack: content["options"]}
+    if "system" in content:
+        system |= content["system"]
+    else:
+        facts = dict(content.get("topic", {}))
+        topic = str(facts.pop("name", "chatter"))
+        if facts:
+            system["topics"] = {topic: facts}
+        pair = not content.keys().isdisjoint(("offered", "requested", "needs"))
+        ends = (("talker", "publishes", "publisher", "offered"), ("listener", "subscribes", "subscriber", "requested"))
+        needs = {"needs": content["needs"]} if "needs" in content else {}
+        system["participants"] = {
+            name: {verb: {topic: content.get(stated if pair else role, {}) | (needs if role == "subscriber" else {})}}
+            for name, verb, role, stated in ends
+            if pair or role in content
+        }
+    text: str = yaml.safe_dump(system, sort_keys=False, default_flow_style=None, width=100, allow_unicode=True)
     return text
 
 

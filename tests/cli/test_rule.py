@@ -15,7 +15,7 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 def test_table_1_of_the_paper_is_derived(cqos, name):
     done = cqos("rule", name)
     assert done.code == 0
-    assert [line.split() for line in done.out.partition("Which values fit\n")[2].partition("\n\n")[0].splitlines()] == [
+    assert [line.split() for line in done.out.partition("Compatible values\n")[2].partition("\n\n")[0].splitlines()] == [
         ["Publisher", "Subscriber", "Compatible"],
         ["best_effort", "best_effort", "Yes"],
         ["best_effort", "reliable", "No"],
