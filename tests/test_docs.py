@@ -47,6 +47,7 @@ FOLLOWED = (
     "docs/paper.md",
     "docs/sentences.md",
     "docs/packs.md",
+    "docs/pack-tutorial.md",
     "docs/plugins.md",
     "examples/README.md",
 )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cqos_core.cli.parameters import Run, debug_option, nearest
-from cqos_core.cli.reading import read_packs
+from cqos_core.cli.reading import packs_here
 from cqos_core.cli.streams import emit, width
 from cqos_core.cli.tables import table
 from cqos_core.plugins import load_plugins
@@ -61,7 +61,7 @@ def packs(ctx: click.Context, *, pack_id: str | None, form: str, pack_files: tup
     if isinstance(ctx.obj, Run):
         ctx.obj.silent = True  # they are listed
     plugins = load_plugins()
-    extra = {pack.id: pack for pack in read_packs(pack_files)}
+    extra = {pack.id: pack for pack in packs_here(pack_files)}
     if pack_id is None:
         emit(_dump(_inventory(plugins, extra)) if form == "json" else _inventory_as_text(plugins, extra))
         return

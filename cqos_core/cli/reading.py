@@ -293,6 +293,13 @@ def read_packs(paths: Iterable[str]) -> list[RulePack]:
     return packs
 
 
+def packs_here(files: Iterable[str]) -> list[RulePack]:
+    """Read the rule pack files of the nearest configuration, and ``files``."""
+    from cqos_core.config import config_for
+
+    return read_packs((*config_for(".").packs, *files))
+
+
 def _check_assumption(assumption: Assignment, where: Context, known: Iterable[str]) -> None:
     """Refuse an option that would have no effect; the packs judge the same of what files say as findings."""
     pack = where.find_pack(assumption.owner)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cqos_core.cli.parameters import debug_option, nearest
-from cqos_core.cli.reading import read_packs
+from cqos_core.cli.reading import packs_here
 from cqos_core.cli.streams import emit, width
 from cqos_core.pack import describe_code, describe_rule
 from cqos_core.plugins import load_plugins
@@ -49,7 +49,7 @@ def rule(*, code: str, form: str, pack_files: tuple[str, ...]) -> None:
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     plugins = load_plugins()
     installed = (plugins.pack(pack_id) for pack_id in plugins.packs)
-    packs = [*read_packs(pack_files), *(pack for pack in installed if pack is not None)]
+    packs = [*packs_here(pack_files), *(pack for pack in installed if pack is not None)]
     found = find(code, packs)
     if found is None:
         message = f"there is no rule or code `{code[:60]}`{nearest(code, names(packs))} `cqos packs ID` lists rules."

@@ -1,6 +1,7 @@
 """``cqos rule``, ``cqos packs``, ``cqos schema``: what there is to look up."""
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,9 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 def test_table_1_of_the_paper_is_derived(cqos, name):
     done = cqos("rule", name)
     assert done.code == 0
-    assert [line.split() for line in done.out.partition("Compatible values\n")[2].partition("\n\n")[0].splitlines()] == [
+    assert [
+        line.split() for line in done.out.partition("Compatible values\n")[2].partition("\n\n")[0].splitlines()
+    ] == [
         ["Publisher", "Subscriber", "Compatible"],
         ["best_effort", "best_effort", "Yes"],
         ["best_effort", "reliable", "No"],
@@ -140,3 +143,11 @@ def test_the_schema_is_one_and_fits_what_it_is_for(cqos):
     schema = json.loads(cqos("schema").out)
     Draft202012Validator.check_schema(schema)
     Draft202012Validator(schema).validate({"cqos": 1, "participants": {"a": {"publishes": {"t": "default"}}}})
+
+
+def test_packs_of_the_configuration_are_known(cqos, tmp_path, monkeypatch):
+    shutil.copy(EXAMPLES / "opcua" / "opcua_pack.yaml", tmp_path)
+    (tmp_path / "cqos.toml").write_text('packs = ["opcua_pack.yaml"]\n', encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert "OPC101" in cqos("rule", "OPC101").out
+    assert "OPC101" in cqos("packs", "opcua").out
