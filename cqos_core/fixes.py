@@ -84,7 +84,9 @@ def remedies(topic: Topic, spoken: Spoken, publishers: list[Members], subscriber
         may = partial(_may, role, groups, (), topic.subscribers if role == PUBLISHER else topic.publishers)
         for change in solutions(bound.bound, values, values, second=False, want=want, fixes=bound.rule.fixes, may=may):
             found += _remedy(topic, role, groups, change.index, change.value)
-    return tuple(sorted(found, key=_rank))
+    # What connects today is no price for what is only advised or not known.
+    pays = bound.rule.severity == "error" and not spoken.unknown and not bound.rule.doubt
+    return tuple(sorted((each for each in found if pays or not each.breaks), key=_rank))
 
 
 def _shared(topic: Topic, spoken: Spoken, publishers: list[Members], subscribers: list[Members]) -> list[Remedy]:
@@ -242,7 +244,16 @@ def _remedy(
     meaning = policy.words.get(policy.domain.word(first.written(index) or ""))
     if isinstance(meaning, FromPeers) and meaning.side == "first":
         return []  # an endpoint copies this from the first peer, so no setting changes it
-    mends, breaks = effect(topic, changing or groups, index, value)
+    weakens = any(policy.weakens(members.profile.values[index], value) for members in groups)
+    changing = changing or groups
+    if (
+        policy.level != BROKER
+        and not weakens
+        and _reaches_far(changing, index)
+        and _required_elsewhere(topic, changing)
+    ):
+        return []  # more on this topic may be too much for another one, which is not judged here
+    mends, breaks = effect(topic, changing, index, value)
     members = member_ids(groups)
     text_value = policy.domain.format(value)
     return [
@@ -255,7 +266,7 @@ def _remedy(
             text=remedy_text(role, policy.name, text_value, members, policy.level, _named(first, policy.level)),
             mends=mends,
             breaks=breaks,
-            weakens=any(policy.weakens(members.profile.values[index], value) for members in groups),
+            weakens=weakens,
             edits=edits_of((each for members in groups for each in members.endpoints), index, value),
         )
     ]
@@ -324,6 +335,12 @@ def _reaches_far(groups: Iterable[Members], index: int) -> bool:
         for vocabulary in [members.profile.pack.vocabulary]
         for at in vocabulary.follows(vocabulary.policies[index].name, members.profile.values)
     )
+
+
+def _required_elsewhere(topic: Topic, groups: Sequence[Members]) -> bool:
+    """Whether a participant of changed groups, or of their partners, requires guarantees on another topic."""
+    reached = (*groups, *topic.subscribers) if groups[0].first.role == PUBLISHER else groups
+    return any(endpoint.participant.requiring - {topic.key} for members in reached for endpoint in members.endpoints)
 
 
 def _rank_of(publisher: Members, offered: QosProfile, subscriber: Members, requested: QosProfile) -> int:

@@ -116,6 +116,9 @@ class Resolver:
     def _sum_up(self, pack: RulePack) -> None:
         """Give endpoints the values that follow from those of all."""
         own = [each for each in self.result.endpoints if each.pack is pack]
+        for each in own:
+            if each.profile.needs:
+                each.participant.requiring.add(each.key)
         layers: dict[tuple[tuple[int, Value], ...], Layer] = {}
         for position, values in pack.sum_up(own).items():
             found = tuple((pack.vocabulary.indices[ENDPOINT, name], value) for name, value in values.items())

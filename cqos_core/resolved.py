@@ -165,13 +165,18 @@ class Surroundings:
 
 @dataclass(slots=True, eq=False)
 class ResolvedParticipant:
-    """A participant in the eyes of one pack: its participant-level and option values, and where they came from."""
+    """A participant in the eyes of one pack: its participant-level and option values, and where they came from.
+
+    Attributes:
+        requiring: topics on which its endpoints require guarantees, where values follow from all endpoints together.
+    """
 
     participant: Participant
     pack: RulePack
     surroundings: Surroundings
     layers: tuple[Layer, ...]
     broker: Broker | None = None
+    requiring: set[str | None] = field(default_factory=set)
 
     @property
     def values(self) -> Mapping[int, Value]:

@@ -328,5 +328,6 @@ def _content(resolved: Resolved) -> tuple[object, ...]:
         resolved.bridge,
         resolved.starts_after,
         resolved.participant.layers,
+        frozenset(resolved.participant.requiring),
         _BESIDE_SETTINGS(resolved.participant.participant),
     )

@@ -81,8 +81,8 @@ def law(text: str) -> Iterator[str]:
                 continue
             if still_there(finding, remedy, after):
                 yield f"{finding.code}, {remedy.text}: it is still there"
-            # Where effects on others are not counted, the text does not mention them.
-            if remedy.breaks == 0 and (new := errors(after) - errors(before)):
+            # Only for an error may other pairs get worse; they are counted, and the text mentions them.
+            if not (remedy.breaks and finding.severity is Severity.ERROR) and (new := errors(after) - errors(before)):
                 yield f"{finding.code}, {remedy.text}: new errors {sorted(map(str, new))}"
 
 
