@@ -65,6 +65,7 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
     from cqos_core.api import SettingValue
+    from cqos_core.differences import Diff
     from cqos_core.report import PairReport, Report
 
 T = TypeVar("T")
@@ -497,6 +498,27 @@ class _Service:
         given = _input(inputs, protocol, options or {})
         request = check_pb2.ExplainRequest(publisher=publisher, subscriber=subscriber, **given)
         return _Call(self._checks.Explain, request, lambda response: pair_value(response.report))
+
+    @_call
+    def diff(
+        self,
+        a: File | System,
+        b: File | System,
+        *,
+        protocol: str | None = None,
+        options: OptionValues | None = None,
+        topics: Sequence[str] = (),
+        ignored: Sequence[str] = (),
+    ) -> _Call[Diff]:
+        """Compare two systems; see `cqos_core.diff`. Protocol and options are for files.
+
+        Raises:
+            InputError: a file cannot be read or understood.
+            ServiceError: there is no answer.
+        """
+        one, other = (check_pb2.DiffInput(**_input([each], protocol, options or {})) for each in (a, b))
+        request = check_pb2.DiffRequest(a=one, b=other, topics=topics, ignored=ignored)
+        return _Call(self._checks.Diff, request, lambda response: from_message(response.diff))
 
     @_call
     def convert(

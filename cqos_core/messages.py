@@ -7,6 +7,7 @@ is added to both travels. What a message has beyond that is derived, and passed 
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from dataclasses import MISSING, fields
 from datetime import date
 from functools import cache, lru_cache
@@ -17,14 +18,15 @@ from google.protobuf.message import Message
 from google.protobuf.message_factory import GetMessageClass
 
 from cqos.v1 import report_pb2, session_pb2, system_pb2
-from cqos_core import problems, report, system
+from cqos_core import differences, problems, report, system
 from cqos_core.pattern import PatternError, pattern
-from cqos_core.policy import LONGEST_REMEMBERED
+from cqos_core.policy import LONGEST_REMEMBERED, Names
+from cqos_core.problems import InvalidValueError
 from cqos_core.report import Severity, Verdict
 from cqos_core.system import NAMED, Setting
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from google.protobuf.descriptor import Descriptor, EnumDescriptor, EnumValueDescriptor
 
@@ -64,8 +66,13 @@ _KINDS: Final[Mapping[str, type[Any]]] = {
         (problems, ("Problem",)),
     )
     for name in names
+} | {
+    "Diff": differences.Diff,
+    "MissingEndpoint": differences.Missing,
+    "DifferentValue": differences.Different,
+    "ComparedEndpoint": differences.Named,
 }
-_TYPED: Final[Mapping[str, Callable[[str], Any]]] = {"Verdict": Verdict, "Severity": Severity}
+_TYPED: Final[Mapping[str, Callable[[str], Any]]] = {"Verdict": Verdict, "Severity": Severity, "Side": differences.Side}
 _STATED: Final = "_stated"
 
 
@@ -138,8 +145,11 @@ def _writer(kind: type[Any], text: _Convert) -> _Convert:
     steps: list[tuple[str, str, bool, _Convert]] = []
     for field in descriptor.fields:
         name = field.name.removesuffix(_STATED)
+        word = re.sub("_values?$", "", field.name)
         if name in own:
             steps.append((name, field.name, field.has_presence, _field_writer(field, text)))
+        elif field.enum_type is not None and word in own:
+            steps.append((word, field.name, False, _word_writer(field)))
     derived = _DERIVED.get(descriptor.name)
 
     def write(value: Any) -> Any:
@@ -174,6 +184,15 @@ def _field_writer(field: FieldDescriptor, text: _Convert) -> _Convert:
     if field.is_repeated:
         return lambda found: [write(each) for each in (found.values() if isinstance(found, dict) else found)]
     return write
+
+
+def _word_writer(field: FieldDescriptor) -> _Convert:
+    """Return what makes numbers of words; 0 of a word that the enum does not have."""
+    assert field.enum_type is not None  # noqa: S101 - the caller looked
+    numbers = _numbers(field.enum_type)
+    if field.is_repeated:
+        return lambda words: [numbers.get(word, 0) for word in words]
+    return lambda word: numbers.get(word, 0)
 
 
 def _map_writer(field: FieldDescriptor, text: _Convert) -> _Convert:
@@ -260,18 +279,23 @@ def _origin(value: report.Fact, text: _Convert) -> dict[str, Any]:
     number = _numbers(report_pb2.OriginKind.DESCRIPTOR).get(kind, 0)
     if kind == "convention":
         name = name.removeprefix("of ")
-    return {"origin_kind": number, "origin_name": text(name) if number else ""}
+    return {"origin_kind": number, "origin_name": text(name) if number else "", **_items(value, text)}
 
 
-def _role(value: report.Side, _text: _Convert) -> dict[str, Any]:
-    return {"role_value": _numbers(report_pb2.SideRole.DESCRIPTOR).get(value.role, 0)}
+def _items(value: report.Fact | report.Remedy, text: _Convert) -> dict[str, Any]:
+    """Take a list apart."""
+    if not value.value.startswith("["):
+        return {}
+    with suppress(InvalidValueError):
+        return {"items": list(map(text, Names().parse(value.value)))}
+    return {}
 
 
 _DERIVED: Final[Mapping[str, Callable[[Any, _Convert], dict[str, Any]]]] = {
     "Report": _counts,
     "Finding": _best_place,
     "Fact": _origin,
-    "Side": _role,
+    "Remedy": _items,
     "Group": lambda value, _text: {"pairs": value.pairs},
 }
 
@@ -358,17 +382,14 @@ def _reader(kind: type[Any]) -> _Convert:
     descriptor: Descriptor = kind.DESCRIPTOR
     made = _KINDS[descriptor.name]
     steps: dict[FieldDescriptor, tuple[str, _Convert]] = {}
-    settings: dict[FieldDescriptor, tuple[str, str]] = {}
+    settings: list[tuple[str, str, bool]] = []
     needed: dict[str, Any] = {}
-    always = []
     for each in fields(made):
         field = descriptor.fields_by_name.get(each.name)
         if field is None:
             continue
         if field.message_type is not None and _is_settings(field):
-            settings[field] = each.name, f"{each.name}{_STATED}"
-            if each.default_factory is MISSING:
-                always.append(each.name)
+            settings.append((each.name, f"{each.name}{_STATED}", each.default_factory is MISSING))
             continue
         steps[field] = each.name, _field_reader(field, str(each.type))
         required = each.default is MISSING and each.default_factory is MISSING
@@ -384,11 +405,10 @@ def _reader(kind: type[Any]) -> _Convert:
                 found = convert(value)
                 if found is not None:
                     given[name] = found
-            elif field in settings:
-                name, stated = settings[field]
-                given[name] = settings_value(value, getattr(message, stated))
-        for name in always:
-            given.setdefault(name, {})
+        for name, listed, always in settings:
+            texts, stated = getattr(message, name), getattr(message, listed)
+            if texts or stated or always:
+                given[name] = settings_value(texts, stated)
         return made(**given)
 
     return read
@@ -456,8 +476,16 @@ def settings_value(texts: Mapping[str, str], stated: Any) -> system.Settings:
     if not stated:
         return {name: _setting(texts[name]) for name in sorted(texts)}
     known = {each.name: each for each in stated}
+    lists = {each.name: list_text(each.items) for each in stated if each.items and each.name not in texts}
+    if lists:
+        texts = {**texts, **lists}
     names = [*(name for name in known if name in texts), *(name for name in sorted(texts) if name not in known)]
     return {name: _stated_value(texts[name], known[name]) if name in known else Setting(texts[name]) for name in names}
+
+
+def list_text(items: Iterable[str]) -> str:
+    """Return a list of names as a setting states it."""
+    return Names().format(tuple(items))
 
 
 def _stated_value(text: str, stated: Any) -> Setting:

@@ -11,14 +11,23 @@ from typing import TYPE_CHECKING, Any, Final
 from google.protobuf import json_format
 from google.protobuf.message import DecodeError
 
-from cqos.v1 import catalogue_pb2, check_pb2
+from cqos.v1 import catalogue_pb2, check_pb2, report_pb2
 from cqos_core.api import check_pair, context, exact_places, explain_pair, with_options
 from cqos_core.checker import check_system
+from cqos_core.differences import compare
 from cqos_core.files import SentFiles
 from cqos_core.importers.source import Source
 from cqos_core.loading import Given, read_together
 from cqos_core.merging import merge
-from cqos_core.messages import FieldProblem, pair_message, report_message, system_problems, system_value
+from cqos_core.messages import (
+    FieldProblem,
+    list_text,
+    pair_message,
+    report_message,
+    system_problems,
+    system_value,
+    to_message,
+)
 from cqos_core.plugins import load_plugins
 from cqos_core.problems import CqosError, InputError, Problem
 from cqos_core.service.refusal import TOO_LARGE, Refused, too_much, unfit
@@ -29,7 +38,7 @@ if TYPE_CHECKING:
 
     from google.protobuf.message import Message
 
-    from cqos.v1 import report_pb2, system_pb2
+    from cqos.v1 import system_pb2
     from cqos_core.checker import Context
     from cqos_core.report import PairReport, Report
     from cqos_core.system import System
@@ -208,11 +217,15 @@ def judge(request: check_pb2.CheckPairRequest, path: str = "") -> PairReport:
         raise unfit([no_pack(f"{path}protocol", request.protocol)])
     return check_pair(
         request.protocol,
-        dict(request.offered),
-        dict(request.requested),
+        {**request.offered, **_lists(request.offered_lists)},
+        {**request.requested, **_lists(request.requested_lists)},
         dict(request.options),
         dict(request.topic),
     )
+
+
+def _lists(values: Mapping[str, check_pb2.NameList]) -> dict[str, str]:
+    return {name: list_text(value.items) for name, value in values.items()}
 
 
 def answer_of_stream(data: bytes) -> bytes:
@@ -253,6 +266,14 @@ def explain(request: check_pb2.ExplainRequest, most: int) -> check_pb2.ExplainRe
     return check_pb2.ExplainResponse(revision=request.revision, report=pair_message(report))
 
 
+def compare_two(request: check_pb2.DiffRequest, most: int) -> check_pb2.DiffResponse:
+    """Compare two systems."""
+    (one, a), (other, b) = (read_input(getattr(request, side), most, f"{side}.") for side in ("a", "b"))
+    where = other if one.default_protocol is None else one
+    found = compare(a, b, where, request.topics, request.ignored)
+    return check_pb2.DiffResponse(revision=request.revision, diff=to_message(found, report_pb2.Diff))
+
+
 def convert(request: check_pb2.ConvertRequest, most: int) -> check_pb2.ConvertResponse:
     """Write a system in another form."""
     from cqos_core.exporters.contract import ExportContext
@@ -286,13 +307,15 @@ def convert(request: check_pb2.ConvertRequest, most: int) -> check_pb2.ConvertRe
 # --- what requests bring ---
 
 
-def read_input(request: check_pb2.ExplainRequest | check_pb2.ConvertRequest, most: int) -> tuple[Context, System]:
-    """Return the system of a request that brings it in either form."""
+def read_input(
+    request: check_pb2.ExplainRequest | check_pb2.ConvertRequest | check_pb2.DiffInput, most: int, path: str = ""
+) -> tuple[Context, System]:
+    """Return the system of a message, at ``path`` of the request, that brings it in either form."""
     if request.WhichOneof("input") == "documents":
-        return read_documents(request.documents, most, "documents.")
+        return read_documents(request.documents, most, f"{path}documents.")
     if request.WhichOneof("input") == "system":
-        return context(), read_system(request.system, most)
-    raise unfit([FieldProblem("input", "`system` or `documents` is needed")])
+        return context(), read_system(request.system, most, f"{path}system")
+    raise unfit([FieldProblem(f"{path}input", "`system` or `documents` is needed")])
 
 
 def read_system(message: system_pb2.System, most: int, path: str = "system") -> System:
@@ -402,6 +425,7 @@ METHODS: Final[Mapping[str, Method]] = {
     "/cqos.v1.CheckService/CheckSystem": Method(check_pb2.CheckSystemRequest, check_model, _has_bridges),
     "/cqos.v1.CheckService/CheckPair": Method(check_pb2.CheckPairRequest, check_one_pair),
     "/cqos.v1.CheckService/Explain": Method(check_pb2.ExplainRequest, explain, _always),
+    "/cqos.v1.CheckService/Diff": Method(check_pb2.DiffRequest, compare_two, _always),
     "/cqos.v1.CheckService/Convert": Method(check_pb2.ConvertRequest, convert, _always),
 }
 PAIRS: Final = "/cqos.v1.CheckService/CheckPairs"

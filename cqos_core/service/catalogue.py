@@ -140,6 +140,8 @@ def _rule(described: dict[str, Any]) -> catalogue_pb2.Rule:
         "kind_value": _number(catalogue_pb2.RuleKind, described["kind"]),
         "scope_value": _number(catalogue_pb2.RuleScope, described["scope"]),
         "role_value": _number(report_pb2.Role, described.get("role") or ""),
+        "guarantee_value": _number(report_pb2.GuaranteeWord, described.get("guarantee") or ""),
+        "survives_value": _number(report_pb2.Fault, described.get("survives") or ""),
     }
     return catalogue_pb2.Rule(
         **{

@@ -5,17 +5,19 @@ import json
 from pathlib import Path
 from typing import Any, cast
 
+import grpc
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import cqos_core as cqos
-from cqos.v1 import check_pb2
+from cqos.v1 import check_pb2, check_pb2_grpc, report_pb2
 from cqos_core.api import context, pair_system
 from cqos_core.checker import check_system
 from cqos_core.cli import main
 from cqos_core.client import AsyncClient, PairQuestion, PairRefusedError
-from cqos_core.messages import pair_value, report_value, system_message
+from cqos_core.guarantee import FAULTS, LINK, WORDS
+from cqos_core.messages import pair_message, pair_value, report_value, system_message, system_value, word_of
 from cqos_core.problems import InputError
 from cqos_core.testing import _settings, load_cases
 from tests.laws.systems import BOTH, systems
@@ -134,6 +136,51 @@ def test_explain_and_convert_are_those_of_the_library(client, monkeypatch):
     assert client.check(written.text.encode()).verdict == report.verdict
     assert written.expressed == report.endpoints
     assert client.convert(cqos.read(file), to="yaml").text == written.text
+
+
+def test_a_comparison_is_that_of_the_library(client, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    files = ("examples/smart_agriculture.yaml", "examples/smart_agriculture_incompatible.bpmn")
+    expected = cqos.diff(*files)
+    assert expected.different
+    assert client.diff(*files) == expected
+    a, b = map(cqos.read, files)
+    assert client.diff(a, files[1], ignored=["*rain*"]) == cqos.diff(a, b, ignored=["*rain*"])
+    b.endpoints.pop()
+    assert client.diff(a, b) == cqos.diff(a, b)
+    assert client.diff(a, b).missing
+    with pytest.raises(InputError):
+        client.diff(a, b"cqos: 1\nparticipants: {a: {publishes: [x]}}\n")
+
+
+def test_words_of_guarantees_and_faults_have_numbers():
+    words = {word_of(value) for value in report_pb2.GuaranteeWord.DESCRIPTOR.values if value.number}
+    assert words == set(WORDS)
+    faults = {word_of(value) for value in report_pb2.Fault.DESCRIPTOR.values if value.number}
+    assert faults == {LINK, *FAULTS}
+    message = pair_message(cqos.check_pair("ros2", requested={"reliability": "reliable"}))
+    for guarantee in message.guarantees:
+        assert report_pb2.GuaranteeWord.Name(guarantee.word_value) == f"GUARANTEE_WORD_{guarantee.word.upper()}"
+        assert len(guarantee.survives_values) == len(guarantee.survives)
+        assert all(guarantee.survives_values)
+        assert all(cell.fault_value for cell in guarantee.cells)
+
+
+def test_lists_travel_as_lists_too(service):
+    names = ["a b", "c"]
+    with grpc.insecure_channel(service.grpc) as channel:
+        checks = check_pb2_grpc.CheckServiceStub(channel)
+        request = check_pb2.CheckPairRequest(
+            protocol="dds", offered={"partition": "x"}, requested_lists={"partition": check_pb2.NameList(items=names)}
+        )
+        report = checks.CheckPair(request, timeout=20).report
+    (partition,) = [each for each in report.policies if each.policy.startswith("partition")]
+    assert (partition.requested.value, list(partition.requested.items)) == ('["a b", c]', names)
+    message = system_message(pair_system("dds", {"partition": '["a b", c]'}, {}, {}, {}))
+    endpoint = message.endpoints[0]
+    del endpoint.settings["partition"]
+    endpoint.settings_stated.add(name="partition", items=names)
+    assert system_value(message).endpoints[0].settings["partition"].text == '["a b", c]'
 
 
 def test_a_pair_that_cannot_be_judged_does_not_end_the_stream(client):

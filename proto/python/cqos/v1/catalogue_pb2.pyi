@@ -926,6 +926,8 @@ class Rule(_message.Message):
     KIND_VALUE_FIELD_NUMBER: _builtins.int
     SCOPE_VALUE_FIELD_NUMBER: _builtins.int
     ROLE_VALUE_FIELD_NUMBER: _builtins.int
+    GUARANTEE_VALUE_FIELD_NUMBER: _builtins.int
+    SURVIVES_VALUE_FIELD_NUMBER: _builtins.int
     code: _builtins.str
     """Permanent code."""
     name: _builtins.str
@@ -958,6 +960,10 @@ class Rule(_message.Message):
     """`scope`, as a number."""
     role_value: _report_pb2.Role.ValueType
     """`role`, as a number."""
+    guarantee_value: _report_pb2.GuaranteeWord.ValueType
+    """`guarantee`, as a number."""
+    survives_value: _report_pb2.Fault.ValueType
+    """`survives`, as a number."""
     @_builtins.property
     def aliases(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """Former codes and names."""
@@ -992,10 +998,12 @@ class Rule(_message.Message):
         kind_value: Global___RuleKind.ValueType = ...,
         scope_value: Global___RuleScope.ValueType = ...,
         role_value: _report_pb2.Role.ValueType = ...,
+        guarantee_value: _report_pb2.GuaranteeWord.ValueType = ...,
+        survives_value: _report_pb2.Fault.ValueType = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee", "_role", b"_role", "_survives", b"_survives", "guarantee", b"guarantee", "role", b"role", "severity_by", b"severity_by", "survives", b"survives"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee", "_role", b"_role", "_survives", b"_survives", "aliases", b"aliases", "because", b"because", "clause", b"clause", "code", b"code", "column_form", b"column_form", "guarantee", b"guarantee", "help", b"help", "kind", b"kind", "kind_value", b"kind_value", "name", b"name", "role", b"role", "role_value", b"role_value", "scope", b"scope", "scope_value", b"scope_value", "sentence", b"sentence", "severity", b"severity", "severity_by", b"severity_by", "survives", b"survives", "table", b"table"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee", "_role", b"_role", "_survives", b"_survives", "aliases", b"aliases", "because", b"because", "clause", b"clause", "code", b"code", "column_form", b"column_form", "guarantee", b"guarantee", "guarantee_value", b"guarantee_value", "help", b"help", "kind", b"kind", "kind_value", b"kind_value", "name", b"name", "role", b"role", "role_value", b"role_value", "scope", b"scope", "scope_value", b"scope_value", "sentence", b"sentence", "severity", b"severity", "severity_by", b"severity_by", "survives", b"survives", "survives_value", b"survives_value", "table", b"table"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__guarantee: _TypeAlias = _typing.Literal["guarantee"]  # noqa: Y015
     _WhichOneofArgType__guarantee: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee"]  # noqa: Y015

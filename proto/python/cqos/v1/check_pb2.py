@@ -26,7 +26,7 @@ from cqos.v1 import report_pb2 as cqos_dot_v1_dot_report__pb2
 from cqos.v1 import system_pb2 as cqos_dot_v1_dot_system__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x13\x63qos/v1/check.proto\x12\x07\x63qos.v1\x1a\x14\x63qos/v1/report.proto\x1a\x14\x63qos/v1/system.proto\")\n\x08\x44ocument\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x0f\n\x07\x63ontent\x18\x02 \x01(\x0c\"\xb8\x02\n\x07Reading\x12\x15\n\x08importer\x18\x01 \x01(\tH\x00\x88\x01\x01\x12\x15\n\x08protocol\x18\x02 \x01(\tH\x01\x88\x01\x01\x12\x30\n\x08switches\x18\x03 \x03(\x0b\x32\x1e.cqos.v1.Reading.SwitchesEntry\x12.\n\x07options\x18\x04 \x03(\x0b\x32\x1d.cqos.v1.Reading.OptionsEntry\x1a\x41\n\rSwitchesEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\x1f\n\x05value\x18\x02 \x01(\x0b\x32\x10.cqos.v1.Options:\x02\x38\x01\x1a@\n\x0cOptionsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\x1f\n\x05value\x18\x02 \x01(\x0b\x32\x10.cqos.v1.Options:\x02\x38\x01\x42\x0b\n\t_importerB\x0b\n\t_protocol\"\x96\x01\n\x14\x43heckDocumentRequest\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12$\n\tdocuments\x18\x02 \x03(\x0b\x32\x11.cqos.v1.Document\x12!\n\x07reading\x18\x03 \x01(\x0b\x32\x10.cqos.v1.Reading\x12#\n\x08included\x18\x04 \x03(\x0b\x32\x11.cqos.v1.Document\"J\n\x15\x43heckDocumentResponse\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12\x1f\n\x06report\x18\x02 \x01(\x0b\x32\x0f.cqos.v1.Report\"G\n\x12\x43heckSystemRequest\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12\x1f\n\x06system\x18\x02 \x01(\x0b\x32\x0f.cqos.v1.System\"H\n\x13\x43heckSystemResponse\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12\x1f\n\x06report\x18\x02 \x01(\x0b\x32\x0f.cqos.v1.Report\"\xda\x03\n\x10\x43heckPairRequest\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12\x10\n\x08protocol\x18\x02 \x01(\t\x12\x37\n\x07offered\x18\x03 \x03(\x0b\x32&.cqos.v1.CheckPairRequest.OfferedEntry\x12;\n\trequested\x18\x04 \x03(\x0b\x32(.cqos.v1.CheckPairRequest.RequestedEntry\x12\x37\n\x07options\x18\x05 \x03(\x0b\x32&.cqos.v1.CheckPairRequest.OptionsEntry\x12\x33\n\x05topic\x18\x06 \x03(\x0b\x32$.cqos.v1.CheckPairRequest.TopicEntry\x1a.\n\x0cOfferedEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\t:\x02\x38\x01\x1a\x30\n\x0eRequestedEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\t:\x02\x38\x01\x1a.\n\x0cOptionsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\t:\x02\x38\x01\x1a,\n\nTopicEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\t:\x02\x38\x01\"J\n\x11\x43heckPairResponse\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12#\n\x06report\x18\x02 \x01(\x0b\x32\x13.cqos.v1.PairReport\"<\n\x11\x43heckPairsRequest\x12\'\n\x04pair\x18\x01 \x01(\x0b\x32\x19.cqos.v1.CheckPairRequest\"}\n\x12\x43heckPairsResponse\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12%\n\x06report\x18\x02 \x01(\x0b\x32\x13.cqos.v1.PairReportH\x00\x12#\n\x07refusal\x18\x03 \x01(\x0b\x32\x10.cqos.v1.RefusalH\x00\x42\t\n\x07outcome\"2\n\x07Refusal\x12\'\n\x08problems\x18\x01 \x03(\x0b\x32\x15.cqos.v1.FieldProblem\"2\n\x0c\x46ieldProblem\x12\r\n\x05\x66ield\x18\x01 \x01(\t\x12\x13\n\x0b\x64\x65scription\x18\x02 \x01(\t\"\x9e\x01\n\x0e\x45xplainRequest\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12!\n\x06system\x18\x02 \x01(\x0b\x32\x0f.cqos.v1.SystemH\x00\x12\'\n\tdocuments\x18\x03 \x01(\x0b\x32\x12.cqos.v1.DocumentsH\x00\x12\x11\n\tpublisher\x18\x04 \x01(\t\x12\x12\n\nsubscriber\x18\x05 \x01(\tB\x07\n\x05input\"y\n\tDocuments\x12$\n\tdocuments\x18\x01 \x03(\x0b\x32\x11.cqos.v1.Document\x12!\n\x07reading\x18\x02 \x01(\x0b\x32\x10.cqos.v1.Reading\x12#\n\x08included\x18\x03 \x03(\x0b\x32\x11.cqos.v1.Document\"H\n\x0f\x45xplainResponse\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12#\n\x06report\x18\x02 \x01(\x0b\x32\x13.cqos.v1.PairReport\"\xf3\x01\n\x0e\x43onvertRequest\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12!\n\x06system\x18\x02 \x01(\x0b\x32\x0f.cqos.v1.SystemH\x00\x12\'\n\tdocuments\x18\x03 \x01(\x0b\x32\x12.cqos.v1.DocumentsH\x00\x12\x10\n\x08\x65xporter\x18\x04 \x01(\t\x12\x37\n\x08settings\x18\x05 \x03(\x0b\x32%.cqos.v1.ConvertRequest.SettingsEntry\x1a/\n\rSettingsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\t:\x02\x38\x01\x42\x07\n\x05input\"S\n\x0f\x43onvertResponse\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12\x0c\n\x04text\x18\x02 \x01(\t\x12\x11\n\texpressed\x18\x03 \x01(\x04\x12\r\n\x05notes\x18\x04 \x03(\t2\xd1\x03\n\x0c\x43heckService\x12S\n\rCheckDocument\x12\x1d.cqos.v1.CheckDocumentRequest\x1a\x1e.cqos.v1.CheckDocumentResponse\"\x03\x90\x02\x01\x12M\n\x0b\x43heckSystem\x12\x1b.cqos.v1.CheckSystemRequest\x1a\x1c.cqos.v1.CheckSystemResponse\"\x03\x90\x02\x01\x12G\n\tCheckPair\x12\x19.cqos.v1.CheckPairRequest\x1a\x1a.cqos.v1.CheckPairResponse\"\x03\x90\x02\x01\x12N\n\nCheckPairs\x12\x1a.cqos.v1.CheckPairsRequest\x1a\x1b.cqos.v1.CheckPairsResponse\"\x03\x90\x02\x01(\x01\x30\x01\x12\x41\n\x07\x45xplain\x12\x17.cqos.v1.ExplainRequest\x1a\x18.cqos.v1.ExplainResponse\"\x03\x90\x02\x01\x12\x41\n\x07\x43onvert\x12\x17.cqos.v1.ConvertRequest\x1a\x18.cqos.v1.ConvertResponse\"\x03\x90\x02\x01\x42\x10Z\x0e\x63qos/v1;cqosv1b\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x13\x63qos/v1/check.proto\x12\x07\x63qos.v1\x1a\x14\x63qos/v1/report.proto\x1a\x14\x63qos/v1/system.proto\")\n\x08\x44ocument\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x0f\n\x07\x63ontent\x18\x02 \x01(\x0c\"\xb8\x02\n\x07Reading\x12\x15\n\x08importer\x18\x01 \x01(\tH\x00\x88\x01\x01\x12\x15\n\x08protocol\x18\x02 \x01(\tH\x01\x88\x01\x01\x12\x30\n\x08switches\x18\x03 \x03(\x0b\x32\x1e.cqos.v1.Reading.SwitchesEntry\x12.\n\x07options\x18\x04 \x03(\x0b\x32\x1d.cqos.v1.Reading.OptionsEntry\x1a\x41\n\rSwitchesEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\x1f\n\x05value\x18\x02 \x01(\x0b\x32\x10.cqos.v1.Options:\x02\x38\x01\x1a@\n\x0cOptionsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\x1f\n\x05value\x18\x02 \x01(\x0b\x32\x10.cqos.v1.Options:\x02\x38\x01\x42\x0b\n\t_importerB\x0b\n\t_protocol\"\x96\x01\n\x14\x43heckDocumentRequest\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12$\n\tdocuments\x18\x02 \x03(\x0b\x32\x11.cqos.v1.Document\x12!\n\x07reading\x18\x03 \x01(\x0b\x32\x10.cqos.v1.Reading\x12#\n\x08included\x18\x04 \x03(\x0b\x32\x11.cqos.v1.Document\"J\n\x15\x43heckDocumentResponse\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12\x1f\n\x06report\x18\x02 \x01(\x0b\x32\x0f.cqos.v1.Report\"G\n\x12\x43heckSystemRequest\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12\x1f\n\x06system\x18\x02 \x01(\x0b\x32\x0f.cqos.v1.System\"H\n\x13\x43heckSystemResponse\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12\x1f\n\x06report\x18\x02 \x01(\x0b\x32\x0f.cqos.v1.Report\"\xf8\x05\n\x10\x43heckPairRequest\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12\x10\n\x08protocol\x18\x02 \x01(\t\x12\x37\n\x07offered\x18\x03 \x03(\x0b\x32&.cqos.v1.CheckPairRequest.OfferedEntry\x12;\n\trequested\x18\x04 \x03(\x0b\x32(.cqos.v1.CheckPairRequest.RequestedEntry\x12\x37\n\x07options\x18\x05 \x03(\x0b\x32&.cqos.v1.CheckPairRequest.OptionsEntry\x12\x33\n\x05topic\x18\x06 \x03(\x0b\x32$.cqos.v1.CheckPairRequest.TopicEntry\x12\x42\n\roffered_lists\x18\x07 \x03(\x0b\x32+.cqos.v1.CheckPairRequest.OfferedListsEntry\x12\x46\n\x0frequested_lists\x18\x08 \x03(\x0b\x32-.cqos.v1.CheckPairRequest.RequestedListsEntry\x1a.\n\x0cOfferedEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\t:\x02\x38\x01\x1a\x30\n\x0eRequestedEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\t:\x02\x38\x01\x1a.\n\x0cOptionsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\t:\x02\x38\x01\x1a,\n\nTopicEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\t:\x02\x38\x01\x1a\x46\n\x11OfferedListsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12 \n\x05value\x18\x02 \x01(\x0b\x32\x11.cqos.v1.NameList:\x02\x38\x01\x1aH\n\x13RequestedListsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12 \n\x05value\x18\x02 \x01(\x0b\x32\x11.cqos.v1.NameList:\x02\x38\x01\"\x19\n\x08NameList\x12\r\n\x05items\x18\x01 \x03(\t\"J\n\x11\x43heckPairResponse\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12#\n\x06report\x18\x02 \x01(\x0b\x32\x13.cqos.v1.PairReport\"<\n\x11\x43heckPairsRequest\x12\'\n\x04pair\x18\x01 \x01(\x0b\x32\x19.cqos.v1.CheckPairRequest\"}\n\x12\x43heckPairsResponse\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12%\n\x06report\x18\x02 \x01(\x0b\x32\x13.cqos.v1.PairReportH\x00\x12#\n\x07refusal\x18\x03 \x01(\x0b\x32\x10.cqos.v1.RefusalH\x00\x42\t\n\x07outcome\"2\n\x07Refusal\x12\'\n\x08problems\x18\x01 \x03(\x0b\x32\x15.cqos.v1.FieldProblem\"2\n\x0c\x46ieldProblem\x12\r\n\x05\x66ield\x18\x01 \x01(\t\x12\x13\n\x0b\x64\x65scription\x18\x02 \x01(\t\"\x9e\x01\n\x0e\x45xplainRequest\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12!\n\x06system\x18\x02 \x01(\x0b\x32\x0f.cqos.v1.SystemH\x00\x12\'\n\tdocuments\x18\x03 \x01(\x0b\x32\x12.cqos.v1.DocumentsH\x00\x12\x11\n\tpublisher\x18\x04 \x01(\t\x12\x12\n\nsubscriber\x18\x05 \x01(\tB\x07\n\x05input\"y\n\tDocuments\x12$\n\tdocuments\x18\x01 \x03(\x0b\x32\x11.cqos.v1.Document\x12!\n\x07reading\x18\x02 \x01(\x0b\x32\x10.cqos.v1.Reading\x12#\n\x08included\x18\x03 \x03(\x0b\x32\x11.cqos.v1.Document\"H\n\x0f\x45xplainResponse\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12#\n\x06report\x18\x02 \x01(\x0b\x32\x13.cqos.v1.PairReport\"\xf3\x01\n\x0e\x43onvertRequest\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12!\n\x06system\x18\x02 \x01(\x0b\x32\x0f.cqos.v1.SystemH\x00\x12\'\n\tdocuments\x18\x03 \x01(\x0b\x32\x12.cqos.v1.DocumentsH\x00\x12\x10\n\x08\x65xporter\x18\x04 \x01(\t\x12\x37\n\x08settings\x18\x05 \x03(\x0b\x32%.cqos.v1.ConvertRequest.SettingsEntry\x1a/\n\rSettingsEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\t:\x02\x38\x01\x42\x07\n\x05input\"S\n\x0f\x43onvertResponse\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12\x0c\n\x04text\x18\x02 \x01(\t\x12\x11\n\texpressed\x18\x03 \x01(\x04\x12\r\n\x05notes\x18\x04 \x03(\t\"~\n\x0b\x44iffRequest\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12\x1d\n\x01\x61\x18\x02 \x01(\x0b\x32\x12.cqos.v1.DiffInput\x12\x1d\n\x01\x62\x18\x03 \x01(\x0b\x32\x12.cqos.v1.DiffInput\x12\x0e\n\x06topics\x18\x04 \x03(\t\x12\x0f\n\x07ignored\x18\x05 \x03(\t\"`\n\tDiffInput\x12!\n\x06system\x18\x01 \x01(\x0b\x32\x0f.cqos.v1.SystemH\x00\x12\'\n\tdocuments\x18\x02 \x01(\x0b\x32\x12.cqos.v1.DocumentsH\x00\x42\x07\n\x05input\"=\n\x0c\x44iffResponse\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12\x1b\n\x04\x64iff\x18\x02 \x01(\x0b\x32\r.cqos.v1.Diff2\x8b\x04\n\x0c\x43heckService\x12S\n\rCheckDocument\x12\x1d.cqos.v1.CheckDocumentRequest\x1a\x1e.cqos.v1.CheckDocumentResponse\"\x03\x90\x02\x01\x12M\n\x0b\x43heckSystem\x12\x1b.cqos.v1.CheckSystemRequest\x1a\x1c.cqos.v1.CheckSystemResponse\"\x03\x90\x02\x01\x12G\n\tCheckPair\x12\x19.cqos.v1.CheckPairRequest\x1a\x1a.cqos.v1.CheckPairResponse\"\x03\x90\x02\x01\x12N\n\nCheckPairs\x12\x1a.cqos.v1.CheckPairsRequest\x1a\x1b.cqos.v1.CheckPairsResponse\"\x03\x90\x02\x01(\x01\x30\x01\x12\x41\n\x07\x45xplain\x12\x17.cqos.v1.ExplainRequest\x1a\x18.cqos.v1.ExplainResponse\"\x03\x90\x02\x01\x12\x38\n\x04\x44iff\x12\x14.cqos.v1.DiffRequest\x1a\x15.cqos.v1.DiffResponse\"\x03\x90\x02\x01\x12\x41\n\x07\x43onvert\x12\x17.cqos.v1.ConvertRequest\x1a\x18.cqos.v1.ConvertResponse\"\x03\x90\x02\x01\x42\x10Z\x0e\x63qos/v1;cqosv1b\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -46,6 +46,10 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_CHECKPAIRREQUEST_OPTIONSENTRY']._serialized_options = b'8\001'
   _globals['_CHECKPAIRREQUEST_TOPICENTRY']._loaded_options = None
   _globals['_CHECKPAIRREQUEST_TOPICENTRY']._serialized_options = b'8\001'
+  _globals['_CHECKPAIRREQUEST_OFFEREDLISTSENTRY']._loaded_options = None
+  _globals['_CHECKPAIRREQUEST_OFFEREDLISTSENTRY']._serialized_options = b'8\001'
+  _globals['_CHECKPAIRREQUEST_REQUESTEDLISTSENTRY']._loaded_options = None
+  _globals['_CHECKPAIRREQUEST_REQUESTEDLISTSENTRY']._serialized_options = b'8\001'
   _globals['_CONVERTREQUEST_SETTINGSENTRY']._loaded_options = None
   _globals['_CONVERTREQUEST_SETTINGSENTRY']._serialized_options = b'8\001'
   _globals['_CHECKSERVICE'].methods_by_name['CheckDocument']._loaded_options = None
@@ -58,6 +62,8 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_CHECKSERVICE'].methods_by_name['CheckPairs']._serialized_options = b'\220\002\001'
   _globals['_CHECKSERVICE'].methods_by_name['Explain']._loaded_options = None
   _globals['_CHECKSERVICE'].methods_by_name['Explain']._serialized_options = b'\220\002\001'
+  _globals['_CHECKSERVICE'].methods_by_name['Diff']._loaded_options = None
+  _globals['_CHECKSERVICE'].methods_by_name['Diff']._serialized_options = b'\220\002\001'
   _globals['_CHECKSERVICE'].methods_by_name['Convert']._loaded_options = None
   _globals['_CHECKSERVICE'].methods_by_name['Convert']._serialized_options = b'\220\002\001'
   _globals['_DOCUMENT']._serialized_start=76
@@ -77,37 +83,49 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_CHECKSYSTEMRESPONSE']._serialized_start=736
   _globals['_CHECKSYSTEMRESPONSE']._serialized_end=808
   _globals['_CHECKPAIRREQUEST']._serialized_start=811
-  _globals['_CHECKPAIRREQUEST']._serialized_end=1285
-  _globals['_CHECKPAIRREQUEST_OFFEREDENTRY']._serialized_start=1095
-  _globals['_CHECKPAIRREQUEST_OFFEREDENTRY']._serialized_end=1141
-  _globals['_CHECKPAIRREQUEST_REQUESTEDENTRY']._serialized_start=1143
-  _globals['_CHECKPAIRREQUEST_REQUESTEDENTRY']._serialized_end=1191
-  _globals['_CHECKPAIRREQUEST_OPTIONSENTRY']._serialized_start=1193
-  _globals['_CHECKPAIRREQUEST_OPTIONSENTRY']._serialized_end=1239
-  _globals['_CHECKPAIRREQUEST_TOPICENTRY']._serialized_start=1241
-  _globals['_CHECKPAIRREQUEST_TOPICENTRY']._serialized_end=1285
-  _globals['_CHECKPAIRRESPONSE']._serialized_start=1287
-  _globals['_CHECKPAIRRESPONSE']._serialized_end=1361
-  _globals['_CHECKPAIRSREQUEST']._serialized_start=1363
-  _globals['_CHECKPAIRSREQUEST']._serialized_end=1423
-  _globals['_CHECKPAIRSRESPONSE']._serialized_start=1425
-  _globals['_CHECKPAIRSRESPONSE']._serialized_end=1550
-  _globals['_REFUSAL']._serialized_start=1552
-  _globals['_REFUSAL']._serialized_end=1602
-  _globals['_FIELDPROBLEM']._serialized_start=1604
-  _globals['_FIELDPROBLEM']._serialized_end=1654
-  _globals['_EXPLAINREQUEST']._serialized_start=1657
-  _globals['_EXPLAINREQUEST']._serialized_end=1815
-  _globals['_DOCUMENTS']._serialized_start=1817
-  _globals['_DOCUMENTS']._serialized_end=1938
-  _globals['_EXPLAINRESPONSE']._serialized_start=1940
-  _globals['_EXPLAINRESPONSE']._serialized_end=2012
-  _globals['_CONVERTREQUEST']._serialized_start=2015
-  _globals['_CONVERTREQUEST']._serialized_end=2258
-  _globals['_CONVERTREQUEST_SETTINGSENTRY']._serialized_start=2202
-  _globals['_CONVERTREQUEST_SETTINGSENTRY']._serialized_end=2249
-  _globals['_CONVERTRESPONSE']._serialized_start=2260
-  _globals['_CONVERTRESPONSE']._serialized_end=2343
-  _globals['_CHECKSERVICE']._serialized_start=2346
-  _globals['_CHECKSERVICE']._serialized_end=2811
+  _globals['_CHECKPAIRREQUEST']._serialized_end=1571
+  _globals['_CHECKPAIRREQUEST_OFFEREDENTRY']._serialized_start=1235
+  _globals['_CHECKPAIRREQUEST_OFFEREDENTRY']._serialized_end=1281
+  _globals['_CHECKPAIRREQUEST_REQUESTEDENTRY']._serialized_start=1283
+  _globals['_CHECKPAIRREQUEST_REQUESTEDENTRY']._serialized_end=1331
+  _globals['_CHECKPAIRREQUEST_OPTIONSENTRY']._serialized_start=1333
+  _globals['_CHECKPAIRREQUEST_OPTIONSENTRY']._serialized_end=1379
+  _globals['_CHECKPAIRREQUEST_TOPICENTRY']._serialized_start=1381
+  _globals['_CHECKPAIRREQUEST_TOPICENTRY']._serialized_end=1425
+  _globals['_CHECKPAIRREQUEST_OFFEREDLISTSENTRY']._serialized_start=1427
+  _globals['_CHECKPAIRREQUEST_OFFEREDLISTSENTRY']._serialized_end=1497
+  _globals['_CHECKPAIRREQUEST_REQUESTEDLISTSENTRY']._serialized_start=1499
+  _globals['_CHECKPAIRREQUEST_REQUESTEDLISTSENTRY']._serialized_end=1571
+  _globals['_NAMELIST']._serialized_start=1573
+  _globals['_NAMELIST']._serialized_end=1598
+  _globals['_CHECKPAIRRESPONSE']._serialized_start=1600
+  _globals['_CHECKPAIRRESPONSE']._serialized_end=1674
+  _globals['_CHECKPAIRSREQUEST']._serialized_start=1676
+  _globals['_CHECKPAIRSREQUEST']._serialized_end=1736
+  _globals['_CHECKPAIRSRESPONSE']._serialized_start=1738
+  _globals['_CHECKPAIRSRESPONSE']._serialized_end=1863
+  _globals['_REFUSAL']._serialized_start=1865
+  _globals['_REFUSAL']._serialized_end=1915
+  _globals['_FIELDPROBLEM']._serialized_start=1917
+  _globals['_FIELDPROBLEM']._serialized_end=1967
+  _globals['_EXPLAINREQUEST']._serialized_start=1970
+  _globals['_EXPLAINREQUEST']._serialized_end=2128
+  _globals['_DOCUMENTS']._serialized_start=2130
+  _globals['_DOCUMENTS']._serialized_end=2251
+  _globals['_EXPLAINRESPONSE']._serialized_start=2253
+  _globals['_EXPLAINRESPONSE']._serialized_end=2325
+  _globals['_CONVERTREQUEST']._serialized_start=2328
+  _globals['_CONVERTREQUEST']._serialized_end=2571
+  _globals['_CONVERTREQUEST_SETTINGSENTRY']._serialized_start=2515
+  _globals['_CONVERTREQUEST_SETTINGSENTRY']._serialized_end=2562
+  _globals['_CONVERTRESPONSE']._serialized_start=2573
+  _globals['_CONVERTRESPONSE']._serialized_end=2656
+  _globals['_DIFFREQUEST']._serialized_start=2658
+  _globals['_DIFFREQUEST']._serialized_end=2784
+  _globals['_DIFFINPUT']._serialized_start=2786
+  _globals['_DIFFINPUT']._serialized_end=2882
+  _globals['_DIFFRESPONSE']._serialized_start=2884
+  _globals['_DIFFRESPONSE']._serialized_end=2945
+  _globals['_CHECKSERVICE']._serialized_start=2948
+  _globals['_CHECKSERVICE']._serialized_end=3471
 # @@protoc_insertion_point(module_scope)

@@ -60,6 +60,11 @@ class CheckServiceStub(object):
                 request_serializer=cqos_dot_v1_dot_check__pb2.ExplainRequest.SerializeToString,
                 response_deserializer=cqos_dot_v1_dot_check__pb2.ExplainResponse.FromString,
                 _registered_method=True)
+        self.Diff = channel.unary_unary(
+                '/cqos.v1.CheckService/Diff',
+                request_serializer=cqos_dot_v1_dot_check__pb2.DiffRequest.SerializeToString,
+                response_deserializer=cqos_dot_v1_dot_check__pb2.DiffResponse.FromString,
+                _registered_method=True)
         self.Convert = channel.unary_unary(
                 '/cqos.v1.CheckService/Convert',
                 request_serializer=cqos_dot_v1_dot_check__pb2.ConvertRequest.SerializeToString,
@@ -107,6 +112,13 @@ class CheckServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def Diff(self, request, context):
+        """Compares two systems: what they say differently about the same topics and endpoints.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
     def Convert(self, request, context):
         """Writes a system in another form.
         """
@@ -141,6 +153,11 @@ def add_CheckServiceServicer_to_server(servicer, server):
                     servicer.Explain,
                     request_deserializer=cqos_dot_v1_dot_check__pb2.ExplainRequest.FromString,
                     response_serializer=cqos_dot_v1_dot_check__pb2.ExplainResponse.SerializeToString,
+            ),
+            'Diff': grpc.unary_unary_rpc_method_handler(
+                    servicer.Diff,
+                    request_deserializer=cqos_dot_v1_dot_check__pb2.DiffRequest.FromString,
+                    response_serializer=cqos_dot_v1_dot_check__pb2.DiffResponse.SerializeToString,
             ),
             'Convert': grpc.unary_unary_rpc_method_handler(
                     servicer.Convert,
@@ -284,6 +301,33 @@ class CheckService(object):
             '/cqos.v1.CheckService/Explain',
             cqos_dot_v1_dot_check__pb2.ExplainRequest.SerializeToString,
             cqos_dot_v1_dot_check__pb2.ExplainResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def Diff(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/cqos.v1.CheckService/Diff',
+            cqos_dot_v1_dot_check__pb2.DiffRequest.SerializeToString,
+            cqos_dot_v1_dot_check__pb2.DiffResponse.FromString,
             options,
             channel_credentials,
             insecure,

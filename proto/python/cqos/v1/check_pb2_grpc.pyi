@@ -47,6 +47,8 @@ class CheckServiceStub:
     """
     Explain: _grpc.UnaryUnaryMultiCallable[_check_pb2.ExplainRequest, _check_pb2.ExplainResponse]
     """Explains one publisher and one subscriber of a system, policy by policy."""
+    Diff: _grpc.UnaryUnaryMultiCallable[_check_pb2.DiffRequest, _check_pb2.DiffResponse]
+    """Compares two systems: what they say differently about the same topics and endpoints."""
     Convert: _grpc.UnaryUnaryMultiCallable[_check_pb2.ConvertRequest, _check_pb2.ConvertResponse]
     """Writes a system in another form."""
 
@@ -67,6 +69,8 @@ class CheckServiceAsyncStub(CheckServiceStub):
     """
     Explain: _aio.UnaryUnaryMultiCallable[_check_pb2.ExplainRequest, _check_pb2.ExplainResponse]  # type: ignore[assignment]
     """Explains one publisher and one subscriber of a system, policy by policy."""
+    Diff: _aio.UnaryUnaryMultiCallable[_check_pb2.DiffRequest, _check_pb2.DiffResponse]  # type: ignore[assignment]
+    """Compares two systems: what they say differently about the same topics and endpoints."""
     Convert: _aio.UnaryUnaryMultiCallable[_check_pb2.ConvertRequest, _check_pb2.ConvertResponse]  # type: ignore[assignment]
     """Writes a system in another form."""
 
@@ -114,6 +118,14 @@ class CheckServiceServicer(metaclass=_abc_1.ABCMeta):
         context: _ServicerContext,
     ) -> _typing.Union[_check_pb2.ExplainResponse, _abc.Awaitable[_check_pb2.ExplainResponse]]:
         """Explains one publisher and one subscriber of a system, policy by policy."""
+
+    @_abc_1.abstractmethod
+    def Diff(
+        self,
+        request: _check_pb2.DiffRequest,
+        context: _ServicerContext,
+    ) -> _typing.Union[_check_pb2.DiffResponse, _abc.Awaitable[_check_pb2.DiffResponse]]:
+        """Compares two systems: what they say differently about the same topics and endpoints."""
 
     @_abc_1.abstractmethod
     def Convert(

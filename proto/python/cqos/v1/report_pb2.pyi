@@ -197,6 +197,146 @@ ORIGIN_KIND_CONVENTION: OriginKind.ValueType  # 9
 """From what users agree on about some topics."""
 Global___OriginKind: _TypeAlias = OriginKind  # noqa: Y015
 
+class _RemedyKind:
+    ValueType = _typing.NewType("ValueType", _builtins.int)
+    V: _TypeAlias = ValueType  # noqa: Y015
+
+class _RemedyKindEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_RemedyKind.ValueType], _builtins.type):
+    DESCRIPTOR: _descriptor.EnumDescriptor
+    REMEDY_KIND_UNSPECIFIED: _RemedyKind.ValueType  # 0
+    """Something newer than this list; `kind` has the word."""
+    REMEDY_KIND_CONFIGURATION: _RemedyKind.ValueType  # 1
+    """Another setting."""
+    REMEDY_KIND_NEEDS_CODE: _RemedyKind.ValueType  # 2
+    """Another setting, and a program that keeps the stronger promise."""
+
+class RemedyKind(_RemedyKind, metaclass=_RemedyKindEnumTypeWrapper):
+    """What a change takes."""
+
+REMEDY_KIND_UNSPECIFIED: RemedyKind.ValueType  # 0
+"""Something newer than this list; `kind` has the word."""
+REMEDY_KIND_CONFIGURATION: RemedyKind.ValueType  # 1
+"""Another setting."""
+REMEDY_KIND_NEEDS_CODE: RemedyKind.ValueType  # 2
+"""Another setting, and a program that keeps the stronger promise."""
+Global___RemedyKind: _TypeAlias = RemedyKind  # noqa: Y015
+
+class _GuaranteeWord:
+    ValueType = _typing.NewType("ValueType", _builtins.int)
+    V: _TypeAlias = ValueType  # noqa: Y015
+
+class _GuaranteeWordEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_GuaranteeWord.ValueType], _builtins.type):
+    DESCRIPTOR: _descriptor.EnumDescriptor
+    GUARANTEE_WORD_UNSPECIFIED: _GuaranteeWord.ValueType  # 0
+    """Something newer than this list; `word` has the word."""
+    GUARANTEE_WORD_LATEST: _GuaranteeWord.ValueType  # 1
+    """The newest value arrives in the end."""
+    GUARANTEE_WORD_LOSS_FREE: _GuaranteeWord.ValueType  # 2
+    """Nothing is lost."""
+    GUARANTEE_WORD_DUPLICATE_FREE: _GuaranteeWord.ValueType  # 3
+    """Nothing arrives twice."""
+    GUARANTEE_WORD_ORDERED: _GuaranteeWord.ValueType  # 4
+    """What one publisher sends arrives in that order."""
+    GUARANTEE_WORD_LATE_JOIN: _GuaranteeWord.ValueType  # 5
+    """Samples from before the subscriber joined."""
+    GUARANTEE_WORD_OFFLINE: _GuaranteeWord.ValueType  # 6
+    """An absence of the subscriber is bridged."""
+    GUARANTEE_WORD_MAX_AGE: _GuaranteeWord.ValueType  # 7
+    """The oldest sample that arrives."""
+    GUARANTEE_WORD_MAX_GAP: _GuaranteeWord.ValueType  # 8
+    """The longest time between two samples."""
+    GUARANTEE_WORD_LIVENESS: _GuaranteeWord.ValueType  # 9
+    """The time until the loss of the publisher is noticed."""
+
+class GuaranteeWord(_GuaranteeWord, metaclass=_GuaranteeWordEnumTypeWrapper):
+    """What a subscriber may get."""
+
+GUARANTEE_WORD_UNSPECIFIED: GuaranteeWord.ValueType  # 0
+"""Something newer than this list; `word` has the word."""
+GUARANTEE_WORD_LATEST: GuaranteeWord.ValueType  # 1
+"""The newest value arrives in the end."""
+GUARANTEE_WORD_LOSS_FREE: GuaranteeWord.ValueType  # 2
+"""Nothing is lost."""
+GUARANTEE_WORD_DUPLICATE_FREE: GuaranteeWord.ValueType  # 3
+"""Nothing arrives twice."""
+GUARANTEE_WORD_ORDERED: GuaranteeWord.ValueType  # 4
+"""What one publisher sends arrives in that order."""
+GUARANTEE_WORD_LATE_JOIN: GuaranteeWord.ValueType  # 5
+"""Samples from before the subscriber joined."""
+GUARANTEE_WORD_OFFLINE: GuaranteeWord.ValueType  # 6
+"""An absence of the subscriber is bridged."""
+GUARANTEE_WORD_MAX_AGE: GuaranteeWord.ValueType  # 7
+"""The oldest sample that arrives."""
+GUARANTEE_WORD_MAX_GAP: GuaranteeWord.ValueType  # 8
+"""The longest time between two samples."""
+GUARANTEE_WORD_LIVENESS: GuaranteeWord.ValueType  # 9
+"""The time until the loss of the publisher is noticed."""
+Global___GuaranteeWord: _TypeAlias = GuaranteeWord  # noqa: Y015
+
+class _Fault:
+    ValueType = _typing.NewType("ValueType", _builtins.int)
+    V: _TypeAlias = ValueType  # noqa: Y015
+
+class _FaultEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_Fault.ValueType], _builtins.type):
+    DESCRIPTOR: _descriptor.EnumDescriptor
+    FAULT_UNSPECIFIED: _Fault.ValueType  # 0
+    """Something newer than this list; the text beside it has the word."""
+    FAULT_LINK: _Fault.ValueType  # 1
+    """Nothing: the ends stay connected."""
+    FAULT_LINK_OUTAGE: _Fault.ValueType  # 2
+    """The link is cut for some time."""
+    FAULT_SUBSCRIBER_RESTART: _Fault.ValueType  # 3
+    """The subscriber ends and starts again."""
+    FAULT_PUBLISHER_RESTART: _Fault.ValueType  # 4
+    """The publisher ends and starts again."""
+    FAULT_BROKER_STOP: _Fault.ValueType  # 5
+    """The broker is stopped in order and starts again."""
+    FAULT_BROKER_CRASH: _Fault.ValueType  # 6
+    """The broker is killed and starts again."""
+
+class Fault(_Fault, metaclass=_FaultEnumTypeWrapper):
+    """What may happen to a pair."""
+
+FAULT_UNSPECIFIED: Fault.ValueType  # 0
+"""Something newer than this list; the text beside it has the word."""
+FAULT_LINK: Fault.ValueType  # 1
+"""Nothing: the ends stay connected."""
+FAULT_LINK_OUTAGE: Fault.ValueType  # 2
+"""The link is cut for some time."""
+FAULT_SUBSCRIBER_RESTART: Fault.ValueType  # 3
+"""The subscriber ends and starts again."""
+FAULT_PUBLISHER_RESTART: Fault.ValueType  # 4
+"""The publisher ends and starts again."""
+FAULT_BROKER_STOP: Fault.ValueType  # 5
+"""The broker is stopped in order and starts again."""
+FAULT_BROKER_CRASH: Fault.ValueType  # 6
+"""The broker is killed and starts again."""
+Global___Fault: _TypeAlias = Fault  # noqa: Y015
+
+class _DiffSide:
+    ValueType = _typing.NewType("ValueType", _builtins.int)
+    V: _TypeAlias = ValueType  # noqa: Y015
+
+class _DiffSideEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_DiffSide.ValueType], _builtins.type):
+    DESCRIPTOR: _descriptor.EnumDescriptor
+    DIFF_SIDE_UNSPECIFIED: _DiffSide.ValueType  # 0
+    """Not stated."""
+    DIFF_SIDE_A: _DiffSide.ValueType  # 1
+    """The first."""
+    DIFF_SIDE_B: _DiffSide.ValueType  # 2
+    """The second."""
+
+class DiffSide(_DiffSide, metaclass=_DiffSideEnumTypeWrapper):
+    """One of two systems that are compared."""
+
+DIFF_SIDE_UNSPECIFIED: DiffSide.ValueType  # 0
+"""Not stated."""
+DIFF_SIDE_A: DiffSide.ValueType  # 1
+"""The first."""
+DIFF_SIDE_B: DiffSide.ValueType  # 2
+"""The second."""
+Global___DiffSide: _TypeAlias = DiffSide  # noqa: Y015
+
 @_typing.final
 class NameValue(_message.Message):
     """A name and what belongs to it, where the order is kept."""
@@ -725,6 +865,7 @@ class Fact(_message.Message):
     PLACE_FIELD_NUMBER: _builtins.int
     ORIGIN_KIND_FIELD_NUMBER: _builtins.int
     ORIGIN_NAME_FIELD_NUMBER: _builtins.int
+    ITEMS_FIELD_NUMBER: _builtins.int
     policy: _builtins.str
     """Canonical name of the policy."""
     value: _builtins.str
@@ -739,6 +880,10 @@ class Fact(_message.Message):
     def place(self) -> Global___Place:
         """Where it was stated."""
 
+    @_builtins.property
+    def items(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """The names in `value`, where it is a list in brackets."""
+
     def __init__(
         self,
         *,
@@ -748,10 +893,11 @@ class Fact(_message.Message):
         place: Global___Place | None = ...,
         origin_kind: Global___OriginKind.ValueType = ...,
         origin_name: _builtins.str = ...,
+        items: _abc.Iterable[_builtins.str] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["origin", b"origin", "origin_kind", b"origin_kind", "origin_name", b"origin_name", "place", b"place", "policy", b"policy", "value", b"value"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["items", b"items", "origin", b"origin", "origin_kind", b"origin_kind", "origin_name", b"origin_name", "place", b"place", "policy", b"policy", "value", b"value"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -773,6 +919,8 @@ class Remedy(_message.Message):
     BREAKS_FIELD_NUMBER: _builtins.int
     WEAKENS_FIELD_NUMBER: _builtins.int
     EDITS_FIELD_NUMBER: _builtins.int
+    KIND_VALUE_FIELD_NUMBER: _builtins.int
+    ITEMS_FIELD_NUMBER: _builtins.int
     role: Global___Role.ValueType
     """Whose change it is."""
     policy: _builtins.str
@@ -789,6 +937,8 @@ class Remedy(_message.Message):
     """How many pairs of the topic it turns from better to worse; absent where there are too many to count."""
     weakens: _builtins.bool
     """It promises or demands less than the design does now; such remedies come last."""
+    kind_value: Global___RemedyKind.ValueType
+    """`kind`, as a number."""
     @_builtins.property
     def members(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """Ids of the endpoints that change."""
@@ -796,6 +946,10 @@ class Remedy(_message.Message):
     @_builtins.property
     def edits(self) -> _containers.RepeatedCompositeFieldContainer[Global___Edit]:
         """The change as new texts; none where no file states the endpoints, or its format has no place for it."""
+
+    @_builtins.property
+    def items(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """The names in `value`, where it is a list in brackets."""
 
     def __init__(
         self,
@@ -810,10 +964,12 @@ class Remedy(_message.Message):
         breaks: _builtins.int | None = ...,
         weakens: _builtins.bool = ...,
         edits: _abc.Iterable[Global___Edit] | None = ...,
+        kind_value: Global___RemedyKind.ValueType = ...,
+        items: _abc.Iterable[_builtins.str] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_breaks", b"_breaks", "_mends", b"_mends", "breaks", b"breaks", "mends", b"mends"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_breaks", b"_breaks", "_mends", b"_mends", "breaks", b"breaks", "edits", b"edits", "kind", b"kind", "members", b"members", "mends", b"mends", "policy", b"policy", "role", b"role", "text", b"text", "value", b"value", "weakens", b"weakens"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_breaks", b"_breaks", "_mends", b"_mends", "breaks", b"breaks", "edits", b"edits", "items", b"items", "kind", b"kind", "kind_value", b"kind_value", "members", b"members", "mends", b"mends", "policy", b"policy", "role", b"role", "text", b"text", "value", b"value", "weakens", b"weakens"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__breaks: _TypeAlias = _typing.Literal["breaks"]  # noqa: Y015
     _WhichOneofArgType__breaks: _TypeAlias = _typing.Literal["_breaks", b"_breaks"]  # noqa: Y015
@@ -933,10 +1089,14 @@ class Guarantee(_message.Message):
     SURVIVES_FIELD_NUMBER: _builtins.int
     LOST_FIELD_NUMBER: _builtins.int
     CELLS_FIELD_NUMBER: _builtins.int
+    WORD_VALUE_FIELD_NUMBER: _builtins.int
+    SURVIVES_VALUES_FIELD_NUMBER: _builtins.int
     word: _builtins.str
     """`latest`, `loss_free`, `duplicate_free`, `ordered`, `late_join`, `offline`, `max_age`, `max_gap` or `liveness`."""
     value: _builtins.str
     """`yes`, `no`, `unknown`, `none`, or a number in the spelling of needs."""
+    word_value: Global___GuaranteeWord.ValueType
+    """`word`, as a number."""
     @_builtins.property
     def survives(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """The faults under which as much is given."""
@@ -949,6 +1109,10 @@ class Guarantee(_message.Message):
     def cells(self) -> _containers.RepeatedCompositeFieldContainer[Global___GuaranteeCell]:
         """The same for connected ends and under each fault."""
 
+    @_builtins.property
+    def survives_values(self) -> _containers.RepeatedScalarFieldContainer[Global___Fault.ValueType]:
+        """`survives`, as numbers."""
+
     def __init__(
         self,
         *,
@@ -957,10 +1121,12 @@ class Guarantee(_message.Message):
         survives: _abc.Iterable[_builtins.str] | None = ...,
         lost: _abc.Iterable[Global___NameValue] | None = ...,
         cells: _abc.Iterable[Global___GuaranteeCell] | None = ...,
+        word_value: Global___GuaranteeWord.ValueType = ...,
+        survives_values: _abc.Iterable[Global___Fault.ValueType] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["cells", b"cells", "lost", b"lost", "survives", b"survives", "value", b"value", "word", b"word"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["cells", b"cells", "lost", b"lost", "survives", b"survives", "survives_values", b"survives_values", "value", b"value", "word", b"word", "word_value", b"word_value"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -977,12 +1143,15 @@ class GuaranteeCell(_message.Message):
     LOST_FIELD_NUMBER: _builtins.int
     PROVEN_FIELD_NUMBER: _builtins.int
     DERIVED_FIELD_NUMBER: _builtins.int
+    FAULT_VALUE_FIELD_NUMBER: _builtins.int
     fault: _builtins.str
     """`link` for ends that stay connected, or `link_outage`, `subscriber_restart`, `publisher_restart`, `broker_stop` or
     `broker_crash`.
     """
     value: _builtins.str
     """As in `Guarantee`."""
+    fault_value: Global___Fault.ValueType
+    """`fault`, as a number."""
     @_builtins.property
     def lost(self) -> _containers.RepeatedCompositeFieldContainer[Global___NameValue]:
         """For each rule that takes it away or leaves it open: its code as name, the reason as value."""
@@ -1003,10 +1172,11 @@ class GuaranteeCell(_message.Message):
         lost: _abc.Iterable[Global___NameValue] | None = ...,
         proven: _abc.Iterable[_builtins.str] | None = ...,
         derived: _abc.Iterable[_builtins.str] | None = ...,
+        fault_value: Global___Fault.ValueType = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["derived", b"derived", "fault", b"fault", "lost", b"lost", "proven", b"proven", "value", b"value"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["derived", b"derived", "fault", b"fault", "fault_value", b"fault_value", "lost", b"lost", "proven", b"proven", "value", b"value"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -1167,3 +1337,165 @@ class InputProblems(_message.Message):
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___InputProblems: _TypeAlias = InputProblems  # noqa: Y015
+
+@_typing.final
+class Diff(_message.Message):
+    """How two systems differ. Only what both know is compared."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    MISSING_FIELD_NUMBER: _builtins.int
+    DIFFERENT_FIELD_NUMBER: _builtins.int
+    MATCHED_FIELD_NUMBER: _builtins.int
+    BY_TOPIC_FIELD_NUMBER: _builtins.int
+    NOT_COMPARED_FIELD_NUMBER: _builtins.int
+    matched: _builtins.int
+    """How many endpoints are in both."""
+    by_topic: _builtins.int
+    """How many of them were matched by topic and kind only, because their participants have different names."""
+    @_builtins.property
+    def missing(self) -> _containers.RepeatedCompositeFieldContainer[Global___MissingEndpoint]:
+        """Endpoints that one of the systems lacks."""
+
+    @_builtins.property
+    def different(self) -> _containers.RepeatedCompositeFieldContainer[Global___DifferentValue]:
+        """Values that differ."""
+
+    @_builtins.property
+    def not_compared(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """What one of the systems does not know and was left out, one sentence each."""
+
+    def __init__(
+        self,
+        *,
+        missing: _abc.Iterable[Global___MissingEndpoint] | None = ...,
+        different: _abc.Iterable[Global___DifferentValue] | None = ...,
+        matched: _builtins.int = ...,
+        by_topic: _builtins.int = ...,
+        not_compared: _abc.Iterable[_builtins.str] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["by_topic", b"by_topic", "different", b"different", "matched", b"matched", "missing", b"missing", "not_compared", b"not_compared"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Diff: _TypeAlias = Diff  # noqa: Y015
+
+@_typing.final
+class MissingEndpoint(_message.Message):
+    """An endpoint that only one of two systems has."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    ONLY_IN_FIELD_NUMBER: _builtins.int
+    ENDPOINT_FIELD_NUMBER: _builtins.int
+    only_in: Global___DiffSide.ValueType
+    """The system that has it."""
+    @_builtins.property
+    def endpoint(self) -> Global___ComparedEndpoint:
+        """The endpoint."""
+
+    def __init__(
+        self,
+        *,
+        only_in: Global___DiffSide.ValueType = ...,
+        endpoint: Global___ComparedEndpoint | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["endpoint", b"endpoint"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["endpoint", b"endpoint", "only_in", b"only_in"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___MissingEndpoint: _TypeAlias = MissingEndpoint  # noqa: Y015
+
+@_typing.final
+class DifferentValue(_message.Message):
+    """A policy, or the type, to which two systems give different values."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    A_FIELD_NUMBER: _builtins.int
+    B_FIELD_NUMBER: _builtins.int
+    POLICY_FIELD_NUMBER: _builtins.int
+    VALUE_A_FIELD_NUMBER: _builtins.int
+    VALUE_B_FIELD_NUMBER: _builtins.int
+    policy: _builtins.str
+    """Canonical name of the policy, or `type`."""
+    @_builtins.property
+    def a(self) -> Global___ComparedEndpoint:
+        """The endpoint in the first system."""
+
+    @_builtins.property
+    def b(self) -> Global___ComparedEndpoint:
+        """The endpoint in the second system."""
+
+    @_builtins.property
+    def value_a(self) -> Global___Fact:
+        """The value in the first system."""
+
+    @_builtins.property
+    def value_b(self) -> Global___Fact:
+        """The value in the second system."""
+
+    def __init__(
+        self,
+        *,
+        a: Global___ComparedEndpoint | None = ...,
+        b: Global___ComparedEndpoint | None = ...,
+        policy: _builtins.str = ...,
+        value_a: Global___Fact | None = ...,
+        value_b: Global___Fact | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["a", b"a", "b", b"b", "value_a", b"value_a", "value_b", b"value_b"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["a", b"a", "b", b"b", "policy", b"policy", "value_a", b"value_a", "value_b", b"value_b"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___DifferentValue: _TypeAlias = DifferentValue  # noqa: Y015
+
+@_typing.final
+class ComparedEndpoint(_message.Message):
+    """An endpoint of one of two systems."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    ID_FIELD_NUMBER: _builtins.int
+    PARTICIPANT_FIELD_NUMBER: _builtins.int
+    KIND_FIELD_NUMBER: _builtins.int
+    TOPIC_FIELD_NUMBER: _builtins.int
+    PROTOCOL_FIELD_NUMBER: _builtins.int
+    PLACE_FIELD_NUMBER: _builtins.int
+    id: _builtins.str
+    """Its id."""
+    participant: _builtins.str
+    """Its participant as files of the protocol name it: the full name of a node."""
+    kind: _builtins.str
+    """`publisher`, `subscriber`, `service_server` and the other kinds of the protocol."""
+    topic: _builtins.str
+    """Its topic."""
+    protocol: _builtins.str
+    """Id of the rule pack."""
+    @_builtins.property
+    def place(self) -> Global___Place:
+        """Where it was stated."""
+
+    def __init__(
+        self,
+        *,
+        id: _builtins.str = ...,
+        participant: _builtins.str = ...,
+        kind: _builtins.str = ...,
+        topic: _builtins.str = ...,
+        protocol: _builtins.str = ...,
+        place: Global___Place | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["id", b"id", "kind", b"kind", "participant", b"participant", "place", b"place", "protocol", b"protocol", "topic", b"topic"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___ComparedEndpoint: _TypeAlias = ComparedEndpoint  # noqa: Y015

@@ -34,6 +34,7 @@ class StatedSetting(_message.Message):
     CASES_FIELD_NUMBER: _builtins.int
     REPORTED_FIELD_NUMBER: _builtins.int
     DERIVED_FIELD_NUMBER: _builtins.int
+    ITEMS_FIELD_NUMBER: _builtins.int
     name: _builtins.str
     """The key in the map."""
     unknown: _builtins.str
@@ -54,6 +55,10 @@ class StatedSetting(_message.Message):
     def cases(self) -> _containers.RepeatedCompositeFieldContainer[_report_pb2.NameValue]:
         """By reading of the assumption the value; an empty value is the default."""
 
+    @_builtins.property
+    def items(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """The value as a list of names, where the map has no text under this key."""
+
     def __init__(
         self,
         *,
@@ -64,10 +69,11 @@ class StatedSetting(_message.Message):
         cases: _abc.Iterable[_report_pb2.NameValue] | None = ...,
         reported: _builtins.str = ...,
         derived: _builtins.bool = ...,
+        items: _abc.Iterable[_builtins.str] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["assumption", b"assumption", "cases", b"cases", "derived", b"derived", "name", b"name", "place", b"place", "reported", b"reported", "unknown", b"unknown"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["assumption", b"assumption", "cases", b"cases", "derived", b"derived", "items", b"items", "name", b"name", "place", b"place", "reported", b"reported", "unknown", b"unknown"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
