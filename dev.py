@@ -6,6 +6,7 @@ python3 dev.py test [ARGS]      all checks: lint, types, import contracts, tests
 python3 dev.py lint             the same without the tests
 python3 dev.py docs             build the documentation as a site into build/docs/site, and check every link in it
 python3 dev.py conformance      run 200 random pairs on each implementation of DDS, all examples, and designs under faults; record it
+python3 dev.py build [--check]  wheels and source archives of all distributions in dist/; --check tries them as users do
 python3 dev.py goldens [ARGS]   record what C-QoS says of cases, examples, fixtures, random systems (--check: compare)
 python3 dev.py explore [ARGS]   property tests with new random examples, and many of them (ARGS go to pytest)
 python3 dev.py run -- ARGS      the command `cqos` with ARGS
@@ -22,6 +23,7 @@ import hashlib
 import importlib.util
 import json
 import os
+import re
 import shutil
 import subprocess
 import time
@@ -72,6 +74,7 @@ def main(arguments: list[str]) -> int:
         "lint": lint,
         "docs": docs,
         "conformance": conformance,
+        "build": build,
         "goldens": goldens,
         "run": run,
         "setup": setup_everything,
@@ -154,6 +157,16 @@ def goldens(arguments: list[str]) -> int:
     return run_steps([("goldens", [tool("python"), "-m", "tests.goldens.record", *arguments])])
 
 
+def build(arguments: list[str]) -> int:
+    """Build every distribution and check what is in it; return 1 if anything is missing."""
+    setup(everything=True)
+    steps = [("build", [tool("python"), "deploy/build.py", *arguments])]
+    if "--check" in arguments:
+        newest = re.findall(r"Python :: (3\.\d+)", str(read_project(ROOT)["project"]["classifiers"]))[-1]
+        steps += [("mypy for the newest Python", [tool("mypy"), f"--python-version={newest}", *packages()])]
+    return run_steps(steps)
+
+
 def run(arguments: list[str]) -> int:
     """Run `cqos` where the caller stands; return its exit code."""
     setup(everything=False)
@@ -172,11 +185,11 @@ def setup_everything(_: list[str]) -> int:
 
 def lint_steps() -> list[tuple[str, list[str]]]:
     """Names and commands of the static checks."""
-    packages = [argument for project in projects() for name in packages_of(project) for argument in ("-p", name)]
     tests = [project / "tests" for project in projects()]
     scripts = [
         *ROOT.glob("*.py"),
         *ROOT.glob("docs/*.py"),
+        *ROOT.glob("deploy/*.py"),
         *ROOT.glob("proto/*.py"),
         ROOT / "examples",
         *(path for path in tests if path.is_dir()),
@@ -185,7 +198,7 @@ def lint_steps() -> list[tuple[str, list[str]]]:
         ("ruff check", [tool("ruff"), "check", "."]),
         ("ruff format", [tool("ruff"), "format", "--check", "."]),
         # for the oldest Python that they run on; what it lacks would be found by its users otherwise
-        ("mypy", [tool("mypy"), f"--python-version={oldest_python()}", *packages]),
+        ("mypy", [tool("mypy"), f"--python-version={oldest_python()}", *packages()]),
         # apart from the packages, which have one name when imported and another as files below plugins/
         ("mypy on tests", [tool("mypy"), *(str(path.relative_to(ROOT)) for path in scripts)]),
         ("import contracts", [tool("lint-imports"), "--no-cache"]),
@@ -198,6 +211,11 @@ def docs_steps() -> list[tuple[str, list[str]]]:
         print("dev.py: the site is not built, its generator needs Python 3.11.5 or newer", file=sys.stderr, flush=True)
         return []
     return [("docs site", [tool("python"), "docs/build_site.py"])]
+
+
+def packages() -> list[str]:
+    """Arguments of mypy: every import package that a distribution ships."""
+    return [argument for project in projects() for name in packages_of(project) for argument in ("-p", name)]
 
 
 def pytest_command(arguments: list[str]) -> list[str]:

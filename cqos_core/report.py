@@ -336,6 +336,19 @@ class Report:
         """How many findings of one severity there are, accepted ones not counted."""
         return sum(1 for finding in self.findings if finding.severity is severity and finding.accepted is None)
 
+    @property
+    def ok(self) -> bool:
+        """Whether `cqos check` would end with 0: no error stands, and of a whole system at least one pair was compared."""
+        return not self.fails() and not (self.misses_pairs and self.pair_count == 0)
+
+    @property
+    def misses_pairs(self) -> bool:
+        """Whether the report of a whole system warns that nothing was compared."""
+        return any(
+            finding.code == "CQ404" and finding.accepted is None and finding.severity is not Severity.NOTE
+            for finding in self.findings
+        )
+
     def fails(self, level: Severity = Severity.ERROR) -> bool:
         """Whether a finding at or above ``level`` stands that nobody accepted."""
         return any(f.severity.rank <= level.rank and f.accepted is None for f in self.findings)

@@ -26,8 +26,28 @@ RELEASED = PROTO / "released.binpb"
 TOOLS = ROOT / ".venv" / "generate"
 PINNED = ("grpcio-tools==1.74.0", "mypy-protobuf==5.1.0")
 BUF = "@bufbuild/buf@1.75.0"
+SHORT_NAME = '''"""C-QoS by its short name: all that `cqos_core` has, loaded on first use; in `cqos.v1`, what .proto files make."""
+
+from typing import TYPE_CHECKING
+
+import cqos_core
+from cqos_core import __all__ as __all__
+
+if TYPE_CHECKING:
+    from cqos_core import *
+else:
+
+    def __getattr__(name):
+        """Return what `cqos_core` has under this name."""
+        return getattr(cqos_core, name)
+
+
+def __dir__() -> list[str]:
+    """List the public names."""
+    return [*__all__, "v1"]
+'''
 PACKAGES = {
-    "cqos/__init__.py": '"""What is generated from the contract with modelers, version by version."""\n',
+    "cqos/__init__.py": SHORT_NAME,
     "cqos/v1/__init__.py": '"""Messages and stubs of version 1; the .proto files beside them say what each field means."""\n',
     "cqos/py.typed": "",
 }

@@ -69,7 +69,7 @@ def only_broken(site):
 
 def test_what_we_ship_is_registered_through_entry_points():
     plugins = load_plugins()
-    assert plugins.owner("importers", "yaml").startswith("cqos ")
+    assert plugins.owner("importers", "yaml").startswith("cqos-core ")
     assert plugins.owner("packs", "ros2").startswith("cqos-ros2 ")
     assert all(plugins.shipped(*key) for key in plugins.owners if key[1] in {"yaml", "bpmn", "ros2", "check", "full"})
 

@@ -7,7 +7,6 @@ import shutil
 import subprocess
 import sys
 import tomllib
-import zipfile
 from functools import cache
 from importlib.metadata import PackageNotFoundError, distribution, entry_points
 from pathlib import Path
@@ -23,6 +22,11 @@ PROJECTS = [ROOT, *PLUGINS]
 
 each_project = pytest.mark.parametrize("project", PROJECTS, ids=lambda project: project.name)
 each_plugin = pytest.mark.parametrize("plugin", PLUGINS, ids=lambda plugin: plugin.name)
+CODE = [project for project in PROJECTS if project.name != "all"]  # that one only names the others
+each_project_with_code = pytest.mark.parametrize("project", CODE, ids=lambda project: project.name)
+
+
+DEVELOPING = {"test", "lint", "docs"}  # extras of those who work on C-QoS itself
 
 
 @cache
@@ -103,39 +107,12 @@ def test_no_file_reads_the_notes_beside_the_repository():
 # --- what ships ---
 
 
-@each_project
+@each_project_with_code
 def test_every_package_is_typed(project):
     assert [str(package) for package in packages(project) if not (package / "py.typed").is_file()] == []
 
 
-@each_project
-def test_wheel_contains_every_file_of_its_packages(project, tmp_path):
-    command = [
-        sys.executable,
-        "-m",
-        "build",
-        "--wheel",
-        "--no-isolation",
-        "--outdir",
-        str(tmp_path),
-        str(project),
-    ]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    (wheel,) = tmp_path.glob("*.whl")
-    with zipfile.ZipFile(wheel) as archive:
-        shipped = {name for name in archive.namelist() if ".dist-info/" not in name}
-    wanted = {
-        file.relative_to(package.parent).as_posix()
-        for package in packages(project)
-        for file in package.rglob("*")
-        if file.is_file() and "__pycache__" not in file.parts
-    }
-    contract = project / "proto"  # beside the code that is generated from it
-    assert shipped == wanted | {file.relative_to(contract).as_posix() for file in contract.glob("cqos/*/*.proto")}
-
-
-@each_project
+@each_project_with_code
 def test_entry_points_are_in_the_group_and_can_be_loaded(project):
     declared = metadata(project)["entry-points"]["cqos"]
     names = {package.name for package in packages(project)}
@@ -149,9 +126,10 @@ def test_entry_points_are_in_the_group_and_can_be_loaded(project):
 @each_plugin
 def test_plugin_has_the_version_of_the_root_and_accepts_it(plugin):
     version = metadata(ROOT)["version"]
-    (needed,) = (requirement for requirement in requirements(plugin) if requirement.name == "cqos")
+    needed = [each for each in requirements(plugin) if each.name.startswith("cqos-")]
+    assert metadata(ROOT)["name"] in {each.name for each in needed}
     assert metadata(plugin)["version"] == version
-    assert version in needed.specifier
+    assert [str(each) for each in needed if version not in each.specifier] == []
     assert metadata(plugin)["requires-python"] == metadata(ROOT)["requires-python"]
 
 
@@ -251,7 +229,7 @@ def test_dev_script_can_tell_an_old_python_that_it_is_too_old():
     [
         (
             ["tset"],
-            "dev.py: there is no command 'tset'; there are demo, test, explore, lint, docs, conformance, goldens, run, setup\n",
+            "dev.py: there is no command 'tset'; there are demo, test, explore, lint, docs, conformance, build, goldens, run, setup\n",
         ),
         (["demo", "--fast"], "dev.py: demo takes no arguments, found '--fast'\n"),
     ],
@@ -277,6 +255,38 @@ def test_dev_script_explains_a_broken_project_file_in_one_line(tmp_path):
 # --- plugins are found by looking; import-linter alone wants names ---
 
 
+def test_cqos_brings_every_distribution_and_its_extras():
+    whole = metadata(ROOT / "plugins" / "all")
+    assert whole["name"] == "cqos"
+    assert {Requirement(text).name for text in whole["dependencies"]} == {metadata(project)["name"] for project in CODE}
+    passed_on = {
+        (extra, metadata(project)["name"])
+        for project in CODE
+        for extra in metadata(project).get("optional-dependencies", {})
+        if extra not in DEVELOPING
+    }
+    stated = {
+        (extra, needed.name)
+        for extra, texts in whole["optional-dependencies"].items()
+        for needed in map(Requirement, texts)
+        if needed.extras == {extra}
+    }
+    assert stated == passed_on
+
+
+def test_messages_name_distributions_and_extras_that_exist():
+    extras = {
+        metadata(project)["name"]: set(metadata(project).get("optional-dependencies", {})) for project in PROJECTS
+    }
+    named = [
+        (name, distribution, extra)
+        for name, text in committed_files().items()
+        for distribution, extra in re.findall(r"pip install '(cqos[a-z0-9-]*)\[([a-z,]+)\]'", text)
+    ]
+    assert named
+    assert [each for each in named if not set(each[2].split(",")) <= extras.get(each[1], set())] == []
+
+
 @each_plugin
 def test_import_contract_names_the_packages_of_every_plugin(plugin):
     settings = read_project(ROOT)["tool"]["importlinter"]
@@ -297,7 +307,7 @@ def test_no_tool_names_a_plugin(plugin):
         plugin.relative_to(ROOT).as_posix(),
         metadata(plugin)["name"],
         *(path.name for path in packages(plugin)),
-    }
+    } - {"cqos"}  # the command has the name of the distribution that brings everything
     for script in ("dev.py", ".ci/run"):
         text = (ROOT / script).read_text(encoding="utf-8")
         assert [name for name in sorted(names) if name in text] == []

@@ -80,7 +80,9 @@ class Commands(click.Group):
     epilog="Exit codes: 0 clean, 1 findings at or above the fail level, 2 wrong usage or input that cannot be "
     "read, 3 internal error.",
 )
-@click.version_option(None, "-V", "--version", package_name="cqos", prog_name="cqos", message="%(prog)s %(version)s")
+@click.version_option(
+    None, "-V", "--version", package_name="cqos-core", prog_name="cqos", message="%(prog)s %(version)s"
+)
 @debug_option
 def cli() -> None:
     """Check at design time whether publishers and subscribers fit in their quality-of-service settings.

@@ -337,7 +337,7 @@ class _Check:
         """Whether no pair was compared though it should have been: of a whole system, or because the caller requires it."""
         if any(each.report.pair_count for each in self.reports):
             return False
-        if not self.wishes.require_pairs and not any(map(_misses_pairs, self.reports)):
+        if not self.wishes.require_pairs and not any(each.report.misses_pairs for each in self.reports):
             return False
         message = "no pair was compared: no publisher matches a subscriber in what was read"
         say(message, severity="error", choice=self.wishes.color)
@@ -363,7 +363,7 @@ class _Check:
             color=colored(self.wishes.color, stream),
             width=width(),
             sources=self.sources,
-            tool_version=version("cqos"),
+            tool_version=version("cqos-core"),
             not_checked=self.wishes.not_checked,
             folder=os.getcwd(),  # noqa: PTH109 - text
             documentation=_documentation(),
@@ -421,20 +421,12 @@ class _Check:
 
 def _documentation() -> str:
     """The URL of the documentation, as the distribution states it; empty where it states none."""
-    urls = (text.partition(",") for text in metadata("cqos").get_all("Project-URL") or ())
+    urls = (text.partition(",") for text in metadata("cqos-core").get_all("Project-URL") or ())
     return next((url.strip() for label, _, url in urls if label.strip().lower() == "documentation"), "")
 
 
 def _silent(_done: int, _all: int) -> None:
     """Count nothing."""
-
-
-def _misses_pairs(checked: _Checked) -> bool:
-    """Whether the report of a whole system warns that nothing was compared."""
-    return any(
-        finding.code == "CQ404" and finding.accepted is None and finding.severity is not Severity.NOTE
-        for finding in checked.report.findings
-    )
 
 
 def _only_profiles(system: System) -> bool:

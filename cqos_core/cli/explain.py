@@ -120,7 +120,7 @@ def explain(
         color=colored(color, sys.stdout),
         width=width(),
         sources=system.sources,
-        tool_version=version("cqos"),
+        tool_version=version("cqos-core"),
     )
     write = _as_json if form == "json" else _as_text
     emit(write(pair, report, ends, stdout_style))

@@ -66,7 +66,7 @@ def explain_log(
         color=colored(color, sys.stdout),
         width=width(),
         sources={} if system is None else system.sources,
-        tool_version=version("cqos"),
+        tool_version=version("cqos-core"),
     )
     report = _report(explained)
     if form == "json":

@@ -48,7 +48,7 @@ def packs_message(revision: int) -> catalogue_pb2.ListPacksResponse:
         for name, exporter in sorted(plugins.exporters.items())
     ]
     return catalogue_pb2.ListPacksResponse(
-        revision=revision, version=version("cqos"), packs=packs, importers=importers, exporters=exporters
+        revision=revision, version=version("cqos-core"), packs=packs, importers=importers, exporters=exporters
     )
 
 
@@ -96,7 +96,7 @@ def versions() -> Mapping[str, str]:
     """Return the versions of C-QoS and of the distributions that rule packs come from."""
     plugins = load_plugins()
     owners = (plugins.owner("packs", name).partition(" ") for name in plugins.packs)
-    return {"cqos": version("cqos"), **{name: found for name, _, found in owners if found}}
+    return {"cqos": version("cqos-core"), **{name: found for name, _, found in owners if found}}
 
 
 def policy_message(policy: Policy) -> catalogue_pb2.Policy:

@@ -178,7 +178,7 @@ class PrometheusMeter:
         build = Gauge(
             "cqos_build_info", "Version, as a label", ["version"], registry=REGISTRY, multiprocess_mode="liveall"
         )
-        build.labels(version("cqos")).set(1)
+        build.labels(version("cqos-core")).set(1)
 
     def queue(self, depth: Callable[[], int]) -> None:
         """Ask for it whenever a call begins or ends."""

@@ -1,1 +1,19 @@
-"""What is generated from the contract with modelers, version by version."""
+"""C-QoS by its short name: all that `cqos_core` has, loaded on first use; in `cqos.v1`, what .proto files make."""
+
+from typing import TYPE_CHECKING
+
+import cqos_core
+from cqos_core import __all__ as __all__
+
+if TYPE_CHECKING:
+    from cqos_core import *
+else:
+
+    def __getattr__(name):
+        """Return what `cqos_core` has under this name."""
+        return getattr(cqos_core, name)
+
+
+def __dir__() -> list[str]:
+    """List the public names."""
+    return [*__all__, "v1"]
