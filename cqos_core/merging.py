@@ -136,6 +136,7 @@ def _join_participant(whole: System, participant: Participant, protocol: str | N
     known.external = known.external and participant.external
     known.starts_after = tuple(dict.fromkeys((*known.starts_after, *participant.starts_after)))
     known.label = known.label or participant.label
+    known.groups = participant.groups | known.groups
 
 
 def _join_broker(whole: System, broker: Broker, protocol: str | None) -> None:

@@ -403,6 +403,7 @@ class RulePack:
         derivations: values of a pair that no end states; `cqos explain` shows them.
         proofs: which guarantees were seen under which faults on a running implementation.
         implementation_option: the option, or the policy of brokers, whose value `proofs` name; empty without proofs.
+        groups: words under which participants may group endpoints that share settings: ``publishers``, ``subscribers``.
         source: where the facts come from.
     """
 
@@ -429,6 +430,7 @@ class RulePack:
     derivations: tuple[Derivation, ...] = ()
     proofs: tuple[Proof, ...] = ()
     implementation_option: str = ""
+    groups: tuple[str, ...] = ()
     source: str = ""
 
     def __post_init__(self) -> None:
@@ -658,7 +660,7 @@ def describe_code(info: CodeInfo) -> dict[str, Any]:
 
 
 def column_form(bound: BoundRule) -> bool:
-    """Whether the rule can also be judged over columns: every named function it uses must have a column form."""
+    """Whether every named function of the rule has a form over columns, as an engine of columns needs it; C-QoS has none yet."""
     functions = bound.bound.vocabulary.functions
     used = (getattr(node, "name", "") for node in bound.rule.sentence.walk())
     return all(functions[name].column for name in used if name in functions)

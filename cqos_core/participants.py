@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.memory import remember
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from cqos_core.system import Participant, Place, ProfileRef, Settings, System
 
 _SURROUNDINGS: dict[tuple[Any, ...], Surroundings] = {}
+_UNGROUPED: Final = "write `publishes:` and `subscribes:` at the participant itself"
 _NOTHING_STATED: Final = Layer("explicit", {})
 
 
@@ -65,9 +67,14 @@ class Participants:
             levels, spoken = ("participant", "option"), pack.dialects.get("yaml")
             own, unread = self._reader.recognise(pack, levels, settings, spoken, owner, "participant", [participant.id])
             stated = Layer("explicit", own, unread=unread)
+        if foreign := {word: place for word, place in participant.groups.items() if word not in pack.groups}:
+            for word, place in foreign.items():
+                message = f"{owner} states `{word}`, which {pack.title} does not know: it has no groups of endpoints"
+                self._reader.say("CQ202", message, place, "participant", [participant.id], _UNGROUPED)
+            stated = replace(stated, unread=(*stated.unread, "CQ202"))
         layers: tuple[Layer, ...] = (stated, self._options(pack))
         broker = self._broker_of(stated.settings, participant, pack) if self._system.brokers else None
-        key = (pack, broker and broker.id, *[layer.texts for layer in layers])
+        key = (pack, broker and broker.id, *[(layer.texts, layer.unread) for layer in layers])
         memory = _SURROUNDINGS if broker is None else self._own_surroundings
         shared = memory.get(key)
         if shared is None:

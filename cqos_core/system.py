@@ -279,6 +279,7 @@ class Participant:
         remap: topic renames, from → to, as written.
         starts_after: ids of participants that are up before this one.
         room: as that of endpoints.
+        groups: words under which it groups endpoints (``publishers``), of those in `RulePack.groups`, each with its place.
     """
 
     id: str
@@ -291,6 +292,7 @@ class Participant:
     label: str | None = None
     place: Place | None = None
     room: Room | None = None
+    groups: dict[str, Place] = field(default_factory=dict)
 
 
 @dataclass(slots=True)

@@ -36,3 +36,21 @@ participants:
     verdicts = {pair.subscriber.partition("/")[0]: str(pair.verdict) for pair in report.pairs}
     assert verdicts == {"b": "unknown", "c": "compatible"}
     assert [group.codes for group in report.groups if "b/subscriber/t" in group.subscribers] == [("CQ216",)]
+
+
+def test_groups_of_endpoints_are_refused_where_the_protocol_has_none():
+    text = """
+cqos: 1
+protocol: {protocol}
+participants:
+  a: {publishers: {front: {reliability: reliable, publishes: {t: {}}}}, subscribes: {u: {}}}
+  b: {subscribes: {t: {}}}
+  c: {publishes: {v: {}}}
+  d: {subscribes: {v: {}}}
+"""
+    report = check(text.replace("{protocol}", "ros2").encode())
+    (finding,) = [each for each in report.findings if each.code == "CQ202"]
+    assert "participant `a` states `publishers`, which ROS 2 does not know" in finding.message
+    assert (finding.place.line, finding.help) == (5, "write `publishes:` and `subscribes:` at the participant itself")
+    assert {pair.topic: str(pair.verdict) for pair in report.pairs} == {"/t": "unknown", "/v": "compatible"}
+    assert "CQ202" not in {each.code for each in check(text.replace("{protocol}", "dds").encode()).findings}

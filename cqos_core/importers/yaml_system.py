@@ -370,6 +370,7 @@ class _Builder:
             label=entry.get(LABEL),
             place=member.place,
             room=Room(member.place),
+            groups={key.name: group.place for key, _ in _GROUPS for group in list((entry.get(key) or {}).values())[:1]},
         )
 
     def endpoints(self, name: str, entry: Entry, *, observed: bool) -> tuple[list[Profile], list[_Stated]]:

@@ -949,7 +949,9 @@ class Rule(_message.Message):
     help: _builtins.str
     """What to do."""
     column_form: _builtins.bool
-    """Whether it can be judged over columns as well."""
+    """Whether every function in its condition has a form over columns too. It describes the condition: this version of C-QoS evaluates
+    no columns.
+    """
     guarantee: _builtins.str
     """The guarantee that it takes away where its sentence is false, if it is about one."""
     survives: _builtins.str
@@ -1130,7 +1132,7 @@ class Function(_message.Message):
     doc: _builtins.str
     """What it says."""
     column_form: _builtins.bool
-    """Whether it can be judged over columns."""
+    """Whether the pack gives it a form over columns too. This version of C-QoS evaluates no columns."""
     def __init__(
         self,
         *,
