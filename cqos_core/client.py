@@ -42,7 +42,7 @@ from cqos.v1 import (
     session_pb2_grpc,
     system_pb2,
 )
-from cqos_core.api import as_text, exact_places, read
+from cqos_core.api import read
 from cqos_core.files import open_file, read_path
 from cqos_core.importers.source import Source, no_files
 from cqos_core.loading import Given, included_files
@@ -54,6 +54,7 @@ from cqos_core.messages import (
     report_value,
     system_message,
 )
+from cqos_core.pipeline import as_text, exact_places
 from cqos_core.problems import CqosError, InputError, Problem
 from cqos_core.session import Edits
 from cqos_core.system import System
@@ -64,8 +65,8 @@ if TYPE_CHECKING:
 
     from typing_extensions import Self
 
-    from cqos_core.api import SettingValue
     from cqos_core.differences import Diff
+    from cqos_core.pipeline import SettingValue
     from cqos_core.report import PairReport, Report
 
 T = TypeVar("T")

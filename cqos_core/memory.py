@@ -6,6 +6,8 @@ from typing import Any, Final
 
 MAXIMUM_REMEMBERED: Final = 20_000
 MOST_LETTERS: Final = 4_096
+LONGEST_REMEMBERED: Final = 64
+"""Characters of the longest text that is worth remembering: longer ones seldom come again."""
 
 
 def remember(memory: dict[tuple[Any, ...], Any], key: tuple[Any, ...], value: Any) -> None:

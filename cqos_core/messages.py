@@ -19,8 +19,9 @@ from google.protobuf.message_factory import GetMessageClass
 
 from cqos.v1 import report_pb2, session_pb2, system_pb2
 from cqos_core import differences, problems, report, system
+from cqos_core.memory import LONGEST_REMEMBERED
 from cqos_core.pattern import PatternError, pattern
-from cqos_core.policy import LONGEST_REMEMBERED, Names
+from cqos_core.policy import Names
 from cqos_core.problems import InvalidValueError
 from cqos_core.report import Severity, Verdict
 from cqos_core.system import NAMED, Setting

@@ -13,6 +13,7 @@ from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 from cqos_core.expression import Term
+from cqos_core.memory import LONGEST_REMEMBERED
 from cqos_core.problems import InvalidValueError
 
 if TYPE_CHECKING:
@@ -125,10 +126,6 @@ def by_option(option: str, otherwise: Meaning | None = None, **meanings: Meaning
 def normalise(text: str) -> str:
     """``Keep Last`` → ``keep_last``: lower case, blanks and hyphens as underscores."""
     return _remembered(text) if len(text) <= LONGEST_REMEMBERED else _normalised(text)
-
-
-LONGEST_REMEMBERED: Final = 64
-"""Characters of the longest text that is worth remembering: longer ones seldom come again."""
 
 
 def _normalised(text: str) -> str:

@@ -7,9 +7,9 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.evaluate import UNREAD, Written
+from cqos_core.memory import LONGEST_REMEMBERED
 from cqos_core.policy import (
     INFINITE,
-    LONGEST_REMEMBERED,
     NEED,
     NO,
     Anything,

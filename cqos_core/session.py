@@ -10,10 +10,10 @@ from dataclasses import fields, replace
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.api import Context, SettingValue, as_text, context, exact_places, faults, faults_of
 from cqos_core.bridging import bridge_findings, linked
-from cqos_core.checker import assemble, check_system
+from cqos_core.checker import Context, assemble, check_system
 from cqos_core.pairing import naming_endpoints
+from cqos_core.pipeline import SettingValue, as_text, context, exact_places, faults, faults_of
 from cqos_core.problems import InputError
 from cqos_core.resolve import Resolver
 from cqos_core.routes import expanded

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from math import ceil
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.api import with_options
 from cqos_core.applying import apply_edits
 from cqos_core.explanation import explain_pair, settled_pair
 from cqos_core.exporters.contract import ExportContext, judged
 from cqos_core.guarantee import LINK, OUTAGE, SURVIVES
+from cqos_core.pipeline import with_options
 from cqos_core.policy import ENDPOINT, NEED, Depends, is_plain
 from cqos_core.proving.plan import End, Fault, NotRunnableError, Plan
 from cqos_core.report import Severity, Verdict
