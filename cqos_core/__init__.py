@@ -11,15 +11,19 @@ Names are loaded on first use, so that importing the package costs nothing.
 from __future__ import annotations
 
 import importlib
+import sys
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
+    from importlib.machinery import ModuleSpec
+
+    from cqos_core.analysis.applying import Edited
+    from cqos_core.analysis.differences import Diff, Different, Missing, Named
     from cqos_core.api import apply, check, check_pair, diff, explain, read
-    from cqos_core.applying import Edited
-    from cqos_core.differences import Diff, Different, Missing, Named
-    from cqos_core.policy import INFINITE
-    from cqos_core.problems import CqosError, InputError, PackError, Problem, SentenceError
-    from cqos_core.report import (
+    from cqos_core.checking.session import Session
+    from cqos_core.language.policy import INFINITE
+    from cqos_core.model.problems import CqosError, InputError, PackError, Problem, SentenceError
+    from cqos_core.model.report import (
         Assumption,
         Edit,
         Fact,
@@ -37,8 +41,7 @@ if TYPE_CHECKING:
         Side,
         Verdict,
     )
-    from cqos_core.session import Session
-    from cqos_core.system import (
+    from cqos_core.model.system import (
         Acceptance,
         Bound,
         Bridge,
@@ -61,12 +64,12 @@ if TYPE_CHECKING:
     )
 
 _HOMES: Final = {
-    "applying": ("Edited",),
+    "analysis.applying": ("Edited",),
     "api": ("apply", "check", "check_pair", "diff", "explain", "read"),
-    "differences": ("Diff", "Different", "Missing", "Named"),
-    "policy": ("INFINITE",),
-    "problems": ("CqosError", "InputError", "PackError", "Problem", "SentenceError"),
-    "report": (
+    "analysis.differences": ("Diff", "Different", "Missing", "Named"),
+    "language.policy": ("INFINITE",),
+    "model.problems": ("CqosError", "InputError", "PackError", "Problem", "SentenceError"),
+    "model.report": (
         "Assumption",
         "Edit",
         "Fact",
@@ -85,8 +88,8 @@ _HOMES: Final = {
         "Side",
         "Verdict",
     ),
-    "session": ("Session",),
-    "system": (
+    "checking.session": ("Session",),
+    "model.system": (
         "Acceptance",
         "Bound",
         "Bridge",
@@ -175,6 +178,21 @@ def __getattr__(name: str) -> Any:
     value = getattr(importlib.import_module(f"cqos_core.{home}"), name)
     globals()[name] = value
     return value
+
+
+class _OldPaths:
+    """Finds modules under the paths that they had before; asked only for what is not found otherwise."""
+
+    @staticmethod
+    def find_spec(name: str, _path: object = None, _target: object = None) -> ModuleSpec | None:
+        if not name.startswith("cqos_core."):
+            return None
+        from cqos_core.aliases import find
+
+        return find(name)
+
+
+sys.meta_path.append(_OldPaths)
 
 
 def __dir__() -> list[str]:

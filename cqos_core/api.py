@@ -9,13 +9,9 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from cqos_core.checker import Context, check_system
-from cqos_core.explanation import explain_pair
-from cqos_core.files import open_file, read_path
-from cqos_core.importers.source import Source, no_files
-from cqos_core.loading import Given, load_paths, read_together
-from cqos_core.merging import merge
-from cqos_core.pipeline import (
+from cqos_core.checking.checker import Context, check_system
+from cqos_core.checking.explanation import explain_pair
+from cqos_core.checking.pipeline import (
     SettingValue,
     as_text,
     context,
@@ -25,21 +21,25 @@ from cqos_core.pipeline import (
     pair_system,
     with_options,
 )
+from cqos_core.checking.trial import tried_out
+from cqos_core.importers.source import Source, no_files
+from cqos_core.inputs.files import open_file, read_path
+from cqos_core.inputs.loading import Given, load_paths, read_together
+from cqos_core.inputs.merging import merge
+from cqos_core.language.policy import INFINITE
+from cqos_core.model.problems import CqosError, InputError, Problem
+from cqos_core.model.remarks import suggestion
+from cqos_core.model.report import Edit
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, System
 from cqos_core.plugins import Plugins, load_plugins
-from cqos_core.policy import INFINITE
-from cqos_core.problems import CqosError, InputError, Problem
-from cqos_core.remarks import suggestion
-from cqos_core.report import Edit
-from cqos_core.system import PUBLISHER, SUBSCRIBER, System
-from cqos_core.trial import tried_out
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from cqos_core.applying import Edited
-    from cqos_core.differences import Diff
-    from cqos_core.pack import RulePack
-    from cqos_core.report import PairReport, Remedy, Report
+    from cqos_core.analysis.applying import Edited
+    from cqos_core.analysis.differences import Diff
+    from cqos_core.model.report import PairReport, Remedy, Report
+    from cqos_core.packs.pack import RulePack
 
 Input: TypeAlias = "str | PathLike[str] | bytes | System"
 
@@ -142,7 +142,7 @@ def apply(inputs: Input | Sequence[Input], fixes: Iterable[Remedy | Edit], *, im
     Raises:
         InputError: an input cannot be read.
     """
-    from cqos_core.applying import apply_edits, opened_sources
+    from cqos_core.analysis.applying import apply_edits, opened_sources
 
     each = [inputs] if isinstance(inputs, (str, bytes, PathLike, System)) else list(inputs)
     edits = [edit for fix in fixes for edit in ((fix,) if isinstance(fix, Edit) else fix.edits)]
@@ -178,7 +178,7 @@ def diff(
     Raises:
         InputError: an input cannot be read.
     """
-    from cqos_core.differences import compare
+    from cqos_core.analysis.differences import compare
 
     packs = list(packs)
     where = context(packs, protocol)

@@ -13,16 +13,16 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from cqos_core.encoding import decode
-from cqos_core.ignoring import patterns
 from cqos_core.importers.forms import TEXT, TEXTS, Form, Key, OneOrMore, SettingsMap, Word
 from cqos_core.importers.reading import Reading, shown
 from cqos_core.importers.source import Source
 from cqos_core.importers.team_rules import acceptance, team_rule
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
 from cqos_core.importers.yaml_form import ACCEPT, CHECKS, OPTIONS, SEVERITIES
-from cqos_core.problems import InputError, Problem
-from cqos_core.system import Place
+from cqos_core.inputs.ignoring import patterns
+from cqos_core.model.encoding import decode
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.system import Place
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -32,10 +32,10 @@ else:
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from cqos_core.ignoring import Patterns
     from cqos_core.importers.forms import Entry
     from cqos_core.importers.tree import Node
-    from cqos_core.system import Acceptance, Settings, System, TeamRule
+    from cqos_core.inputs.ignoring import Patterns
+    from cqos_core.model.system import Acceptance, Settings, System, TeamRule
 
 NAME: Final = "cqos.toml"
 SHARED_NAME: Final = "pyproject.toml"

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, TypeVar, cast
 
 import pluggy
 
-from cqos_core.problems import CqosError, PackError, describe, keep_traceback
+from cqos_core.model.problems import CqosError, PackError, describe, keep_traceback
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from cqos_core.exporters.contract import Writer
     from cqos_core.formatters.style import Style
     from cqos_core.importers.source import Claim, Inserter, Reader
-    from cqos_core.pack import RulePack
-    from cqos_core.report import Report
+    from cqos_core.model.report import Report
+    from cqos_core.packs.pack import RulePack
 
 GROUP: Final = "cqos"
 LOAD_VARIABLE: Final = "CQOS_LOAD_PLUGINS"
@@ -338,7 +338,7 @@ class Plugins:
 
 @cache
 def _load_pack(info: RulePackInfo) -> RulePack:
-    from cqos_core.pack import RulePack
+    from cqos_core.packs.pack import RulePack
 
     pack = info.load()
     if not isinstance(pack, RulePack):

@@ -36,16 +36,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cqos_core.api import check, check_pair, context, pair_system
-from cqos_core.checker import check_system
-from cqos_core.problems import CqosError
-from cqos_core.report import Finding, Severity, Verdict
-from cqos_core.system import PUBLISHER, SUBSCRIBER
+from cqos_core.api import check, check_pair
+from cqos_core.checking.checker import check_system
+from cqos_core.checking.pipeline import context, pair_system
+from cqos_core.model.problems import CqosError
+from cqos_core.model.report import Finding, Severity, Verdict
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.pack import RulePack
+    from cqos_core.packs.pack import RulePack
 
 _KEYS = frozenset(
     "name offered requested publisher subscriber system topic options needs expect verdict findings remedies".split()  # noqa: SIM905

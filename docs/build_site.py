@@ -16,7 +16,7 @@ from urllib.parse import unquote, urlsplit
 from lxml import html
 
 import cqos_core
-from cqos_core import pack
+from cqos_core.packs import pack
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

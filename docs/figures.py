@@ -14,7 +14,7 @@ import cqos_core as cqos
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from cqos_core.pack import RulePack
+    from cqos_core.packs.pack import RulePack
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 COLOURS: Final = {"compatible": "#2e9e4f", "incompatible": "#d43a2f", "unknown": "#d98e04"}

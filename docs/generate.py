@@ -18,16 +18,16 @@ from figures import figures
 
 from cqos_core.api import check
 from cqos_core.cli.app import cli
-from cqos_core.codes import CODES
+from cqos_core.model.codes import CODES
+from cqos_core.packs.rule_docs import Example, code_markdown, rule_markdown
 from cqos_core.plugins import load_plugins
-from cqos_core.rule_docs import Example, code_markdown, rule_markdown
 from cqos_core.testing import Case, load_cases
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from cqos_core.codes import CodeInfo
-    from cqos_core.pack import BoundRule, RulePack
+    from cqos_core.model.codes import CodeInfo
+    from cqos_core.packs.pack import BoundRule, RulePack
 
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent

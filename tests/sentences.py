@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hypothesis import strategies as st
 
-from cqos_core.evaluate import Vocabulary
-from cqos_core.expression import (
+from cqos_core.language.evaluate import Vocabulary
+from cqos_core.language.expression import (
     Compare,
     Literal,
     Term,
@@ -23,7 +23,7 @@ from cqos_core.expression import (
     requested,
     topic,
 )
-from cqos_core.policy import INFINITE
+from cqos_core.language.policy import INFINITE
 from tests.worlds import CARE, COPIES, DELAY, INTERVAL, POLICIES, POST, SEALED, STAMP, STREETS
 
 if TYPE_CHECKING:

@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import cqos_core as cqos
-from cqos_core.api import as_text, context
-from cqos_core.evaluate import Function
-from cqos_core.expression import parse
-from cqos_core.policy import INFINITE
-from cqos_core.rule import requires
+from cqos_core.checking.pipeline import as_text, context
+from cqos_core.language.evaluate import Function
+from cqos_core.language.expression import parse
+from cqos_core.language.policy import INFINITE
+from cqos_core.packs.rule import requires
 from tests.worlds import POST, RULES, checked, codes, only, participant, reader, world, writer
 
 if TYPE_CHECKING:

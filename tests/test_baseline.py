@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.baseline import read_baseline, write_baseline
-from cqos_core.problems import InputError
-from cqos_core.report import Finding, Report, Severity, Side, Verdict
-from cqos_core.system import Place
+from cqos_core.analysis.baseline import read_baseline, write_baseline
+from cqos_core.model.problems import InputError
+from cqos_core.model.report import Finding, Report, Severity, Side, Verdict
+from cqos_core.model.system import Place
 
 
 def finding(code="ROS101", topic="scan", members=("a", "b"), **more):

@@ -10,16 +10,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.api import context
-from cqos_core.checker import check_system
-from cqos_core.explanation import explain_pair
-from cqos_core.expression import as_sentence, offered, requested
-from cqos_core.given import Given, over
-from cqos_core.guarantee import NEEDS, RELAYED, WORDS, gives
-from cqos_core.policy import FromPeers
-from cqos_core.problems import InputError
-from cqos_core.session import Session
-from cqos_core.system import Bridge, Endpoint, Participant, Route
+from cqos_core.checking.checker import check_system
+from cqos_core.checking.explanation import explain_pair
+from cqos_core.checking.pipeline import context
+from cqos_core.checking.session import Session
+from cqos_core.language.expression import as_sentence, offered, requested
+from cqos_core.language.policy import FromPeers
+from cqos_core.matching.derived_guarantees import Given, over
+from cqos_core.model.problems import InputError
+from cqos_core.model.system import Bridge, Endpoint, Participant, Route
+from cqos_core.packs.guarantee import NEEDS, RELAYED, WORDS, gives
 from tests.worlds import CARE, COPIES, DELAY, POST, checked, codes, only, place, reader, settings, world, writer
 
 LATE_JOIN = requested(WORDS["late_join"].need)

@@ -8,16 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core.api import context
-from cqos_core.checker import check_system
-from cqos_core.codes import CODES
-from cqos_core.evaluate import Function
-from cqos_core.expression import parse
-from cqos_core.pack import Meeting, NameContext, Naming
-from cqos_core.policy import Count, Policy
-from cqos_core.report import Severity
-from cqos_core.rule import forbids
-from cqos_core.system import (
+from cqos_core.checking.checker import check_system
+from cqos_core.checking.pipeline import context
+from cqos_core.language.evaluate import Function
+from cqos_core.language.expression import parse
+from cqos_core.language.policy import Count, Policy
+from cqos_core.model.codes import CODES
+from cqos_core.model.report import Severity
+from cqos_core.model.system import (
     Acceptance,
     Bound,
     Endpoint,
@@ -28,6 +26,8 @@ from cqos_core.system import (
     Setting,
     TeamRule,
 )
+from cqos_core.packs.pack import Meeting, NameContext, Naming
+from cqos_core.packs.rule import forbids
 from tests.worlds import (
     CONTEXT,
     POLICIES,
@@ -46,7 +46,7 @@ from tests.worlds import (
 )
 
 if TYPE_CHECKING:
-    from cqos_core.report import Finding, Report
+    from cqos_core.model.report import Finding, Report
 
 # Every code of the core, with a system of which it speaks and a twin of which it is silent
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cqos_core as cqos
-from cqos_core.differences import Side, compare
+from cqos_core.analysis.differences import Side, compare
 from tests.worlds import CONTEXT, POST, box, participant, profile, reader, world, writer
 
 SEEN = {"observed": True}
@@ -131,7 +131,7 @@ def test_types_stated_of_the_topic():
 
 
 def cqos_type(level):
-    from cqos_core.policy import Policy, Text
+    from cqos_core.language.policy import Policy, Text
 
     return Policy("type", Text(), None, "What is sent.", level=level)
 

@@ -25,8 +25,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import pytest
 
-from cqos_core import expression
-from cqos_core.expression import parse
+from cqos_core.language import expression
+from cqos_core.language.expression import parse
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

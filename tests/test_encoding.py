@@ -6,8 +6,8 @@ import codecs
 
 import pytest
 
-from cqos_core import encoding
-from cqos_core.encoding import Lines, codec, decode, encoding_of
+from cqos_core.model import encoding
+from cqos_core.model.encoding import Lines, codec, decode, encoding_of
 
 
 @pytest.mark.parametrize(

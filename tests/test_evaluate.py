@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.evaluate import (
+from cqos_core.language.evaluate import (
     MAXIMUM_WORLDS,
     Function,
     Outcome,
@@ -21,14 +21,14 @@ from cqos_core.evaluate import (
     role_of,
     scope_of,
 )
-from cqos_core.expression import (
+from cqos_core.language.expression import (
     Sentence,
     parse,
     publisher,
     stated,
 )
-from cqos_core.policy import INFINITE, Anything, Depends, Policy, Text
-from cqos_core.problems import PackError, SentenceError
+from cqos_core.language.policy import INFINITE, Anything, Depends, Policy, Text
+from cqos_core.model.problems import PackError, SentenceError
 from tests.sentences import DOMAINS, INTERVALS, SECOND, WORDS, known, sentences, values
 from tests.worlds import CARRIER, DELAY, POLICIES
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from cqos_core.excerpt import Excerpt, exact, span
-from cqos_core.importers.bpmn import read
+from cqos_core.bpmn import read
 from cqos_core.importers.source import ReadContext, Source
-from cqos_core.system import Place
+from cqos_core.model.excerpt import Excerpt, exact, span
+from cqos_core.model.system import Place
 
 CASES = Path(__file__).parent / "importers" / "cases" / "bpmn"
 EXAMPLES = Path(__file__).parents[1] / "examples"

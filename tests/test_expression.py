@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.expression import (
+from cqos_core.language.expression import (
     MAXIMUM_TEXT,
     OPERAND_FUNCTIONS,
     SCOPES,
@@ -45,7 +45,7 @@ from cqos_core.expression import (
     topic,
     total,
 )
-from cqos_core.problems import SentenceError
+from cqos_core.model.problems import SentenceError
 from tests.worlds import CARE, COPIES, DELAY, INTERVAL, RULES, SEALED, STAMP, STREETS
 
 # The manual: how a sentence is built, and how it is written

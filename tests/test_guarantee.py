@@ -10,15 +10,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core import check, check_pair
-from cqos_core.api import context, pair_system
-from cqos_core.checker import check_system
-from cqos_core.expression import offered
-from cqos_core.given import give
-from cqos_core.guarantee import FAULTS, LINK, NEEDS, RELAYED, SURVIVES, WORDS, Unaffected, gives
-from cqos_core.judge import judge_pair
-from cqos_core.report import Severity, Verdict
-from cqos_core.resolve import resolve
-from cqos_core.system import Setting
+from cqos_core.checking.checker import check_system
+from cqos_core.checking.pipeline import context, pair_system
+from cqos_core.language.expression import offered
+from cqos_core.matching.derived_guarantees import give
+from cqos_core.matching.judge import judge_pair
+from cqos_core.model.report import Severity, Verdict
+from cqos_core.model.system import Setting
+from cqos_core.packs.guarantee import FAULTS, LINK, NEEDS, RELAYED, SURVIVES, WORDS, Unaffected, gives
+from cqos_core.resolving.resolve import resolve
 from cqos_dds.pack import PACK as DDS
 from cqos_ros2.pack import PACK as ROS2
 from cqos_ros2.pack import SEMANTIC
@@ -27,8 +27,8 @@ from tests.worlds import CARE, DELAY, POST, codes, only, reader, settings, world
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.pack import RulePack
-    from cqos_core.report import PairReport
+    from cqos_core.model.report import PairReport
+    from cqos_core.packs.pack import RulePack
 
 GIVING = replace(
     POST,

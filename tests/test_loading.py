@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from cqos_core import files
-from cqos_core.files import File, find_files, read_path
-from cqos_core.ignoring import patterns
 from cqos_core.importers.source import Source
-from cqos_core.loading import load_paths, read_source, recognise
+from cqos_core.inputs import files
+from cqos_core.inputs.files import File, find_files, read_path
+from cqos_core.inputs.ignoring import patterns
+from cqos_core.inputs.loading import load_paths, read_source, recognise
+from cqos_core.model.problems import InputError
 from cqos_core.plugins import load_plugins
-from cqos_core.problems import InputError
 
 
 def problems_of(call, *arguments):

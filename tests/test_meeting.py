@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core.api import context
-from cqos_core.expression import as_sentence, broker, offered, requested
-from cqos_core.pack import Completion, Known, Preset
-from cqos_core.policy import Count, Flag, Policy, Text
-from cqos_core.problems import PackError
-from cqos_core.rule import forbids, requires
-from cqos_core.session import Session
-from cqos_core.system import Broker, ProfileRef, Setting
+from cqos_core.checking.pipeline import context
+from cqos_core.checking.session import Session
+from cqos_core.language.expression import as_sentence, broker, offered, requested
+from cqos_core.language.policy import Count, Flag, Policy, Text
+from cqos_core.model.problems import PackError
+from cqos_core.model.system import Broker, ProfileRef, Setting
+from cqos_core.packs.pack import Completion, Known, Preset
+from cqos_core.packs.rule import forbids, requires
 from tests.worlds import POST, checked, codes, only, participant, profile, reader, settings, world, writer
 
 if TYPE_CHECKING:
@@ -158,7 +158,7 @@ def test_a_broker_of_another_protocol_is_nobodys_here():
 
 
 def test_settings_of_a_broker_from_several_sources_add_up():
-    from cqos_core.merging import merge
+    from cqos_core.inputs.merging import merge
 
     one = world(writer("box"), brokers={"main": Broker("main", "post", {"limit": Setting("1")})})
     two = world(reader("box"), brokers={"main": Broker("main", "post", profiles=(ProfileRef("small"),))})

@@ -4,10 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.checker import check_system
-from cqos_core.mending import mend
-from cqos_core.report import Severity
-from cqos_core.system import Acceptance
+from cqos_core.analysis.system_fixes import mend
+from cqos_core.checking.checker import check_system
+from cqos_core.model.report import Severity
+from cqos_core.model.system import Acceptance
 from tests.worlds import CONTEXT, reader, world, writer
 
 
@@ -101,7 +101,8 @@ def test_no_pair_becomes_worse(wanted, system):
 
 def test_a_remedy_of_no_endpoint_setting_is_left():
     """What a participant states, or what an application requires, is no setting of an endpoint to lay over."""
-    from cqos_core.api import context, read
+    from cqos_core.api import read
+    from cqos_core.checking.pipeline import context
 
     text = b"""cqos: 1
 protocol: ros2

@@ -6,11 +6,11 @@ from dataclasses import replace
 from typing import Any
 
 from cqos_core.api import check
-from cqos_core.files import SentFiles
 from cqos_core.importers.source import Source
-from cqos_core.loading import Given, read_together
-from cqos_core.merging import merge
-from cqos_core.system import Acceptance, Bridge, Broker, Overlay, Participant, Route, System, TeamRule
+from cqos_core.inputs.files import SentFiles
+from cqos_core.inputs.loading import Given, read_together
+from cqos_core.inputs.merging import merge
+from cqos_core.model.system import Acceptance, Bridge, Broker, Overlay, Participant, Route, System, TeamRule
 from tests.worlds import POST, box, codes, only, participant, place, profile, reader, settings, world, writer
 
 

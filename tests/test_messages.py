@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 import cqos_core as cqos
 from cqos.v1 import report_pb2, system_pb2
-from cqos_core import report as r
-from cqos_core import system as s
-from cqos_core.messages import (
+from cqos_core.model import report as r
+from cqos_core.model import system as s
+from cqos_core.remote.messages import (
     from_message,
     report_message,
     report_value,

@@ -5,7 +5,7 @@ from fnmatch import fnmatchcase
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.name_index import NameIndex
+from cqos_core.language.name_index import NameIndex
 
 NAMES = st.text("ab/*?[]!", max_size=6)
 

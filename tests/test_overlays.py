@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from cqos_core.api import context
-from cqos_core.pack import Meeting
-from cqos_core.report import Verdict
-from cqos_core.resolve import Resolver
-from cqos_core.system import Overlay, Place, Setting
+from cqos_core.checking.pipeline import context
+from cqos_core.model.report import Verdict
+from cqos_core.model.system import Overlay, Place, Setting
+from cqos_core.packs.pack import Meeting
+from cqos_core.resolving.resolve import Resolver
 from tests.worlds import POST, checked, codes, only, reader, world, writer
 
 CARE = POST.vocabulary.indices["endpoint", "care"]

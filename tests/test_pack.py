@@ -8,12 +8,10 @@ from typing import Any
 
 import pytest
 
-from cqos_core.api import context
-from cqos_core.evaluate import Function
-from cqos_core.expression import parse
-from cqos_core.mistakes import KEPT
-from cqos_core.pack import Convention, Dialect, Preset, RulePack, column_form, rule_table
-from cqos_core.policy import (
+from cqos_core.checking.pipeline import context
+from cqos_core.language.evaluate import Function
+from cqos_core.language.expression import parse
+from cqos_core.language.policy import (
     Anything,
     Choice,
     Count,
@@ -26,8 +24,10 @@ from cqos_core.policy import (
     Text,
     by_option,
 )
-from cqos_core.problems import PackError
-from cqos_core.rule import forbids, meets, requires
+from cqos_core.model.problems import PackError
+from cqos_core.packs.pack import Convention, Dialect, Preset, RulePack, column_form, rule_table
+from cqos_core.packs.rule import forbids, meets, requires
+from cqos_core.packs.validation import KEPT
 from tests.worlds import CARE, CARRIER, DELAY, POLICIES, POST, RULES, codes, reader, world, writer
 from tests.worlds import checked as check_parts
 
@@ -449,7 +449,7 @@ def test_a_function_that_fails_is_a_finding_and_the_other_rules_are_judged():
             forbids(parse("failing(stamp)"), code="POST902", name="c", because="b"),
         ),
     )
-    from cqos_core.api import context
+    from cqos_core.checking.pipeline import context
 
     report = check_parts(
         world(writer("box", stamp="x", care="plain"), reader("box", stamp="x", care="signed")), where=context([pack])
@@ -471,7 +471,7 @@ def test_memory_that_is_short_is_no_fault_of_a_function_and_not_remembered_as_on
 
     rule = requires(parse("hungry(offered(stamp))"), code="POST901", name="a", because="b")
     pack = replace(POST, functions=(Function("hungry", hungry),), rules=(rule,))
-    from cqos_core.api import context
+    from cqos_core.checking.pipeline import context
 
     asked = world(writer("box", stamp="x"), reader("box", stamp="x"))
     with pytest.raises(MemoryError):
@@ -488,7 +488,7 @@ def test_a_pack_may_be_another_one_under_an_option():
     policies = (*POLICIES, mode)
     lax = replace(POST, policies=policies, rules=RULES[1:])
     pack = replace(POST, policies=policies, variants={("mode", "lax"): lax})
-    from cqos_core.api import context
+    from cqos_core.checking.pipeline import context
 
     where = context([pack])
     pair = [writer("box", care="plain"), reader("box", care="signed")]

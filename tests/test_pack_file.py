@@ -9,14 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.api import check, check_pair, context
-from cqos_core.checker import check_system
-from cqos_core.expression import parse
-from cqos_core.files import read_path
+from cqos_core.api import check, check_pair
+from cqos_core.checking.checker import check_system
+from cqos_core.checking.pipeline import context
 from cqos_core.importers.source import Source
-from cqos_core.pack import Convention, Dialect, Preset, RulePack
-from cqos_core.pack_file import read_pack
-from cqos_core.policy import (
+from cqos_core.inputs.files import read_path
+from cqos_core.language.expression import parse
+from cqos_core.language.policy import (
     Anything,
     Choice,
     Count,
@@ -29,9 +28,11 @@ from cqos_core.policy import (
     Text,
     by_option,
 )
-from cqos_core.problems import InputError, Problem
-from cqos_core.rule import forbids, meets, requires
-from cqos_core.system import Endpoint, Participant, Setting, System
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.system import Endpoint, Participant, Setting, System
+from cqos_core.packs.pack import Convention, Dialect, Preset, RulePack
+from cqos_core.packs.pack_file import read_pack
+from cqos_core.packs.rule import forbids, meets, requires
 
 if TYPE_CHECKING:
     import random

@@ -6,15 +6,16 @@ import random
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from cqos_core.api import context, explain_pair
-from cqos_core.pairing import apart, bucket, group, naming_endpoints
-from cqos_core.policy import by_option
-from cqos_core.resolve import resolve
-from cqos_core.system import Acceptance
+from cqos_core.api import explain_pair
+from cqos_core.checking.pipeline import context
+from cqos_core.language.policy import by_option
+from cqos_core.matching.pairing import apart, bucket, group, naming_endpoints
+from cqos_core.model.system import Acceptance
+from cqos_core.resolving.resolve import resolve
 from tests.worlds import CONTEXT, POST, checked, only, participant, reader, world, writer
 
 if TYPE_CHECKING:
-    from cqos_core.resolved import Resolved
+    from cqos_core.resolving.resolved import Resolved
 
 
 def endpoints(*parts: Any, **fields: Any) -> list[Resolved]:

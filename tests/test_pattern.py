@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.pattern import PatternError, pattern
+from cqos_core.model.pattern import PatternError, pattern
 from tests.growth.linear import assert_linear
 
 MATCHING = [

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from cqos_core.loading import default_protocol
+from cqos_core.inputs.loading import default_protocol
 from cqos_core.plugins import (
     KINDS,
     CommandInfo,
@@ -240,7 +240,7 @@ def test_an_entry_point_without_a_distribution_is_loaded():
     [
         ("PACK = 1", "`pack_parts:PACK` is a value of type int, not a RulePack"),
         (
-            'from cqos_core.pack import RulePack\nPACK = RulePack("other", "Other", (), ())',
+            'from cqos_core.packs.pack import RulePack\nPACK = RulePack("other", "Other", (), ())',
             "`pack_parts:PACK` has the id `other`, but is registered as `mine`",
         ),
         ("import sys\nsys.exit(3)", "SystemExit: 3"),

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.policy import (
+from cqos_core.language.policy import (
     INFINITE,
     Anything,
     Choice,
@@ -22,7 +22,7 @@ from cqos_core.policy import (
     is_plain,
     normalise,
 )
-from cqos_core.problems import InvalidValueError
+from cqos_core.model.problems import InvalidValueError
 from tests.growth.linear import assert_linear
 from tests.worlds import CARE, COPIES, DELAY, STAMP, STREETS
 

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core.checker import check_system
-from cqos_core.policy import INFINITE, Anything, Depends
-from cqos_core.remarks import suggestion
-from cqos_core.resolve import resolve
-from cqos_core.system import (
+from cqos_core.checking.checker import check_system
+from cqos_core.language.policy import INFINITE, Anything, Depends
+from cqos_core.model.remarks import suggestion
+from cqos_core.model.system import (
     EVERY_OTHER,
     Broker,
     Cases,
@@ -24,6 +23,7 @@ from cqos_core.system import (
     Setting,
     System,
 )
+from cqos_core.resolving.resolve import resolve
 from tests.worlds import (
     CONTEXT,
     POLICIES,
@@ -42,8 +42,8 @@ from tests.worlds import (
 )
 
 if TYPE_CHECKING:
-    from cqos_core.report import Finding
-    from cqos_core.resolved import Resolved, ResolvedSystem
+    from cqos_core.model.report import Finding
+    from cqos_core.resolving.resolved import Resolved, ResolvedSystem
 
 INDEX = {policy.name: index for index, policy in enumerate(POLICIES) if policy.name != "type"}
 SECOND = 1_000_000_000
@@ -180,9 +180,9 @@ def test_an_unknown_dialect_is_read_like_yaml():
 
 def test_a_map_states_the_fields_of_a_policy():
     """Where a policy has several fields they may be written as one map."""
-    from cqos_core.api import context
-    from cqos_core.pack import RulePack
-    from cqos_core.policy import Count, Flag, Policy
+    from cqos_core.checking.pipeline import context
+    from cqos_core.language.policy import Count, Flag, Policy
+    from cqos_core.packs.pack import RulePack
 
     pack = RulePack("p", "P", (Policy("limits.most", Count(), "1"), Policy("limits.hard", Flag(), "false")), ())
     system = replace(world(writer("box", limits="{most: 5, hard: true}")), protocol="p")
@@ -217,8 +217,8 @@ def test_a_word_may_mean_another_value_under_each_option(carrier, care):
 
 
 def test_a_word_that_makes_no_difference_depends_on_nothing():
-    from cqos_core.api import context
-    from cqos_core.policy import Choice, Policy, by_option
+    from cqos_core.checking.pipeline import context
+    from cqos_core.language.policy import Choice, Policy, by_option
     from tests.worlds import CARRIER, POST
 
     care = Policy("care", Choice("plain", "signed"), "plain", words={"usual": by_option("carrier", otherwise="signed")})
@@ -621,10 +621,10 @@ def test_what_a_participant_states_is_read_even_where_it_has_no_endpoint():
 
 def test_a_participant_finds_its_broker():
     """The named one, or the only one."""
-    from cqos_core.api import context
-    from cqos_core.expression import parse
-    from cqos_core.policy import Count, Policy, Text
-    from cqos_core.rule import requires
+    from cqos_core.checking.pipeline import context
+    from cqos_core.language.expression import parse
+    from cqos_core.language.policy import Count, Policy, Text
+    from cqos_core.packs.rule import requires
     from tests.worlds import POST
 
     pack = replace(

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from cqos_core import check
-from cqos_core.api import context
-from cqos_core.expression import as_sentence, offered, requested
-from cqos_core.problems import PackError
-from cqos_core.rule import forbids, requires
-from cqos_core.session import Session
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Bound, Endpoint, Participant, Setting, System, TeamRule
+from cqos_core.checking.pipeline import context
+from cqos_core.checking.session import Session
+from cqos_core.language.expression import as_sentence, offered, requested
+from cqos_core.model.problems import PackError
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bound, Endpoint, Participant, Setting, System, TeamRule
+from cqos_core.packs.rule import forbids, requires
 from tests.worlds import POST, RETURNED, SEALED, checked, codes, only, place, reader, world, writer
 
 if TYPE_CHECKING:
-    from cqos_core.expression import Sentence
-    from cqos_core.pack import RulePack
+    from cqos_core.language.expression import Sentence
+    from cqos_core.packs.pack import RulePack
 
 
 def with_rule(sentence: Sentence, **more: Any) -> RulePack:

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 import cqos_core as cqos
-from cqos_core.system import (
+from cqos_core.model.system import (
     Acceptance,
     Bound,
     Bridge,

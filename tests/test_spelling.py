@@ -5,8 +5,8 @@ from itertools import product
 
 import pytest
 
-from cqos_core.remarks import suggestion
-from cqos_core.spelling import distance, nearest, typing_errors
+from cqos_core.model.remarks import suggestion
+from cqos_core.model.spelling import distance, nearest, typing_errors
 
 
 @pytest.mark.parametrize(

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import pytest
 
-from cqos_core.api import context
-from cqos_core.checker import check_system
-from cqos_core.pack import Preset, RulePack
-from cqos_core.policy import Flag, Policy
-from cqos_core.system import Acceptance, Bound, Participant, TeamRule
+from cqos_core.checking.checker import check_system
+from cqos_core.checking.pipeline import context
+from cqos_core.language.policy import Flag, Policy
+from cqos_core.model.system import Acceptance, Bound, Participant, TeamRule
+from cqos_core.packs.pack import Preset, RulePack
 from tests.worlds import CONTEXT, POST, box, checked, codes, only, place, profile, reader, settings, world, writer
 
 if TYPE_CHECKING:
-    from cqos_core.report import Report
+    from cqos_core.model.report import Report
 
 Relation = Literal["exactly", "at_least", "at_most", "one_of", "not"]
 

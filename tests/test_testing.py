@@ -2,10 +2,10 @@
 
 import pytest
 
-from cqos_core.expression import offered
-from cqos_core.pack import RulePack
-from cqos_core.policy import Count, Policy
-from cqos_core.rule import forbids
+from cqos_core.language.expression import offered
+from cqos_core.language.policy import Count, Policy
+from cqos_core.packs.pack import RulePack
+from cqos_core.packs.rule import forbids
 from cqos_core.testing import Case, run_case
 
 SIZE = Policy("size", Count(), None, "The size of a message.")

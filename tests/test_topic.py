@@ -10,12 +10,12 @@ import pytest
 
 from cqos_core.formatters.json_report import render_json
 from cqos_core.formatters.style import Style
-from cqos_core.report import Severity, Verdict
-from cqos_core.system import Endpoint, Participant
+from cqos_core.model.report import Severity, Verdict
+from cqos_core.model.system import Endpoint, Participant
 from tests.worlds import box, checked, codes, only, participant, place, reader, settings, world, writer
 
 if TYPE_CHECKING:
-    from cqos_core.report import Report
+    from cqos_core.model.report import Report
 
 
 def groups(report: Report) -> set[tuple[tuple[str, ...], tuple[str, ...], str, tuple[str, ...]]]:

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 from cqos_core import check
-from cqos_core.session import Session
-from cqos_core.system import ImportNote
+from cqos_core.checking.session import Session
+from cqos_core.model.system import ImportNote
 from tests.worlds import POST, checked, reader, world, writer
 
 

@@ -3,10 +3,10 @@
 import pytest
 
 from cqos_core.importers.source import Source
-from cqos_core.loading import read_source
+from cqos_core.inputs.loading import read_source
+from cqos_core.inputs.unread import unread
+from cqos_core.model.problems import InputError
 from cqos_core.plugins import load_plugins
-from cqos_core.problems import InputError
-from cqos_core.unread import unread
 
 LOG = (
     "[WARN] [1.2] [talker]: New subscription discovered on topic '/chatter', requesting incompatible QoS. No messages will "

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from cqos_core import check
-from cqos_core.report import Report
+from cqos_core.model.report import Report
 
 STRING = {"type": "std_msgs::msg::dds_::String_"}
 NODE_STRING = {"type": "std_msgs/msg/String"}

@@ -10,14 +10,23 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.api import as_text, context
-from cqos_core.checker import Context, check_system
-from cqos_core.evaluate import Function
-from cqos_core.expression import all_equal, call, count, offered, option, overlaps, publisher, requested, stated
-from cqos_core.expression import subscriber as its_subscriber
-from cqos_core.expression import topic as of_topic
-from cqos_core.pack import Convention, Dialect, Preset, RulePack
-from cqos_core.policy import (
+from cqos_core.checking.checker import Context, check_system
+from cqos_core.checking.pipeline import as_text, context
+from cqos_core.language.evaluate import Function
+from cqos_core.language.expression import (
+    all_equal,
+    call,
+    count,
+    offered,
+    option,
+    overlaps,
+    publisher,
+    requested,
+    stated,
+)
+from cqos_core.language.expression import subscriber as its_subscriber
+from cqos_core.language.expression import topic as of_topic
+from cqos_core.language.policy import (
     Anything,
     Choice,
     Count,
@@ -30,12 +39,13 @@ from cqos_core.policy import (
     Text,
     by_option,
 )
-from cqos_core.rule import forbids, meets, requires
-from cqos_core.system import Endpoint, Participant, Place, Profile, ProfileRef, Setting, System, Topic
+from cqos_core.model.system import Endpoint, Participant, Place, Profile, ProfileRef, Setting, System, Topic
+from cqos_core.packs.pack import Convention, Dialect, Preset, RulePack
+from cqos_core.packs.rule import forbids, meets, requires
 
 if TYPE_CHECKING:
-    from cqos_core.report import Finding, Report
-    from cqos_core.system import Role, Settings
+    from cqos_core.model.report import Finding, Report
+    from cqos_core.model.system import Role, Settings
 
 # What an endpoint sets
 

@@ -12,8 +12,8 @@ import click
 from cqos_core.cli import INTERRUPTED
 from cqos_core.cli.parameters import Run, debug_option
 from cqos_core.cli.streams import say, say_problems, width
+from cqos_core.model.problems import CqosError, InputError, describe, keep_traceback
 from cqos_core.plugins import FAULTS, load_plugins
-from cqos_core.problems import CqosError, InputError, describe, keep_traceback
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -53,7 +53,7 @@ class Commands(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command that is called, or say which one may have been meant."""
-        from cqos_core.spelling import nearest
+        from cqos_core.model.spelling import nearest
 
         known = self.list_commands(ctx)
         if args[0] not in known and not args[0].startswith("-"):

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import click
 
-from cqos_core.baseline import read_baseline, write_baseline
-from cqos_core.checker import check_system
+from cqos_core.analysis.baseline import read_baseline, write_baseline
+from cqos_core.checking.checker import check_system
+from cqos_core.checking.trial import tried_out
 from cqos_core.cli.fixing import fixed
 from cqos_core.cli.parameters import FormatName, Run, color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
@@ -21,28 +22,27 @@ from cqos_core.cli.several import said_once
 from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
 from cqos_core.cli.streams import colored, emit, say, say_problems, width, write_file
 from cqos_core.cli.units import units
-from cqos_core.files import STDIN, read_path
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.wording import listed
+from cqos_core.inputs.files import STDIN, read_path
+from cqos_core.model.problems import CqosError
+from cqos_core.model.remarks import plural
+from cqos_core.model.report import Severity
 from cqos_core.plugins import load_plugins
-from cqos_core.problems import CqosError
-from cqos_core.remarks import plural
-from cqos_core.report import Severity
-from cqos_core.trial import tried_out
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from cqos_core.baseline import Baseline
+    from cqos_core.analysis.baseline import Baseline
     from cqos_core.cli.reading import Reader
     from cqos_core.cli.selection import Counted
     from cqos_core.cli.sinks import Sink
     from cqos_core.cli.units import Unit
     from cqos_core.config import Config
     from cqos_core.importers.source import Replacement
-    from cqos_core.problems import Problem
-    from cqos_core.report import Edit, Report
-    from cqos_core.system import System
+    from cqos_core.model.problems import Problem
+    from cqos_core.model.report import Edit, Report
+    from cqos_core.model.system import System
 
 CLEAN, FINDINGS, UNUSABLE = 0, 1, 2
 _PACKS_STAY = "a service has rule packs of its own: --server does not go with --pack."
@@ -311,7 +311,7 @@ class _Check:
         if reader.config.packs:
             raise click.UsageError(_PACKS_STAY)
         # gRPC is slow to import, and most checks need none of it.
-        from cqos_core.client import Client
+        from cqos_core.remote.client import Client
 
         with Client(self.server) as client:
             return client.check_system(replace(system, protocol=system.protocol or reader.protocol))
@@ -371,7 +371,7 @@ class _Check:
         )
 
     def _replaced(self, edits: Sequence[Edit]) -> Mapping[str, Sequence[Replacement]]:
-        from cqos_core.applying import replacements_of
+        from cqos_core.analysis.applying import replacements_of
 
         return replacements_of(self.sources, edits, self.reader.options.importer)
 

@@ -12,18 +12,18 @@ from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.sinks import check_targets
 from cqos_core.cli.streams import emit, say, say_problems, write_file
 from cqos_core.exporters.contract import ExportContext, Exported
+from cqos_core.model.problems import CqosError, add_note, describe, keep_traceback
+from cqos_core.model.remarks import plural
 from cqos_core.plugins import FAULTS, load_plugins
-from cqos_core.problems import CqosError, add_note, describe, keep_traceback
-from cqos_core.remarks import plural
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from typing import Literal
 
+    from cqos_core.analysis.system_fixes import Mended
     from cqos_core.cli.reading import Reader
-    from cqos_core.mending import Mended
+    from cqos_core.model.system import ImportNote, System
     from cqos_core.plugins import ExporterInfo
-    from cqos_core.system import ImportNote, System
 
 _UNUSABLE: Final = 2
 _MOST_NOTES: Final = 50
@@ -123,7 +123,7 @@ def _settings(info: ExporterInfo, stated: Iterable[str]) -> dict[str, str]:
 def _mended(system: System, reader: Reader, remedies: Literal["first", "configuration"] | None) -> Mended | None:
     if remedies is None:
         return None
-    from cqos_core.mending import mend
+    from cqos_core.analysis.system_fixes import mend
 
     return mend(system, reader.context, remedies)
 

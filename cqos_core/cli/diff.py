@@ -8,25 +8,25 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from cqos_core.analysis.differences import Side, compare
 from cqos_core.cli.parameters import color_option, debug_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit, say, say_problems, width
-from cqos_core.differences import Side, compare
-from cqos_core.excerpt import exact
-from cqos_core.files import STDIN
 from cqos_core.formatters import wording
 from cqos_core.formatters.terminal import clean, paint, wrap
-from cqos_core.remarks import plural
+from cqos_core.inputs.files import STDIN
+from cqos_core.model.excerpt import exact
+from cqos_core.model.remarks import plural
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
+    from cqos_core.analysis.differences import Diff, Different, Missing, Named
     from cqos_core.cli.reading import Reader
-    from cqos_core.differences import Diff, Different, Missing, Named
     from cqos_core.formatters.terminal import Paint
-    from cqos_core.report import Fact
-    from cqos_core.system import Place, System
+    from cqos_core.model.report import Fact
+    from cqos_core.model.system import Place, System
 
 _SAME, _DIFFERENT, _UNUSABLE = 0, 1, 2
 _VERSION: Final = 1

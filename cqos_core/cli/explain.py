@@ -11,32 +11,32 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from cqos_core.checking.explanation import endpoints_of, explain_pair
+from cqos_core.checking.trial import tried_out
 from cqos_core.cli.parameters import color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit, say, say_problems, width
 from cqos_core.cli.tables import table
-from cqos_core.explanation import endpoints_of, explain_pair
-from cqos_core.files import STDIN
 from cqos_core.formatters import wording
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.json_report import render_json
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import clean, paint
-from cqos_core.guarantee import LINK
-from cqos_core.remarks import plural
-from cqos_core.report import Group, Report, Severity
-from cqos_core.report_form import assumed
-from cqos_core.system import PUBLISHER, SUBSCRIBER
-from cqos_core.trial import tried_out
+from cqos_core.inputs.files import STDIN
+from cqos_core.model.remarks import plural
+from cqos_core.model.report import Group, Report, Severity
+from cqos_core.model.report_form import assumed
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.packs.guarantee import LINK
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from cqos_core.pack import RulePack
-    from cqos_core.report import Fact, Guarantee, GuaranteeCell, HopReport, PairReport, PolicyComparison
-    from cqos_core.resolved import Resolved
-    from cqos_core.system import Place
+    from cqos_core.model.report import Fact, Guarantee, GuaranteeCell, HopReport, PairReport, PolicyComparison
+    from cqos_core.model.system import Place
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.resolved import Resolved
 
 _OK, _FINDINGS, _UNUSABLE = 0, 1, 2
 _SCREEN = 24  # endpoints that are listed below an error

@@ -9,29 +9,29 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from cqos_core.analysis.runtime_logs import explain_alone, explain_misfits
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import prepare
 from cqos_core.cli.streams import colored, emit, say, say_problems, width
-from cqos_core.files import STDIN, STDIN_NAME
 from cqos_core.formatters import wording
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.json_report import render_json
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import clean, paint, wrap
-from cqos_core.logs import misfits
-from cqos_core.misfits import explain_alone, explain_misfits
+from cqos_core.inputs.files import STDIN, STDIN_NAME
+from cqos_core.model.logs import misfits
+from cqos_core.model.problems import CqosError
+from cqos_core.model.remarks import plural
+from cqos_core.model.report import Group, Report, Severity, Verdict
 from cqos_core.plugins import load_plugins
-from cqos_core.problems import CqosError
-from cqos_core.remarks import plural
-from cqos_core.report import Group, Report, Severity, Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
+    from cqos_core.analysis.runtime_logs import Explained
     from cqos_core.cli.reading import Reader, ReadingOptions
-    from cqos_core.logs import About, Misfit, Occurrence
-    from cqos_core.misfits import Explained
-    from cqos_core.system import System
+    from cqos_core.model.logs import About, Misfit, Occurrence
+    from cqos_core.model.system import System
 
 _CLEAN, _FOUND, _UNUSABLE = 0, 1, 2
 _VERSION: Final = 1

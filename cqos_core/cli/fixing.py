@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from cqos_core.checker import check_system
+from cqos_core.checking.checker import check_system
 from cqos_core.cli.streams import write_bytes
 
 if TYPE_CHECKING:
@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
     from cqos_core.cli.reading import Reader
     from cqos_core.cli.units import Unit
-    from cqos_core.report import Report
-    from cqos_core.system import System
+    from cqos_core.model.report import Report
+    from cqos_core.model.system import System
 
 
 class Outcome(NamedTuple):
@@ -31,7 +31,7 @@ def fixed(unit: Unit, system: System, reader: Reader, counted: Callable[[Report]
     Raises:
         CqosError: a file cannot be written.
     """
-    from cqos_core.applying import fix_all
+    from cqos_core.analysis.applying import fix_all
 
     def read(texts: Mapping[str, bytes]) -> System:
         return reader.again(unit.files, texts)

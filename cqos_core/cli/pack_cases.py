@@ -10,15 +10,15 @@ import click
 from cqos_core.cli.parameters import debug_option
 from cqos_core.cli.reading import read_packs
 from cqos_core.cli.streams import emit
+from cqos_core.model.problems import CqosError
+from cqos_core.model.remarks import listed
 from cqos_core.plugins import load_plugins
-from cqos_core.problems import CqosError
-from cqos_core.remarks import listed
 from cqos_core.testing import load_cases, run_case
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from cqos_core.pack import RulePack
+    from cqos_core.packs.pack import RulePack
     from cqos_core.testing import Case
 
 _FOLDER = "cases"

@@ -16,9 +16,9 @@ from cqos_core.plugins import load_plugins
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cqos_core.pack import RulePack
+    from cqos_core.language.policy import Policy
+    from cqos_core.packs.pack import RulePack
     from cqos_core.plugins import Plugins
-    from cqos_core.policy import Policy
 
 _KINDS = (
     ("importers", "Importers, for `--from`"),

@@ -20,7 +20,7 @@ _FEW = 40
 
 def nearest(name: str, known: Iterable[str], *, listed: bool = True) -> str:
     """End a sentence about an unknown ``name``: with the one of ``known`` that is near, and all where they are few."""
-    from cqos_core import spelling
+    from cqos_core.model import spelling
 
     names = sorted(known)
     near = spelling.nearest(name, names)

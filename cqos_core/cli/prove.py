@@ -13,29 +13,29 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cqos_core.analysis.proving.plan import FAULTS, Fault
+from cqos_core.checking.explanation import endpoints_of
+from cqos_core.checking.trial import tried_out
 from cqos_core.cli.explain import ends_of
 from cqos_core.cli.parameters import color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit, say, say_problems, write_file
-from cqos_core.explanation import endpoints_of
-from cqos_core.files import STDIN
 from cqos_core.formatters.terminal import clean, paint
-from cqos_core.problems import CqosError, InvalidValueError
-from cqos_core.proving.plan import FAULTS, Fault
-from cqos_core.remarks import plural
-from cqos_core.report import Severity
-from cqos_core.system import PUBLISHER, SUBSCRIBER
-from cqos_core.trial import tried_out
+from cqos_core.inputs.files import STDIN
+from cqos_core.model.problems import CqosError, InvalidValueError
+from cqos_core.model.remarks import plural
+from cqos_core.model.report import Severity
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from cqos_core.checker import Context
-    from cqos_core.proving.plan import Event, Outcome
-    from cqos_core.proving.runs import Trial
-    from cqos_core.report import Finding, Remedy, Report
-    from cqos_core.system import System
+    from cqos_core.analysis.proving.plan import Event, Outcome
+    from cqos_core.analysis.proving.runs import Trial
+    from cqos_core.checking.checker import Context
+    from cqos_core.model.report import Finding, Remedy, Report
+    from cqos_core.model.system import System
 
     _Faults = click.ParamType[Fault]
 else:
@@ -54,7 +54,7 @@ class _FaultType(_Faults):
         return "FAULT=TIME"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        from cqos_core.policy import INFINITE, Duration
+        from cqos_core.language.policy import INFINITE, Duration
 
         if isinstance(value, Fault):
             return value
@@ -113,7 +113,7 @@ def prove(
       cqos prove system.yaml ROS101 --on fastdds
       cqos prove system.yaml lidar/publisher/scan nav/subscriber/scan --fault link_outage=2s
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
-    from cqos_core.proving.runs import named
+    from cqos_core.analysis.proving.runs import named
 
     paths, asked = _split(arguments)
     reader = prepare(reading, paths)
@@ -152,7 +152,7 @@ def _split(arguments: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 def _chosen(system: System, asked: Sequence[str], where: Context) -> list[tuple[str, str, Finding | None]] | None:
     """Return the pairs to run, each with the finding that it stands for; None where there is no such thing."""
-    from cqos_core.checker import check_system
+    from cqos_core.checking.checker import check_system
 
     if len(asked) == _PAIR:
         ends = ends_of(asked, endpoints_of(system, where))
@@ -220,7 +220,7 @@ class _Session:
 
     def prove(self, system: System, publisher: str, subscriber: str, finding: Finding | None) -> None:
         """Run one pair with each fault that is asked for or needed, and once more with its fixes if it has errors."""
-        from cqos_core.proving import runs
+        from cqos_core.analysis.proving import runs
 
         try:
             trial = runs.prepare(system, publisher, subscriber, self.where, self.on, self.fault)
@@ -249,7 +249,7 @@ class _Session:
 
     def run(self, trial: Trial, fixes: Sequence[Remedy]) -> None:
         """Run a pair and show what happened."""
-        from cqos_core.proving import runs
+        from cqos_core.analysis.proving import runs
 
         codes = dict.fromkeys(each.code for each in trial.report.findings if each.severity is Severity.ERROR)
         said = f"{trial.report.verdict} ({', '.join(codes)})" if codes else str(trial.report.verdict)
@@ -334,7 +334,7 @@ def case_file(trial: Trial, outcome: Outcome) -> Path:
         "options": dict(plan.subscriber.participant),
         "expect": "ok" if outcome.arrived else "error",
     }
-    from cqos_core.proving.runs import summary
+    from cqos_core.analysis.proving.runs import summary
 
     head = f"# C-QoS says {trial.report.verdict}; {outcome.by}: {summary(outcome)}\n"
     write_file(str(file), head + json.dumps({"rule": rule, "cases": [case]}, indent=2) + "\n")

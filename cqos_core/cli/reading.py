@@ -10,27 +10,27 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import click
 
-from cqos_core.api import context, with_options
+from cqos_core.checking.pipeline import context, with_options
+from cqos_core.checking.trial import tried_out
 from cqos_core.cli.parameters import Assignment, AssignmentType, ImporterName, nearest
-from cqos_core.files import STDIN, STDIN_NAME, read_path, read_stream
-from cqos_core.ignoring import patterns
 from cqos_core.importers.source import VARIABLES
-from cqos_core.loading import load_paths
-from cqos_core.merging import merge
+from cqos_core.inputs.files import STDIN, STDIN_NAME, read_path, read_stream
+from cqos_core.inputs.ignoring import patterns
+from cqos_core.inputs.loading import load_paths
+from cqos_core.inputs.merging import merge
+from cqos_core.model.problems import InputError, InvalidValueError, Problem
+from cqos_core.model.system import Place
 from cqos_core.plugins import load_plugins
-from cqos_core.problems import InputError, InvalidValueError, Problem
-from cqos_core.system import Place
-from cqos_core.trial import tried_out
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from cqos_core.checker import Context
+    from cqos_core.checking.checker import Context
     from cqos_core.config import Config
     from cqos_core.importers.source import Source
-    from cqos_core.loading import Loaded
-    from cqos_core.pack import RulePack
-    from cqos_core.system import System
+    from cqos_core.inputs.loading import Loaded
+    from cqos_core.model.system import System
+    from cqos_core.packs.pack import RulePack
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -174,7 +174,7 @@ class Reader:
         Raises:
             InputError: with what is wrong with all of them.
         """
-        from cqos_core.applying import read_texts
+        from cqos_core.analysis.applying import read_texts
 
         systems = read_texts(files, texts, self.options.importer, self.switches, self.protocol)
         return tried_out(self.whole(systems), self.protocol)
@@ -282,7 +282,7 @@ def read_packs(paths: Iterable[str]) -> list[RulePack]:
     problems: list[Problem] = []
     for path in paths:
         # pydantic, which it needs, is slow to import.
-        from cqos_core.pack_file import read_pack
+        from cqos_core.packs.pack_file import read_pack
 
         try:
             packs.append(read_pack(read_path(path)))

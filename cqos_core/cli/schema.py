@@ -23,8 +23,8 @@ def schema() -> None:
       # then, as the first line of system.yaml:
       # yaml-language-server: $schema=cqos.schema.json
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    from cqos_core.exporters.schema import system_schema
     from cqos_core.plugins import load_plugins
-    from cqos_core.schema import system_schema
 
     plugins = load_plugins()
     packs = [pack for pack_id in sorted(plugins.packs) if (pack := plugins.pack(pack_id)) is not None]

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.cli.parameters import nearest
-from cqos_core.codes import CODES
+from cqos_core.model.codes import CODES
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from cqos_core.checker import Context
-    from cqos_core.codes import CodeInfo
-    from cqos_core.report import Finding, Report
-    from cqos_core.rule import Rule
+    from cqos_core.checking.checker import Context
+    from cqos_core.model.codes import CodeInfo
+    from cqos_core.model.report import Finding, Report
+    from cqos_core.packs.rule import Rule
 
 
 @dataclass(frozen=True, slots=True)

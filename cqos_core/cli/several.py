@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.api import context
-from cqos_core.report import Assumption, Finding, Report, Severity, Side, Verdict
+from cqos_core.checking.pipeline import context
+from cqos_core.model.report import Assumption, Finding, Report, Severity, Side, Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Sequence
 
-    from cqos_core.problems import Problem
+    from cqos_core.model.problems import Problem
 
 _UNUSED: Final = "CQ601"
 _ABOUT_CONFIGURATION: Final = frozenset({_UNUSED, "CQ602", "CQ603", "CQ604"})

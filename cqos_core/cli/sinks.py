@@ -10,15 +10,15 @@ import click
 
 from cqos_core.cli.several import together
 from cqos_core.cli.streams import emit, write_file
+from cqos_core.model.problems import CqosError, add_note, describe, keep_traceback
 from cqos_core.plugins import FAULTS, load_plugins
-from cqos_core.problems import CqosError, add_note, describe, keep_traceback
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from cqos_core.formatters.style import Style
-    from cqos_core.problems import Problem
-    from cqos_core.report import Report
+    from cqos_core.model.problems import Problem
+    from cqos_core.model.report import Report
 
 STDOUT = "-"
 DEFAULT_FORMAT = "full"

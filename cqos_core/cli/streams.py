@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, TextIO
 
 import click
 
-from cqos_core.files import write_whole
 from cqos_core.formatters.terminal import clean, paint
-from cqos_core.problems import CqosError
+from cqos_core.inputs.files import write_whole
+from cqos_core.model.problems import CqosError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from cqos_core.problems import Problem
+    from cqos_core.model.problems import Problem
 
 COLOR_CHOICES = ("auto", "always", "never")
 _EXCERPTS = 20  # problems of one run that are shown with their line

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from cqos_core.remarks import plural
+from cqos_core.model.remarks import plural
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cqos_core.files import File
-    from cqos_core.loading import Loaded
-    from cqos_core.system import System
+    from cqos_core.inputs.files import File
+    from cqos_core.inputs.loading import Loaded
+    from cqos_core.model.system import System
 
     Read = tuple[File, System]
 

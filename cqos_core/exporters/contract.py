@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
-from cqos_core.resolve import Resolver
+from cqos_core.resolving.resolve import Resolver
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from cqos_core.pack import RulePack
-    from cqos_core.resolved import Resolved
-    from cqos_core.system import Endpoint, Overlay, System
+    from cqos_core.model.system import Endpoint, Overlay, System
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.resolved import Resolved
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,20 +10,20 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.exporters.contract import judged, unique
-from cqos_core.pack import NameContext
-from cqos_core.policy import ENDPOINT, Choice, normalise
-from cqos_core.problems import InvalidValueError
-from cqos_core.reading import spelled
-from cqos_core.system import EVERYBODY, PUBLISHER, SUBSCRIBER, Cases, Profile, ProfileRef, Setting, System
+from cqos_core.language.policy import ENDPOINT, Choice, normalise
+from cqos_core.model.problems import InvalidValueError
+from cqos_core.model.system import EVERYBODY, PUBLISHER, SUBSCRIBER, Cases, Profile, ProfileRef, Setting, System
+from cqos_core.packs.pack import NameContext
+from cqos_core.resolving.values import spelled
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from cqos_core.exporters.contract import ExportContext, Judged
-    from cqos_core.pack import Dialect, RulePack
-    from cqos_core.policy import Policy
-    from cqos_core.resolved import Resolved
-    from cqos_core.system import Acceptance, Endpoint, Participant, Role, Settings, TeamRule, Topic
+    from cqos_core.language.policy import Policy
+    from cqos_core.model.system import Acceptance, Endpoint, Participant, Role, Settings, TeamRule, Topic
+    from cqos_core.packs.pack import Dialect, RulePack
+    from cqos_core.resolving.resolved import Resolved
 
 KINDS: Final = frozenset({"message", "service_server", "service_client", "action_server", "action_client"})
 YAML: Final = "yaml"

@@ -10,7 +10,7 @@ from cqos_core.exporters.contract import Exported
 from cqos_core.exporters.design import design_of, is_not_known, with_shared_profiles
 from cqos_core.exporters.yaml_text import Block, Raw, document, scalar, value
 from cqos_core.importers.yaml_form import BROKER, ENDPOINT, PARTICIPANT, PROFILE_FORM, ROUTE_SIDE, TOPIC, VERSION
-from cqos_core.system import EVERYBODY, MESSAGE, endpoint_id
+from cqos_core.model.system import EVERYBODY, MESSAGE, endpoint_id
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from cqos_core.exporters.design import Design
     from cqos_core.exporters.yaml_text import Node
     from cqos_core.importers.forms import Form
-    from cqos_core.system import (
+    from cqos_core.model.system import (
         Acceptance,
         Bound,
         Bridge,

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.formatters.style import Style
-    from cqos_core.report import Report
+    from cqos_core.model.report import Report
 
 
 def render_concise(report: Report, style: Style) -> str:

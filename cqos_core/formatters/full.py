@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 
 from cqos_core.formatters import terminal, wording
 from cqos_core.formatters.places import Places
-from cqos_core.remarks import plural
+from cqos_core.model.remarks import plural
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from cqos_core.excerpt import Excerpt
     from cqos_core.formatters.style import Style
-    from cqos_core.report import Fact, Finding, Report, Side
-    from cqos_core.system import Place
+    from cqos_core.model.excerpt import Excerpt
+    from cqos_core.model.report import Fact, Finding, Report, Side
+    from cqos_core.model.system import Place
 
 _FACTS = 3  # a side with more values than this names the others without an excerpt
 _TAB = 4

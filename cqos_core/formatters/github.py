@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 from cqos_core.formatters import terminal, wording
 from cqos_core.formatters.places import Places
-from cqos_core.report import Severity
+from cqos_core.model.report import Severity
 
 if TYPE_CHECKING:
     from cqos_core.formatters.style import Style
-    from cqos_core.report import Finding, Report
-    from cqos_core.system import Place
+    from cqos_core.model.report import Finding, Report
+    from cqos_core.model.system import Place
 
 _COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "notice"}
 

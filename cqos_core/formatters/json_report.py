@@ -9,18 +9,18 @@ import json
 import re
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from cqos_core import report_form
 from cqos_core.formatters.places import Places
-from cqos_core.problems import CqosError
-from cqos_core.report import Assumption, Edit, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
-from cqos_core.report_form import VERSION
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Place
+from cqos_core.model import report_form
+from cqos_core.model.problems import CqosError
+from cqos_core.model.report import Assumption, Edit, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
+from cqos_core.model.report_form import VERSION
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from cqos_core.formatters.style import Style
-    from cqos_core.system import Role
+    from cqos_core.model.system import Role
 
 _SURROGATE = re.compile("[\ud800-\udfff]")
 _ROLES: tuple[Role, ...] = (PUBLISHER, SUBSCRIBER)

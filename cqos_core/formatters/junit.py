@@ -15,13 +15,13 @@ from cqos_core.formatters.places import Places
 
 # XML has no way to write most control characters; this spells them.
 from cqos_core.formatters.terminal import clean
-from cqos_core.report import Severity, Verdict
+from cqos_core.model.report import Severity, Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from cqos_core.formatters.style import Style
-    from cqos_core.report import Finding, Report
+    from cqos_core.model.report import Finding, Report
 
 _COUNTED: Final = ("tests", "failures", "errors", "skipped")
 

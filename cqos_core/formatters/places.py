@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.excerpt import exact, span
+from cqos_core.model.excerpt import exact, span
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from cqos_core.excerpt import Excerpt
-    from cqos_core.report import Finding
-    from cqos_core.system import Place
+    from cqos_core.model.excerpt import Excerpt
+    from cqos_core.model.report import Finding
+    from cqos_core.model.system import Place
 
 
 class Places:

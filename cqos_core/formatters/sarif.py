@@ -7,18 +7,18 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from cqos_core.encoding import Lines, decode
 from cqos_core.formatters import wording
 from cqos_core.formatters.fingerprint import fingerprint
 from cqos_core.formatters.json_report import dump
 from cqos_core.formatters.places import Places
+from cqos_core.model.encoding import Lines, decode
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from cqos_core.formatters.style import Style
-    from cqos_core.report import Finding, Report, Side
-    from cqos_core.system import Place
+    from cqos_core.model.report import Finding, Report, Side
+    from cqos_core.model.system import Place
 
 _SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 _MEMBERS = 100  # of one finding: viewers show a few, and the JSON report has them all

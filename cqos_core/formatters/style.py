@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from cqos_core.report import Severity
+from cqos_core.model.report import Severity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from cqos_core.report import Edit
+    from cqos_core.model.report import Edit
 
 
 def _nothing(edits: Sequence[Edit]) -> Mapping[str, Sequence[tuple[int, int, str]]]:  # noqa: ARG001 - where no file can be edited

@@ -6,16 +6,16 @@ import re
 from typing import TYPE_CHECKING
 
 from cqos_core.formatters.terminal import clean
-from cqos_core.remarks import plural
-from cqos_core.report import Severity, Verdict
+from cqos_core.model.remarks import plural
+from cqos_core.model.report import Severity, Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.formatters.style import Style
     from cqos_core.formatters.terminal import Paint
-    from cqos_core.report import Fact, Finding, Remedy, Report
-    from cqos_core.system import Place
+    from cqos_core.model.report import Fact, Finding, Remedy, Report
+    from cqos_core.model.system import Place
 
 _LISTED = 3  # more names than this are counted
 _ORIGINS = {"profile": "from profile", "option": "from option", "overlay": "from an overlay"}

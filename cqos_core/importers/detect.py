@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cqos_core.regular import re
+from cqos_core.model.regular import re
 
 _BPMN_SUFFIXES = (".bpmn", ".bpmn2", ".bpmn20.xml")
 _ROOT = re.compile(rb"<(?:[^\s<>/!?:]+:)?definitions(?=[\s>/])([^>]*)")

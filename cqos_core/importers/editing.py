@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from cqos_core.encoding import Lines
 from cqos_core.importers.source import Replacement
 from cqos_core.importers.tree import ScalarNode, quoted_where_needed
+from cqos_core.model.encoding import Lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from cqos_core.system import Place
+    from cqos_core.model.system import Place
 
 
 def is_json(text: str) -> bool:

@@ -21,15 +21,15 @@ from cqos_core.importers.tree import (
     is_null,
     whole_number,
 )
-from cqos_core.pattern import PatternError, pattern
-from cqos_core.system import Setting
+from cqos_core.model.pattern import PatternError, pattern
+from cqos_core.model.system import Setting
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from cqos_core.importers.reading import Reading
     from cqos_core.importers.tree import Node
-    from cqos_core.system import Place, Settings
+    from cqos_core.model.system import Place, Settings
 
 T = TypeVar("T")
 Schema: TypeAlias = dict[str, Any]

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from cqos_core.importers.forms import TEXT, Shape, described
 from cqos_core.importers.reading import did_you_mean, shown
 from cqos_core.importers.tree import ScalarNode, SequenceNode, is_null, whole_number
-from cqos_core.system import Place, ProfileRef, Setting
+from cqos_core.model.system import Place, ProfileRef, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Iterator, Mapping

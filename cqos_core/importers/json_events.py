@@ -16,8 +16,8 @@ from yaml.events import (
     StreamEndEvent,
 )
 
-from cqos_core.encoding import Lines
-from cqos_core.regular import re
+from cqos_core.model.encoding import Lines
+from cqos_core.model.regular import re
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.spelling import distance, folded
+from cqos_core.model.spelling import distance, folded
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -8,10 +8,10 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.encoding import Lines, decode
-from cqos_core.problems import InputError, Problem
-from cqos_core.spelling import nearest
-from cqos_core.system import ImportNote, Place
+from cqos_core.model.encoding import Lines, decode
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.spelling import nearest
+from cqos_core.model.system import ImportNote, Place
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.system import Place, System
+    from cqos_core.model.system import Place, System
 
 
 VARIABLES: Final = "$"
@@ -35,8 +35,8 @@ class Opener(Protocol):
 
 def no_files(name: str, relative_to: str) -> Source:
     """Refuse to open anything: for bytes from memory or the network, where a path means nothing."""
-    from cqos_core.problems import InputError, Problem
-    from cqos_core.system import Place
+    from cqos_core.model.problems import InputError, Problem
+    from cqos_core.model.system import Place
 
     message = f"cannot include `{name}`: this input was given as bytes, so there is no folder to look in"
     raise InputError([Problem("CQ007", message, Place(relative_to))])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias, cast
 from cqos_core.importers.forms import TEXT, Date, Form, Key, Shape, Word, described, named, whatever_is_below
 from cqos_core.importers.reading import did_you_mean, shown
 from cqos_core.importers.tree import MappingNode, SequenceNode, flow_text, is_null
-from cqos_core.system import Acceptance, Bound, TeamRule
+from cqos_core.model.system import Acceptance, Bound, TeamRule
 
 if TYPE_CHECKING:
     from cqos_core.importers.forms import Entry, Schema

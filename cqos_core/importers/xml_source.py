@@ -11,10 +11,10 @@ from urllib.parse import quote
 
 from lxml import etree
 
-from cqos_core.encoding import Lines, byte_order_mark, codec, decode, encoding_of
-from cqos_core.problems import InputError, Problem
-from cqos_core.regular import re
-from cqos_core.system import Place
+from cqos_core.model.encoding import Lines, byte_order_mark, codec, decode, encoding_of
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.regular import re
+from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
     from typing import TypeAlias

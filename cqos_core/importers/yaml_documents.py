@@ -26,8 +26,8 @@ from cqos_core.importers.yaml_form import (
 )
 from cqos_core.importers.yaml_traps import refuse_odd_characters, warn_of_traps
 from cqos_core.importers.yaml_tree import read_tree
-from cqos_core.problems import InputError
-from cqos_core.system import Place
+from cqos_core.model.problems import InputError
+from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
     from cqos_core.importers.yaml_tree import Tree
-    from cqos_core.problems import Problem
-    from cqos_core.system import ImportNote, Setting, System
+    from cqos_core.model.problems import Problem
+    from cqos_core.model.system import ImportNote, Setting, System
 
 _MOST_FILES: Final = 1000
 _HEAD: Final = 64 * 1024

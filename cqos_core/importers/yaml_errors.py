@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from yaml.reader import ReaderError
 
-from cqos_core.encoding import Lines, decode
 from cqos_core.importers.reading import shown
-from cqos_core.system import Place
+from cqos_core.model.encoding import Lines, decode
+from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
     import yaml

@@ -53,8 +53,8 @@ from cqos_core.importers.yaml_form import (
     TOPICS,
     TYPE,
 )
-from cqos_core.problems import InputError, Problem
-from cqos_core.system import (
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.system import (
     MESSAGE,
     PUBLISHER,
     SUBSCRIBER,
@@ -78,7 +78,7 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.forms import Entry, Key, Member
     from cqos_core.importers.source import ReadContext, Source
-    from cqos_core.system import Role, Setting
+    from cqos_core.model.system import Role, Setting
 
     T = TypeVar("T")
 

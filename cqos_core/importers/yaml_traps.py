@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from cqos_core.importers.reading import shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null
-from cqos_core.system import Place
+from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -25,14 +25,14 @@ from cqos_core.importers.json_events import JsonError, json5_events, json_events
 from cqos_core.importers.reading import shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, is_null, kind_of
 from cqos_core.importers.yaml_errors import explain
-from cqos_core.system import ImportNote, Place
+from cqos_core.model.system import ImportNote, Place
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from cqos_core.importers.reading import Reading
     from cqos_core.importers.tree import Node
-    from cqos_core.problems import Problem
+    from cqos_core.model.problems import Problem
 
 DEEPEST: Final = 64
 """How deep lists and maps may be nested; system files need about ten."""

@@ -12,14 +12,18 @@ from google.protobuf import json_format
 from google.protobuf.message import DecodeError
 
 from cqos.v1 import catalogue_pb2, check_pb2, report_pb2
-from cqos_core.api import check_pair, context, exact_places, explain_pair, with_options
-from cqos_core.checker import check_system
-from cqos_core.differences import compare
-from cqos_core.files import SentFiles
+from cqos_core.analysis.differences import compare
+from cqos_core.api import check_pair, explain_pair
+from cqos_core.checking.checker import check_system
+from cqos_core.checking.pipeline import context, exact_places, with_options
+from cqos_core.checking.trial import tried_out
 from cqos_core.importers.source import Source
-from cqos_core.loading import Given, read_together
-from cqos_core.merging import merge
-from cqos_core.messages import (
+from cqos_core.inputs.files import SentFiles
+from cqos_core.inputs.loading import Given, read_together
+from cqos_core.inputs.merging import merge
+from cqos_core.model.problems import CqosError, InputError, Problem
+from cqos_core.plugins import load_plugins
+from cqos_core.remote.messages import (
     FieldProblem,
     list_text,
     pair_message,
@@ -28,10 +32,7 @@ from cqos_core.messages import (
     system_value,
     to_message,
 )
-from cqos_core.plugins import load_plugins
-from cqos_core.problems import CqosError, InputError, Problem
 from cqos_core.service.refusal import TOO_LARGE, Refused, too_much, unfit
-from cqos_core.trial import tried_out
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -39,9 +40,9 @@ if TYPE_CHECKING:
     from google.protobuf.message import Message
 
     from cqos.v1 import system_pb2
-    from cqos_core.checker import Context
-    from cqos_core.report import PairReport, Report
-    from cqos_core.system import System
+    from cqos_core.checking.checker import Context
+    from cqos_core.model.report import PairReport, Report
+    from cqos_core.model.system import System
 
 
 @dataclass(frozen=True, slots=True)

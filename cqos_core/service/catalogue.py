@@ -7,15 +7,15 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from cqos.v1 import catalogue_pb2, report_pb2
-from cqos_core.messages import word_of
-from cqos_core.pack import describe_policy, describe_rule
+from cqos_core.packs.pack import describe_policy, describe_rule
 from cqos_core.plugins import load_plugins
+from cqos_core.remote.messages import word_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.pack import Dialect, Preset, RulePack
-    from cqos_core.policy import Policy
+    from cqos_core.language.policy import Policy
+    from cqos_core.packs.pack import Dialect, Preset, RulePack
 
 
 def packs_message(revision: int) -> catalogue_pb2.ListPacksResponse:

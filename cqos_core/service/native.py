@@ -14,7 +14,7 @@ from grpc_health.v1 import health, health_pb2
 from grpc_reflection.v1alpha import reflection, reflection_pb2_grpc
 
 from cqos.v1 import catalogue_pb2, check_pb2, session_pb2
-from cqos_core.problems import CqosError
+from cqos_core.model.problems import CqosError
 from cqos_core.service.answers import EDIT, METHODS, PAIRS
 from cqos_core.service.calls import failure
 from cqos_core.service.observing import REQUEST_ID

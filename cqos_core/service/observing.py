@@ -13,7 +13,7 @@ import time
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from cqos_core.problems import CqosError
+from cqos_core.model.problems import CqosError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -17,7 +17,7 @@ from contextlib import ExitStack, suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.problems import CqosError
+from cqos_core.model.problems import CqosError
 from cqos_core.service.observing import ALWAYS, Observer, end_tracing, start_logging, tell
 from cqos_core.service.settings import Settings, joined, split_address
 

@@ -8,12 +8,12 @@ from google.protobuf import duration_pb2
 from google.rpc import code_pb2, error_details_pb2, status_pb2
 
 from cqos.v1 import report_pb2
-from cqos_core.messages import FieldProblem, to_message
+from cqos_core.remote.messages import FieldProblem, to_message
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from cqos_core.problems import Problem
+    from cqos_core.model.problems import Problem
 
 DOMAIN: Final = "cqos"
 SESSION_LOST: Final = "SESSION_LOST"

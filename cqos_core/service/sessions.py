@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any
 from google.protobuf.message import Message
 
 from cqos.v1 import report_pb2, session_pb2
-from cqos_core.messages import (
+from cqos_core.checking.session import Session
+from cqos_core.model.problems import InputError
+from cqos_core.model.system import NAMED, System
+from cqos_core.remote.messages import (
     FieldProblem,
     change_value,
     endpoint_problems,
     named_problems,
     part_problems,
 )
-from cqos_core.problems import InputError
 from cqos_core.service.answers import bounded, decode, read_system, refusal_message, reported
 from cqos_core.service.refusal import Refused, unfit
-from cqos_core.session import Session
-from cqos_core.system import NAMED, System
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -12,9 +12,9 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from cqos_core.problems import CqosError
+from cqos_core.model.problems import CqosError
+from cqos_core.model.tls import try_tls
 from cqos_core.service.observing import ALWAYS, tell
-from cqos_core.tls import try_tls
 
 MIB: Final = 1024 * 1024
 _ORIGIN: Final = re.compile(r"\*|[a-z][a-z0-9+.-]*://[^/\s?#@A-Z]+")

@@ -29,7 +29,7 @@ from starlette.routing import Mount, Route
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from cqos.v1 import catalogue_pb2, check_pb2
-from cqos_core.problems import CqosError
+from cqos_core.model.problems import CqosError
 from cqos_core.service.answers import EDIT, METHODS, PAIRS
 from cqos_core.service.calls import failure
 from cqos_core.service.observing import REQUEST_ID

@@ -18,12 +18,12 @@ import yaml
 from lxml import etree
 
 import cqos_core as cqos
-from cqos_core.api import context
-from cqos_core.checker import check_system
-from cqos_core.judge import judge_pair
-from cqos_core.resolve import resolve
-from cqos_core.session import Session
-from cqos_core.system import Endpoint, Participant, Setting, System
+from cqos_core.checking.checker import check_system
+from cqos_core.checking.pipeline import context
+from cqos_core.checking.session import Session
+from cqos_core.matching.judge import judge_pair
+from cqos_core.model.system import Endpoint, Participant, Setting, System
+from cqos_core.resolving.resolve import resolve
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -50,7 +50,7 @@ def none(subject, context):
 
 def octets(subject, context):
     from cqos_core.exporters.contract import Exported
-    from cqos_core.system import System
+    from cqos_core.model.system import System
     return Exported(b"x", 1) if isinstance(subject, System) else b"x"
 
 def names(system, context):
@@ -61,7 +61,7 @@ def claims(name, head):
     return name.endswith(".csv")
 
 def read(source, context):
-    from cqos_core.system import Endpoint, Participant, System
+    from cqos_core.model.system import Endpoint, Participant, System
     system = System(name="table", protocol="ros2", sources={source.name: source.data})
     if b"crash" in source.data:
         raise KeyError("x")

@@ -9,10 +9,11 @@ import pytest
 if os.environ.get("CI") != "true":
     pytest.importorskip("cyclonedds", reason="cyclonedds is not installed: pip install cyclonedds")
 
-from cqos_core.api import context, read
-from cqos_core.proving import Fault
-from cqos_core.proving.runs import claims, fixed, named, prepare
-from cqos_core.report import Guarantee, GuaranteeCell, PairReport, Verdict
+from cqos_core.analysis.proving import Fault
+from cqos_core.analysis.proving.runs import claims, fixed, named, prepare
+from cqos_core.api import read
+from cqos_core.checking.pipeline import context
+from cqos_core.model.report import Guarantee, GuaranteeCell, PairReport, Verdict
 
 BPMN = Path(__file__).resolve().parents[2] / "examples" / "smart_agriculture_incompatible.bpmn"
 PAIR = """cqos: 1

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft202012Validator
 
-from cqos_core.codes import CODES
+from cqos_core.model.codes import CODES
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -113,7 +113,7 @@ def test_a_pack_with_its_policies_presets_options_and_rules(cqos):
 def test_functions_without_a_column_form_are_listed(cqos, monkeypatch):
     from dataclasses import replace
 
-    from cqos_core.evaluate import Function
+    from cqos_core.language.evaluate import Function
     from cqos_core.plugins import Plugins, load_plugins
 
     pack = load_plugins().pack("ros2")

@@ -8,17 +8,17 @@ from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.api import context
-from cqos_core.judge import judge_endpoint, judge_pair
-from cqos_core.pairing import apart
-from cqos_core.resolve import resolve
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, System
+from cqos_core.checking.pipeline import context
+from cqos_core.matching.judge import judge_endpoint, judge_pair
+from cqos_core.matching.pairing import apart
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, System
+from cqos_core.resolving.resolve import resolve
 from cqos_dds.pack import PACK as DDS_PACK
 from cqos_ros2.pack import PACK as ROS2_PACK
 
 if TYPE_CHECKING:
-    from cqos_core.pack import RulePack
-    from cqos_core.resolved import QosProfile
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.resolved import QosProfile
     from tests.conformance.cyclone import Answer, Cyclone
 
 Settings = Mapping[str, str]

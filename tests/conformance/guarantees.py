@@ -19,10 +19,11 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.api import context, read
-from cqos_core.guarantee import FAULTS
-from cqos_core.proving import Fault
-from cqos_core.proving.runs import claims, disagreements, kept_by, named, prepare, summary
+from cqos_core.analysis.proving import Fault
+from cqos_core.analysis.proving.runs import claims, disagreements, kept_by, named, prepare, summary
+from cqos_core.api import read
+from cqos_core.checking.pipeline import context
+from cqos_core.packs.guarantee import FAULTS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

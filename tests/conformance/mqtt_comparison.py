@@ -9,16 +9,16 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from cqos_core import check, read
-from cqos_core.api import context
-from cqos_core.evaluate import bind
-from cqos_core.resolve import resolve
+from cqos_core.checking.pipeline import context
+from cqos_core.language.evaluate import bind
+from cqos_core.resolving.resolve import resolve
 from cqos_mqtt.filters import matches, wrong_with_filter, wrong_with_name
 from cqos_mqtt.pack import PACK
 from cqos_mqtt.rules import EFFECTIVE, GRANTED
 from tests.conformance.mosquitto import PATIENCE, V3, V5, Broker, Client, takes
 
 if TYPE_CHECKING:
-    from cqos_core.resolved import Resolved
+    from cqos_core.resolving.resolved import Resolved
 
 VERSIONS = (V3, V5)
 LEVELS = (0, 1, 2)

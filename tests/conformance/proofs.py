@@ -19,22 +19,22 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.api import context, pair_system
-from cqos_core.applying import read_texts
-from cqos_core.checker import check_system
-from cqos_core.loading import load_paths
-from cqos_core.merging import merge
-from cqos_core.proving import NotRunnableError, Outcome
-from cqos_core.proving.runs import disagreements, fixed, named, prepare, summary
-from cqos_core.system import PUBLISHER, SUBSCRIBER
+from cqos_core.analysis.applying import read_texts
+from cqos_core.analysis.proving import NotRunnableError, Outcome
+from cqos_core.analysis.proving.runs import disagreements, fixed, named, prepare, summary
+from cqos_core.checking.checker import check_system
+from cqos_core.checking.pipeline import context, pair_system
+from cqos_core.inputs.loading import load_paths
+from cqos_core.inputs.merging import merge
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from tests.conformance.comparison import random_pairs
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.proving import Plan
-    from cqos_core.proving.runs import Trial
-    from cqos_core.system import System
+    from cqos_core.analysis.proving import Plan
+    from cqos_core.analysis.proving.runs import Trial
+    from cqos_core.model.system import System
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 RECORDED: Final = Path(__file__).with_name("proofs.json")

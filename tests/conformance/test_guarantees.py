@@ -5,7 +5,7 @@ from importlib.metadata import version
 
 import pytest
 
-from cqos_core.guarantee import FAULTS, LINK
+from cqos_core.packs.guarantee import FAULTS, LINK
 from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT
 from tests.conformance.guarantees import DOCUMENT, RECORDED, SHOWN, SLOW, cases, document, seen_in

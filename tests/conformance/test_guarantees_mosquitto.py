@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any, Self
 import pytest
 
 from cqos_core import check, explain, read
-from cqos_core.api import context
-from cqos_core.proving import Fault
-from cqos_core.proving.runs import disagreements, kept_by, named, prepare
+from cqos_core.analysis.proving import Fault
+from cqos_core.analysis.proving.runs import disagreements, kept_by, named, prepare
+from cqos_core.checking.pipeline import context
 from cqos_mqtt.pack import PACK
 from cqos_mqtt.prove.client import Client, Connection, Publication, Subscription
 from cqos_mqtt.prove.mosquitto import Mosquitto, program

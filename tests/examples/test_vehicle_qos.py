@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import cqos_core as cqos
-from cqos_core.api import context
+from cqos_core.checking.pipeline import context
 from cqos_core.exporters.contract import ExportContext
 from cqos_core.exporters.yaml_form import write
 

@@ -23,8 +23,8 @@ from cqos_core.formatters.junit import render_junit
 from cqos_core.formatters.sarif import render_sarif
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import clean
-from cqos_core.report import Assumption, Edit, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
-from cqos_core.system import Place
+from cqos_core.model.report import Assumption, Edit, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
+from cqos_core.model.system import Place
 
 HERE = Path(__file__).parent
 DOCS = HERE.parent.parent / "docs"

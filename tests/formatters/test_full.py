@@ -9,8 +9,8 @@ from cqos_core.formatters.concise import render_concise
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import cells
-from cqos_core.report import Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
-from cqos_core.system import Place
+from cqos_core.model.report import Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
+from cqos_core.model.system import Place
 
 
 def finding(**changes):

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from cqos_core.builtin import register_formatters
+from cqos_core.inputs.builtin import register_formatters
+from cqos_core.model.report import Severity
 from cqos_core.plugins import FormatterInfo
-from cqos_core.report import Severity
 
 INFOS: list[FormatterInfo] = []
 register_formatters(INFOS.append)

@@ -6,7 +6,7 @@ import pytest
 
 from cqos_core.formatters.junit import render_junit
 from cqos_core.formatters.style import Style
-from cqos_core.report import Finding, Group, Report, Severity, Verdict
+from cqos_core.model.report import Finding, Group, Report, Severity, Verdict
 
 
 def case(verdict, *findings):

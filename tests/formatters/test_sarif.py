@@ -4,11 +4,11 @@ import json
 from functools import partial
 
 from cqos_core import check
-from cqos_core.applying import replacements_of
+from cqos_core.analysis.applying import replacements_of
 from cqos_core.formatters.sarif import render_sarif
 from cqos_core.formatters.style import Style
-from cqos_core.report import Finding, Report, Severity, Side, Verdict
-from cqos_core.system import Place
+from cqos_core.model.report import Finding, Report, Severity, Side, Verdict
+from cqos_core.model.system import Place
 
 
 def run(style, source="/repo/a/b.yaml"):

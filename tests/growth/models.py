@@ -9,19 +9,19 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import cqos_core as cqos
-from cqos_core.api import context
-from cqos_core.baseline import read_baseline, write_baseline
+from cqos_core.analysis.baseline import read_baseline, write_baseline
+from cqos_core.analysis.runtime_logs import explain_misfits
+from cqos_core.checking.pipeline import context
 from cqos_core.formatters.json_report import render_json
 from cqos_core.formatters.style import Style
-from cqos_core.logs import misfits
-from cqos_core.misfits import explain_misfits
+from cqos_core.model.logs import misfits
+from cqos_core.model.system import Endpoint, Overlay, Participant, Setting, System
 from cqos_core.plugins import load_plugins
-from cqos_core.system import Endpoint, Overlay, Participant, Setting, System
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from cqos_core.report import Report
+    from cqos_core.model.report import Report
 
 
 class Model(NamedTuple):

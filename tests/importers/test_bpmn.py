@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from cqos_core.codes import CODES
-from cqos_core.importers.bpmn import read
+from cqos_core.bpmn import read
 from cqos_core.importers.source import ReadContext, Source
-from cqos_core.problems import InputError
-from cqos_core.system import Endpoint, Place, ProfileRef, System
+from cqos_core.model.codes import CODES
+from cqos_core.model.problems import InputError
+from cqos_core.model.system import Endpoint, Place, ProfileRef, System
 
 CASES = Path(__file__).parent / "cases" / "bpmn"
 EXAMPLES = Path(__file__).parents[2] / "examples"

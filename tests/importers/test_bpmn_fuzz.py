@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cqos_core.codes import CODES
-from cqos_core.excerpt import exact, span
-from cqos_core.importers.bpmn import read
+from cqos_core.bpmn import read
 from cqos_core.importers.source import ReadContext, Source
-from cqos_core.problems import InputError
+from cqos_core.model.codes import CODES
+from cqos_core.model.excerpt import exact, span
+from cqos_core.model.problems import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from cqos_core.system import Place, System
+    from cqos_core.model.system import Place, System
 
 HERE = Path(__file__).parent
 FILES = sorted([*(HERE / "cases" / "bpmn").iterdir(), *(HERE.parents[1] / "examples").glob("*.bpmn")])

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from cqos_core.importers.bpmn import read
+from cqos_core.bpmn import read
 from cqos_core.importers.detect import claims_bpmn
 from cqos_core.importers.source import ReadContext, Source
 from cqos_core.importers.xml_source import parse_xml
-from cqos_core.problems import InputError, Problem
+from cqos_core.model.problems import InputError, Problem
 from tests.growth.linear import assert_linear
 
 if TYPE_CHECKING:
-    from cqos_core.system import System
+    from cqos_core.model.system import System
 
 URI = "http://www.omg.org/spec/BPMN/20100524/MODEL"
 BODY = """<signal id="S" name="Höhe"/>

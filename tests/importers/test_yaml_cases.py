@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from cqos_core.codes import CODES
 from cqos_core.importers.source import ReadContext, Source
 from cqos_core.importers.yaml_system import read
-from cqos_core.problems import InputError, Problem
-from cqos_core.system import Place
+from cqos_core.model.codes import CODES
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.system import Place
 
 CASES = Path(__file__).parent / "cases" / "yaml"
 

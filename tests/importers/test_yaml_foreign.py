@@ -6,8 +6,8 @@ import pytest
 
 from cqos_core.importers.source import ReadContext, Source
 from cqos_core.importers.yaml_system import read
-from cqos_core.problems import InputError, Problem
-from cqos_core.system import Overlay, Place
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.system import Overlay, Place
 from tests.worlds import participant, profile, settings, world, writer
 
 DESIGN = """cqos: 1

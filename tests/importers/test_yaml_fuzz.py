@@ -15,8 +15,8 @@ from cqos_core.importers.detect import claims_yaml
 from cqos_core.importers.source import ReadContext, Source
 from cqos_core.importers.yaml_form import DOCUMENT, ENDPOINT, PARTICIPANT
 from cqos_core.importers.yaml_system import read
-from cqos_core.problems import InputError
-from cqos_core.system import System
+from cqos_core.model.problems import InputError
+from cqos_core.model.system import System
 
 CASES = Path(__file__).parent / "cases" / "yaml"
 SEEDS = [file.read_bytes() for file in sorted(CASES.rglob("*.*")) if file.suffix in {".yaml", ".json"}]

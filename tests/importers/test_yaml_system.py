@@ -7,8 +7,8 @@ import pytest
 from cqos_core.importers.instances import MOST_INSTANCES
 from cqos_core.importers.source import ReadContext, Source
 from cqos_core.importers.yaml_system import read
-from cqos_core.problems import InputError
-from cqos_core.system import Bound, Place, Setting
+from cqos_core.model.problems import InputError
+from cqos_core.model.system import Bound, Place, Setting
 
 
 def system(text, **files):

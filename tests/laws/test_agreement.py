@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 
 from cqos_core import Session, check_pair
 from cqos_core.api import explain_pair
-from cqos_core.checker import check_system
-from cqos_core.judge import judge_endpoint, judge_pair, of_end, undecided_meeting, worst
-from cqos_core.pairing import Members, apart, bucket, group
-from cqos_core.report import Report, Severity, Verdict
-from cqos_core.resolve import resolve
-from cqos_core.settle import settle
-from cqos_core.system import PUBLISHER, SUBSCRIBER, System
+from cqos_core.checking.checker import check_system
+from cqos_core.matching.judge import judge_endpoint, judge_pair, of_end, undecided_meeting, worst
+from cqos_core.matching.pairing import EndpointGroup, apart, bucket, group
+from cqos_core.matching.peer_values import settle
+from cqos_core.model.report import Report, Severity, Verdict
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, System
+from cqos_core.resolving.resolve import resolve
 from tests.laws.systems import BOTH, PACKS, WHERE, systems
 
 Verdicts = dict[tuple[str, str], str]
@@ -55,7 +55,7 @@ def brute_force(system: System) -> tuple[Verdicts, dict[tuple[str, str], tuple[s
     return found, spoken
 
 
-def of_pair(offering: Members, requesting: Members) -> tuple[Verdict, tuple[str, ...]]:
+def of_pair(offering: EndpointGroup, requesting: EndpointGroup) -> tuple[Verdict, tuple[str, ...]]:
     """What the rules of the pair and those of its ends amount to, and the codes of the former."""
     judgement = judge_pair(offering.profile, requesting.profile)
     ends = [

@@ -9,21 +9,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cqos_core.api import check_pair, context, read
-from cqos_core.checker import check_system
+from cqos_core.api import check_pair, read
+from cqos_core.checking.checker import check_system
+from cqos_core.checking.pipeline import context
 from cqos_core.cli.several import together
-from cqos_core.report import Assumption, Report, Verdict
-from cqos_core.system import Setting
+from cqos_core.model.report import Assumption, Report, Verdict
+from cqos_core.model.system import Setting
 from tests.laws.systems import BOTH, WHERE, systems
 from tests.laws.test_fixes import EXAMPLES, random_systems
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.checker import Context
-    from cqos_core.pack import RulePack
-    from cqos_core.policy import Policy
-    from cqos_core.system import System
+    from cqos_core.checking.checker import Context
+    from cqos_core.language.policy import Policy
+    from cqos_core.model.system import System
+    from cqos_core.packs.pack import RulePack
 
 INSTALLED = context()
 

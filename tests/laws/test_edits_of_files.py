@@ -7,18 +7,19 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 
-from cqos_core.api import context, read
-from cqos_core.applying import apply_edits
-from cqos_core.policy import Choice, Count, Duration, Flag
-from cqos_core.problems import InputError
-from cqos_core.resolve import resolve
-from cqos_core.rewrites import edits_of
+from cqos_core.analysis.applying import apply_edits
+from cqos_core.api import read
+from cqos_core.checking.pipeline import context
+from cqos_core.checking.rewrites import edits_of
+from cqos_core.language.policy import Choice, Count, Duration, Flag
+from cqos_core.model.problems import InputError
+from cqos_core.resolving.resolve import resolve
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.policy import Plain, Policy, Value
-    from cqos_core.resolved import Resolved
+    from cqos_core.language.policy import Plain, Policy, Value
+    from cqos_core.resolving.resolved import Resolved
 
 ROOT: Final = Path(__file__).parents[2]
 FIND_PACK: Final = context().find_pack

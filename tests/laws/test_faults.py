@@ -9,19 +9,19 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from cqos_core import check, check_pair, explain
-from cqos_core.api import pair_system
-from cqos_core.given import give, over
-from cqos_core.guarantee import FAULTS, LINK, WORDS
-from cqos_core.policy import INFINITE
-from cqos_core.resolve import resolve
+from cqos_core.checking.pipeline import pair_system
+from cqos_core.language.policy import INFINITE
+from cqos_core.matching.derived_guarantees import give, over
+from cqos_core.packs.guarantee import FAULTS, LINK, WORDS
+from cqos_core.resolving.resolve import resolve
 from cqos_mqtt.pack import PACK as MQTT
 from tests.test_guarantee import RANK, Pair, needs, pairs, some
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cqos_core.given import Given
-    from cqos_core.guarantee import Word
+    from cqos_core.matching.derived_guarantees import Given
+    from cqos_core.packs.guarantee import Word
 
 
 def given_by(pair: Pair, **options: str) -> Sequence[Given]:

@@ -12,20 +12,21 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cqos_core.api import context, read
-from cqos_core.applying import apply_edits
-from cqos_core.checker import check_system
-from cqos_core.policy import Choice, Count, Duration, Flag
-from cqos_core.problems import InputError
-from cqos_core.report import Severity
+from cqos_core.analysis.applying import apply_edits
+from cqos_core.api import read
+from cqos_core.checking.checker import check_system
+from cqos_core.checking.pipeline import context
+from cqos_core.language.policy import Choice, Count, Duration, Flag
+from cqos_core.model.problems import InputError
+from cqos_core.model.report import Severity
 from cqos_core.testing import load_cases
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.pack import RulePack
-    from cqos_core.policy import Policy
-    from cqos_core.report import Finding, Remedy, Report
+    from cqos_core.language.policy import Policy
+    from cqos_core.model.report import Finding, Remedy, Report
+    from cqos_core.packs.pack import RulePack
     from cqos_core.testing import Case
 
 ROOT: Final = Path(__file__).parents[2]

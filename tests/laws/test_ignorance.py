@@ -10,9 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cqos_core import check, check_pair, explain
-from cqos_core.plugins import load_plugins
-from cqos_core.policy import ENDPOINT
-from cqos_core.system import (
+from cqos_core.language.policy import ENDPOINT
+from cqos_core.model.system import (
     EVERY_OTHER,
     PUBLISHER,
     SUBSCRIBER,
@@ -25,10 +24,11 @@ from cqos_core.system import (
     Setting,
     System,
 )
+from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:
-    from cqos_core.pack import RulePack
-    from cqos_core.system import Role
+    from cqos_core.model.system import Role
+    from cqos_core.packs.pack import RulePack
 
 PACKS = ("ros2", "dds", "mqtt")
 LAYERS = ("settings", "overlay", "profile", "base of a profile", "laid over", "participant", "options")

@@ -7,12 +7,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import cqos_core as cqos
-from cqos_core.api import context
-from cqos_core.pairing import apart, bucket, group
-from cqos_core.report import Severity, Verdict
-from cqos_core.resolve import resolve
-from cqos_core.settle import settle
-from cqos_core.system import Endpoint, Participant, ProfileRef, Setting, System
+from cqos_core.checking.pipeline import context
+from cqos_core.matching.pairing import apart, bucket, group
+from cqos_core.matching.peer_values import settle
+from cqos_core.model.report import Severity, Verdict
+from cqos_core.model.system import Endpoint, Participant, ProfileRef, Setting, System
+from cqos_core.resolving.resolve import resolve
 from tests.laws.test_agreement import of_pair
 
 ORDERED = {

@@ -5,10 +5,13 @@ from dataclasses import fields, is_dataclass, replace
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core import assumed, judge, pairing, participants, resolve, resolved, shape
-from cqos_core.checker import check_system
-from cqos_core.reading import _plain_remembered
-from cqos_core.system import Endpoint, Participant, Place, Setting, System
+from cqos_core.checking.checker import check_system
+from cqos_core.matching import assumptions as assumed
+from cqos_core.matching import judge, pairing
+from cqos_core.matching import topic_shape as shape
+from cqos_core.model.system import Endpoint, Participant, Place, Setting, System
+from cqos_core.resolving import participants, resolve, resolved
+from cqos_core.resolving.values import _plain_remembered
 from tests.laws.systems import BOTH, WHERE, systems
 
 ANY = st.sampled_from(BOTH).flatmap(systems)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.checker import check_system
+from cqos_core.checking.checker import check_system
 from cqos_core.formatters.json_report import render_json
 from cqos_core.formatters.style import Style
 from tests.laws.systems import BOTH, LETTERS, ROBOTS, WHERE, systems
@@ -17,7 +17,7 @@ from tests.laws.systems import BOTH, LETTERS, ROBOTS, WHERE, systems
 if TYPE_CHECKING:
     from random import Random
 
-    from cqos_core.system import System
+    from cqos_core.model.system import System
 
 
 def shuffled(system: System, rng: Random) -> System:

@@ -10,14 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cqos_core import check
-from cqos_core.api import context, read
-from cqos_core.report import Severity
-from cqos_core.system import Profile, ProfileRef
+from cqos_core.api import read
+from cqos_core.checking.pipeline import context
+from cqos_core.model.report import Severity
+from cqos_core.model.system import Profile, ProfileRef
 from tests.laws.test_fixes import EXAMPLES, random_systems
 
 if TYPE_CHECKING:
-    from cqos_core.report import Report
-    from cqos_core.system import System
+    from cqos_core.model.report import Report
+    from cqos_core.model.system import System
 
 WHERE = context()
 

@@ -7,24 +7,24 @@ from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
-from cqos_core import relation
-from cqos_core.api import context
-from cqos_core.checker import check_system
+from cqos_core.checking.checker import check_system
+from cqos_core.checking.pipeline import context
 from cqos_core.formatters.json_report import render_json
 from cqos_core.formatters.style import Style
-from cqos_core.pairing import bucket
-from cqos_core.relation import related
-from cqos_core.resolve import resolve
-from cqos_core.system import Acceptance, Endpoint, Participant, Setting, System
+from cqos_core.language import relation
+from cqos_core.language.relation import related
+from cqos_core.matching.pairing import bucket
+from cqos_core.model.system import Acceptance, Endpoint, Participant, Setting, System
+from cqos_core.resolving.resolve import resolve
 from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT
 from cqos_ros2.pack import PACK as ROS2
 from tests.worlds import POST
 
 if TYPE_CHECKING:
-    from cqos_core.evaluate import Values
-    from cqos_core.pack import RulePack
-    from cqos_core.policy import Policy
+    from cqos_core.language.evaluate import Values
+    from cqos_core.language.policy import Policy
+    from cqos_core.packs.pack import RulePack
 
 WHERE: Final = context([POST, DDS, MQTT, ROS2])
 PACKS: Final = (POST, DDS, MQTT, ROS2)

@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.checker import check_system
-from cqos_core.policy import normalise
-from cqos_core.system import Setting, System
+from cqos_core.checking.checker import check_system
+from cqos_core.language.policy import normalise
+from cqos_core.model.system import Setting, System
 from tests.laws.systems import BOTH, WHERE, Vocabulary, systems
 
 if TYPE_CHECKING:
-    from cqos_core.pack import RulePack
-    from cqos_core.report import Finding, Remedy, Report
+    from cqos_core.model.report import Finding, Remedy, Report
+    from cqos_core.packs.pack import RulePack
 
 RANKS = ("compatible", "unknown", "incompatible")
 

@@ -11,13 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cqos_core import check, check_pair
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, System
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, System
 from tests.laws.test_fixes import EXAMPLES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cqos_core.system import Role
+    from cqos_core.model.system import Role
 
 BEST: Final = "best_available"
 WEAKEST_FIRST: Final = {

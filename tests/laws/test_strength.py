@@ -9,12 +9,12 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from cqos_core.checker import check_system
-from cqos_core.system import PUBLISHER, Setting, System
+from cqos_core.checking.checker import check_system
+from cqos_core.model.system import PUBLISHER, Setting, System
 from tests.laws.systems import BOTH, WHERE, Vocabulary, systems
 
 if TYPE_CHECKING:
-    from cqos_core.report import Report
+    from cqos_core.model.report import Report
 
 RANKS = ("compatible", "unknown", "incompatible")
 

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core import check
-from cqos_core.report import Report
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Role, Setting, System
+from cqos_core.model.report import Report
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Role, Setting, System
 from cqos_ros2.wire import WIRE
 
 DURATIONS = ["1ns", "999999999ns", "1s", "1000000001ns", "1h", "infinite"]

@@ -11,7 +11,7 @@ import sys
 import threading
 import time
 
-from cqos_core.client import Client
+from cqos_core.remote.client import Client
 
 STARTING_SECONDS = 60
 READY = ("serving", "starting")

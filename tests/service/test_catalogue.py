@@ -4,9 +4,9 @@ import grpc
 import pytest
 
 from cqos.v1 import catalogue_pb2, check_pb2, check_pb2_grpc, report_pb2
-from cqos_core.client import ServiceError
-from cqos_core.pack import describe_policy
+from cqos_core.packs.pack import describe_policy
 from cqos_core.plugins import load_plugins
+from cqos_core.remote.client import ServiceError
 
 PACKS = sorted(load_plugins().packs)
 FIELDS = {"choice", "duration", "count", "flag", "names", "text"}

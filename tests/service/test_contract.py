@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 
 import cqos_core as cqos
 from cqos.v1 import check_pb2, check_pb2_grpc, report_pb2
-from cqos_core.api import context, pair_system
-from cqos_core.checker import check_system
+from cqos_core.checking.checker import check_system
+from cqos_core.checking.pipeline import context, pair_system
 from cqos_core.cli import main
-from cqos_core.client import AsyncClient, PairQuestion, PairRefusedError
-from cqos_core.guarantee import FAULTS, LINK, WORDS
-from cqos_core.messages import pair_message, pair_value, report_value, system_message, system_value, word_of
-from cqos_core.problems import InputError
+from cqos_core.model.problems import InputError
+from cqos_core.packs.guarantee import FAULTS, LINK, WORDS
+from cqos_core.remote.client import AsyncClient, PairQuestion, PairRefusedError
+from cqos_core.remote.messages import pair_message, pair_value, report_value, system_message, system_value, word_of
 from cqos_core.testing import _settings, load_cases
 from tests.laws.systems import BOTH, systems
 

@@ -12,7 +12,7 @@ import pytest
 from packaging.requirements import Requirement
 
 from cqos.v1 import report_pb2, system_pb2
-from cqos_core import messages
+from cqos_core.remote import messages
 
 ROOT = Path(__file__).resolve().parents[2]
 GENERATE = ROOT / "proto" / "generate.py"

@@ -14,14 +14,14 @@ import grpc
 import pytest
 
 from cqos.v1 import check_pb2, check_pb2_grpc
-from cqos_core.client import ServiceError
+from cqos_core.remote.client import ServiceError
 from cqos_core.service import native
 from cqos_core.service.callers import origin
 from cqos_core.service.calls import Calls
+from cqos_core.service.fair_scheduler import Turns
 from cqos_core.service.observing import Observer
 from cqos_core.service.refusal import CALLER_QUOTA, Refused
 from cqos_core.service.settings import Limits, Settings
-from cqos_core.service.turns import Turns
 from cqos_core.service.web import WebDoor, _Connections, application
 from cqos_core.service.web import _Patient as Door
 from tests.benchmarks.attacks import PAIR

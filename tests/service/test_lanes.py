@@ -27,7 +27,7 @@ ASK = """\
 import sys
 from importlib.metadata import version
 import cqos_core as cqos
-from cqos_core.client import Client
+from cqos_core.remote.client import Client
 print(version("grpcio"), version("protobuf"))
 with Client(sys.argv[1]) as client:
     assert client.check(sys.argv[2]) == cqos.check(sys.argv[2])

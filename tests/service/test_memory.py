@@ -15,7 +15,7 @@ import grpc
 import pytest
 
 from cqos.v1 import check_pb2, check_pb2_grpc
-from cqos_core.client import ServiceError
+from cqos_core.remote.client import ServiceError
 from cqos_core.service.callers import Callers
 from cqos_core.service.observing import NoMeter
 from cqos_core.service.refusal import Refused

@@ -29,8 +29,8 @@ import cqos_core as cqos
 from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.cli import main
 from cqos_core.cli.serve import serve, settings_from
-from cqos_core.client import AsyncClient, Client, ServiceError, SessionLostError
-from cqos_core.problems import CqosError
+from cqos_core.model.problems import CqosError
+from cqos_core.remote.client import AsyncClient, Client, ServiceError, SessionLostError
 from cqos_core.service.settings import Limits, Settings
 from tests.service.running import Service, serving
 from tests.service.test_robustness import system

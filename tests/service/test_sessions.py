@@ -13,12 +13,9 @@ from hypothesis import given, settings
 
 import cqos_core as cqos
 from cqos.v1 import report_pb2, session_pb2, system_pb2
-from cqos_core.api import context
-from cqos_core.checker import check_system
-from cqos_core.client import AsyncClient, PairQuestion, RemoteSession, ServiceError, SessionLostError, followed
-from cqos_core.messages import report_message
-from cqos_core.service.sessions import EditSession, difference
-from cqos_core.system import (
+from cqos_core.checking.checker import check_system
+from cqos_core.checking.pipeline import context
+from cqos_core.model.system import (
     Acceptance,
     Bound,
     Bridge,
@@ -35,6 +32,9 @@ from cqos_core.system import (
     TeamRule,
     Topic,
 )
+from cqos_core.remote.client import AsyncClient, PairQuestion, RemoteSession, ServiceError, SessionLostError, followed
+from cqos_core.remote.messages import report_message
+from cqos_core.service.sessions import EditSession, difference
 from tests.test_messages import reports
 from tests.test_session import Editing
 

@@ -16,7 +16,7 @@ import pytest
 from google.rpc import error_details_pb2, status_pb2
 
 from cqos.v1 import check_pb2, check_pb2_grpc
-from cqos_core.client import Client, ServiceError
+from cqos_core.remote.client import Client, ServiceError
 from cqos_core.service.callers import Budget, Callers
 from cqos_core.service.observing import NoMeter
 from cqos_core.service.refusal import Refused

@@ -17,7 +17,7 @@ from google.rpc import error_details_pb2, status_pb2
 
 import cqos_core as cqos
 from cqos.v1 import catalogue_pb2, check_pb2, report_pb2
-from cqos_core.messages import pair_value
+from cqos_core.remote.messages import pair_value
 from tests.service.conftest import PAGE
 
 PAIR = "/cqos.v1.CheckService/CheckPair"

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.expression import all_equal, ceil, count, offered, requested, stated, topic, total
-from cqos_core.rule import forbids, requires
+from cqos_core.packs import all_equal, ceil, count, forbids, offered, requested, requires, stated, topic, total
 from cqos_dds.implementations import FAST_DDS, is_on, publisher_is, subscriber_is
 from cqos_dds.policies import (
     ACCESS_SCOPE,

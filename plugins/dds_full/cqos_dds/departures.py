@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.expression import Literal, in_, offered, publisher, requested, subscriber, topic
-from cqos_core.rule import forbids, requires
+from cqos_core.packs import Literal, forbids, in_, offered, publisher, requested, requires, subscriber, topic
 from cqos_dds.implementations import (
     FAST_DDS,
     IMPLEMENTATION,

@@ -1,4 +1,4 @@
-"""What a reader really gets in DDS, one sentence for each condition; see `cqos_core.guarantee` for the words.
+"""What a reader really gets in DDS, one sentence for each condition; see `cqos_core.packs.guarantee` for the words.
 
 A guarantee holds where all its sentences do. They are asked only where a reader says by ``needs:`` that its application
 counts on the guarantee. Depth, period, deadline and filter are per instance, and so are the guarantees that rest on them.
@@ -9,8 +9,21 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.expression import as_sentence, ceil, offered, publisher, requested, subscriber, topic
-from cqos_core.guarantee import OUTAGE, RELAYED, TAKEN_EVERY, WORDS, Unaffected, gives
+from cqos_core.packs import (
+    OUTAGE,
+    RELAYED,
+    TAKEN_EVERY,
+    WORDS,
+    Unaffected,
+    as_sentence,
+    ceil,
+    gives,
+    offered,
+    publisher,
+    requested,
+    subscriber,
+    topic,
+)
 from cqos_dds.advice import BOTH_DURABLE, KEPT_BY_SERVICE
 from cqos_dds.implementations import FAST_DDS, either_is, publisher_is, subscriber_is
 from cqos_dds.policies import (
@@ -50,8 +63,7 @@ from cqos_dds.policies import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cqos_core.expression import Operand, Sentence, Term
-    from cqos_core.policy import Policy
+    from cqos_core.packs import Operand, Policy, Sentence, Term
 
 LATE_JOIN: Final = requested(WORDS["late_join"].need)
 OFFLINE: Final = requested(WORDS["offline"].need)

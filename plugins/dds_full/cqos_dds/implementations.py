@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.expression import in_, publisher, subscriber
-from cqos_core.policy import Choice, OneOf, Policy
+from cqos_core.packs import Choice, OneOf, Policy, in_, publisher, subscriber
 
 if TYPE_CHECKING:
-    from cqos_core.expression import Sentence
+    from cqos_core.packs import Sentence
 
 FAST_DDS: Final = ("fastdds_2_9", "fastdds_3_1", "fastdds_3_6")
 _FAST_DDS_SPELLINGS: Final = (

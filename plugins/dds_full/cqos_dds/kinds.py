@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from cqos_core.policy import Choice, Count, Duration, Names, flow, normalise
-from cqos_core.problems import InvalidValueError
+from cqos_core.model.problems import InvalidValueError
+from cqos_core.packs import Choice, Count, Duration, Names, flow, normalise
 
 _S: Final = 1_000_000_000
 _LONG: Final = 2**31 - 1

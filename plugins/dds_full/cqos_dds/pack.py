@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.evaluate import Function
-from cqos_core.guarantee import NEEDS
-from cqos_core.pack import Convention, Meeting, RulePack
+from cqos_core.packs import NEEDS, Convention, Function, Meeting, RulePack
 from cqos_dds import partitions
 from cqos_dds.advice import ADVICE
 from cqos_dds.departures import DEPARTURES

@@ -11,9 +11,9 @@ from functools import lru_cache, reduce
 from operator import or_
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from cqos_core.name_index import NameIndex
-from cqos_core.pattern import PatternError, pattern
-from cqos_core.regular import re
+from cqos_core.language.name_index import NameIndex
+from cqos_core.model.pattern import PatternError, pattern
+from cqos_core.model.regular import re
 from cqos_dds.implementations import FAST_DDS, IMPLEMENTATION
 
 if TYPE_CHECKING:

@@ -9,8 +9,19 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.guarantee import TAKEN_EVERY
-from cqos_core.policy import Anything, Choice, Count, Duration, Flag, Names, PerRole, Policy, Text, by_option
+from cqos_core.packs import (
+    TAKEN_EVERY,
+    Anything,
+    Choice,
+    Count,
+    Duration,
+    Flag,
+    Names,
+    PerRole,
+    Policy,
+    Text,
+    by_option,
+)
 from cqos_dds.implementations import FAST_DDS, IMPLEMENTATION
 from cqos_dds.kinds import Representations, choice, duration, length, number
 

@@ -13,18 +13,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.expression import (
+from cqos_core.packs import (
     call,
     first,
+    forbids,
     in_,
+    meets,
     offered,
     overlaps,
     publisher,
     requested,
+    requires,
     subscriber,
     topic,
 )
-from cqos_core.rule import forbids, meets, requires
 from cqos_dds.implementations import (
     FAST_DDS,
     IMPLEMENTATION,
@@ -72,7 +74,7 @@ from cqos_dds.policies import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cqos_core.expression import Sentence
+    from cqos_core.packs import Sentence
 
 # What a reader requests must be offered --------------------------------------------------------------
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core import check_pair
-from cqos_core.policy import Choice
+from cqos_core.packs import Choice
 from cqos_dds.implementations import FAST_DDS
 from cqos_dds.pack import PACK
 

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from cqos_core import check, check_pair
-from cqos_core.expression import parse
-from cqos_core.pack import rule_table
-from cqos_core.report import Report
+from cqos_core.model.report import Report
+from cqos_core.packs import parse
+from cqos_core.packs.pack import rule_table
 from cqos_dds.pack import PACK
 
 
@@ -28,7 +28,7 @@ def table(code: str) -> list[tuple[str, ...]]:
 
 
 def test_registering_imports_nothing_heavy():
-    script = "import sys, cqos_dds; print([m for m in sys.modules if m.startswith(('cqos_dds.', 'yaml', 'pydantic', 'cqos_core.pack'))])"
+    script = "import sys, cqos_dds; print([m for m in sys.modules if m.startswith(('cqos_dds.', 'yaml', 'pydantic', 'cqos_core.packs.pack'))])"
     found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"
 

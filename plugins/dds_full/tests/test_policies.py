@@ -4,12 +4,12 @@ from typing import Any
 
 import pytest
 
-from cqos_core.api import context
-from cqos_core.evaluate import Values
-from cqos_core.policy import INFINITE
-from cqos_core.problems import InvalidValueError
-from cqos_core.resolve import resolve
-from cqos_core.system import Endpoint, Participant, Setting, System
+from cqos_core.checking.pipeline import context
+from cqos_core.language.evaluate import Values
+from cqos_core.model.problems import InvalidValueError
+from cqos_core.model.system import Endpoint, Participant, Setting, System
+from cqos_core.packs import INFINITE
+from cqos_core.resolving.resolve import resolve
 from cqos_dds.kinds import Representations, choice, duration
 from cqos_dds.pack import PACK
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.guarantee import LINK, Proof
+from cqos_core.packs import LINK, Proof
 
 _SEEN: Final = {
     LINK: (

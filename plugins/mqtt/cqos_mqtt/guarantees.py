@@ -1,4 +1,4 @@
-"""What a subscription really gets over MQTT, one sentence for each condition; see `cqos_core.guarantee` for the words.
+"""What a subscription really gets over MQTT, one sentence for each condition; see `cqos_core.packs.guarantee` for the words.
 
 Publication, broker and subscription decide together. A guarantee holds where all its sentences do. They are asked only
 where a subscription says by ``needs:`` that its application counts on the guarantee; its QoS alone is no need.
@@ -8,10 +8,16 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.expression import (
+from cqos_core.packs import (
+    OUTAGE,
+    RELAYED,
+    TAKEN_EVERY,
+    WORDS,
+    Unaffected,
     as_sentence,
     broker,
     call,
+    gives,
     least,
     offered,
     publisher,
@@ -19,7 +25,6 @@ from cqos_core.expression import (
     subscriber,
     topic,
 )
-from cqos_core.guarantee import OUTAGE, RELAYED, TAKEN_EVERY, WORDS, Unaffected, gives
 from cqos_mqtt.policies import (
     AUTOSAVE,
     BROKER_RECEIVE_MAXIMUM,

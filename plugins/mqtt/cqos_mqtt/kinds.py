@@ -5,11 +5,11 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.policy import INFINITE, Choice, Count, Duration, Flag, Names
-from cqos_core.problems import InvalidValueError
+from cqos_core.model.problems import InvalidValueError
+from cqos_core.packs import INFINITE, Choice, Count, Duration, Flag, Names
 
 if TYPE_CHECKING:
-    from cqos_core.policy import Plain
+    from cqos_core.packs import Plain
 
 _S: Final = 1_000_000_000
 LONGEST: Final = 2**32 - 1

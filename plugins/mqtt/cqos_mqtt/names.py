@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.pack import NameProblem, Naming
-from cqos_core.system import PUBLISHER
+from cqos_core.model.system import PUBLISHER
+from cqos_core.packs import NameProblem, Naming
 from cqos_mqtt.filters import bare, has_wildcards, matches, wrong_with_filter, wrong_with_name
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cqos_core.pack import NameContext
+    from cqos_core.packs import NameContext
 
 PATTERN: Final = "pattern"
 """The kind of an endpoint that publishes to several topics, of which only the pattern is known."""

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.evaluate import Function
-from cqos_core.guarantee import NEEDS
-from cqos_core.pack import Convention, Derivation, Dialect, Meeting, RulePack
+from cqos_core.packs import NEEDS, Convention, Derivation, Dialect, Function, Meeting, RulePack
 from cqos_mqtt import filters, names, queues, sessions
 from cqos_mqtt.evidence import PROOFS
 from cqos_mqtt.guarantees import GUARANTEES, UNAFFECTED

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.guarantee import TAKEN_EVERY
-from cqos_core.policy import Anything, Choice, Count, Duration, Flag, FromPeers, Names, Policy, Text
+from cqos_core.packs import TAKEN_EVERY, Anything, Choice, Count, Duration, Flag, FromPeers, Names, Policy, Text
 from cqos_mqtt.kinds import Access, Raised, Seconds, quality, unlimited
 
 PUBLICATION: Final = ("publisher",)

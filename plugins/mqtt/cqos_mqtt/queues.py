@@ -9,13 +9,11 @@ from collections import Counter
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
-from cqos_core.evaluate import bind
-from cqos_core.expression import as_sentence, broker
-from cqos_core.guarantee import TAKEN_EVERY
-from cqos_core.pairing import apart
-from cqos_core.policy import INFINITE, Anything, Depends, is_plain
-from cqos_core.remarks import listed
-from cqos_core.system import PUBLISHER
+from cqos_core.language.evaluate import bind
+from cqos_core.matching.pairing import apart
+from cqos_core.model.remarks import listed
+from cqos_core.model.system import PUBLISHER
+from cqos_core.packs import INFINITE, TAKEN_EVERY, Anything, Depends, as_sentence, broker, is_plain
 from cqos_mqtt.filters import LONGEST, has_wildcards, match
 from cqos_mqtt.policies import (
     BURST,
@@ -45,10 +43,9 @@ from cqos_mqtt.rules import EFFECTIVE
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.evaluate import Bound
-    from cqos_core.pack import RulePack
-    from cqos_core.policy import Policy, Value
-    from cqos_core.resolved import QosProfile, Resolved
+    from cqos_core.language.evaluate import Bound
+    from cqos_core.packs import Policy, RulePack, Value
+    from cqos_core.resolving.resolved import QosProfile, Resolved
 
 Client = tuple[tuple[str, "QosProfile"], ...]
 """The subscriptions of one client: filter and values of each."""

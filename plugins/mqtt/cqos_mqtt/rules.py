@@ -11,26 +11,28 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.expression import (
+from cqos_core.packs import (
+    WORDS,
     all_equal,
     any_of,
     as_sentence,
     broker,
+    by_option,
     call,
     count,
+    forbids,
     greatest,
     least,
+    meets,
     offered,
     participant,
     publisher,
     requested,
+    requires,
     stated,
     subscriber,
     topic,
 )
-from cqos_core.guarantee import WORDS
-from cqos_core.policy import by_option
-from cqos_core.rule import forbids, meets, requires
 from cqos_mqtt.policies import (
     ALIASES,
     BROKER,
@@ -95,7 +97,7 @@ from cqos_mqtt.policies import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cqos_core.expression import Operand, Sentence, Term
+    from cqos_core.packs import Operand, Sentence, Term
 
 # The core of MQTT: what a subscription is granted, and with which guarantee a message arrives.
 GRANTED: Final = least(requested(QOS), broker(MAXIMUM_QOS), broker(GRANTED_QOS))

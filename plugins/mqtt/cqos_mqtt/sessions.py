@@ -9,9 +9,8 @@ import json
 from collections import Counter
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.pack import Completion, Known
-from cqos_core.policy import ENDPOINT
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Setting
+from cqos_core.packs import ENDPOINT, Completion, Known
 from cqos_mqtt import names
 from cqos_mqtt.filters import SHARE, Trie, bare, has_wildcards, matches
 from cqos_mqtt.policies import (
@@ -32,7 +31,7 @@ from cqos_mqtt.policies import (
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from cqos_core.system import Settings
+    from cqos_core.model.system import Settings
 
 WILL: Final = "will"
 """The kind of the endpoint that a Will is."""

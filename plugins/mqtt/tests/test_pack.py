@@ -8,13 +8,13 @@ from typing import Any
 import pytest
 
 from cqos_core import Session, check, check_pair, explain, read
-from cqos_core.api import context
-from cqos_core.expression import parse
-from cqos_core.guarantee import FAULTS, LINK, WORDS, faults_of, unstated
-from cqos_core.judge import judge_pair
-from cqos_core.report import Report, Severity
-from cqos_core.resolve import resolve
-from cqos_core.system import Broker, Setting
+from cqos_core.checking.pipeline import context
+from cqos_core.matching.judge import judge_pair
+from cqos_core.model.report import Report, Severity
+from cqos_core.model.system import Broker, Setting
+from cqos_core.packs import LINK, WORDS, parse
+from cqos_core.packs.guarantee import FAULTS, faults_of, unstated
+from cqos_core.resolving.resolve import resolve
 from cqos_mqtt.pack import PACK
 
 
@@ -35,7 +35,7 @@ def met(report: Report) -> list[tuple[str, tuple[str, ...], tuple[str, ...]]]:
 
 
 def test_registering_imports_nothing_heavy():
-    script = "import sys, cqos_mqtt; print([m for m in sys.modules if m.startswith(('cqos_mqtt.', 'yaml', 'pydantic', 'cqos_core.pack'))])"
+    script = "import sys, cqos_mqtt; print([m for m in sys.modules if m.startswith(('cqos_mqtt.', 'yaml', 'pydantic', 'cqos_core.packs.pack'))])"
     found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"
 

@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from cqos_core.proving import End, NotRunnableError, Plan
+from cqos_core.analysis.proving import End, NotRunnableError, Plan
 from cqos_mqtt.prove import packets
 from cqos_mqtt.prove.mosquitto import program
 from cqos_mqtt.prove.runner import MOSQUITTO, access_list, configuration, connection

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.pack import Convention
+from cqos_core.packs import Convention
 from cqos_ros2.interfaces import WIRE
 
 LATCHED: Final = {"latched": "true"}

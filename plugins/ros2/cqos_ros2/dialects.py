@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.pack import Dialect
+from cqos_core.packs import Dialect
 
 # The integers that the original BPMN tool and FaMe store; they are neither those of rmw nor those of DDS.
 BPMN_CODES: Final = {

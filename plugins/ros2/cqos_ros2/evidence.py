@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.guarantee import Proof
+from cqos_core.packs import Proof
 
 _SEEN: Final = {
     "link": ("latest", "loss_free", "duplicate_free", "ordered", "late_join", "max_age"),

@@ -1,4 +1,4 @@
-"""What a subscription really gets in ROS 2, one sentence for each condition; see `cqos_core.guarantee` for the words.
+"""What a subscription really gets in ROS 2, one sentence for each condition; see `cqos_core.packs.guarantee` for the words.
 
 A guarantee holds where all its sentences do. They are asked only where a subscription says by ``needs:`` that its
 application counts on the guarantee.
@@ -11,8 +11,22 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.expression import as_sentence, ceil, in_, offered, publisher, requested, subscriber, topic
-from cqos_core.guarantee import OUTAGE, RELAYED, TAKEN_EVERY, WORDS, Unaffected, gives
+from cqos_core.packs import (
+    OUTAGE,
+    RELAYED,
+    TAKEN_EVERY,
+    WORDS,
+    Unaffected,
+    as_sentence,
+    ceil,
+    gives,
+    in_,
+    offered,
+    publisher,
+    requested,
+    subscriber,
+    topic,
+)
 from cqos_ros2.policies import (
     DEADLINE,
     DEPTH,
@@ -31,7 +45,7 @@ from cqos_ros2.policies import (
 )
 
 if TYPE_CHECKING:
-    from cqos_core.expression import Operand, Sentence
+    from cqos_core.packs import Operand, Sentence
 
 LATE_JOIN: Final = requested(WORDS["late_join"].need)
 OFFLINE: Final = requested(WORDS["offline"].need)

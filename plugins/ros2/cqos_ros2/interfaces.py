@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.system import ProfileRef, Setting
+from cqos_core.model.system import ProfileRef, Setting
 from cqos_ros2.types import full_type_name
 
 if TYPE_CHECKING:
-    from cqos_core.system import Endpoint, Role
+    from cqos_core.model.system import Endpoint, Role
 
 
 @dataclass(frozen=True, slots=True)

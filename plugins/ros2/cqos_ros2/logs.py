@@ -28,13 +28,13 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.logs import SAME, About, Misfit
-from cqos_core.system import PUBLISHER, SUBSCRIBER
+from cqos_core.model.logs import SAME, About, Misfit
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.system import Role
+    from cqos_core.model.system import Role
 
 _PROTOCOL: Final = "ros2"
 _MESSAGE: Final = re.compile(

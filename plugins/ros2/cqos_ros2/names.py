@@ -12,14 +12,13 @@ import unicodedata
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.pack import NameProblem, Naming
-from cqos_core.policy import normalise
+from cqos_core.packs import NameProblem, Naming, normalise
 from cqos_ros2.interfaces import WIRE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.pack import NameContext
+    from cqos_core.packs import NameContext
 
 ILLEGAL: Final[Mapping[str, str]] = {
     "*[!A-Za-z0-9_/]*": "it has other characters than letters, digits, `_` and `/`",

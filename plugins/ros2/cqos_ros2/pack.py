@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-from cqos_core.guarantee import NEEDS
-from cqos_core.pack import Meeting, RulePack
+from cqos_core.packs import NEEDS, Meeting, RulePack
 from cqos_ros2 import interfaces, names
 from cqos_ros2.conventions import CONVENTIONS
 from cqos_ros2.dialects import DIALECTS

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.guarantee import TAKEN_EVERY
-from cqos_core.policy import (
+from cqos_core.packs import (
+    TAKEN_EVERY,
     Anything,
     Choice,
     Count,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.pack import Preset
+from cqos_core.packs import Preset
 
 
 def preset(

@@ -10,9 +10,19 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.expression import offered, publisher, requested, subscriber
-from cqos_core.policy import ENDPOINT, Anything, Duration, PerRole, by_option, flow
-from cqos_core.rule import requires
+from cqos_core.packs import (
+    ENDPOINT,
+    Anything,
+    Duration,
+    PerRole,
+    by_option,
+    flow,
+    offered,
+    publisher,
+    requested,
+    requires,
+    subscriber,
+)
 from cqos_ros2.policies import (
     DEADLINE,
     DURABILITY,
@@ -31,8 +41,7 @@ from cqos_ros2.policies import (
 from cqos_ros2.rules import NAMES, REQUEST_OFFER
 
 if TYPE_CHECKING:
-    from cqos_core.expression import Sentence
-    from cqos_core.policy import ByOption, Meaning, Plain, Policy
+    from cqos_core.packs import ByOption, Meaning, Plain, Policy, Sentence
 
 _FIELD: Final = 64
 _SECOND: Final = 1_000_000_000

@@ -11,21 +11,23 @@ from functools import reduce
 from operator import or_
 from typing import Final
 
-from cqos_core.expression import (
+from cqos_core.packs import (
     all_equal,
     ceil,
+    forbids,
     in_,
     matches,
+    meets,
     offered,
     publisher,
     requested,
+    requires,
     stated,
     stated_here,
     subscriber,
     topic,
     total,
 )
-from cqos_core.rule import forbids, meets, requires
 from cqos_ros2.names import HIDDEN, ILLEGAL, REPEATED_UNDERSCORE
 from cqos_ros2.policies import (
     ACCUMULATED,

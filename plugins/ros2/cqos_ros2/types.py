@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from cqos_core.policy import Text
+from cqos_core.packs import Text
 
 _PARTS = 3
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.pack import Wire
+from cqos_core.packs import Wire
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core import check_pair
-from cqos_core.policy import Choice
+from cqos_core.packs import Choice
 from cqos_ros2.pack import PACK
 
 RANK = {"compatible": 0, "unknown": 1, "incompatible": 2}

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from cqos_core.pack import NameContext
+from cqos_core.packs import NameContext
 from cqos_ros2 import names
 from cqos_ros2.interfaces import WIRE
 

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import cqos_core as cqos
-from cqos_core.api import context
-from cqos_core.differences import compare
-from cqos_core.files import read_path
-from cqos_core.loading import read_source
+from cqos_core.analysis.differences import compare
+from cqos_core.checking.pipeline import context
+from cqos_core.inputs.files import read_path
+from cqos_core.inputs.loading import read_source
 
 CASES = Path(__file__).parent / "importers" / "cases"
 DESIGN = b"""\

@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 
 from cqos_core import check_pair, explain
-from cqos_core.api import context
-from cqos_core.checker import check_system
-from cqos_core.expression import parse
-from cqos_core.pack import rule_table
-from cqos_core.report import Report
-from cqos_core.system import Endpoint, Participant, Setting, System
+from cqos_core.checking.checker import check_system
+from cqos_core.checking.pipeline import context
+from cqos_core.model.report import Report
+from cqos_core.model.system import Endpoint, Participant, Setting, System
+from cqos_core.packs import parse
+from cqos_core.packs.pack import rule_table
 from cqos_ros2.conventions import CONVENTIONS
 from cqos_ros2.pack import PACK
 
@@ -32,7 +32,7 @@ def one_topic(topic: str, *endpoints: dict[str, Any]) -> Report:
 
 
 def test_registering_imports_nothing_heavy():
-    script = "import sys, cqos_ros2; print([m for m in sys.modules if m.startswith(('cqos_ros2.', 'yaml', 'pydantic', 'cqos_core.pack'))])"
+    script = "import sys, cqos_ros2; print([m for m in sys.modules if m.startswith(('cqos_ros2.', 'yaml', 'pydantic', 'cqos_core.packs.pack'))])"
     found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"
 

@@ -3,7 +3,7 @@
 import pytest
 
 from cqos_core import check_pair
-from cqos_core.policy import Choice
+from cqos_core.packs import Choice
 from cqos_ros2.pack import PACK
 from cqos_ros2.policies import DISTRO, RMW
 from cqos_ros2.presets import PRESETS
@@ -75,7 +75,7 @@ def test_every_preset_meets_itself_whatever_the_middleware(preset: str):
     ],
 )
 def test_profiles_are_known_by_all_their_names(written: str, preset: str):
-    from cqos_core.policy import normalise
+    from cqos_core.packs import normalise
 
     assert PACK.preset_names[normalise(written)] == preset
 

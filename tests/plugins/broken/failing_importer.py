@@ -2,9 +2,9 @@
 
 import sys
 
+from cqos_core.model.problems import CqosError, InputError
+from cqos_core.model.system import Endpoint, System
 from cqos_core.plugins import ImporterInfo, hookimpl
-from cqos_core.problems import CqosError, InputError
-from cqos_core.system import Endpoint, System
 
 HERE = "failing_importer"
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.checking.trial import tried_out
 from cqos_core.exporters.contract import Exported, unique
-from cqos_core.system import PUBLISHER, SUBSCRIBER
-from cqos_core.trial import tried_out
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_dds.exporters.xml_form import (
     PROTOCOL,
     Spelling,
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
     from cqos_core.exporters.contract import ExportContext
     from cqos_core.importers.xml_source import Element
-    from cqos_core.policy import Policy
-    from cqos_core.resolved import Resolved
-    from cqos_core.system import System
+    from cqos_core.model.system import System
+    from cqos_core.packs import Policy
+    from cqos_core.resolving.resolved import Resolved
     from cqos_dds.exporters.xml_form import Stated
 
 _NAMESPACE: Final = "http://www.omg.org/spec/DDS-XML"

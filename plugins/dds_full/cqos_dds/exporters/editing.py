@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from lxml import etree
 
-from cqos_core.encoding import Lines
-from cqos_core.excerpt import exact
 from cqos_core.importers.editing import difference
-from cqos_core.policy import Choice
-from cqos_core.problems import InvalidValueError
-from cqos_core.regular import re
+from cqos_core.model.encoding import Lines
+from cqos_core.model.excerpt import exact
+from cqos_core.model.problems import InvalidValueError
+from cqos_core.model.regular import re
+from cqos_core.packs import Choice
 from cqos_dds.exporters.dds_xml import SPELLING as OMG_SPELLING
 from cqos_dds.exporters.fastdds_xml import SPELLING as FAST_SPELLING
 from cqos_dds.exporters.xml_form import XmlWriter
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from cqos_core.importers.source import Replacement
-    from cqos_core.policy import Policy
-    from cqos_core.system import Place
+    from cqos_core.model.system import Place
+    from cqos_core.packs import Policy
     from cqos_dds.exporters.xml_form import Spelling
 
 _TOKEN: Final = re.compile(

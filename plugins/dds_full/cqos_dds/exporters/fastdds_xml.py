@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.checking.trial import tried_out
 from cqos_core.exporters.contract import Exported, unique
-from cqos_core.system import PUBLISHER, SUBSCRIBER
-from cqos_core.trial import tried_out
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_dds.exporters.xml_form import (
     PROTOCOL,
     Spelling,
@@ -24,8 +24,8 @@ from cqos_dds.policies import DURABILITY, KEYED
 if TYPE_CHECKING:
     from cqos_core.exporters.contract import ExportContext
     from cqos_core.importers.xml_source import Element
-    from cqos_core.resolved import Resolved
-    from cqos_core.system import System
+    from cqos_core.model.system import System
+    from cqos_core.resolving.resolved import Resolved
     from cqos_dds.exporters.xml_form import Stated
 
 _NAMESPACE: Final = "http://www.eprosima.com"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from lxml import etree
 
 from cqos_core.exporters.contract import judged
-from cqos_core.policy import ENDPOINT, INFINITE, Choice, Count, Duration, Names, is_plain
+from cqos_core.packs import ENDPOINT, INFINITE, Choice, Count, Duration, Names, is_plain
 from cqos_dds.policies import DATA_REPRESENTATION, TYPE, TYPE_CONSISTENCY
 
 if TYPE_CHECKING:
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
     from cqos_core.exporters.contract import ExportContext, Judged
     from cqos_core.importers.xml_source import Element
-    from cqos_core.policy import Policy, Value
-    from cqos_core.resolved import Resolved
-    from cqos_core.system import System
+    from cqos_core.model.system import System
+    from cqos_core.packs import Policy, Value
+    from cqos_core.resolving.resolved import Resolved
 
 PROTOCOL: Final = "dds"
 _SECOND: Final = 1_000_000_000

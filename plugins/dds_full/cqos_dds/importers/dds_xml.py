@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import collector_paused, shown
 from cqos_core.importers.xml_source import parse_xml
-from cqos_core.problems import InputError
+from cqos_core.model.problems import InputError
 from cqos_dds.importers import fastdds_xml
 from cqos_dds.importers.entities import PARTICIPANT_LIBRARIES, Entities
 from cqos_dds.importers.qos_libraries import QosLibraries
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.xml_source import Element
-    from cqos_core.system import System
+    from cqos_core.model.system import System
 
 _LIBRARIES: Final = ("qos_library", "qos_profile", "domain_library", "application_library", *PARTICIPANT_LIBRARIES)
 

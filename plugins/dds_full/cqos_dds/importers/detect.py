@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 # What may stand before the first element; possessive, so that the time is linear whatever stands there.
-from cqos_core.regular import re
+from cqos_core.model.regular import re
 
 _PROLOG: Final = re.compile(
     rb"(?:\s++|\xef\xbb\xbf|\xff\xfe|\xfe\xff|<\?(?:[^?]++|\?(?!>))*+\?>|<!--(?:[^-]++|-(?!->))*+-->|<!DOCTYPE[^<>\[]*+>)*+"

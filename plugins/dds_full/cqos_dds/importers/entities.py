@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from cqos_core.importers.reading import did_you_mean, shown
-from cqos_core.system import (
+from cqos_core.model.system import (
     PUBLISHER,
     SUBSCRIBER,
     Endpoint,
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from cqos_core.importers.xml_source import Element
-    from cqos_core.system import Role, Settings
+    from cqos_core.model.system import Role, Settings
     from cqos_dds.importers.qos_libraries import QosLibraries
     from cqos_dds.importers.xml_values import XmlReading
 

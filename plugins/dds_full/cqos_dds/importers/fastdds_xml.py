@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import collector_paused, shown
 from cqos_core.importers.xml_source import parse_xml
-from cqos_core.system import (
+from cqos_core.model.system import (
     PUBLISHER,
     SUBSCRIBER,
     Endpoint,
@@ -47,8 +47,8 @@ from cqos_dds.policies import (
 if TYPE_CHECKING:
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.xml_source import Element
-    from cqos_core.policy import Policy
-    from cqos_core.system import Role, Settings, System
+    from cqos_core.model.system import Role, Settings, System
+    from cqos_core.packs import Policy
 
 _ROLES: Final[dict[str, tuple[str, Role]]] = {
     "data_writer": ("data_writer", PUBLISHER),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.system import PUBLISHER, SUBSCRIBER
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_dds.policies import (
     ACCESS_SCOPE,
     ANNOUNCEMENT_PERIOD,
@@ -52,8 +52,8 @@ from cqos_dds.policies import (
 )
 
 if TYPE_CHECKING:
-    from cqos_core.policy import Policy
-    from cqos_core.system import Role
+    from cqos_core.model.system import Role
+    from cqos_core.packs import Policy
 
 _RESOURCE_LIMITS: Final = {
     "max_samples": MAX_SAMPLES,

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import shown
-from cqos_core.policy import normalise
-from cqos_core.system import EVERYBODY, Profile, ProfileRef, Room, Scope, Setting
+from cqos_core.model.system import EVERYBODY, Profile, ProfileRef, Room, Scope, Setting
+from cqos_core.packs import normalise
 from cqos_dds.importers.policy_forms import OF_ENTITIES, OMG, OTHER_ENTITIES, PARTS, READER, SPELLINGS, WRITER
 from cqos_dds.importers.xml_values import children, elements, flag, local, not_set, text
 from cqos_dds.policies import POLICIES
@@ -21,7 +21,7 @@ from cqos_dds.presets import PRESETS
 
 if TYPE_CHECKING:
     from cqos_core.importers.xml_source import Element
-    from cqos_core.system import Place, Settings
+    from cqos_core.model.system import Place, Settings
     from cqos_dds.importers.xml_values import XmlReading
 
 SEPARATOR: Final = "::"

@@ -8,13 +8,13 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.excerpt import exact
 from cqos_core.importers.qos_keys import looks_like_qos
 from cqos_core.importers.reading import collect, listed, shown
 from cqos_core.importers.source import VARIABLES
-from cqos_core.policy import Choice, Count, Duration, Flag, Names, Text, normalise
-from cqos_core.problems import InputError, InvalidValueError, Problem
-from cqos_core.system import Place, Setting, System
+from cqos_core.model.excerpt import exact
+from cqos_core.model.problems import InputError, InvalidValueError, Problem
+from cqos_core.model.system import Place, Setting, System
+from cqos_core.packs import Choice, Count, Duration, Flag, Names, Text, normalise
 from cqos_dds.importers.codes import note
 from cqos_dds.importers.policy_forms import BESIDE_POLICIES
 from cqos_dds.policies import DATA_REPRESENTATION
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.xml_source import Element
-    from cqos_core.policy import Policy
-    from cqos_core.system import ImportNote, Settings
+    from cqos_core.model.system import ImportNote, Settings
+    from cqos_core.packs import Policy
 
 PROTOCOL: Final = "dds"
 MOST_TAGS: Final = 1_000_000

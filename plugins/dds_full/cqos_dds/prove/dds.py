@@ -8,16 +8,16 @@ from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, ClassVar, Final
 from uuid import uuid4
 
-from cqos_core.policy import INFINITE
-from cqos_core.proving import NotRunnableError
-from cqos_core.system import PUBLISHER, SUBSCRIBER
+from cqos_core.analysis.proving import NotRunnableError
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.packs import INFINITE
 from cqos_dds.prove.settings import encoded, parsed
 from cqos_dds.prove.stage import Cast, Program, run
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from cqos_core.proving import End, Event, Outcome, Plan
+    from cqos_core.analysis.proving import End, Event, Outcome, Plan
     from cqos_dds.prove.stage import Running
 
 _SECOND: Final = 1_000_000_000
@@ -95,7 +95,7 @@ def _pause(plan: Plan) -> float:
 
 
 def _seconds(text: str | None) -> float | None:
-    from cqos_core.policy import Duration
+    from cqos_core.packs import Duration
 
     if text is None:
         return None

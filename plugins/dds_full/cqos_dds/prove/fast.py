@@ -12,7 +12,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, cast
 
-from cqos_core.proving import NotRunnableError
+from cqos_core.analysis.proving import NotRunnableError
 from cqos_dds.prove.dds import Implementation
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from contextlib import suppress
 from importlib import import_module
 from typing import IO, TYPE_CHECKING, Final
 
-from cqos_core.problems import CqosError
+from cqos_core.model.problems import CqosError
 
 if TYPE_CHECKING:
     from collections.abc import Callable

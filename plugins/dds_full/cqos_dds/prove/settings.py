@@ -16,7 +16,7 @@ UNLIMITED: Final = -1
 
 def parsed(settings: Mapping[str, str]) -> dict[str, Any]:
     """Read endpoint-level settings as the pack reads them; durations are nanoseconds."""
-    from cqos_core.policy import INFINITE
+    from cqos_core.packs import INFINITE
     from cqos_dds.pack import PACK
 
     read = {}

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from typing import IO, TYPE_CHECKING, Final, Protocol
 
-from cqos_core.problems import CqosError
-from cqos_core.proving import Event, Outcome
-from cqos_core.system import PUBLISHER, SUBSCRIBER
+from cqos_core.analysis.proving import Event, Outcome
+from cqos_core.model.problems import CqosError
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from typing_extensions import Self
 
-    from cqos_core.proving import Plan
+    from cqos_core.analysis.proving import Plan
 
 _START: Final = 60.0
 """Seconds that a program may take until its end is created, on a machine that is busy."""

@@ -15,9 +15,9 @@ from cqos_core.cli.sinks import check_targets
 from cqos_core.cli.streams import emit, say, write_file
 from cqos_core.exporters.contract import ExportContext
 from cqos_core.exporters.yaml_form import write
+from cqos_core.model.problems import CqosError, describe
+from cqos_core.model.remarks import plural
 from cqos_core.plugins import load_plugins
-from cqos_core.problems import CqosError, describe
-from cqos_core.remarks import plural
 from cqos_dds.snapshot import ros
 from cqos_dds.snapshot.observed import system_of
 

@@ -21,9 +21,9 @@ from cyclonedds.core import DDSException, InstanceState, ReadCondition, SampleSt
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.qos import Policy
 
-from cqos_core.policy import INFINITE
-from cqos_core.problems import CqosError
-from cqos_core.system import PUBLISHER, SUBSCRIBER
+from cqos_core.model.problems import CqosError
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.packs import INFINITE
 from cqos_dds.pack import PACK
 from cqos_dds.snapshot.ros_nodes import RosNodes
 from cqos_dds.snapshot.seen import Seen, SeenEndpoint, SeenParticipant, SeenTopic
@@ -31,7 +31,7 @@ from cqos_dds.snapshot.seen import Seen, SeenEndpoint, SeenParticipant, SeenTopi
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from cqos_core.system import Role
+    from cqos_core.model.system import Role
 
 VENDORS: Final = {
     "0101": "connext",

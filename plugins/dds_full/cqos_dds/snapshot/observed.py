@@ -12,14 +12,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.exporters.contract import unique
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, System, Topic, endpoint_id
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, System, Topic, endpoint_id
 from cqos_dds.snapshot import ros
 from cqos_dds.snapshot.seen import SeenParticipant
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.system import Role
+    from cqos_core.model.system import Role
     from cqos_dds.snapshot.ros import RosName
     from cqos_dds.snapshot.seen import Seen, SeenEndpoint, SeenNode
 

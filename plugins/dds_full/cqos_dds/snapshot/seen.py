@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from cqos_core.system import Role
+    from cqos_core.model.system import Role
 
 
 @dataclass(frozen=True, slots=True)

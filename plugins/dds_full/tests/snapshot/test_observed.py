@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core import check
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Role, System
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Role, System
 from cqos_dds.snapshot import ros
 from cqos_dds.snapshot.observed import system_of
 from cqos_dds.snapshot.ros import RosName, demangled

@@ -20,7 +20,7 @@ if os.environ.get("CI") != "true":
 from cyclonedds.qos import Policy, Qos
 
 import cqos_core as cqos
-from cqos_core.system import PUBLISHER, SUBSCRIBER
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_dds.pack import PACK
 from cqos_dds.prove.dds import free_domain
 from cqos_dds.snapshot import discovery

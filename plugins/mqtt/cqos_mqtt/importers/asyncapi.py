@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import collector_paused, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text
-from cqos_core.problems import InputError, Problem
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Place, Room, Setting
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place, Room, Setting
 from cqos_mqtt.filters import intersect
 from cqos_mqtt.importers.document import REF, Document, entries_of, everything, levels, stated
 from cqos_mqtt.importers.editing import BINDINGS
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.system import Role, Settings, System
+    from cqos_core.model.system import Role, Settings, System
 
 _PROTOCOLS: Final = frozenset(("mqtt", "mqtts", "secure-mqtt", "mqtt5", "mqtts5"))
 _VERSION: Final = re.compile(r"(2|3)\.\d+(?:\.\d+)?(?:-\S+)?")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.regular import re
+from cqos_core.model.regular import re
 
 _WIDE: Final = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 _ASYNCAPI: Final = re.compile(r"""^(?:asyncapi|"asyncapi"|'asyncapi')[ \t]*:""", re.MULTILINE)

@@ -12,8 +12,8 @@ from cqos_core.importers.qos_keys import looks_like_qos
 from cqos_core.importers.reading import Reading, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flag, flow_text, is_null
 from cqos_core.importers.yaml_tree import read_tree
-from cqos_core.problems import InputError
-from cqos_core.system import PUBLISHER, Broker, Endpoint, Participant, Place, ProfileRef, Setting, System
+from cqos_core.model.problems import InputError
+from cqos_core.model.system import PUBLISHER, Broker, Endpoint, Participant, Place, ProfileRef, Setting, System
 from cqos_mqtt.filters import has_wildcards
 from cqos_mqtt.importers.codes import note
 from cqos_mqtt.names import PATTERN
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.source import Opener, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.problems import Problem
-    from cqos_core.system import ImportNote, Role, Room, Settings
+    from cqos_core.model.problems import Problem
+    from cqos_core.model.system import ImportNote, Role, Room, Settings
 
 REF: Final = "$ref"
 _MOST_FILES: Final = 1000

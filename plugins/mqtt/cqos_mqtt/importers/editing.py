@@ -5,15 +5,15 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.encoding import Lines
 from cqos_core.importers.editing import difference, insert_nested
-from cqos_core.policy import INFINITE, Duration
+from cqos_core.model.encoding import Lines
+from cqos_core.packs import INFINITE, Duration
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from cqos_core.importers.source import Replacement
-    from cqos_core.system import Place
+    from cqos_core.model.system import Place
 
 BINDINGS: Final = {
     "clean_start": "cleanSession",

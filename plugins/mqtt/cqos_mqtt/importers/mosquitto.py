@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.encoding import decode
 from cqos_core.importers.qos_keys import looks_like_qos
 from cqos_core.importers.reading import Reading, listed, shown
-from cqos_core.problems import InputError, Problem
-from cqos_core.system import EVERY_OTHER, Broker, Cases, ImportNote, Place, ProfileRef, Room, Setting, System
+from cqos_core.model.encoding import decode
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.system import EVERY_OTHER, Broker, Cases, ImportNote, Place, ProfileRef, Room, Setting, System
 from cqos_mqtt.importers.codes import note
 from cqos_mqtt.importers.editing import DIRECTIVES
 from cqos_mqtt.importers.mosquitto_bridge import OF_CONNECTIONS, add_bridge
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
     from cqos_core.importers.source import ReadContext, Source
-    from cqos_core.system import Settings
+    from cqos_core.model.system import Settings
 
 SWITCH: Final = "broker"
 _PORT: Final = "1883"

@@ -11,7 +11,7 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Bridge, Broker, Endpoint, Participant, Room, Route, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Broker, Endpoint, Participant, Room, Route, Setting
 from cqos_mqtt.filters import has_wildcards, wrong_wildcards
 from cqos_mqtt.importers.codes import note
 from cqos_mqtt.names import PATTERN
@@ -20,7 +20,7 @@ from cqos_mqtt.sessions import BRIDGE_STATES
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cqos_core.system import Place, Role, Settings, System
+    from cqos_core.model.system import Place, Role, Settings, System
     from cqos_mqtt.importers.mosquitto import Line
 
 _DIRECTIONS: Final = {"out": ("out",), "in": ("in",), "both": ("out", "in")}

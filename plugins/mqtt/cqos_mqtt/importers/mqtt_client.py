@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import collector_paused, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Participant, Route, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Participant, Route, Setting
 from cqos_mqtt.importers.document import Document, stated, truth
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.system import Role, Settings, System
+    from cqos_core.model.system import Role, Settings, System
 
 NAME: Final = "mqtt_client"
 PARAMETERS: Final = "ros__parameters"

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import collector_paused, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
 from cqos_mqtt.importers.document import Document, stated, truth
 
 if TYPE_CHECKING:
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.system import Settings, System
+    from cqos_core.model.system import Settings, System
 
 BROKER: Final = "mqtt-broker"
 IN: Final = "mqtt in"

@@ -12,7 +12,7 @@ from urllib.parse import unquote, urlsplit
 
 from cqos_core.importers.reading import collector_paused, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
 from cqos_mqtt.importers.document import Document, levels, stated
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.system import Settings, System
+    from cqos_core.model.system import Settings, System
 
 _AFFORDANCES: Final = ("properties", "actions", "events")
 # What a consumer does for an operation, where the form does not say it itself.

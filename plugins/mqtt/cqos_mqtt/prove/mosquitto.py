@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.proving import NotRunnableError
+from cqos_core.analysis.proving import NotRunnableError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

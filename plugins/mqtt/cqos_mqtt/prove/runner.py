@@ -8,8 +8,8 @@ from contextlib import suppress
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.policy import INFINITE
-from cqos_core.proving import FAULTS, Event, Fault, NotRunnableError, Outcome
+from cqos_core.analysis.proving import FAULTS, Event, Fault, NotRunnableError, Outcome
+from cqos_core.packs import INFINITE
 from cqos_mqtt import policies as of
 from cqos_mqtt.kinds import LONGEST, Access
 from cqos_mqtt.prove.client import WIDEST, Client, Connection, Publication, Subscription
@@ -20,8 +20,8 @@ from cqos_mqtt.sessions import ANYBODY, NOBODY
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from cqos_core.policy import Plain, Policy
-    from cqos_core.proving import End, Plan
+    from cqos_core.analysis.proving import End, Plan
+    from cqos_core.packs import Plain, Policy
 
 _SECOND: Final = 1_000_000_000
 _READY: Final = 1.0
@@ -52,7 +52,7 @@ _FIXED: Final = (
 
 
 class Mosquittos:
-    """Runs pairs on Mosquitto; see `cqos_core.proving.Prover`."""
+    """Runs pairs on Mosquitto; see `cqos_core.analysis.proving.Prover`."""
 
     title = "Mosquitto"
     faults = frozenset(FAULTS)

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from cqos_core import check, read
-from cqos_core.problems import InputError
+from cqos_core.model.problems import InputError
 
 V2 = """
 asyncapi: 2.6.0

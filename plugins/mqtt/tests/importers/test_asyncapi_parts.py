@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from cqos_core import check, read
-from cqos_core.loading import load_paths
-from cqos_core.report import Finding, Report
-from cqos_core.system import System
+from cqos_core.inputs.loading import load_paths
+from cqos_core.model.report import Finding, Report
+from cqos_core.model.system import System
 
 Write = Callable[..., list[str]]
 

@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cqos_core.importers.source import ReadContext, Source
+from cqos_core.model.problems import InputError
 from cqos_core.plugins import load_plugins
-from cqos_core.problems import InputError
-from cqos_core.resolve import Resolver
+from cqos_core.resolving.resolve import Resolver
 from cqos_mqtt.pack import PACK
 
 ASYNCAPI = b"""asyncapi: 3.0.0

@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from cqos_core import check, read
-from cqos_core.files import SentFiles, open_file, read_path
-from cqos_core.loading import Given, included_files, read_together
-from cqos_core.problems import InputError
-from cqos_core.report import Severity
+from cqos_core.inputs.files import SentFiles, open_file, read_path
+from cqos_core.inputs.loading import Given, included_files, read_together
+from cqos_core.model.problems import InputError
+from cqos_core.model.report import Severity
 from cqos_mqtt.importers import detect
 from cqos_mqtt.importers.codes import CODES
 

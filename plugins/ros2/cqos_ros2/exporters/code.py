@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import count
 from typing import TYPE_CHECKING
 
-from cqos_core.system import SUBSCRIBER
+from cqos_core.model.system import SUBSCRIBER
 from cqos_ros2.exporters.values import QOS, Unsayable, Value, effective, goes_without_saying, kind_of, ros_endpoints
 from cqos_ros2.policies import LIFESPAN
 
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.exporters.contract import ExportContext, Judged
-    from cqos_core.resolved import Resolved
-    from cqos_core.system import System
+    from cqos_core.model.system import System
+    from cqos_core.resolving.resolved import Resolved
 
 _PLAIN = {"message", "service_server", "service_client"}
 

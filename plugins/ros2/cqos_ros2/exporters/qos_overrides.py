@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 from cqos_core.exporters.contract import Exported
 from cqos_core.exporters.yaml_text import Block, Raw, document
-from cqos_core.system import PUBLISHER, SUBSCRIBER
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_ros2.exporters.values import QOS, Unsayable, kind_of, ros_endpoints, stated
 from cqos_ros2.importers.rviz import NODE as RVIZ
 from cqos_ros2.names import NOT_BY_PARAMETERS, is_legal
@@ -16,9 +16,9 @@ from cqos_ros2.policies import AVOID_CONVENTIONS, LIFESPAN
 if TYPE_CHECKING:
     from cqos_core.exporters.contract import ExportContext, Judged
     from cqos_core.exporters.yaml_text import Node
-    from cqos_core.policy import Policy
-    from cqos_core.resolved import Resolved
-    from cqos_core.system import System
+    from cqos_core.model.system import System
+    from cqos_core.packs import Policy
+    from cqos_core.resolving.resolved import Resolved
     from cqos_ros2.exporters.values import Value
 
 _ENTITIES: Final = {PUBLISHER: "publisher", SUBSCRIBER: "subscription"}

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.exporters.contract import ExportContext
-    from cqos_core.system import System
+    from cqos_core.model.system import System
     from cqos_ros2.exporters.code import Snippet
     from cqos_ros2.exporters.values import Value
 

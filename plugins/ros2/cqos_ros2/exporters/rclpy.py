@@ -11,7 +11,7 @@ from cqos_ros2.policies import AVOID_CONVENTIONS
 
 if TYPE_CHECKING:
     from cqos_core.exporters.contract import ExportContext
-    from cqos_core.system import System
+    from cqos_core.model.system import System
     from cqos_ros2.exporters.code import Snippet
     from cqos_ros2.exporters.values import Value
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.exporters.contract import Exported
 from cqos_core.exporters.yaml_text import Block, Raw, document
-from cqos_core.policy import ENDPOINT, INFINITE, is_plain
-from cqos_core.system import PUBLISHER
+from cqos_core.model.system import PUBLISHER
+from cqos_core.packs import ENDPOINT, INFINITE, is_plain
 from cqos_ros2.exporters.values import Unsayable, Value, effective, kind_of, ros_endpoints
 from cqos_ros2.importers.rosbag2 import NODES
 from cqos_ros2.names import is_legal
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
     from cqos_core.exporters.contract import ExportContext
     from cqos_core.exporters.yaml_text import Node
-    from cqos_core.policy import Policy
-    from cqos_core.resolved import Resolved
-    from cqos_core.system import System
+    from cqos_core.model.system import System
+    from cqos_core.packs import Policy
+    from cqos_core.resolving.resolved import Resolved
 
 PLAYER: Final = "player"
 RECORDER: Final = "recorder"

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.exporters.contract import judged
-from cqos_core.policy import ENDPOINT, INFINITE, Choice
-from cqos_core.problems import InvalidValueError
+from cqos_core.model.problems import InvalidValueError
+from cqos_core.packs import ENDPOINT, INFINITE, Choice
 from cqos_ros2.policies import (
     AVOID_CONVENTIONS,
     DEADLINE,
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.exporters.contract import ExportContext, Judged
-    from cqos_core.policy import Policy
-    from cqos_core.resolved import Layer, Resolved
-    from cqos_core.system import System
+    from cqos_core.model.system import System
+    from cqos_core.packs import Policy
+    from cqos_core.resolving.resolved import Layer, Resolved
 
 PROTOCOL: Final = "ros2"
 QOS: Final = (

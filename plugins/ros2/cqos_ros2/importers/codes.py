@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.codes import CodeInfo
-from cqos_core.system import ImportNote
+from cqos_core.model.codes import CodeInfo
+from cqos_core.model.system import ImportNote
 
 if TYPE_CHECKING:
-    from cqos_core.system import Place
+    from cqos_core.model.system import Place
 
 OBSERVED: Final = (
     CodeInfo(

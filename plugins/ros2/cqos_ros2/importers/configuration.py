@@ -8,8 +8,8 @@ from cqos_core.importers.forms import described
 from cqos_core.importers.reading import Reading, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flag, flow_text, is_null, whole_number
 from cqos_core.importers.yaml_tree import read_json5, read_tree
-from cqos_core.problems import InputError
-from cqos_core.system import Endpoint, Participant, Place, ProfileRef, Setting, System, endpoint_id
+from cqos_core.model.problems import InputError
+from cqos_core.model.system import Endpoint, Participant, Place, ProfileRef, Setting, System, endpoint_id
 from cqos_ros2.importers.codes import note
 
 if TYPE_CHECKING:
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from cqos_core.importers.source import Source
     from cqos_core.importers.tree import Node
     from cqos_core.importers.yaml_tree import Repeated
-    from cqos_core.problems import Problem
-    from cqos_core.system import ImportNote, Role, Settings
+    from cqos_core.model.problems import Problem
+    from cqos_core.model.system import ImportNote, Role, Settings
 
 LARGEST: int = 2**63 - 1
 """The largest integer that ROS 2 parameters and YAML readers of ROS 2 tools take."""

@@ -6,7 +6,7 @@ from pathlib import PurePath
 from typing import Final
 
 from cqos_core.importers.detect import claims_yaml
-from cqos_core.regular import re
+from cqos_core.model.regular import re
 
 _WIDE: Final = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 _YAML_SUFFIXES: Final = frozenset((".yaml", ".yml", ".json", ""))

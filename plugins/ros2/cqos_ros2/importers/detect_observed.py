@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.regular import re
+from cqos_core.model.regular import re
 
 _WIDE: Final = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 _COUNT: Final = re.compile(r"^[ \t]*(?:Publisher|Subscri(?:ption|ber)) count: *\d", re.MULTILINE)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.importers.forms import described
 from cqos_core.importers.reading import collector_paused, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Bridge, Route, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Route, Setting
 from cqos_ros2.importers.configuration import Configuration, as_integer, stated
 from cqos_ros2.importers.switches import read_switches
 from cqos_ros2.policies import FROM_PUBLISHERS
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.system import Endpoint, Role, Settings, System
+    from cqos_core.model.system import Endpoint, Role, Settings, System
 
 NAME: Final = "domain_bridge"
 SWITCHES: Final = {"wait_for_publisher": ("true", "false")}

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from cqos_core.importers.source import Replacement
-    from cqos_core.system import Place
+    from cqos_core.model.system import Place
 
 RVIZ: Final = {
     "depth": "Depth",

@@ -8,7 +8,7 @@ from cqos_core.importers.reading import Reading, shown
 from cqos_core.importers.source import Source
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
 from cqos_core.importers.yaml_tree import read_tree
-from cqos_core.problems import InputError
+from cqos_core.model.problems import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

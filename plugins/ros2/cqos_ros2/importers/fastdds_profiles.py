@@ -12,18 +12,18 @@ from typing import TYPE_CHECKING, Final
 
 from lxml import etree
 
-from cqos_core.excerpt import exact
 from cqos_core.importers.reading import collect, listed, shown
 from cqos_core.importers.xml_source import parse_xml
-from cqos_core.problems import InputError, Problem
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Place, Setting
+from cqos_core.model.excerpt import exact
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.importers.source import Source
     from cqos_core.importers.xml_source import Element
-    from cqos_core.system import Role, Settings
+    from cqos_core.model.system import Role, Settings
 
 _ROLES: Final[dict[str, Role]] = {
     "data_writer": PUBLISHER,

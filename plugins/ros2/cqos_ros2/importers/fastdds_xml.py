@@ -13,14 +13,14 @@ from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import collector_paused, listed, shown
-from cqos_core.system import PUBLISHER, SUBSCRIBER, ImportNote, Overlay, Place, Setting, System
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ImportNote, Overlay, Place, Setting, System
 from cqos_ros2.importers.codes import note
 from cqos_ros2.importers.fastdds_profiles import read_fastdds_profiles
 from cqos_ros2.policies import DEADLINE
 
 if TYPE_CHECKING:
     from cqos_core.importers.source import ReadContext, Source
-    from cqos_core.system import Role, Settings
+    from cqos_core.model.system import Role, Settings
     from cqos_ros2.importers.fastdds_profiles import FastDdsProfile
 
 # Policies of DDS to those of ROS 2, and what Fast DDS has where a profile says nothing; durability and reliability

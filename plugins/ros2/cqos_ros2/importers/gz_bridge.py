@@ -9,13 +9,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import collector_paused, did_you_mean, listed, shown
-from cqos_core.system import PUBLISHER, SUBSCRIBER, ProfileRef
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ProfileRef
 from cqos_ros2.importers.configuration import Configuration, stated
 
 if TYPE_CHECKING:
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import MappingNode, Node
-    from cqos_core.system import Role, Settings, System
+    from cqos_core.model.system import Role, Settings, System
 
 NODE: Final = "ros_gz_bridge"
 _BOTH: Final[tuple[Role, ...]] = (PUBLISHER, SUBSCRIBER)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from cqos_core.importers.forms import described
 from cqos_core.importers.reading import collector_paused, did_you_mean, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, is_null
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Overlay, Room
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Room
 from cqos_ros2.importers.codes import note
 from cqos_ros2.importers.configuration import Configuration, as_flag, as_integer
 from cqos_ros2.names import NOT_BY_PARAMETERS
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.system import Role, Setting, Settings, System
+    from cqos_core.model.system import Role, Setting, Settings, System
 
 PARAMETERS: Final = "ros__parameters"
 OVERRIDES: Final = "qos_overrides"

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.importers.forms import described
 from cqos_core.importers.reading import collector_paused, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode
-from cqos_core.system import PUBLISHER, SUBSCRIBER, ProfileRef
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ProfileRef
 from cqos_ros2.dialects import RMW_CODES
 from cqos_ros2.importers.configuration import Configuration, as_integer, stated
 
 if TYPE_CHECKING:
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.system import Setting, Settings, System
+    from cqos_core.model.system import Setting, Settings, System
 
 NODE: Final = "ros_bridge"
 _TOPICS: Final = "topics"

@@ -9,11 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.encoding import decode
 from cqos_core.importers.reading import Reading, collector_paused, did_you_mean, shown
-from cqos_core.problems import InputError
-from cqos_core.regular import re
-from cqos_core.system import (
+from cqos_core.model.encoding import decode
+from cqos_core.model.problems import InputError
+from cqos_core.model.regular import re
+from cqos_core.model.system import (
     PUBLISHER,
     SUBSCRIBER,
     Endpoint,
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.importers.source import ReadContext, Source
-    from cqos_core.system import Role, Settings
+    from cqos_core.model.system import Role, Settings
 
 _GROUPS: Final[dict[str, tuple[Role, str]]] = {
     "publishers": (PUBLISHER, "message"),

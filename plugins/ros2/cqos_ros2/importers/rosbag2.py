@@ -17,9 +17,9 @@ from cqos_core.importers.forms import described
 from cqos_core.importers.reading import Reading, collector_paused, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, is_null, whole_number
 from cqos_core.importers.yaml_tree import read_tree
-from cqos_core.policy import normalise
-from cqos_core.problems import InputError, InvalidValueError
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, System, endpoint_id
+from cqos_core.model.problems import InputError, InvalidValueError
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, System, endpoint_id
+from cqos_core.packs import normalise
 from cqos_ros2.dialects import RMW_CODES
 from cqos_ros2.importers.codes import note
 from cqos_ros2.importers.embedded import read_embedded
@@ -43,8 +43,8 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.policy import Policy
-    from cqos_core.system import Place, Role, Settings
+    from cqos_core.model.system import Place, Role, Settings
+    from cqos_core.packs import Policy
 
 PLAYER: Final = "rosbag2_player"
 RECORDER: Final = "rosbag2_recorder"

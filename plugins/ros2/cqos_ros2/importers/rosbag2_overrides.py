@@ -15,8 +15,8 @@ from cqos_core.importers.forms import described
 from cqos_core.importers.reading import Reading, collector_paused, did_you_mean, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, flag, is_null, whole_number
 from cqos_core.importers.yaml_tree import read_tree
-from cqos_core.problems import InputError
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Overlay, Setting, System
+from cqos_core.model.problems import InputError
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Setting, System
 from cqos_ros2.importers.rosbag2 import PLAYER, RECORDER, SWITCHES
 from cqos_ros2.importers.switches import read_switches
 from cqos_ros2.policies import (
@@ -36,7 +36,7 @@ from cqos_ros2.presets import PRESETS
 if TYPE_CHECKING:
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.system import Settings
+    from cqos_core.model.system import Settings
 
 # What rclpy reads by name, in any case.
 _WORDS: Final = {

@@ -13,7 +13,7 @@ from cqos_core.importers.forms import described
 from cqos_core.importers.qos_keys import looks_like_qos
 from cqos_core.importers.reading import collector_paused, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, is_null
-from cqos_core.system import PUBLISHER, SUBSCRIBER, ProfileRef, Room, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ProfileRef, Room, Setting
 from cqos_ros2.importers.configuration import Configuration, as_integer, stated
 from cqos_ros2.importers.editing import RVIZ
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.system import Role, Settings, System
+    from cqos_core.model.system import Role, Settings, System
 
 NODE: Final = "rviz2"
 MANAGER: Final = "Visualization Manager"

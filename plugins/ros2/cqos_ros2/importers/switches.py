@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cqos_core.importers.reading import listed, shown
-from cqos_core.problems import InputError, Problem
+from cqos_core.model.problems import InputError, Problem
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

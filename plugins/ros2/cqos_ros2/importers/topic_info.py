@@ -12,10 +12,10 @@ from collections import Counter
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.encoding import Lines, decode
 from cqos_core.importers.reading import Reading, listed, shown
-from cqos_core.problems import InputError, Problem
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System, endpoint_id
+from cqos_core.model.encoding import Lines, decode
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System, endpoint_id
 from cqos_ros2.importers.codes import note
 from cqos_ros2.importers.switches import read_switches
 from cqos_ros2.importers.topic_headings import full_name, heading, named_by_file, unnamed
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.importers.source import ReadContext, Source
-    from cqos_core.system import Role, Settings
+    from cqos_core.model.system import Role, Settings
 
 _LINE: Final = re.compile(r"[ \t]*(?P<key>[A-Z][A-Za-z0-9 ()]{0,40}?)[ \t]*:[ \t]*(?P<value>[^\r\n]*)")
 _POLICIES: Final = {

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.importers.forms import described
 from cqos_core.importers.reading import collector_paused, did_you_mean, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, kind_of
-from cqos_core.pattern import PatternError, pattern
-from cqos_core.regular import re
-from cqos_core.system import EVERY_OTHER, PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Participant, Route, Setting
+from cqos_core.model.pattern import PatternError, pattern
+from cqos_core.model.regular import re
+from cqos_core.model.system import EVERY_OTHER, PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Participant, Route, Setting
 from cqos_ros2.importers.configuration import Configuration, stated
 from cqos_ros2.names import KEY
 from cqos_ros2.policies import FROM_FIRST
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.system import Role, Settings, System
+    from cqos_core.model.system import Role, Settings, System
 
 NAME: Final = "zenoh_bridge"
 PLUGIN: Final = "ros2dds"

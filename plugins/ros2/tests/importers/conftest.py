@@ -2,7 +2,7 @@
 
 import pytest
 
-from cqos_core.system import System
+from cqos_core.model.system import System
 
 
 def _at(place):

@@ -4,8 +4,8 @@ import pytest
 
 from cqos_core import check, explain
 from cqos_core.importers.source import Source
-from cqos_core.loading import read_source
-from cqos_core.merging import merge
+from cqos_core.inputs.loading import read_source
+from cqos_core.inputs.merging import merge
 
 GZ = """\
 - ros_topic_name: /scan

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from cqos_core.importers.source import ReadContext, Source
-from cqos_core.loading import recognise
+from cqos_core.inputs.loading import recognise
+from cqos_core.model.problems import InputError
 from cqos_core.plugins import load_plugins
-from cqos_core.problems import InputError
 
 HERE = Path(__file__).parent
 IMPORTERS = (

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cqos_core.importers.source import ReadContext, Source
+from cqos_core.matching.routes import expanded
+from cqos_core.model.problems import InputError
 from cqos_core.plugins import load_plugins
-from cqos_core.problems import InputError
-from cqos_core.resolve import Resolver
-from cqos_core.routes import expanded
+from cqos_core.resolving.resolve import Resolver
 from cqos_ros2.pack import PACK
 
 CASES = Path(__file__).parent / "cases"

@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 
 from cqos_core import check
 from cqos_core.cli.app import cli
-from cqos_core.files import find_files
 from cqos_core.importers.detect import claims_yaml
 from cqos_core.importers.source import ReadContext, Source
-from cqos_core.loading import read_source, recognise
+from cqos_core.inputs.files import find_files
+from cqos_core.inputs.loading import read_source, recognise
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.system import System
 from cqos_core.plugins import load_plugins
-from cqos_core.problems import InputError, Problem
-from cqos_core.resolve import Resolver
-from cqos_core.system import System
+from cqos_core.resolving.resolve import Resolver
 from cqos_ros2.importers.detect_observed import claims_rosbag2
 from cqos_ros2.importers.rosbag2 import read
 from cqos_ros2.pack import PACK

@@ -4,8 +4,8 @@ import pytest
 
 from cqos_core import check
 from cqos_core.importers.source import ReadContext, Source
-from cqos_core.loading import read_source
-from cqos_core.merging import merge
+from cqos_core.inputs.loading import read_source
+from cqos_core.inputs.merging import merge
 from cqos_ros2.importers.rviz import read
 
 MAP = """\

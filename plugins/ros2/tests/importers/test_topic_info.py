@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 
 from cqos_core import check
 from cqos_core.importers.source import ReadContext, Source
-from cqos_core.loading import read_source, recognise
+from cqos_core.inputs.loading import read_source, recognise
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.system import System
 from cqos_core.plugins import load_plugins
-from cqos_core.problems import InputError, Problem
-from cqos_core.resolve import Resolver
-from cqos_core.system import System
+from cqos_core.resolving.resolve import Resolver
 from cqos_ros2.importers.detect_observed import claims_topic_info
 from cqos_ros2.importers.topic_headings import full_name, heading, named_by_file
 from cqos_ros2.importers.topic_info import read

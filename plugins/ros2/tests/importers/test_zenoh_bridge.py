@@ -6,9 +6,9 @@ import pytest
 
 from cqos_core import check, explain
 from cqos_core.importers.source import Source
-from cqos_core.loading import read_source
-from cqos_core.merging import merge
-from cqos_core.pattern import PatternError, pattern
+from cqos_core.inputs.loading import read_source
+from cqos_core.inputs.merging import merge
+from cqos_core.model.pattern import PatternError, pattern
 from cqos_ros2.importers.zenoh_bridge import whole_names
 
 CASES = Path(__file__).parent / "cases"

@@ -2,11 +2,11 @@
 
 from dataclasses import replace
 
-from cqos_core.evaluate import Function
-from cqos_core.expression import call, offered, requested
-from cqos_core.pack import Meeting, RulePack
-from cqos_core.policy import Choice, Policy, Text
-from cqos_core.rule import requires
+from cqos_core.language.evaluate import Function
+from cqos_core.language.expression import call, offered, requested
+from cqos_core.language.policy import Choice, Policy, Text
+from cqos_core.packs.pack import Meeting, RulePack
+from cqos_core.packs.rule import requires
 
 SPEED = Policy("speed", Choice("slow", "fast"), default="slow")
 GROUP = Policy("group", Text(), default="none")

@@ -1,9 +1,9 @@
 """A pack with a bad default, a sentence about a policy that it has not, and a preset of another."""
 
-from cqos_core.expression import offered, requested
-from cqos_core.pack import Preset, RulePack
-from cqos_core.policy import Choice, Policy
-from cqos_core.rule import requires
+from cqos_core.language.expression import offered, requested
+from cqos_core.language.policy import Choice, Policy
+from cqos_core.packs.pack import Preset, RulePack
+from cqos_core.packs.rule import requires
 
 SPEED = Policy("speed", Choice("slow", "fast"), default="medium")
 

@@ -1,0 +1,147 @@
+"""Edits as new texts: a value is replaced where it stands, a setting is added where its format says how."""
+
+from __future__ import annotations
+
+from html import escape, unescape
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from cqos_core.importers.editing import is_json, replace_within, scalar
+from cqos_core.importers.source import Replacement
+from cqos_core.language.policy import flow
+from cqos_core.model.encoding import Lines, codec, decode, encoding_of
+from cqos_core.model.excerpt import exact, span
+from cqos_core.model.problems import InvalidValueError
+from cqos_core.model.regular import re
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from cqos_core.importers.source import Inserter, Source
+    from cqos_core.model.report import Edit
+    from cqos_core.model.system import Place
+
+
+class Edited(NamedTuple):
+    """A source with edits applied, and the edits that could not be, each with the reason."""
+
+    data: bytes
+    left: tuple[tuple[Edit, str], ...] = ()
+
+
+def edited(source: Source, edits: Iterable[Edit], inserter: Callable[[], Inserter | None]) -> Edited:
+    """Apply edits to one source; layout and comments stay.
+
+    Args:
+        source: the file.
+        edits: all of this source.
+        inserter: returns what adds settings in this format; None where the format knows no way.
+    """
+    data = source.data
+    text = decode(data)
+    encoding = codec(encoding_of(data)) or "utf-8"
+    made, left = replacements(source, edits, inserter)
+    for change in sorted(made, reverse=True):
+        text = text[: change.start] + change.text + text[change.end :]
+    mark = data[: len(data) - len(decode(data).encode(encoding, "replace"))]
+    try:
+        return Edited(mark + text.encode(encoding), tuple(left))
+    except UnicodeEncodeError:
+        reason = f"the file is written in {encoding}, which has no such character"
+        return Edited(data, tuple((edit, reason) for edit in dict.fromkeys(edits)))
+
+
+def replacements(
+    source: Source, edits: Iterable[Edit], inserter: Callable[[], Inserter | None]
+) -> tuple[list[Replacement], list[tuple[Edit, str]]]:
+    """Return what edits replace in the text of one source, in order, and the edits that cannot be applied."""
+    data = source.data
+    text = decode(data)
+    left: list[tuple[Edit, str]] = []
+    changes: dict[Replacement, list[Edit]] = {}
+    added: dict[Place, list[Edit]] = {}
+    for edit in dict.fromkeys(edits):
+        if edit.old is None:
+            added.setdefault(edit.place, []).append(edit)
+            continue
+        found = _replaced(text, edit, data)
+        if found is None:
+            left.append((edit, f"`{edit.old}` does not stand there"))
+        else:
+            changes.setdefault(found, []).append(edit)
+    insert = inserter() if added else None
+    for place, group in added.items():
+        stated = {edit.attribute: edit.new for edit in group}
+        found = insert(text, place, stated) if insert is not None and len(stated) == len(group) else None
+        if found is None:
+            left += ((edit, f"its format has no place for `{edit.attribute}`") for edit in group)
+        else:
+            changes.setdefault(found, []).extend(group)
+    made, clashing = _apart(changes)
+    left += ((edit, "another edit changes the same text") for edit in clashing)
+    return made, left
+
+
+def _apart(changes: dict[Replacement, list[Edit]]) -> tuple[list[Replacement], list[Edit]]:
+    """Return the changes that overlap no earlier one, and the edits of the others."""
+    made: list[Replacement] = []
+    clashing: list[Edit] = []
+    for change in sorted(changes):
+        if made and change.start < max(made[-1].end, made[-1].start + 1):
+            clashing += changes[change]
+        else:
+            made.append(change)
+    return made, clashing
+
+
+_ATTRIBUTE: Final = re.compile(r"""[^\s=/<>"']++\s*+=\s*+(?P<value>"[^"]*+"|'[^']*+')""")
+_LEAF: Final = re.compile(r"""<[^\s<>/!?=]++(?:[^<>"']++|"[^"]*+"|'[^']*+')*+(?<!/)>\s*+(?P<value>[^<]*?)\s*<""")
+
+
+def _replaced(text: str, edit: Edit, data: bytes) -> Replacement | None:
+    """Replace the value at its exact place; None where another text stands there."""
+    place = exact([edit.place], {edit.place.source: data})[edit.place]
+    lines = Lines(text)
+    start = lines.start(place.line) if place.line is not None else None
+    if start is None or edit.old is None:
+        return None
+    if place.column is None:
+        return _on_line(lines.line(place.line or 0), start, edit)
+    offset = start + place.column - 1
+    if text[:200].lstrip().startswith("<"):
+        return _in_xml(text, offset, edit)
+    shown = span(place, {edit.place.source: data})
+    written = text[offset : offset + shown.width] if shown is not None else ""
+    if not written or not _means(written, edit.old):
+        return replace_within(text, place, edit.attribute, edit.old, edit.new)
+    return Replacement(offset, offset + len(written), scalar(edit.new, like=written, in_json=is_json(text)))
+
+
+def _means(written: str, old: str) -> bool:
+    if written == old:
+        return True
+    try:
+        read = flow(written)
+        return bool(read == old or (written[:1] in "[{" and read == flow(old)))
+    except InvalidValueError:
+        return False
+
+
+def _on_line(line: str, start: int, edit: Edit) -> Replacement | None:
+    """Replace a word of a line, if the line has it once."""
+    found = list(re.finditer(rf"(?<![\w.]){re.escape(edit.old or '')}(?![\w.])", line))
+    if len(found) != 1:
+        return None
+    return Replacement(start + found[0].start(), start + found[0].end(), edit.new)
+
+
+def _in_xml(text: str, offset: int, edit: Edit) -> Replacement | None:
+    """Replace the value of an attribute, or the text of an element without children."""
+    if found := _ATTRIBUTE.match(text, offset):
+        start, end = found.start("value") + 1, found.end("value") - 1
+        new = escape(edit.new)
+    elif found := _LEAF.match(text, offset):
+        start, end = found.span("value")
+        new = escape(edit.new, quote=False)
+    else:
+        return None
+    return Replacement(start, end, new) if unescape(text[start:end]).strip() == (edit.old or "").strip() else None

@@ -1,0 +1,452 @@
+"""From a pair of a system to a plan for a prover, and from the outcome back to what C-QoS says of the pair."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass, replace
+from math import ceil
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.analysis.applying import apply_edits
+from cqos_core.analysis.proving.plan import End, Fault, NotRunnableError, Plan
+from cqos_core.checking.explanation import explain_pair, settled_pair
+from cqos_core.checking.pipeline import with_options
+from cqos_core.exporters.contract import ExportContext, judged
+from cqos_core.language.policy import ENDPOINT, NEED, Depends, is_plain
+from cqos_core.matching.wire import on_wire, plain_texts
+from cqos_core.model.report import Severity, Verdict
+from cqos_core.model.system import Place, Setting
+from cqos_core.model.system import Topic as StatedTopic
+from cqos_core.packs.guarantee import LINK, OUTAGE, SURVIVES
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from cqos_core.analysis.proving.plan import Event, Outcome, Prover
+    from cqos_core.checking.checker import Context
+    from cqos_core.language.policy import Value
+    from cqos_core.matching.pairing import EndpointGroup, Topic
+    from cqos_core.model.report import Finding, PairReport, Remedy
+    from cqos_core.model.system import Endpoint, System
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.resolved import Resolved
+
+_ROUNDS: Final = 10
+"""Fixes that one pair may take."""
+_SECOND: Final = 1_000_000_000
+_SAMPLES: Final = 20
+_FEWEST: Final = 3
+_TIME: Final = 2 * _SECOND
+"""So long are samples sent without a fault, so that there are fewer where the topic has a long period."""
+_PERIOD: Final = 20_000_000
+"""Of topics that state none."""
+_PERIODS: Final = (5_000_000, _SECOND)
+"""The shortest and the longest period at which samples are sent."""
+_SENT_DURING: Final = ("link_outage", "subscriber_restart")
+_MOST_DURING: Final = 500
+_MOST_EARLY: Final = 100
+_FAULT: Final = 1.0  # seconds of a fault whose length is not stated
+_LONGEST_OUTAGE: Final = 30 * _SECOND
+"""Nanoseconds; a run with a longer stated outage has a short one instead."""
+_HERE: Final = Place("the command line", path="cqos prove")
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A pair that is ready to run.
+
+    Attributes:
+        system: with the assumptions under which the pack judges as the implementation behaves.
+        topic, protocol: where the two meet, as messages name it.
+        report: what C-QoS says of the pair under these assumptions.
+        on: the name of the prover.
+        survives: the faults that the needs of the subscriber name, as far as the prover injects them.
+    """
+
+    system: System
+    publisher: str
+    subscriber: str
+    topic: str
+    protocol: str
+    report: PairReport
+    plan: Plan
+    prover: Prover
+    on: str
+    survives: tuple[Fault, ...] = ()
+
+    def run(self, report: Callable[[Event], None] = lambda _event: None) -> Outcome:
+        """Run the pair."""
+        return self.prover.prove(self.plan, report)
+
+
+def named(system: System, where: Context) -> System:
+    """Return a system whose endpoints have the ids that reports give them, so that fixes find them."""
+    endpoints = judged(system, ExportContext(where.find_pack, where.default_protocol)).endpoints
+    return replace(system, endpoints=[replace(each.endpoint, id=each.id) for each in endpoints])
+
+
+def prepare(
+    system: System, publisher: str, subscriber: str, where: Context, on: str = "", fault: Fault | None = None
+) -> Trial:
+    """Choose a prover for a pair and plan its run.
+
+    Args:
+        system: whose endpoints the two are.
+        publisher: its id.
+        subscriber: its id.
+        where: the packs.
+        on: the name of the prover; without it the one that the options of the pair name, or the pack's first.
+        fault: what goes wrong in the middle of the run.
+
+    Raises:
+        CqosError: there is no such endpoint, or the two never meet.
+        NotRunnableError: no prover runs this pair.
+    """
+    topic, _ = settled_pair(system, publisher, subscriber, where)
+    pack, ends = _on_the_wire(system, publisher, subscriber, where)
+    name, prover = _choose(pack, ends, on)
+    period, stated = _period(topic)
+    assumed = _with_facts(_assuming(system, pack, ends, name, prover), topic, subscriber, fault, where)
+    if period != stated:
+        assumed = _with_period(assumed, {ends[0].endpoint.topic, ends[1].endpoint.topic, topic.shown}, period)
+    report = explain_pair(assumed, publisher, subscriber, where)
+    if report.hops:
+        hops = "; ".join(f"`{hop.publisher}` and `{hop.subscriber}`" for hop in report.hops)
+        raise NotRunnableError(f"the two meet over bridges only; name the ends of one hop: {hops}")
+    pack, ends = _on_the_wire(assumed, publisher, subscriber, where)
+    broker = _texts(ends[0], "broker") or _texts(ends[1], "broker")
+    offering, requesting = (
+        End(each.id, _texts(each, ENDPOINT), _texts(each, "participant", "option")) for each in ends
+    )
+    early, seconds = _early(topic), period / _SECOND
+    during = 0 if fault is None or fault.kind not in _SENT_DURING else min(ceil(fault.seconds / seconds), _MOST_DURING)
+    plan = Plan(
+        pack.id,
+        ends[0].key or topic.key,
+        offering,
+        requesting,
+        filter=(ends[1].endpoint.topic or "") if ends[1].carried is None else "",
+        facts={**_texts(ends[1], "topic"), **_texts(ends[0], "topic")},
+        broker=broker,
+        samples=early + max(_FEWEST, min(_SAMPLES, _TIME // period)) + during,
+        early=early,
+        during=during,
+        period=seconds,
+        fault=fault,
+    )
+    survives = tuple(each for each in _needed_faults(topic) if each.kind in prover.faults)
+    return Trial(assumed, publisher, subscriber, topic.shown, topic.pack.id, report, plan, prover, name, survives)
+
+
+def _on_the_wire(
+    system: System, publisher: str, subscriber: str, where: Context
+) -> tuple[RulePack, tuple[Resolved, Resolved]]:
+    """Return the pack that has provers for a pair, and the two as it sees them."""
+    topic, resolver = settled_pair(system, publisher, subscriber, where)
+    ends = _as_settled(topic.publishers[0]), _as_settled(topic.subscribers[0])
+    pack = topic.pack
+    if pack.provers:
+        return pack, ends
+    wire = pack.wire
+    below = None if wire is None else where.find_pack(wire.protocol)
+    if wire is None or below is None or not below.provers:
+        lacking = "" if wire is None else f"; install the rule pack `{wire.protocol}`, which runs them"
+        raise NotRunnableError(f"{pack.title} has no implementation on which pairs can be run{lacking}")
+    names = [wire.topic(end.key or "", plain_texts(end)) for end in ends]
+    if None in names:
+        raise NotRunnableError(
+            f"with these options, `{topic.shown}` of {pack.title} is not carried by {below.title}, which runs pairs"
+        )
+    carried = tuple(on_wire(resolver, end, wire, name or "", below) for end, name in zip(ends, names, strict=True))
+    return below, (carried[0], carried[1])
+
+
+def _as_settled(members: EndpointGroup) -> Resolved:
+    return replace(members.first, profile=members.profile)
+
+
+def _choose(pack: RulePack, ends: Sequence[Resolved], on: str) -> tuple[str, Prover]:
+    if on and on not in pack.provers:
+        raise NotRunnableError(f"{pack.title} has no `{on}` to run pairs on; it has {', '.join(pack.provers)}")
+    for name in pack.provers:
+        prover = _load(pack, name)
+        if name == on or (not on and all(_fits(end, prover.assumes) for end in ends)):
+            return name, prover
+    stated = {
+        f"{option} {plain_texts(end).get(option, 'unknown')}"
+        for name in pack.provers
+        for end in ends
+        for option in _load(pack, name).assumes
+    }
+    raise NotRunnableError(
+        f"no pair can be run with {' and '.join(sorted(stated))}; `--on` {' or '.join(pack.provers)} runs it there"
+    )
+
+
+def _load(pack: RulePack, name: str) -> Prover:
+    module, _, attribute = pack.provers[name].partition(":")
+    prover: Prover = getattr(importlib.import_module(module), attribute)
+    return prover
+
+
+def _fits(end: Resolved, assumes: Mapping[str, str]) -> bool:
+    """Whether the options of an end are, or may be, those of an implementation."""
+    for option, text in assumes.items():
+        index = end.pack.find("option", option)
+        if index is None or end.written(index) is None:
+            continue
+        wanted = end.pack.policies[index].domain.parse(text)
+        if not _may_be(end.profile.values[index], wanted):
+            return False
+    return True
+
+
+def _may_be(value: Value, wanted: Value) -> bool:
+    if isinstance(value, Depends):
+        return any(_may_be(case, wanted) for _, case in value.cases)
+    return value == wanted if is_plain(value) else True
+
+
+def _assuming(system: System, pack: RulePack, ends: Sequence[Resolved], name: str, prover: Prover) -> System:
+    """State the options of an implementation at the participants of both ends, in place of what they state."""
+    participants = dict(system.participants)
+    for end in ends:
+        own = end if end.carried is None else end.carried.endpoint
+        owner = participants.get(own.endpoint.participant)
+        options = dict(prover.assumes)
+        if own.pack is not pack:
+            wire = own.pack.wire.options if own.pack.wire is not None else {}
+            options = {option: name for option, below in wire.items() if below in prover.assumes}
+        if owner is not None:  # ends of bridges have no participant that states anything
+            indices = {own.pack.find("option", option) for option in options}
+            kept = {n: s for n, s in owner.settings.items() if own.pack.find("option", n) not in indices}
+            stated = {option: Setting(text, _HERE) for option, text in options.items()}
+            participants[owner.id] = replace(owner, settings={**kept, **stated})
+    return replace(system, participants=participants)
+
+
+def _with_facts(system: System, topic: Topic, subscriber: str, fault: Fault | None, where: Context) -> System:
+    """State what the fault makes true, so that guarantees are checked with it."""
+    if fault is None:
+        return system
+    text = f"{fault.seconds * 1000:g}ms"
+    pack = topic.subscribers[0].first.carried.endpoint.pack if topic.subscribers[0].first.carried else topic.pack
+    if fault.kind == "slow_reader" and pack.find(ENDPOINT, "taken_every") is not None:
+        return with_setting(system, (subscriber,), "taken_every", text)
+    if fault.kind == "link_outage" and pack.find("option", "outage") is not None:
+        return with_options(system, {pack.id: {"outage": text}}, where, _HERE)
+    return system
+
+
+def _period(topic: Topic) -> tuple[int, int]:
+    """Return the period of a run and that of the topic, in nanoseconds; equal where the topic states none."""
+    index = topic.pack.find("topic", "period")
+    stated = None if index is None else topic.publishers[0].profile.values[index]
+    if not isinstance(stated, int):
+        return _PERIOD, _PERIOD
+    return min(max(stated, _PERIODS[0]), _PERIODS[1]), stated
+
+
+def _with_period(system: System, names: Iterable[str | None], period: int) -> System:
+    """State the period of a run in place of the topic's, which takes too long or is too short."""
+    topics = dict(system.topics)
+    for name in names:
+        if name is not None:
+            known = topics.get(name, StatedTopic(name))
+            topics[name] = replace(known, settings={**known.settings, "period": Setting(f"{period}ns", _HERE)})
+    return replace(system, topics=topics)
+
+
+def _needed_faults(topic: Topic) -> list[Fault]:
+    """Return the faults that the subscriber's needs must survive; an outage lasts as long as is stated, if a run can wait for it."""
+    pack, values = topic.pack, topic.subscribers[0].profile.values
+    index = pack.find(NEED, SURVIVES.name)
+    kinds = () if index is None else values[index]
+    outage = pack.find("option", OUTAGE.name)
+    stated = None if outage is None else values[outage]
+    seconds = stated / _SECOND if isinstance(stated, int) and 0 < stated <= _LONGEST_OUTAGE else _FAULT
+    return [
+        Fault(str(kind), seconds if kind == "link_outage" else _FAULT)
+        for kind in (kinds if isinstance(kinds, tuple) else ())
+    ]
+
+
+def _early(topic: Topic) -> int:
+    """Return how many samples are sent before the subscriber starts: as many as it needs of them."""
+    index, nothing = topic.pack.needs.get("late_join", (0, None))
+    needed = topic.subscribers[0].profile.values[index]
+    return min(needed, _MOST_EARLY) if nothing is not None and isinstance(needed, int) else 0
+
+
+def _texts(end: Resolved, *levels: str) -> dict[str, str]:
+    """Return the values of some levels that are known."""
+    found = {}
+    for policy, value in zip(end.pack.policies, end.profile.values, strict=False):
+        if (
+            policy.level in levels
+            and is_plain(value)
+            and (policy.level != ENDPOINT or end.endpoint.role in policy.roles)
+        ):
+            found[policy.name] = policy.domain.format(value)
+    return found
+
+
+# Fixes
+
+
+def fixed(
+    trial: Trial,
+    where: Context,
+    first: Finding | None = None,
+    again: Callable[[Mapping[str, bytes]], System] | None = None,
+) -> tuple[Trial, tuple[Remedy, ...]] | None:
+    """Apply to a pair the first fix of each error that it has, until it has none.
+
+    Args:
+        trial: the pair.
+        where: the packs.
+        first: the finding whose fix is applied first.
+        again: reads the files of the system with new texts, by name. A fix that edits files is then applied to a copy of
+            them, which is read back. Other fixes are laid over the endpoints.
+
+    Returns:
+        The pair with the fixes, and these; None where it has no fix.
+    """
+    applied: dict[tuple[object, ...], Remedy] = {}
+    current = trial
+    for _ in range(_ROUNDS):
+        errors = [each for each in current.report.findings if each.severity is Severity.ERROR]
+        if first is not None and not applied:
+            errors.insert(0, first)
+        tried = (
+            (fix, changed)
+            for each in errors
+            for fix in each.remedies
+            if _what(fix) not in applied and (changed := _changed(current.system, fix, where, again)) is not None
+        )
+        remedy, system = next(tried, (None, current.system))
+        if remedy is None:
+            break
+        applied[_what(remedy)] = remedy
+        current = prepare(system, trial.publisher, trial.subscriber, where, trial.on, trial.plan.fault)
+        if current.report.verdict is not Verdict.INCOMPATIBLE and all(
+            each.severity is not Severity.ERROR for each in current.report.findings
+        ):
+            break
+    return (current, tuple(applied.values())) if applied else None
+
+
+def _what(remedy: Remedy) -> tuple[object, ...]:
+    return remedy.members, remedy.policy, remedy.value
+
+
+def _changed(
+    system: System, remedy: Remedy, where: Context, again: Callable[[Mapping[str, bytes]], System] | None
+) -> System | None:
+    """Return a system with a fix applied; None where it cannot be."""
+    if again is None or not remedy.edits:
+        known = {each.id for each in system.endpoints}
+        return (
+            with_setting(system, remedy.members, remedy.policy, remedy.value)
+            if known.issuperset(remedy.members)
+            else None
+        )
+    edited = apply_edits(system.sources, remedy.edits)
+    if edited.left or not edited.texts:
+        return None
+    return named(again({**system.sources, **edited.texts}), where)
+
+
+def with_setting(system: System, members: Sequence[str], policy: str, value: str) -> System:
+    """Return a system with one value laid over some of its endpoints."""
+
+    def changed(endpoint: Endpoint) -> Endpoint:
+        if endpoint.id not in members:
+            return endpoint
+        return replace(endpoint, overlay={**endpoint.overlay, policy: Setting(value, _HERE)})
+
+    return replace(system, endpoints=[changed(each) for each in system.endpoints])
+
+
+# What reality says
+
+
+def summary(outcome: Outcome) -> str:
+    """Return what happened in one line: ``20 sent, 0 arrived, refused for RELIABILITY``."""
+    parts = [f"{len(outcome.sent)} sent, {len(set(outcome.arrived))} arrived"]
+    if outcome.repeated:
+        parts.append(f"{len(outcome.repeated)} more than once")
+    if not outcome.ordered:
+        parts.append("out of order")
+    parts += [f"{role} failed: {reason or 'no reason given'}" for role, reason in outcome.not_created.items()]
+    if outcome.refused:
+        parts.append(f"refused for {', '.join(each.upper() for each in outcome.refused)}")
+    elif outcome.matched is False:
+        parts.append("never connected")
+    return ", ".join(parts)
+
+
+def disagreements(trial: Trial, outcome: Outcome, where: Context) -> list[str]:
+    """Return each sentence of the report that the run contradicts; an unknown verdict contradicts nothing."""
+    report = trial.report
+    connected = outcome.matched is True and not outcome.not_created
+    refusing = [each.code for each in report.findings if _refuses(each, where)]
+    if report.verdict is Verdict.COMPATIBLE and not refusing and not connected:
+        return [f"C-QoS says compatible, {outcome.by} did not connect the two: {summary(outcome)}"]
+    if refusing and connected and outcome.arrived:
+        codes = ", ".join(dict.fromkeys(refusing))
+        return [f"C-QoS says incompatible ({codes}), {outcome.by} connected the two: {summary(outcome)}"]
+    return _broken(trial, outcome) if connected else []
+
+
+def _refuses(finding: Finding, where: Context) -> bool:
+    """Whether a finding says that the middleware refuses the pair or an end, rather than that a requirement is not met."""
+    rule = where.find_rule(finding.code)
+    of_pack = getattr(rule, "kind", "") in {"requires", "forbids"} and not getattr(rule, "guarantee", "")
+    return of_pack and finding.severity is Severity.ERROR and finding.verdict is not Verdict.UNKNOWN
+
+
+def not_seen(trial: Trial, outcome: Outcome) -> list[tuple[str, str]]:
+    """Return code and message of each error about a pair that the middleware connects all the same.
+
+    What is not guaranteed need not be lost in a run that is this short.
+    """
+    if trial.report.verdict is not Verdict.INCOMPATIBLE or not outcome.arrived:
+        return []
+    return [(each.code, each.message) for each in trial.report.findings if each.verdict is Verdict.INCOMPATIBLE]
+
+
+def claims(report: PairReport, fault: Fault | None) -> dict[str, str]:
+    """Return by word what C-QoS guarantees under a fault; what it does not know or give is left out.
+
+    A slow reader is no fault of the pair: what is given to connected ends is given to it too.
+    """
+    column = LINK if fault is None or fault.kind == "slow_reader" else fault.kind
+    values = {each.word: cell.value for each in report.guarantees for cell in each.cells if cell.fault == column}
+    return {word: value for word, value in values.items() if value not in {"no", "unknown", "none"}}
+
+
+def _broken(trial: Trial, outcome: Outcome) -> list[str]:
+    """Return the guarantees that the run did not keep."""
+    after = "" if trial.plan.fault is None else f" with {trial.plan.fault}"
+    return [
+        f"C-QoS says {word} {value}{after}, the run shows: {summary(outcome)}"
+        for word, value in claims(trial.report, trial.plan.fault).items()
+        if kept_by(word, value, trial.plan, outcome) is False
+    ]
+
+
+def kept_by(word: str, value: str, plan: Plan, outcome: Outcome) -> bool | None:
+    """Return whether a run kept a guarantee; None where a run shows nothing about it, or nothing was guaranteed."""
+    if value in {"", "no", "unknown", "none", "0"}:
+        return None
+    early = {number for number in outcome.sent if number < plan.early}
+    if word == "late_join":
+        return len(early & set(outcome.arrived)) >= min(int(value), len(early)) if value.isdigit() and early else None
+    checks: Mapping[str, Callable[[], bool]] = {
+        "loss_free": lambda: not set(outcome.lost) - early,
+        "duplicate_free": lambda: not outcome.repeated,
+        "ordered": lambda: outcome.ordered,
+        "latest": lambda: not outcome.sent or outcome.sent[-1] in outcome.arrived,
+    }
+    return checks[word]() if word in checks else None

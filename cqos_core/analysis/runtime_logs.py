@@ -1,0 +1,166 @@
+"""From what running programs say of endpoints that do not fit to the pairs, rules and remedies that a system knows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from operator import itemgetter
+from typing import TYPE_CHECKING
+
+from cqos_core.checking.checker import check_system
+from cqos_core.checking.explanation import endpoints_of
+from cqos_core.model.report import Pair, Verdict
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from cqos_core.checking.checker import Context
+    from cqos_core.model.logs import Misfit, Occurrence
+    from cqos_core.model.report import Finding, Group, Report
+    from cqos_core.model.system import System
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.packs.rule import Rule
+    from cqos_core.resolving.resolved import Resolved
+
+
+@dataclass(frozen=True, slots=True)
+class Explained:
+    """What is known of one thing that programs say.
+
+    Attributes:
+        rules: of the pack, over the policy that is named.
+        pairs: of the system, that are meant and not known to fit, each with its verdict.
+        findings: of the system, why these pairs do not fit: all their policies, not only the one that is named.
+        remark: why nothing, or not everything, could be found in the system; empty if there is nothing to remark.
+    """
+
+    occurrence: Occurrence
+    rules: tuple[Rule, ...]
+    pairs: tuple[Pair, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    remark: str = ""
+
+
+def rules_over(misfit: Misfit, pack: RulePack | None) -> tuple[Rule, ...]:
+    """Return the rules that a pair breaks if the policy that is named is at fault."""
+    if pack is None:
+        return ()
+    policies = pack.vocabulary.policies
+    return tuple(
+        bound.rule
+        for bound in pack.by_scope.get("pair", ())
+        if bound.rule.kind == "requires"
+        and not bound.rule.guarantee
+        and {policies[use.index].name for use in bound.bound.uses} & {*misfit.policies}
+    )
+
+
+def explain_alone(occurrences: Iterable[Occurrence], context: Context) -> list[Explained]:
+    """Explain what can be said without any system."""
+    return [Explained(each, rules_over(each.misfit, context.find_pack(each.misfit.protocol))) for each in occurrences]
+
+
+def explain_misfits(occurrences: Iterable[Occurrence], system: System, context: Context) -> list[Explained]:
+    """Explain what programs say by the pairs of a system."""
+    known = _Known(endpoints_of(system, context), check_system(system, context))
+    return [_explained(each, known, context) for each in occurrences]
+
+
+class _Known:
+    """A checked system, by what programs name in it.
+
+    Attributes:
+        endpoints: by protocol and topic (None: all), as programs print it in full or name it themselves.
+        groups: those that are not compatible, by publisher.
+        findings: those about pairs, by endpoint.
+    """
+
+    def __init__(self, endpoints: Sequence[Resolved], report: Report) -> None:
+        self.endpoints: dict[tuple[str, str | None], list[Resolved]] = {}
+        for each in endpoints:
+            for name in _topic_names(each):
+                self.endpoints.setdefault((each.pack.id, name), []).append(each)
+        self.groups: dict[str, list[tuple[int, Group]]] = {}
+        for number, group in enumerate(report.groups):
+            for publisher in group.publishers if group.verdict is not Verdict.COMPATIBLE else ():
+                self.groups.setdefault(publisher, []).append((number, group))
+        self.findings: dict[str, list[tuple[int, Finding]]] = {}
+        for number, finding in enumerate(report.findings):
+            for member in dict.fromkeys(finding.endpoints) if finding.verdict is not None else ():
+                self.findings.setdefault(member, []).append((number, finding))
+
+
+def _topic_names(endpoint: Resolved) -> Iterable[str | None]:
+    """How programs may call the topic of an endpoint: in full, as stated, or by the last parts of its name."""
+    key = endpoint.key or ""
+    ends = (key[at + 1 :] for at, letter in enumerate(key) if letter == "/" and key[at + 1 : at + 2] != "/")
+    return dict.fromkeys([None, endpoint.key, endpoint.shown, endpoint.endpoint.topic, *ends])
+
+
+def _explained(occurrence: Occurrence, known: _Known, context: Context) -> Explained:
+    misfit = occurrence.misfit
+    rules = rules_over(misfit, context.find_pack(misfit.protocol))
+    on_topic = known.endpoints.get((misfit.protocol, misfit.topic))
+    if not on_topic:
+        return Explained(occurrence, rules, remark="the system has no such topic")
+    own = [each for each in on_topic if each.role == misfit.role]
+    mine = [each for each in own if misfit.participant in {None, _address(each)}]
+    remark = ""
+    if own and not mine and misfit.topic is not None:
+        remark = f"the system has no {misfit.role} of `{misfit.participant}` there; this is about its others"
+        mine = own
+    keys = {each.key for each in mine}
+    others = [each for each in on_topic if each.role != misfit.role and each.key in keys]
+    missing = misfit.role if not mine else "" if others else _opposite(misfit.role)
+    if missing:
+        owner = f" of `{misfit.participant}`" if own and not mine else ""
+        return Explained(occurrence, rules, remark=f"the system has no {missing}{owner} there")
+    publishers, subscribers = (mine, others) if misfit.role == PUBLISHER else (others, mine)
+    pairs = _pairs({each.id for each in publishers}, {each.id for each in subscribers}, known)
+    findings = _findings(pairs, known)
+    if misfit.topic is None and rules:
+        # Of all topics of the participant, it is one where the named policy does not fit.
+        findings = tuple(each for each in findings if each.code in {rule.code for rule in rules})
+        pairs = tuple(pair for pair in pairs if any(_concerns(each, pair) for each in findings))
+    if not pairs:
+        remark = "by the system they fit, so what runs differs from it: `cqos diff` compares it with a snapshot"
+    elif rules and not {rule.code for rule in rules} & {each.code for each in findings}:
+        remark = remark or "by the system other policies do not fit than the one that is named"
+    return Explained(occurrence, rules, pairs, findings, remark)
+
+
+def _address(endpoint: Resolved) -> str:
+    return endpoint.pack.meeting.address(endpoint.endpoint.participant, endpoint.participant.texts)
+
+
+def _opposite(role: str) -> str:
+    return SUBSCRIBER if role == PUBLISHER else PUBLISHER
+
+
+def _pairs(publishers: set[str], subscribers: set[str], known: _Known) -> tuple[Pair, ...]:
+    groups = {number: group for name in publishers for number, group in known.groups.get(name, ())}
+    found = [
+        Pair(group.topic, publisher, subscriber, group.verdict)
+        for _, group in sorted(groups.items(), key=itemgetter(0))
+        for publisher, subscriber in product(
+            [name for name in group.publishers if name in publishers],
+            [name for name in group.subscribers if name in subscribers],
+        )
+    ]
+    # Where some certainly do not fit, these are meant.
+    certain = [pair for pair in found if pair.verdict is Verdict.INCOMPATIBLE]
+    return tuple(certain or found)
+
+
+def _findings(pairs: Sequence[Pair], known: _Known) -> tuple[Finding, ...]:
+    """Return the findings about any of the pairs that are not compatible, in the order of the report."""
+    offering, requesting = (
+        {number: finding for name in names for number, finding in known.findings.get(name, ())}
+        for names in ({pair.publisher for pair in pairs}, {pair.subscriber for pair in pairs})
+    )
+    return tuple(offering[number] for number in sorted(offering.keys() & requesting.keys()))
+
+
+def _concerns(finding: Finding, pair: Pair) -> bool:
+    return {pair.publisher, pair.subscriber} <= {*finding.endpoints}

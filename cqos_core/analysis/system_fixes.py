@@ -1,0 +1,119 @@
+"""Applies remedies to a whole system until no error is left that one of the wanted kind mends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+from cqos_core.checking.checker import check_system
+from cqos_core.exporters.contract import ExportContext, judged
+from cqos_core.language.policy import ENDPOINT
+from cqos_core.model.report import Severity
+from cqos_core.model.system import Place, Setting
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from cqos_core.checking.checker import Context
+    from cqos_core.model.report import Finding, Remedy
+    from cqos_core.model.system import Endpoint, System
+
+Wanted: TypeAlias = Literal["first", "configuration"]
+"""``first`` takes the best remedy of an error, ``configuration`` the best of those that need no change of the program."""
+
+_ROUNDS: Final = 50
+
+
+@dataclass(frozen=True, slots=True)
+class Applied:
+    """A remedy that was applied, and the code of the rule it satisfies."""
+
+    code: str
+    remedy: Remedy
+
+
+@dataclass(frozen=True, slots=True)
+class Mended:
+    """A system with remedies applied.
+
+    Attributes:
+        system: with the changes as overlays of its endpoints, whose ids are unique.
+        applied: in the order of application.
+        left: the errors that are still there.
+    """
+
+    system: System
+    applied: tuple[Applied, ...]
+    left: tuple[Finding, ...]
+
+    @property
+    def changed(self) -> frozenset[tuple[str, str]]:
+        """Ids of endpoints and policies that have another value now."""
+        return frozenset((name, each.remedy.policy) for each in self.applied for name in each.remedy.members)
+
+
+def mend(system: System, context: Context, wanted: Wanted) -> Mended:
+    """Apply for each error the best remedy of the wanted kind; none that makes another pair worse.
+
+    After each round the system is checked anew, so that what one remedy mends needs no second one.
+    """
+    endpoints = judged(system, ExportContext(context.find_pack, context.default_protocol)).endpoints
+    # What stands for several topics has one setting for all of them, and its parts cannot be changed apart.
+    alone = {each.id for each in endpoints if each.whole is not None}
+    policies = {
+        policy.name
+        for each in endpoints
+        if each.whole is not None
+        for policy in each.whole.pack.policies
+        if policy.level == ENDPOINT
+    }
+    current = replace(system, endpoints=[replace(each.endpoint, id=each.id) for each in endpoints])
+    applied: list[Applied] = []
+    for _ in range(_ROUNDS):
+        errors = _errors(current, context)
+        chosen = _chosen(errors, wanted, alone, policies, applied)
+        if not chosen:
+            break
+        applied += chosen
+        current = _with(current, chosen)
+    return Mended(current, tuple(applied), tuple(errors))
+
+
+def _errors(system: System, context: Context) -> list[Finding]:
+    findings = check_system(system, context).findings
+    return [each for each in findings if each.severity is Severity.ERROR and each.accepted is None]
+
+
+def _chosen(
+    errors: Iterable[Finding], wanted: Wanted, alone: set[str], policies: set[str], applied: Iterable[Applied]
+) -> list[Applied]:
+    """Choose a remedy for each error, unless another one of this round sets the same value otherwise."""
+    before = {each.remedy for each in applied}
+    taken: dict[tuple[str, str], str] = {}
+    chosen = []
+    for error in errors:
+        for remedy in error.remedies:
+            if (wanted == "configuration" and remedy.kind != "configuration") or remedy.breaks or remedy in before:
+                continue
+            if remedy.policy not in policies or not alone.issuperset(remedy.members):
+                continue
+            values = {taken.get((name, remedy.policy), remedy.value) for name in remedy.members}
+            if values == {remedy.value}:
+                taken.update({(name, remedy.policy): remedy.value for name in remedy.members})
+                chosen.append(Applied(error.code, remedy))
+            break
+    return chosen
+
+
+def _with(system: System, chosen: Iterable[Applied]) -> System:
+    changes: dict[str, dict[str, Setting]] = {}
+    for each in chosen:
+        setting = Setting(each.remedy.value, Place(f"a remedy of {each.code}"))
+        for name in each.remedy.members:
+            changes.setdefault(name, {})[each.remedy.policy] = setting
+
+    def changed(endpoint: Endpoint) -> Endpoint:
+        own = changes.get(endpoint.id)
+        return endpoint if own is None else replace(endpoint, overlay={**endpoint.overlay, **own})
+
+    return replace(system, endpoints=[changed(endpoint) for endpoint in system.endpoints])

@@ -1,0 +1,75 @@
+"""Reads BPMN 2.0 collaborations: signal events are endpoints, signals are topics, pools are participants.
+
+What is read, in which dialects, and the extension words of C-QoS's own are described in ``docs/bpmn.md``.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cqos_core.bpmn.document import Document, require_bpmn
+from cqos_core.bpmn.endpoints import Endpoints
+from cqos_core.bpmn.events import read_events
+from cqos_core.bpmn.messages import read_messages
+from cqos_core.bpmn.participants import read_participants
+from cqos_core.bpmn.reading import Reading
+from cqos_core.bpmn.signals import read_signals
+from cqos_core.bpmn.unread import report_unread
+from cqos_core.bpmn.words import read_system_words
+from cqos_core.importers.xml_source import parse_xml
+from cqos_core.model.problems import InputError, Problem
+
+if TYPE_CHECKING:
+    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.model.system import System
+
+SWITCHES = {"message_flows": ("true", "false")}
+"""The importer's switches and their values; the last one is the default."""
+
+
+def read(source: Source, context: ReadContext) -> System:
+    """Return what the BPMN model in ``source`` states; its `System.notes` say what could not be used.
+
+    Endpoint and participant ids are the ids of the BPMN elements. An event with several signals, or an id that is
+    used twice, gives ``id#2``, ``id#3``; a process that several participants share gives ``id@participant`` for the
+    second and every further one.
+
+    Args:
+        source: the file.
+        context: its options may hold ``{"bpmn": {"message_flows": "true"}}`` to read message flows as topics too.
+
+    Raises:
+        InputError: if this is no XML or no BPMN 2.0, or has more shared processes than a system may hold. What is
+            incomplete or makes no sense in C-QoS's own words is a note of severity error, and the rest is read.
+    """
+    switches = _switches(context)
+    root = parse_xml(source)
+    require_bpmn(root, source)
+    document = Document(root, source.name)
+    reading = Reading(document)
+    reading.system.sources[source.name] = source.data
+    read_system_words(reading)
+    endpoints = Endpoints(reading, read_participants(reading))
+    read_events(reading, endpoints, read_signals(reading))
+    with_messages = switches["message_flows"] == "true"
+    if with_messages:
+        read_messages(reading, endpoints)
+    report_unread(reading, endpoints, with_messages=with_messages)
+    return reading.system
+
+
+def _switches(context: ReadContext) -> dict[str, str]:
+    chosen = {name: values[-1] for name, values in SWITCHES.items()}
+    problems = []
+    for name, value in context.options.get("bpmn", {}).items():
+        if name not in SWITCHES:
+            message = f"the BPMN importer has no switch `{name}`; it has {', '.join(SWITCHES)}"
+            problems.append(Problem("CQ047", message))
+        elif value not in SWITCHES[name]:
+            message = f"the switch `bpmn.{name}` is `{value}`, it can be {' or '.join(SWITCHES[name])}"
+            problems.append(Problem("CQ047", message))
+        else:
+            chosen[name] = value
+    if problems:
+        raise InputError(problems)
+    return chosen

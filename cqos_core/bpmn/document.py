@@ -1,0 +1,182 @@
+"""A BPMN document with its elements by kind and id, found in one walk through the tree."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cqos_core.bpmn.names import shown
+from cqos_core.model.excerpt import NAMESPACES
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from cqos_core.importers.source import Source
+    from cqos_core.importers.xml_source import Element
+    from cqos_core.model.system import Role
+
+BPMN = f"{{{NAMESPACES['bpmn']}}}"
+DEFINITIONS = f"{BPMN}definitions"
+COLLABORATION = f"{BPMN}collaboration"
+PARTICIPANT = f"{BPMN}participant"
+PROCESS = f"{BPMN}process"
+SIGNAL = f"{BPMN}signal"
+MESSAGE = f"{BPMN}message"
+ITEM_DEFINITION = f"{BPMN}itemDefinition"
+MESSAGE_FLOW = f"{BPMN}messageFlow"
+IMPORT = f"{BPMN}import"
+SIGNAL_DEFINITION = f"{BPMN}signalEventDefinition"
+MESSAGE_DEFINITION = f"{BPMN}messageEventDefinition"
+DEFINITION_REFERENCE = f"{BPMN}eventDefinitionRef"
+CALL_ACTIVITY = f"{BPMN}callActivity"
+EXTENSIONS = f"{BPMN}extensionElements"
+
+EVENT_ROLES: dict[str, Role] = {
+    f"{BPMN}startEvent": SUBSCRIBER,
+    f"{BPMN}intermediateCatchEvent": SUBSCRIBER,
+    f"{BPMN}boundaryEvent": SUBSCRIBER,
+    f"{BPMN}intermediateThrowEvent": PUBLISHER,
+    f"{BPMN}endEvent": PUBLISHER,
+}
+TASK_ROLES: dict[str, Role] = {f"{BPMN}receiveTask": SUBSCRIBER, f"{BPMN}sendTask": PUBLISHER}
+ROLES = EVENT_ROLES | TASK_ROLES
+"""What throws is a publisher, what catches a subscriber."""
+SILENT = tuple(
+    f"{BPMN}{name}"
+    for name in (
+        *("task", "userTask", "manualTask", "serviceTask", "scriptTask", "businessRuleTask", "callActivity"),
+        *("subProcess", "adHocSubProcess", "transaction"),
+        *("exclusiveGateway", "inclusiveGateway", "parallelGateway", "complexGateway", "eventBasedGateway"),
+    )
+)
+"""What people may take for an end of a signal, and what is none."""
+
+_INDEXED = (
+    *(COLLABORATION, PARTICIPANT, PROCESS, SIGNAL, MESSAGE, ITEM_DEFINITION, MESSAGE_FLOW, IMPORT),
+    CALL_ACTIVITY,
+)
+_ZEEBE_CALL = f"{{{NAMESPACES['zeebe']}}}calledElement"
+
+
+def require_bpmn(root: Element, source: Source) -> None:
+    """Raise `InputError` unless ``root`` is the root of a BPMN 2.0 model."""
+    if root.tag == DEFINITIONS:
+        return
+    namespace, local = split(str(root.tag))
+    where = f"in the namespace `{shown(namespace)}`" if namespace else "in no namespace"
+    message = f"this is not BPMN 2.0 (20100524): the first element is `{shown(local)}` {where}"
+    advice = f"expected `definitions` in `{NAMESPACES['bpmn']}`; save the model as BPMN 2.0"
+    raise InputError([Problem("CQ030", message, Place(source.name, root.sourceline), advice)])
+
+
+def split(tag: str) -> tuple[str, str]:
+    """Return namespace URI and local name of ``{uri}local``."""
+    namespace, brace, local = tag.rpartition("}")
+    return (namespace[1:], local) if brace else ("", tag)
+
+
+def identity(element: Element) -> str | None:
+    """Return the id of an element; an empty one is none."""
+    return element.get("id") or None
+
+
+class Document:
+    """The elements of a BPMN model that matter here, in the order of the document.
+
+    Attributes:
+        root: the ``definitions``.
+        name: the name of the source.
+        nodes: every event and task that can throw or catch, wherever it is nested; their tags are those of `ROLES`.
+        definitions: event definitions at root level, by id, to which events may refer.
+    """
+
+    def __init__(self, root: Element, name: str) -> None:
+        """Walk once through the tree below ``root``."""
+        self.root = root
+        self.name = name
+        self.nodes: list[Element] = []
+        self._elements: dict[str, list[Element]] = {tag: [] for tag in _INDEXED}
+        # Whatever extensions hold belongs to their tools: events among it are none of the model.
+        skipped = {inside for extension in root.iter(EXTENSIONS) for inside in extension.iter(*_INDEXED, *ROLES)}
+        for element in root.iter(*_INDEXED, *ROLES):
+            if element not in skipped:
+                self._elements.get(str(element.tag), self.nodes).append(element)
+        self._by_id = {tag: _first_by_id(elements) for tag, elements in self._elements.items()}
+        self.definitions = _first_by_id(
+            child for child in root.iterchildren(f"{BPMN}*") if str(child.tag).endswith("EventDefinition")
+        )
+        self._process_of: dict[Element, Element | None] = {}
+
+    def all(self, tag: str) -> list[Element]:
+        """Return every element with one of the indexed tags."""
+        return self._elements[tag]
+
+    def find(self, tag: str, reference: str, at: Element) -> Element | None:
+        """Return the element that a QName refers to, where it stands at ``at``; see `look_up`."""
+        return look_up(self._by_id[tag], reference, at)
+
+    def called_by(self, activity: Element) -> Element | None:
+        """Return the process of this file that a call activity runs, None where it runs something else."""
+        stated = [activity.get("calledElement")]
+        for extensions in activity.iterchildren(EXTENSIONS):
+            stated += [each.get("processId") for each in extensions.iterchildren(_ZEEBE_CALL)]
+        found = (self.find(PROCESS, reference, activity) for reference in stated if reference)
+        return next((process for process in found if process is not None), None)
+
+    def process_of(self, element: Element) -> Element | None:
+        """Return the process around ``element``, None if it stands outside of all of them."""
+        passed = []
+        node: Element | None = element.getparent()
+        while node is not None and node not in self._process_of:
+            passed.append(node)
+            if node.tag == PROCESS:
+                break
+            node = node.getparent()
+        found = node if node is None or node.tag == PROCESS else self._process_of[node]
+        self._process_of.update(dict.fromkeys(passed, found))
+        return found
+
+    def event_definitions(self, event: Element, tag: str) -> list[Element]:
+        """Return the event definitions of one kind, its own and those at root level that it refers to."""
+        children = event.iterchildren(tag, DEFINITION_REFERENCE)
+        found = (
+            child if child.tag == tag else look_up(self.definitions, child.text or "", child) for child in children
+        )
+        return [definition for definition in found if definition is not None and definition.tag == tag]
+
+    def place(self, element: Element, path: str | None = None, owner: Element | None = None) -> Place:
+        """Return where ``element`` is; ``owner`` is the element with the id, ``path`` starts at it."""
+        return Place(self.name, element.sourceline, None, identity(element if owner is None else owner), path)
+
+
+def nth(element: Element) -> int:
+    """Return the one-based number of ``element`` among those of its siblings that have the same tag."""
+    return 1 + sum(1 for _ in element.itersiblings(str(element.tag), preceding=True))
+
+
+def look_up(elements: dict[str, Element], reference: str, at: Element) -> Element | None:
+    """Return the element of this file that a QName at ``at`` refers to.
+
+    Ids may hold a colon themselves. A prefix that is bound to another namespace than that of the file means another file;
+    many files write a prefix that is bound to nothing, and mean their own elements.
+    """
+    reference = reference.strip()
+    found = elements.get(reference)
+    if found is not None or ":" not in reference:
+        return found
+    prefix, _, local = reference.rpartition(":")
+    return elements.get(local) if _is_own(prefix, at) else None
+
+
+def _is_own(prefix: str, at: Element) -> bool:
+    own = at.getroottree().getroot().get("targetNamespace")
+    return own is None or at.nsmap.get(prefix) in {None, own, NAMESPACES["bpmn"]}
+
+
+def _first_by_id(elements: Iterable[Element]) -> dict[str, Element]:
+    found: dict[str, Element] = {}
+    for element in elements:
+        if name := identity(element):
+            found.setdefault(name, element)
+    return found

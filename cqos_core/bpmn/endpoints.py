@@ -1,0 +1,142 @@
+"""Endpoints: what an event or a task states, for each topic and each participant that runs its process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from cqos_core.bpmn.document import identity
+from cqos_core.bpmn.lost import laid_under
+from cqos_core.bpmn.names import fold, shown
+from cqos_core.bpmn.qos import message_type, read_qos
+from cqos_core.bpmn.reading import Unique
+from cqos_core.bpmn.words import ON_EVENTS, acceptances, extension_children, flag, qos_children, word
+from cqos_core.model.system import EVERY_OTHER, Endpoint, ProfileRef, Room, Setting
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from cqos_core.bpmn.lost import Unknown
+    from cqos_core.bpmn.participants import Participants
+    from cqos_core.bpmn.reading import Reading
+    from cqos_core.bpmn.words import Child
+    from cqos_core.importers.xml_source import Element
+    from cqos_core.model.system import Participant, Role, Settings
+
+
+@dataclass(frozen=True, slots=True)
+class Meeting:
+    """Where an element meets others.
+
+    Attributes:
+        topic: the topic's name, None where there is none or nobody can know it.
+        is_guess: the name is the event's own.
+        type: the data type as the signal or message states it.
+        external: the other side is a black box.
+        lost: QoS that stands on the signal, where nothing reads it.
+    """
+
+    topic: str | None
+    is_guess: bool = False
+    type: str | None = None
+    external: bool = False
+    lost: tuple[Unknown, ...] = ()
+
+
+class Endpoints:
+    """Adds endpoints to the system and knows which elements have become some."""
+
+    def __init__(self, reading: Reading, participants: Participants) -> None:
+        """Begin with no endpoints."""
+        self._reading = reading
+        self._participants = participants
+        self._unique = Unique()
+        self._elements: dict[str, Element] = {}
+        self._used: set[Element] = set()
+
+    def has(self, element: Element) -> bool:
+        """Say whether endpoints were made of ``element``, or knowingly not made."""
+        return element in self._used
+
+    def add(self, element: Element, role: Role, meetings: Sequence[Meeting]) -> None:
+        """Add an endpoint of ``element`` for each meeting and each participant that runs its process."""
+        self._used.add(element)
+        meetings = list({meeting.topic: meeting for meeting in meetings}.values())  # one signal twice is one endpoint
+        if not meetings:
+            return
+        process = self._reading.document.process_of(element)
+        if process is None:
+            message = "this stands outside of every process, so there is nobody who throws or catches it"
+            self._reading.note("CQ046", message, self._reading.document.place(element))
+            return
+        self._report_duplicate(element)
+        extensions = extension_children(element)
+        children = qos_children(self._reading, element, ON_EVENTS, extensions)
+        stated = _read(self._reading, element, role, extensions)
+        runners = self._participants.of_process[process]
+        self._reading.count_copies(len(meetings) * (len(runners) - 1), element)
+        first = len(self._reading.system.endpoints)
+        for meeting in meetings:
+            for number, participant in enumerate(runners):
+                self._add(stated, meeting, participant, is_first=number == 0)
+        ids = [endpoint.id for endpoint in self._reading.system.endpoints[first:]]
+        self._reading.system.accept += [
+            replace(found, endpoint=name) for found in acceptances(self._reading, children) for name in ids
+        ]
+
+    def _add(self, stated: Endpoint, meeting: Meeting, participant: Participant, *, is_first: bool) -> None:
+        wanted = stated.id or f"{participant.id}/{stated.role}/{meeting.topic or '-'}"
+        endpoint = replace(
+            stated,
+            id=self._unique(wanted if is_first or not stated.id else f"{wanted}@{participant.id}"),
+            topic=meeting.topic,
+            topic_is_guess=meeting.is_guess,
+            participant=participant.id,
+            settings=laid_under(stated.settings, (*self._participants.lost[participant.id], *meeting.lost)),
+            needs=dict(stated.needs),
+            type=stated.type or meeting.type,
+            external=stated.external or meeting.external,
+        )
+        self._reading.system.endpoints.append(endpoint)
+
+    def _report_duplicate(self, element: Element) -> None:
+        name = identity(element)
+        if name is not None and self._elements.setdefault(name, element) is not element:
+            message = f"the id `{shown(name)}` is used twice; this endpoint's id gets a number"
+            self._reading.note("CQ031", message, self._reading.document.place(element, "@id"))
+
+
+def _read(reading: Reading, element: Element, role: Role, extensions: list[Child]) -> Endpoint:
+    """Return what ``element`` states as an endpoint that has no topic and no participant yet."""
+    place = reading.document.place(element)
+    lost = [*reading.lost.children(extensions, ON_EVENTS), *reading.lost.settings(element)]
+    profile = word(element, "profile")
+    profile_place = reading.document.place(element, "@qos:profile")
+    return Endpoint(
+        id=identity(element) or "",
+        role=role,
+        topic=None,
+        participant="",
+        settings=laid_under(read_qos(reading, element, extensions), lost),
+        profiles=(ProfileRef(profile, profile_place),) if profile else (),
+        needs=_needs(reading, extensions),
+        type=message_type(element, extensions),
+        dialect="bpmn",
+        external=bool(flag(reading, element, "external")),
+        protocol=word(element, "protocol"),
+        label=fold(element.get("name")) or None,
+        place=place,
+        room=Room(place) if place.element is not None else None,
+    )
+
+
+def _needs(reading: Reading, extensions: list[Child]) -> Settings:
+    """Return what the application requires; what is half written requires something that is not known."""
+    needs = {}
+    for child in extensions:
+        if child.is_word("need"):
+            values = child.required(reading, "name", "value")
+            name, value = values or ((child.element.get("name") or "").strip() or EVERY_OTHER, "")
+            place = child.place(reading, "value")
+            needs[name] = Setting(value, place, unknown="" if value else "a `qos:need` is incomplete", reported="CQ042")
+    return needs

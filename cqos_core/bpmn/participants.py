@@ -1,0 +1,180 @@
+"""Participants: a pool for each process, the participants that call it, or the process itself where nothing shows it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from cqos_core.bpmn.document import CALL_ACTIVITY, COLLABORATION, PARTICIPANT, PROCESS, identity, split
+from cqos_core.bpmn.names import fold, shown
+from cqos_core.bpmn.reading import Unique
+from cqos_core.bpmn.words import (
+    ON_MODELS,
+    ON_PARTICIPANTS,
+    extension_children,
+    flag,
+    options,
+    qos_attributes,
+    qos_children,
+    qos_settings,
+    word,
+)
+from cqos_core.model.system import EVERY_OTHER, Participant, Room, Setting
+
+if TYPE_CHECKING:
+    from collections.abc import Container, Iterable
+
+    from cqos_core.bpmn.lost import Unknown
+    from cqos_core.bpmn.reading import Reading
+    from cqos_core.importers.xml_source import Element
+    from cqos_core.model.system import Settings
+
+_OWN_WORDS = ("protocol", "external")
+
+
+@dataclass(slots=True)
+class Participants:
+    """Who takes part.
+
+    Attributes:
+        of_process: the participants that run a process.
+        by_element: the participant that a ``participant`` element stands for.
+        lost: by id of a participant, what nothing reads on its pool, its process or around both, so that any policy of its
+            endpoints may be meant.
+    """
+
+    of_process: dict[Element, list[Participant]]
+    by_element: dict[Element, Participant]
+    lost: dict[str, list[Unknown]]
+
+
+def read_participants(reading: Reading) -> Participants:
+    """Add every participant to the system; a process without a pool is one, and so is a pool without a process."""
+    document = reading.document
+    unique = Unique()
+    found = Participants({}, {}, {})
+    around = [
+        any_policy
+        for element in (document.root, *document.all(COLLABORATION))
+        for any_policy in _any_policy(reading, element, ON_MODELS)
+    ]
+    for element in document.all(PARTICIPANT):
+        participant = _add(reading, element, unique)
+        found.by_element[element] = participant
+        process = _process(reading, element)
+        if process is not None:
+            found.of_process.setdefault(process, []).append(participant)
+    calls = _calls(reading, found.of_process)
+    called = {process for others in calls.values() for process in others}
+    alone = [process for process in document.all(PROCESS) if process not in found.of_process and process not in called]
+    for process in alone:
+        found.of_process[process] = [_add(reading, process, unique)]
+    _hand_on(reading, found.of_process, calls, list(found.of_process))
+    for process in document.all(PROCESS):
+        runners = found.of_process.get(process)
+        if runners is None:  # it and others call each other, and nothing else calls them
+            found.of_process[process] = [_add(reading, process, unique)]
+            _hand_on(reading, found.of_process, calls, [process])
+        elif process not in alone:
+            _inherit(reading, process, runners)
+    for process, runners in found.of_process.items():
+        lost = _any_policy(reading, process, ON_PARTICIPANTS)
+        for runner in runners:
+            found.lost.setdefault(runner.id, [*around]).extend(lost)
+    for pool, runner in found.by_element.items():
+        found.lost.setdefault(runner.id, [*around]).extend(_any_policy(reading, pool, ON_PARTICIPANTS))
+    return found
+
+
+def _any_policy(reading: Reading, element: Element, words: Iterable[str]) -> list[Unknown]:
+    """Return what nothing reads on ``element``: a profile, a protocol or an option may set any policy of an endpoint."""
+    lost = [*reading.lost.children(extension_children(element), words), *reading.lost.settings(element, ours=True)]
+    if element is reading.document.root and qos_attributes(element).keys() - {"protocol"}:
+        cause = "an attribute of `definitions` is not read"
+        place = reading.document.place(element)
+        lost.append((EVERY_OTHER, Setting("", place, unknown=cause, reported="CQ041")))
+    return [(EVERY_OTHER, setting) for _, setting in lost[:1]]
+
+
+def _calls(reading: Reading, shown_by_pools: Container[Element]) -> dict[Element, list[Element]]:
+    """Return which processes each process calls, as far as no pool shows them: they run in the caller's participants."""
+    document = reading.document
+    calls: dict[Element, list[Element]] = {}
+    for activity in document.all(CALL_ACTIVITY):
+        caller, called = document.process_of(activity), document.called_by(activity)
+        if caller is not None and called is not None and called is not caller and called not in shown_by_pools:
+            calls.setdefault(caller, []).append(called)
+    return calls
+
+
+def _hand_on(
+    reading: Reading,
+    of_process: dict[Element, list[Participant]],
+    calls: dict[Element, list[Element]],
+    callers: list[Element],
+) -> None:
+    """Let the participants of ``callers`` run what those call, and what that calls in turn."""
+    for caller in callers:
+        reached = {caller}
+        waiting = [caller]
+        while waiting:
+            for process in calls.get(waiting.pop(), ()):
+                if process in reached:
+                    continue
+                reached.add(process)
+                waiting.append(process)
+                of_process.setdefault(process, []).extend(of_process[caller])
+                reading.count_copies(len(of_process[caller]), process)
+
+
+def _add(reading: Reading, element: Element, unique: Unique) -> Participant:
+    name = fold(element.get("name"))
+    wanted = identity(element) or name or split(str(element.tag))[1]
+    participant = Participant(
+        unique(wanted),
+        protocol=word(element, "protocol"),
+        settings=_settings(reading, element),
+        external=bool(flag(reading, element, "external")),
+        label=name or None,
+        place=(place := reading.document.place(element)),
+        room=Room(place) if identity(element) is not None else None,
+    )
+    if participant.id != wanted:
+        message = f"the id `{shown(wanted)}` is used twice; this one is called `{shown(participant.id)}`"
+        reading.note("CQ031", message, reading.document.place(element, "@id"))
+    reading.system.participants[participant.id] = participant
+    return participant
+
+
+def _process(reading: Reading, element: Element) -> Element | None:
+    """Return the process that a pool shows, None for a black box."""
+    reference = element.get("processRef")
+    if not reference:
+        return None
+    process = reading.document.find(PROCESS, reference, element)
+    if process is None:
+        message = f"`processRef` names `{shown(reference)}`, which is no process in this file"
+        reading.note("CQ032", message, reading.document.place(element, "@processRef"))
+    return process
+
+
+def _settings(reading: Reading, element: Element) -> Settings:
+    settings = qos_settings(reading, element, _OWN_WORDS)
+    children = qos_children(reading, element, ON_PARTICIPANTS)
+    settings |= {name: setting for _, name, setting in options(reading, children, "")}
+    return settings
+
+
+def _inherit(reading: Reading, process: Element, pools: list[Participant]) -> None:
+    """Give the pools of a process what is stated on the process; what is stated on the pool wins."""
+    protocol = word(process, "protocol")
+    settings = _settings(reading, process)
+    external = bool(flag(reading, process, "external"))
+    for pool in pools:
+        pool.protocol = pool.protocol or protocol
+        pool.settings = settings | pool.settings
+        pool.external = pool.external or external
+    if len(pools) > 1:
+        names = ", ".join(f"`{shown(pool.label or pool.id)}`" for pool in pools)
+        message = f"{len(pools)} participants share this process, its events count for each of them: {names}"
+        reading.note("CQ048", message, reading.document.place(process))

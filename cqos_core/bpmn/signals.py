@@ -1,0 +1,157 @@
+"""Signals: which topic a signal event throws to or catches from, and what is stated about topics."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from cqos_core.bpmn.document import ITEM_DEFINITION, SIGNAL, identity, nth, split
+from cqos_core.bpmn.endpoints import Meeting
+from cqos_core.bpmn.names import POLICIES, fold, is_computed, key, same_value, shown
+from cqos_core.bpmn.words import ON_SIGNALS, acceptances, extension_children, flag, qos_children, qos_settings
+from cqos_core.model.system import Topic
+
+if TYPE_CHECKING:
+    from cqos_core.bpmn.lost import Unknown
+    from cqos_core.bpmn.reading import Reading
+    from cqos_core.importers.xml_source import Element
+    from cqos_core.model.system import Place, Settings
+
+_INSTANCE_SCOPES = {"processInstance"}
+
+
+class Signals:
+    """Tells for every signal event what its topic is."""
+
+    def __init__(self, reading: Reading, lost: dict[str, dict[str, Unknown]]) -> None:
+        """Use the signals of the document that is being read, and what is ``lost`` on them: by name, by policy."""
+        self._reading = reading
+        self._lost = lost
+
+    def meeting(self, event: Element, definition: Element) -> Meeting | None:
+        """Return where ``event`` meets others by one of its signal definitions.
+
+        The topic is the signal's name, else the event's own, else none. None is returned where the signal never
+        leaves the process instance, so that the event is no endpoint at all.
+        """
+        reference = (definition.get("signalRef") or "").strip()
+        if not reference:
+            if expression := _engine_attribute(definition, "signalExpression"):
+                return self._computed(event, expression)
+            return self._guess(event, "names no signal")
+        signal = self._reading.document.find(SIGNAL, reference, definition)
+        if signal is None:
+            message = f"`signalRef` names `{shown(reference)}`, which is no signal in this file"
+            place = self._reference_place(event, definition)
+            advice = "add the signal, or choose one that is there; other files are not searched for it"
+            self._reading.note("CQ032", message, place, advice=advice, endpoint=identity(event))
+            return self._guess(event, "names a signal that is not there")
+        if _engine_attribute(signal, "scope") in _INSTANCE_SCOPES:
+            message = f"the signal `{shown(signal.get('name') or reference)}` stays inside its process instance"
+            self._note(event, "CQ037", f"{message}, so this event is no endpoint")
+            return None
+        name = fold(signal.get("name"))
+        if not name:
+            return self._guess(event, f"refers to `{shown(reference)}`, a signal without a name")
+        if is_computed(name):
+            return self._computed(event, name)
+        return Meeting(name, type=self._type(signal), lost=tuple(self._lost.get(name, {}).values()))
+
+    def _guess(self, event: Element, why: str) -> Meeting:
+        name = fold(event.get("name"))
+        if not name:
+            message = f"the event {why} and has no name itself, so it has no topic and is not paired"
+            self._note(event, "CQ033", message, "choose a signal for the event, and give the signal a name")
+            return Meeting(None)
+        if is_computed(name):
+            return self._computed(event, name)
+        message = f"the event {why}; its own name `{shown(name)}` is taken for the topic"
+        self._note(event, "CQ034", message, "choose a signal for the event")
+        return Meeting(name, is_guess=True)
+
+    def _computed(self, event: Element, expression: str) -> Meeting:
+        message = f"the topic `{shown(expression)}` is known at run time only, so the event is not paired"
+        self._note(event, "CQ036", message, "choose a signal with a fixed name")
+        return Meeting(None)
+
+    def _type(self, signal: Element) -> str | None:
+        definition = self._reading.document.find(ITEM_DEFINITION, signal.get("structureRef") or "", signal)
+        return None if definition is None else (definition.get("structureRef") or "").strip() or None
+
+    def _reference_place(self, event: Element, definition: Element) -> Place:
+        document = self._reading.document
+        if definition.getparent() is not event:
+            return document.place(event)
+        return document.place(definition, f"bpmn:signalEventDefinition[{nth(definition)}]/@signalRef", event)
+
+    def _note(self, event: Element, code: str, message: str, advice: str | None = None) -> None:
+        place = self._reading.document.place(event)
+        self._reading.note(code, message, place, advice=advice, endpoint=identity(event))
+
+
+def read_signals(reading: Reading) -> Signals:
+    """Add to the system what is stated on signals, and report signals that are one although they look like two."""
+    by_name: dict[str, Element] = {}
+    ids: set[str] = set()
+    lost: dict[str, dict[str, Unknown]] = {}
+    for signal in reading.document.all(SIGNAL):
+        place = reading.document.place(signal)
+        identifier, name = identity(signal), fold(signal.get("name"))
+        if identifier in ids:
+            message = f"the id `{shown(identifier or '')}` is used twice; references mean the first signal"
+            reading.note("CQ031", message, place)
+        elif name in by_name:
+            other = shown(identity(by_name[name]) or "without id")
+            message = f"two signals are called `{shown(name)}`, this one and `{other}`: they are one topic"
+            reading.note("CQ035", message, place)
+        elif name:
+            by_name[name] = signal
+        if identifier:
+            ids.add(identifier)
+        lost.setdefault(name, {}).update({key(each[0]): each for each in _read_topic(reading, signal, name)})
+    return Signals(reading, lost)
+
+
+def _read_topic(reading: Reading, signal: Element, name: str) -> list[Unknown]:
+    """Add the facts and acceptances that a signal states, and return the QoS on it, which is not read there."""
+    place = reading.document.place(signal)
+    stated = qos_settings(reading, signal, ("external",))
+    facts = {word: setting for word, setting in stated.items() if key(word) not in POLICIES}
+    misplaced = {word: setting for word, setting in stated.items() if word not in facts}
+    cause = "QoS on a signal is not read; it belongs on the events that throw or catch the signal"
+    extensions = extension_children(signal)
+    lost = [
+        *reading.lost.children(extensions, ON_SIGNALS),
+        *reading.lost.settings(signal),
+        *reading.lost.misplaced(misplaced, cause),
+    ]
+    external = flag(reading, signal, "external")
+    children = qos_children(reading, signal, ON_SIGNALS, extensions)
+    if not (facts or children or external is not None):
+        return lost
+    if not name:
+        message = "what is stated about this signal is lost, because the signal has no name"
+        reading.note("CQ040", message, place, advice="give the signal a name")
+        return lost
+    topic = reading.system.topics.setdefault(name, Topic(name, place=place))
+    topic.external = topic.external or bool(external)
+    _merge(reading, topic.settings, facts, place)
+    reading.system.accept += [replace(found, topic=name) for found in acceptances(reading, children)]
+    return lost
+
+
+def _merge(reading: Reading, settings: Settings, facts: Settings, place: Place) -> None:
+    for name, setting in facts.items():
+        before = settings.setdefault(name, setting)
+        if not same_value(before.text, setting.text):
+            message = (
+                f"`{shown(name)}` of this topic is `{shown(before.text)}` already; `{shown(setting.text)}` is taken"
+            )
+            reading.note("CQ039", message, setting.place or place)
+        settings[name] = setting
+
+
+def _engine_attribute(element: Element, local: str) -> str | None:
+    """Return an attribute that process engines add, in the namespace of any of them."""
+    found = (value for name, value in element.items() if split(name)[1] == local and name != local)
+    return next(found, None)

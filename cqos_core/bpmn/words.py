@@ -1,0 +1,204 @@
+"""The namespace ``http://qos``: attributes of an element and children of its ``extensionElements``.
+
+Beside the eight QoS attributes it has words of C-QoS's own (``protocol``, ``option``, ``need``, ``accept`` …). Which
+of them mean something depends on the element; the rest is reported, never dropped silently.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import date
+from typing import TYPE_CHECKING
+
+from cqos_core.bpmn.document import COLLABORATION, EXTENSIONS, identity, split
+from cqos_core.bpmn.names import shown
+from cqos_core.model.excerpt import NAMESPACES
+from cqos_core.model.system import Acceptance, Place, Setting
+
+if TYPE_CHECKING:
+    from collections.abc import Container, Iterable, Iterator
+
+    from cqos_core.bpmn.reading import Reading
+    from cqos_core.importers.xml_source import Element
+    from cqos_core.model.system import Settings
+
+QOS = f"{{{NAMESPACES['qos']}}}"
+_PREFIXES = {uri: prefix for prefix, uri in NAMESPACES.items()}
+_FLAGS = {"true": True, "1": True, "false": False, "0": False}
+_HOMES = {
+    "policy": "on events",
+    "need": "on events",
+    "option": "on definitions, collaborations, participants and processes",
+    "accept": "on definitions, collaborations, signals and events",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Child:
+    """An element in the ``extensionElements`` of its owner.
+
+    Attributes:
+        prefix: the one that `NAMESPACES` has for its namespace.
+        word: its name, for comparing.
+        path: how places name it, seen from the owner.
+    """
+
+    element: Element
+    owner: Element
+    prefix: str
+    word: str
+    path: str
+
+    def is_word(self, word: str) -> bool:
+        """Say whether it is ``word`` in the namespace ``http://qos``."""
+        return self.prefix == "qos" and self.word == word
+
+    def place(self, reading: Reading, attribute: str | None = None) -> Place:
+        """Return where the element or one of its attributes stands."""
+        path = f"{self.path}/@{attribute}" if attribute else self.path
+        return reading.document.place(self.element, path, self.owner)
+
+    def required(self, reading: Reading, *names: str) -> list[str] | None:
+        """Return the values of attributes; None, and a note for each that is missing, unless all are there."""
+        values = [(self.element.get(name) or "").strip() for name in names]
+        for name, value in zip(names, values, strict=True):
+            if not value:
+                message = f"`qos:{self.word}` has no `{name}`, which it needs"
+                reading.note("CQ042", message, self.place(reading, name), endpoint=identity(self.owner))
+        return values if all(values) else None
+
+
+def extension_children(owner: Element) -> list[Child]:
+    """Return what ``extensionElements`` of ``owner`` hold in one of the `NAMESPACES`.
+
+    Of ``camunda:properties`` and its like the single properties are returned.
+    """
+    found: list[Child] = []
+    counts: dict[str, int] = {}
+    for extensions in owner.iterchildren(EXTENSIONS):
+        for element in extensions.iterchildren("{*}*"):
+            namespace, local = split(str(element.tag))
+            prefix = _PREFIXES.get(namespace)
+            if prefix is None:
+                continue
+            inner = [element] if local != "properties" else element.iterchildren(f"{{{namespace}}}property")
+            for child in inner:
+                name = split(str(child.tag))[1]
+                tag = f"{prefix}:{name}"
+                counts[tag] = counts.get(tag, 0) + 1
+                word = name[:1].lower() + name[1:]
+                found.append(Child(child, owner, prefix, word, f"{tag}[{counts[tag]}]"))
+    return found
+
+
+ON_EVENTS = ("policy", "need", "accept")
+"""The ``qos:`` children that mean something on an event."""
+ON_SIGNALS = ("accept",)
+ON_PARTICIPANTS = ("option",)
+ON_MODELS = ("option", "accept")
+"""Those on ``definitions`` and collaborations."""
+
+
+def qos_children(
+    reading: Reading, owner: Element, words: Iterable[str], children: Iterable[Child] | None = None
+) -> list[Child]:
+    """Return the ``qos:`` children of ``owner`` that are one of ``words``; report the others.
+
+    ``children`` are its `extension_children`, if the caller has them already.
+    """
+    known = []
+    for child in extension_children(owner) if children is None else children:
+        if child.prefix != "qos":
+            continue
+        if child.word in words:
+            known.append(child)
+            continue
+        home = _HOMES.get(child.word)
+        message = f"`qos:{shown(child.word)}` is not known" if home is None else f"`qos:{child.word}` is read {home}"
+        local = split(str(owner.tag))[1]
+        advice = f"expected {', '.join(f'`qos:{word}`' for word in sorted(words))} here"
+        reading.note("CQ041", f"{message}, so it is skipped on this `{local}`", child.place(reading), advice=advice)
+    return known
+
+
+def qos_attributes(element: Element) -> dict[str, str]:
+    """Return the attributes in the namespace ``http://qos``, by local name, as written."""
+    return {name[len(QOS) :]: value for name, value in element.items() if name.startswith(QOS)}
+
+
+def qos_settings(reading: Reading, element: Element, own: Container[str]) -> Settings:
+    """Return the attributes in the namespace ``http://qos`` that are none of C-QoS's ``own`` words here."""
+    at = reading.document.place(element)
+    return {
+        name: Setting(value, Place(at.source, at.line, None, at.element, f"@qos:{name}"))
+        for name, value in qos_attributes(element).items()
+        if name not in own
+    }
+
+
+def word(element: Element, name: str) -> str | None:
+    """Return an attribute that is one of C-QoS's own words; blank means not stated."""
+    return (element.get(f"{QOS}{name}") or "").strip() or None
+
+
+def flag(reading: Reading, element: Element, name: str) -> bool | None:
+    """Return an attribute that is true or false, None where it is not stated."""
+    text = word(element, name)
+    if text is None:
+        return None
+    if text not in _FLAGS:
+        message = f"`qos:{name}` is `{shown(text)}`, it can be `true` or `false`"
+        reading.note("CQ043", message, reading.document.place(element, f"@qos:{name}"))
+    return _FLAGS.get(text)
+
+
+def acceptances(reading: Reading, children: Iterable[Child]) -> Iterator[Acceptance]:
+    """Yield the ``qos:accept`` among ``children``; whom they concern is the caller's to say."""
+    for child in children:
+        values = child.required(reading, "rule", "because") if child.word == "accept" else None
+        until = (child.element.get("until") or "").strip() or None
+        if values is not None and _is_date(reading, child, until):
+            yield Acceptance(values[0], values[1], until=until, place=child.place(reading, "rule"))
+
+
+def _is_date(reading: Reading, child: Child, until: str | None) -> bool:
+    try:
+        if until is not None:
+            date.fromisoformat(until)
+    except ValueError:
+        message = f"`until` is `{shown(until or '')}`, expected a date such as `2027-01-31`"
+        reading.note("CQ043", message, child.place(reading, "until"))
+        return False
+    return True
+
+
+def options(reading: Reading, children: Iterable[Child], protocol: str | None) -> Iterator[tuple[str, str, Setting]]:
+    """Yield protocol, name and value of each ``qos:option``; where it names no protocol, ``protocol`` is meant."""
+    for child in children:
+        if child.word != "option":
+            continue
+        whose = (child.element.get("protocol") or "").strip() or protocol
+        if whose is None:
+            child.required(reading, "protocol", "name", "value")
+        elif values := child.required(reading, "name", "value"):
+            yield whose, values[0], Setting(values[1], child.place(reading, "value"))
+
+
+def read_system_words(reading: Reading) -> None:
+    """Read what is stated on ``definitions`` and collaborations: the protocol, options, acceptances."""
+    document, system = reading.document, reading.system
+    system.protocol = word(document.root, "protocol")
+    for name in qos_attributes(document.root):
+        if name != "protocol":
+            message = f"`qos:{shown(name)}` is not known on `definitions`"
+            reading.note(
+                "CQ041",
+                message,
+                document.place(document.root, f"@qos:{name}"),
+                advice="expected `qos:protocol`",
+            )
+    for element in (document.root, *document.all(COLLABORATION)):
+        children = qos_children(reading, element, ON_MODELS)
+        for protocol, name, setting in options(reading, children, system.protocol):
+            system.options.setdefault(protocol, {})[name] = setting
+        system.accept += acceptances(reading, children)

@@ -1,0 +1,501 @@
+"""From a rule that spoke to a finding: words, both sides' values with their origins, remedies and causes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.checking.fixes import VERBS, member_ids, merged_remedies, remedies
+from cqos_core.language.policy import Anything, Choice, Depends, Value, is_plain
+from cqos_core.matching.judge import verdict_of
+from cqos_core.matching.peer_values import START_ORDER
+from cqos_core.model.report import Fact, Finding, Severity, Side, Verdict
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from cqos_core.language.evaluate import Use
+    from cqos_core.language.policy import Policy
+    from cqos_core.matching.judge import Violation
+    from cqos_core.matching.pairing import EndpointGroup, Topic
+    from cqos_core.packs.pack import BoundRule
+    from cqos_core.resolving.resolved import QosProfile, Resolved
+
+SCOPES: Final[dict[str, str]] = {PUBLISHER: "offered", SUBSCRIBER: "requested"}
+LABELS: Final[dict[str, str]] = {PUBLISHER: "offered here", SUBSCRIBER: "requested here"}
+
+
+@dataclass(slots=True)
+class Draft:
+    """A finding in the making: one rule, one topic, equal values on each side.
+
+    Attributes:
+        publishers, subscribers: the groups concerned, in order, as keys.
+        pairs: how many pairs it speaks of.
+        tags: acceptances that name all its endpoints.
+        more: how many combinations of values are put together here, where there are too many to list; else 0.
+        example: one of them.
+    """
+
+    topic: Topic
+    spoken: Violation
+    publishers: dict[EndpointGroup, None] = field(default_factory=dict)
+    subscribers: dict[EndpointGroup, None] = field(default_factory=dict)
+    pairs: int = 0
+    tags: frozenset[int] = frozenset()
+    more: int = 0
+    example: tuple[EndpointGroup, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """A finding with what is needed to put it together with others and to excuse it.
+
+    Attributes:
+        cause: the facts without which a rule over pairs is undecided; empty for any other finding.
+        guarantee: the word of a guarantee that they leave open.
+    """
+
+    finding: Finding
+    merge_key: tuple[Any, ...]
+    tags: frozenset[int]
+    cause: tuple[str, ...] = ()
+    guarantee: str = ""
+
+
+def value_text(policy: Policy, value: Value, written: str | None) -> str:
+    """Print a value; what is undetermined is printed as it was written, with what it depends on."""
+    if isinstance(value, (Anything, Depends)):
+        text = "" if written is None else written
+        if isinstance(value, Anything):
+            return text or "unknown"
+        cases: dict[str, list[str]] = {}
+        for name, case in value.cases:
+            cases.setdefault(value_text(policy, case, None), []).append(name)
+        listed = "; ".join(f"{shown} with {', '.join(names)}" for shown, names in cases.items())
+        return f"{text} ({listed})" if text else f"undetermined ({listed})"
+    return policy.format(value)
+
+
+def fact(resolved: Resolved, profile: QosProfile, index: int) -> Fact:
+    """The value of one policy of one endpoint, with its origin and place."""
+    policy = profile.pack.policies[index]
+    origin, place = resolved.origin(index)
+    value = profile.values[index]
+    settled = resolved.profile is not profile and value != resolved.profile.values[index]
+    written = resolved.written(index)
+    return Fact(
+        policy.name,
+        value_text(policy, value, written),
+        f"settled from {written}" if settled else origin,
+        place,
+    )
+
+
+def _is_news(resolved: Resolved, profile: QosProfile, index: int, *, meeting: bool) -> bool:
+    """Whether a value helps to understand a finding: of options and topics, only what somebody stated.
+
+    Where endpoints do not meet, it may be the default of one side that keeps them apart.
+    """
+    if profile.pack.policies[index].level == "endpoint" or resolved.written(index) is not None:
+        return True
+    return meeting and is_plain(profile.values[index])
+
+
+def _side(role: str, groups: Sequence[EndpointGroup], uses: Iterable[Use], *, meeting: bool) -> Side:
+    """The side's members sorted, with the facts and the place of the first one."""
+    members = member_ids(groups)
+    leader, profile = next(
+        (endpoint, group.profile) for group in groups for endpoint in group.endpoints if endpoint.id == members[0]
+    )
+    indices = dict.fromkeys(use.index for use in uses if _is_news(leader, profile, use.index, meeting=meeting))
+    facts = tuple(fact(leader, profile, index) for index in indices)
+    return Side(role, members, LABELS.get(role, "set here"), facts, leader.endpoint.place)
+
+
+def subject(side: Side) -> str:
+    """``publisher `a``` or ``publisher `a` (and 3 more)``: one of them, so that the verb of any sentence agrees."""
+    more = len(side.members) - 1
+    return f"{side.role} `{side.members[0]}`" + (f" (and {more} more)" if more else "")
+
+
+def _values(facts: Iterable[Fact]) -> str:
+    listed = [f"{each.policy} {each.value}" for each in facts]
+    return listed[0] if len(listed) == 1 else f"{', '.join(listed[:-1])} and {listed[-1]}" if listed else ""
+
+
+class _Words(dict[str, str]):
+    """Replacements of a headline template; an unknown one stays visible."""
+
+    def __missing__(self, key: str) -> str:
+        return "{" + key + "}"
+
+
+def _template_words(sides: Sequence[Side], topic: str) -> _Words:
+    words = _Words(topic=topic)
+    for side in sides:
+        words[side.role] = subject(side)
+        words.setdefault("endpoint", subject(side))
+        scope = SCOPES.get(side.role, side.role)
+        for each in side.facts:
+            words[f"{scope} {each.policy}"] = each.value
+            words.setdefault(each.policy, each.value)
+    return words
+
+
+def headline(spoken: Violation, sides: Sequence[Side], topic: str, because: Sequence[str] = ()) -> str:
+    """One sentence that makes sense alone: the rule's own, or derived from both sides' values."""
+    rule = spoken.bound.rule
+    stated = [side for side in sides if side.role in VERBS]
+    if spoken.unknown and rule.guarantee:
+        names = _assumptions(label for label, _ in spoken.outcome.worlds)
+        return _guarantees_open(stated, [rule.guarantee], names, because)
+    if spoken.unknown:
+        policies = " and ".join(dict.fromkeys(each.policy for side in stated for each in _compared(spoken, side)))
+        subjects = " and ".join(subject(side) for side in reversed(stated))
+        fit = f"whether {subjects} fit in {policies}"
+        if len(stated) == 1:
+            fit = f"whether {policies} of {subjects} will do"
+        if tuple(because) == (START_ORDER,):
+            return f"depends on start order: {fit}"
+        names = _assumptions(label for label, _ in spoken.outcome.worlds)
+        return f"{fit} is not known: {_why_unknown(names, because)}"
+    if rule.says:
+        return _fill(rule.says, _template_words(sides, topic))
+    if spoken.bound.scope == "pair":
+        # The offer is told first, whichever side is primary.
+        told = [
+            f"{subject(side)} {VERBS[side.role][0]} {_values(_compared(spoken, side))}"
+            for side in reversed(stated)
+            if side.facts
+        ]
+        text = ", ".join(told)
+        return text if rule.kind == "requires" else f"{text}: {rule.because}"
+    if spoken.bound.scope == "signal" and not any(side.facts for side in stated):
+        return f"on topic `{topic}`, {rule.because}"
+    told = [f"{subject(side)} has {_values(side.facts)}" for side in sides if side.facts]
+    return f"{', '.join(told) or f'topic `{topic}`'}: {rule.because}"
+
+
+def _compared(spoken: Violation, side: Side) -> Sequence[Fact]:
+    """The values of a side that a rule compares; options only steer it, so they count where there is nothing else."""
+    policies = (spoken.bound.bound.vocabulary.policies[use.index] for use in spoken.bound.bound.uses)
+    options = {policy.name for policy in policies if policy.level == "option"}
+    return [each for each in side.facts if each.policy not in options] or side.facts
+
+
+def _fill(template: str, words: Mapping[str, str]) -> str:
+    import re
+
+    return re.sub(r"\{([^{}]+)\}", lambda match: words.get(match[1], match[0]), template)
+
+
+def causes(spoken: Violation, publisher: QosProfile | None, subscriber: QosProfile | None) -> tuple[str, ...]:
+    """What an undecided rule rests on: assumptions by name, and the reasons why values are not known."""
+    if spoken.failed is not None:
+        return (spoken.failed,)
+    found: dict[str, None] = {}
+    for use in spoken.bound.bound.uses:
+        profile = subscriber if use.second else publisher
+        if profile is not None:
+            _cause(profile.values[use.index], found)
+    return tuple(sorted(found))
+
+
+def _cause(value: Value, found: dict[str, None]) -> None:
+    if isinstance(value, Anything):
+        found[value.cause] = None
+    elif isinstance(value, Depends):
+        found[value.on] = None
+        for _, case in value.cases:
+            _cause(case, found)
+
+
+def _guarantees_open(sides: Sequence[Side], words: Sequence[str], names: Sequence[str], because: Sequence[str]) -> str:
+    """Say which guarantees cannot be decided, and why; the requesting side comes first."""
+    subscriber, publisher = (subject(side) for side in sides)
+    listed = words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+    return f"whether {subscriber} gets what it needs from {publisher}, {listed}, is not known: {_why_unknown(names, because)}"
+
+
+def _why_unknown(names: Sequence[str], because: Sequence[str]) -> str:
+    return f"it depends on {' and '.join(names)}" if names else "; ".join(because)
+
+
+def _worlds(spoken: Violation) -> dict[str, Verdict]:
+    """The verdict under each assumption."""
+    verdicts = {True: Verdict.COMPATIBLE, False: Verdict.INCOMPATIBLE, None: Verdict.UNKNOWN}
+    return {label: verdicts[result] for label, result in spoken.outcome.worlds}
+
+
+def _assumptions(labels: Iterable[str]) -> list[str]:
+    """Names of the assumptions in labels such as ``ros2.rmw=fastdds, start order=publishers first``."""
+    return list(dict.fromkeys(part.partition("=")[0] for label in labels for part in label.split(", ")))
+
+
+def _next_step(worlds: Mapping[str, Verdict]) -> str | None:
+    """What to state so that the answer is known."""
+    steps = [
+        "state `starts_after:` where the order of start is certain"
+        if name == START_ORDER
+        else f"set `--option {name}=…`, or `options:` in the system file"
+        for name in _assumptions(worlds)
+    ]
+    return "; ".join(steps) or None
+
+
+def _order_notes(spoken: Violation) -> tuple[str, ...]:
+    """The order of the values compared, for ordered choices."""
+    if spoken.bound.scope != "pair":
+        return ()
+    vocabulary = spoken.bound.bound.vocabulary
+    notes: dict[str, None] = {}
+    for use in spoken.bound.bound.uses:
+        policy = vocabulary.policies[use.index]
+        if isinstance(policy.domain, Choice) and policy.domain.ordered and len(policy.domain.names) > 1:
+            notes[f"order of {policy.name}: {policy.domain.expected()}"] = None
+    return tuple(notes)
+
+
+def sides_of(
+    spoken: Violation, publishers: Iterable[EndpointGroup], subscribers: Iterable[EndpointGroup]
+) -> list[Side]:
+    """Both sides of a finding, the requesting one first, each with the values that the rule reads of it."""
+    groups = {SUBSCRIBER: list(subscribers), PUBLISHER: list(publishers)}
+    pair = spoken.bound.scope == "pair"
+    return [
+        _side(
+            role,
+            members,
+            [use for use in spoken.bound.bound.uses if not pair or use.second is (role == SUBSCRIBER)],
+            meeting=spoken.bound.rule.kind == "meets",
+        )
+        for role, members in groups.items()
+        if members
+    ]
+
+
+def make(draft: Draft) -> Made:
+    """Turn a draft into a finding."""
+    spoken, topic = draft.spoken, draft.topic
+    bound = spoken.bound
+    publishers, subscribers = list(draft.publishers), list(draft.subscribers)
+    sides = sides_of(spoken, publishers, subscribers)
+    told = sides
+    if draft.more:
+        # The values differ, so only an example can tell any, and no one change mends them all.
+        publishers = [members for members in draft.example if members.first.role == PUBLISHER]
+        subscribers = [members for members in draft.example if members.first.role == SUBSCRIBER]
+        told = sides_of(spoken, publishers, subscribers)
+        sides = [replace(side, facts=()) for side in sides]
+    first_publisher = publishers[0].profile if publishers else None
+    first_subscriber = subscribers[0].profile if subscribers else None
+    rule = bound.rule
+    because = (
+        causes(spoken, first_publisher or first_subscriber, first_subscriber or first_publisher)
+        if spoken.unknown
+        else ()
+    )
+    worlds = _worlds(spoken)
+    notes = because if not worlds else ()
+    message = headline(spoken, told, topic.shown, because)
+    if draft.more:
+        message = f"{_further(draft)}, for instance: {message}"
+    finding = Finding(
+        code="CQ701" if spoken.failed else rule.code,
+        name="rule-failed" if spoken.failed else rule.name,
+        severity=Severity.ERROR if spoken.failed else _severity(spoken),
+        message=f"rule {rule.code} could not be judged: {spoken.failed}" if spoken.failed else message,
+        source=topic.pack.id,
+        topic=topic.shown,
+        verdict=_verdict(spoken),
+        sides=tuple(sides),
+        remedies=()
+        if spoken.failed or draft.more
+        else remedies(topic, spoken, list(draft.publishers), list(draft.subscribers)),
+        notes=(*notes, *_order_notes(spoken)),
+        because=rule.because,
+        clause=rule.clause,
+        help=_next_step(worlds) or rule.help or None,
+        pairs=draft.pairs,
+        worlds=worlds,
+    )
+    cause = because if bound.scope == "pair" and not draft.more else ()
+    word = (rule.guarantee or "") if cause and not spoken.failed else ""
+    return Made(finding, _merge_key(draft, finding, because), draft.tags, cause, word)
+
+
+def _further(draft: Draft) -> str:
+    """How many combinations are put together here."""
+    what = "combination of values" if draft.more == 1 else "combinations of values"
+    if draft.spoken.unknown:
+        return f"{draft.more} further {what} {'is' if draft.more == 1 else 'are'} not known to fit"
+    return f"{draft.more} further {what} {'breaks' if draft.more == 1 else 'break'} the rule"
+
+
+def _severity(spoken: Violation) -> Severity:
+    rule = spoken.bound.rule
+    if rule.kind != "forbids" and (spoken.unknown or rule.doubt):
+        return max(Severity.WARNING, Severity(spoken.bound.severity), key=lambda severity: severity.rank)
+    return Severity(spoken.bound.severity)
+
+
+def _verdict(spoken: Violation) -> Verdict | None:
+    if spoken.bound.scope != "pair":
+        return Verdict.INCOMPATIBLE if spoken.refuses else None
+    verdict = verdict_of(spoken)
+    return None if verdict is Verdict.COMPATIBLE else verdict
+
+
+def _merge_key(draft: Draft, finding: Finding, because: tuple[str, ...]) -> tuple[Any, ...]:
+    """Findings with equal keys are one finding: one unknown cause over many topics, or instances of one template."""
+    rule = draft.spoken.bound.rule
+    if draft.more:
+        return ("own", object())
+    if because:
+        # What is not known may lead to other verdicts elsewhere, and then it is another finding.
+        return ("cause", rule.code, because, tuple(finding.worlds.items()), draft.tags)
+    endpoints = [e for members in (*draft.publishers, *draft.subscribers) for e in members.endpoints]
+    if any(endpoint.endpoint.template is not None for endpoint in endpoints):
+        templates = frozenset(e.endpoint.template or e.id for e in endpoints)
+        values = tuple((s.role, f.policy, f.value) for s in finding.sides for f in s.facts)
+        return ("template", rule.code, templates, values, draft.tags)
+    if any(endpoint.visiting for endpoint in endpoints):
+        # A subscriber that meets many topics is told once what is alike on all of them.
+        values = tuple((s.role, f.policy, f.value) for s in finding.sides for f in s.facts)
+        wanting = frozenset(e.id for members in draft.subscribers for e in members.endpoints)
+        return ("meeting", rule.code, wanting, values, draft.tags)
+    if draft.spoken.bound.scope == "endpoint" and any(e.stated_id != e.id for e in endpoints):
+        # What is wrong with a service is stated once, though it has several topics.
+        stated = frozenset(e.stated_id for e in endpoints)
+        return (
+            "stated",
+            rule.code,
+            stated,
+            tuple((f.policy, f.value) for s in finding.sides for f in s.facts),
+            draft.tags,
+        )
+    # A new object equals nothing else; an id would be used again once the draft is gone.
+    return ("own", object())
+
+
+def merged(findings: Sequence[Finding]) -> Finding:
+    """Put findings with one merge key together: members, pairs and topics add up."""
+    if len(findings) == 1:
+        return findings[0]
+    first = min(findings, key=lambda finding: (finding.topic or "", finding.endpoints))
+    roles = dict.fromkeys(side.role for finding in findings for side in finding.sides)
+    sides = []
+    for role in roles:
+        same = [side for finding in (first, *findings) for side in finding.sides if side.role == role]
+        members = tuple(sorted({member for side in same for member in side.members}))
+        facts = tuple(each for each in same[0].facts if all(_has(side, each) for side in same))
+        sides.append(replace(same[0], members=members, facts=facts))
+    topics = sorted(
+        {finding.topic for finding in findings if finding.topic is not None and finding.topic != first.topic}
+    )
+    return replace(
+        first,
+        sides=tuple(sides),
+        remedies=merged_remedies(findings),
+        pairs=sum(finding.pairs for finding in findings),
+        more_topics=tuple(topics),
+        notes=tuple(dict.fromkeys(note for finding in (first, *findings) for note in finding.notes)),
+    )
+
+
+def one_per_cause(made: Sequence[Made]) -> list[Made]:
+    """Report once what one missing fact leaves open: guarantees together, or beside what else of their pairs it decides."""
+    open_: dict[tuple[Any, ...], list[Made]] = {}
+    for one in made:
+        if one.cause:
+            finding = one.finding
+            key = (one.cause, tuple(finding.worlds), finding.severity, finding.accepted)
+            open_.setdefault(key, []).append(one)
+    kept = [one for one in made if not one.cause]
+    for alike in open_.values():
+        alike.sort(key=lambda one: (bool(one.guarantee), one.finding.code))
+        hosts: dict[int, list[Made]] = {}
+        for one in alike:
+            ends = set(one.finding.endpoints)
+            also = (
+                host
+                for host, (first, *_) in hosts.items()
+                if one.guarantee and (first.guarantee or ends <= set(first.finding.endpoints))
+            )
+            hosts.setdefault(next(also, id(one)), []).append(one)
+        kept += map(_together, hosts.values())
+    return kept
+
+
+def _together(made: Sequence[Made]) -> Made:
+    """Put findings of several rules that one missing fact leaves undecided together, under the code of the first."""
+    first = made[0]
+    if len(made) == 1:
+        return first
+    findings = [one.finding for one in made]
+    ends = [frozenset(finding.endpoints) for finding in findings]
+    whole = merged(findings)
+    sides = tuple(
+        replace(side, facts=own.facts, place=own.place, label=own.label)
+        for side, own in zip(whole.sides, first.finding.sides, strict=True)
+    )
+    worlds = {
+        label: max((finding.worlds[label] for finding in findings), key=lambda verdict: verdict.rank)
+        for label in first.finding.worlds
+    }
+    words = list(dict.fromkeys(one.guarantee for one in made))
+    message = (
+        _guarantees_open(sides, words, _assumptions(worlds), first.cause) if first.guarantee else first.finding.message
+    )
+    return replace(
+        first,
+        finding=replace(
+            first.finding,
+            sides=sides,
+            message=message,
+            remedies=whole.remedies,
+            # A rule that reports fewer endpoints than another reports pairs of it again.
+            pairs=sum(
+                f.pairs
+                for at, f in enumerate(findings)
+                if not any(ends[at] < e or (ends[at] == e and i < at) for i, e in enumerate(ends))
+            ),
+            more_topics=tuple(
+                sorted(
+                    {t for f in findings for t in (f.topic, *f.more_topics) if t is not None} - {first.finding.topic}
+                )
+            ),
+            more_codes=tuple(sorted({f.code for f in findings} - {first.finding.code})),
+            notes=whole.notes,
+            worlds=worlds,
+        ),
+    )
+
+
+def _has(side: Side, fact: Fact) -> bool:
+    return any((each.policy, each.value) == (fact.policy, fact.value) for each in side.facts)
+
+
+def of_participants(bound: BoundRule, spoken: Violation, endpoints: Sequence[Resolved]) -> Finding:
+    """Turn what a rule says of participants, brokers or options into a finding; ``endpoints`` are those it holds for."""
+    rule, first = bound.rule, min(endpoints, key=lambda endpoint: endpoint.participant.participant.id)
+    members = tuple(sorted({endpoint.participant.participant.id for endpoint in endpoints}))
+    facts = tuple(fact(first, first.profile, use.index) for use in bound.bound.uses)
+    side = Side("participant", members, "set here", facts, first.participant.participant.place)
+    told = _fill(rule.says, _template_words([side], "")) if rule.says else ""
+    return Finding(
+        code="CQ701" if spoken.failed else rule.code,
+        name="rule-failed" if spoken.failed else rule.name,
+        severity=Severity.ERROR if spoken.failed else _severity(spoken),
+        message=f"rule {rule.code} could not be judged: {spoken.failed}"
+        if spoken.failed
+        else told or f"{subject(side)} has {_values(facts)}: {rule.because}",
+        source=first.pack.id,
+        verdict=_verdict(spoken),
+        sides=(side,),
+        because=rule.because,
+        clause=rule.clause,
+        help=rule.help or None,
+    )

@@ -1,0 +1,398 @@
+"""Fixes of one finding: which single changes of a value make its rule pass, and what each does to the topic's pairs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from itertools import islice
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.checking.rewrites import edits_of
+from cqos_core.language.policy import BROKER, NEED, TOPIC, Duration, FromPeers, Value
+from cqos_core.language.solve import changed, solutions
+from cqos_core.matching.judge import Violation, judge_endpoint, judge_pair, of_end
+from cqos_core.matching.pairing import apart
+from cqos_core.model.report import Finding, Remedy
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.resolving.resolved import intern
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from cqos_core.language.policy import Plain, Policy
+    from cqos_core.matching.pairing import EndpointGroup, Topic
+    from cqos_core.model.system import Role
+    from cqos_core.resolving.resolved import QosProfile, Resolved
+
+VERBS: Final[dict[str, tuple[str, str]]] = {
+    PUBLISHER: ("offers", "offer"),
+    SUBSCRIBER: ("requests", "request"),
+}
+_PARTNERS_ASKED: Final = 20
+"""How many groups of partners each changed endpoint is tried with before a change is offered."""
+_EFFECT_LIMIT: Final = 500
+"""Judgements that counting the effect of one remedy may take."""
+
+
+def member_ids(groups: Iterable[EndpointGroup]) -> tuple[str, ...]:
+    """Return the ids of all endpoints of ``groups``, sorted."""
+    return tuple(sorted(endpoint.id for members in groups for endpoint in members.endpoints))
+
+
+def remedies(
+    topic: Topic, spoken: Violation, publishers: list[EndpointGroup], subscribers: list[EndpointGroup]
+) -> tuple[Remedy, ...]:
+    """Return the changes of one value that make the rule pass; the best one first."""
+    bound = spoken.bound
+    want = bound.rule.kind != "forbids"
+    if bound.scope == "signal":
+        return ()
+    found = _shared(topic, spoken, publishers, subscribers)
+    if bound.scope == "pair":
+        a, b = next(iter(publishers)).profile, next(iter(subscribers)).profile
+        for role, groups, second in (
+            (PUBLISHER, publishers, False),
+            (SUBSCRIBER, subscribers, True),
+        ):
+            partners = publishers if second else subscribers
+            # A guarantee may rest on one side alone.
+            for change in solutions(
+                bound.bound,
+                *(a.values, b.values),
+                second=second,
+                want=want,
+                fixes=bound.rule.fixes,
+                pair=True,
+                may=partial(_may, role, groups, partners, topic.publishers if second else topic.subscribers),
+            ):
+                found += _remedy(topic, role, groups, change.index, change.value)
+        if bound.rule.guarantee and not found:
+            # Where no setting gives it, only less can be required.
+            for change in solutions(
+                bound.bound,
+                *(a.values, b.values),
+                second=True,
+                want=want,
+                fixes=(f"{NEED}.{bound.rule.guarantee}",),
+                pair=True,
+                may=partial(_may, SUBSCRIBER, subscribers, publishers, topic.publishers),
+                levels=(NEED,),
+            ):
+                found += _remedy(topic, SUBSCRIBER, subscribers, change.index, change.value)
+    else:
+        groups = publishers or subscribers
+        role = PUBLISHER if publishers else SUBSCRIBER
+        values = next(iter(groups)).profile.values
+        may = partial(_may, role, groups, (), topic.subscribers if role == PUBLISHER else topic.publishers)
+        for change in solutions(bound.bound, values, values, second=False, want=want, fixes=bound.rule.fixes, may=may):
+            found += _remedy(topic, role, groups, change.index, change.value)
+    # What connects today is no price for what is only advised or not known.
+    pays = bound.rule.severity == "error" and not spoken.unknown and not bound.rule.doubt
+    return tuple(sorted((each for each in found if pays or not each.breaks), key=_rank))
+
+
+def _shared(
+    topic: Topic, spoken: Violation, publishers: list[EndpointGroup], subscribers: list[EndpointGroup]
+) -> list[Remedy]:
+    """Return the changes of what the endpoints share: of their broker, or of the topic."""
+    bound = spoken.bound
+    first, second = (publishers or subscribers)[0], (subscribers or publishers)[0]
+    groups = [*publishers, *subscribers]
+    role: Role = PUBLISHER if publishers else SUBSCRIBER
+    found = []
+    for level in (BROKER, TOPIC):
+        if level == BROKER and first.first.participant.broker is None:
+            continue  # nothing says which broker it is
+        sharing = _sharing(topic, first, level)
+        for change in solutions(
+            bound.bound,
+            *(first.profile.values, second.profile.values),
+            second=False,
+            want=bound.rule.kind != "forbids",
+            fixes=bound.rule.fixes,
+            pair=bound.scope == "pair",
+            # Others may rest on what a broker promises, so it is never made to promise less.
+            may=partial(_all_may, topic, sharing, groups),
+            levels=(level,),
+        ):
+            found += _remedy(topic, role, groups, change.index, change.value, sharing)
+    return found
+
+
+def _sharing(topic: Topic, one: EndpointGroup, level: str) -> list[EndpointGroup]:
+    """Return the groups of a topic for which another value holds too, where it changes for one of them."""
+    broker = one.first.participant.broker
+    return [
+        members
+        for members in (*topic.publishers, *topic.subscribers)
+        if level == TOPIC or members.first.participant.broker is broker
+    ]
+
+
+def _all_may(
+    topic: Topic, sharing: Sequence[EndpointGroup], groups: Sequence[EndpointGroup], index: int, value: Plain
+) -> bool:
+    """Whether a change of all that share a value brings no error of theirs, nor of pairs of ``groups``, that was not there."""
+    policy = topic.pack.policies[index]
+    if any(policy.weakens(members.profile.values[index], value) for members in sharing):
+        return False
+    after = {id(members): _with(members.profile, index, value) for members in sharing}
+    for members in sharing[:_PARTNERS_ASKED]:
+        role, then = members.first.endpoint.role, after[id(members)]
+        if _new(judge_endpoint(then, role, members.observed), judge_endpoint(members.profile, role, members.observed)):
+            return False
+    return not any(
+        _new(
+            judge_pair(after.get(id(p), p.profile), after.get(id(s), s.profile)).spoken,
+            judge_pair(p.profile, s.profile).spoken,
+        )
+        for p, s in islice(_pairs_of(topic, groups), _PARTNERS_ASKED)
+    )
+
+
+def _pairs_of(topic: Topic, groups: Iterable[EndpointGroup]) -> Iterator[tuple[EndpointGroup, EndpointGroup]]:
+    """Yield the pairs of groups in which any of some takes part, each once."""
+    groups = list(groups)
+    senders = {id(members) for members in groups if members.first.role == PUBLISHER}
+    for members in groups:
+        if members.first.role == PUBLISHER:
+            yield from ((members, partner) for partner in topic.subscribers)
+        else:
+            yield from ((partner, members) for partner in topic.publishers if id(partner) not in senders)
+
+
+def _may(
+    role: Role,
+    groups: Sequence[EndpointGroup],
+    partners: Sequence[EndpointGroup],
+    others: Sequence[EndpointGroup],
+    index: int,
+    value: Plain,
+) -> bool:
+    """Whether a change brings no error of its endpoints, nor of their pairs with ``partners``, that was not there before.
+
+    A pair with ``others`` may get a worse verdict, which is counted and shown, but no further error beside its own.
+    """
+    for members in groups:
+        before, after = members.profile, _with(members.profile, index, value)
+        if _new(judge_endpoint(after, role, members.observed), judge_endpoint(before, role, members.observed)):
+            return False
+        if _left_open("endpoint", index, after, after, role):
+            return False
+        for partner in others[:_PARTNERS_ASKED]:
+            then, now = (_spoken(profile, partner.profile, role) for profile in (before, after))
+            ends = (after, partner.profile) if role == PUBLISHER else (partner.profile, after)
+            if _left_open("pair", index, *ends):
+                return False
+            if _new(now, then) and (partner in partners or _errors(then)):
+                return False
+    return True
+
+
+def _with(profile: QosProfile, index: int, value: Plain) -> QosProfile:
+    pack = profile.pack
+    values = changed(profile.values, pack.vocabulary, index, value)
+    return intern(pack, values, profile.beside, profile.refused)
+
+
+def _errors(spoken: Iterable[Violation]) -> set[str]:
+    return {each.bound.rule.code for each in spoken if each.bound.rule.severity == "error" and not each.unknown}
+
+
+def _new(after: Iterable[Violation], before: Sequence[Violation]) -> set[str]:
+    """Return the errors that a change brings, also those that it may bring: what follows from a value is not known then."""
+    unknown = {each.bound.rule.code for each in before if each.unknown}
+    possible = {each.bound.rule.code for each in after if each.bound.rule.severity == "error"}
+    return possible - _errors(before) - unknown | (_errors(after) - _errors(before))
+
+
+def _left_open(scope: str, index: int, a: QosProfile, b: QosProfile, role: str | None = None) -> bool:
+    """Whether a change may break what is forbidden, because what follows from it is not known."""
+    vocabulary = a.pack.vocabulary
+    following = vocabulary.following.get(vocabulary.policies[index].name, ())
+    return bool(following) and any(
+        bound.bound.judge(a.values, b.values).result is None
+        for bound in a.pack.by_scope.get(scope, ())
+        if bound.rule.kind == "forbids" and bound.rule.severity == "error"
+        if scope == "pair" or bound.role in {None, role}
+        if any(use.index in following for use in bound.bound.uses)
+    )
+
+
+def _spoken(changing: QosProfile, partner: QosProfile, role: str) -> tuple[Violation, ...]:
+    publisher, subscriber = (changing, partner) if role == PUBLISHER else (partner, changing)
+    return judge_pair(publisher, subscriber).spoken
+
+
+def _rank(remedy: Remedy) -> tuple[Any, ...]:
+    return (
+        remedy.weakens,
+        remedy.kind == "needs_code",
+        bool(remedy.breaks),
+        len(remedy.members),
+        -(remedy.mends or 0),
+        remedy.role != PUBLISHER,
+        remedy.policy,
+    )
+
+
+def _remedy(
+    topic: Topic,
+    role: Role,
+    groups: list[EndpointGroup],
+    index: int,
+    value: Plain,
+    changing: Sequence[EndpointGroup] = (),
+) -> list[Remedy]:
+    """Return the change of groups, unless nothing can make it; ``changing`` are all that change with them."""
+    pack = topic.pack
+    policy = pack.policies[index]
+    first = groups[0].first
+    if first.origin(index)[0] == "ignored by the middleware" or (
+        policy.level == "endpoint" and role not in policy.roles
+    ):
+        return []
+    meaning = policy.words.get(policy.domain.word(first.written(index) or ""))
+    if isinstance(meaning, FromPeers) and meaning.side == "first":
+        return []  # an endpoint copies this from the first peer, so no setting changes it
+    weakens = any(policy.weakens(members.profile.values[index], value) for members in groups)
+    changing = changing or groups
+    if (
+        policy.level != BROKER
+        and not weakens
+        and _reaches_far(changing, index)
+        and _required_elsewhere(topic, changing)
+    ):
+        return []  # more on this topic may be too much for another one, which is not judged here
+    mends, breaks = effect(topic, changing, index, value)
+    members = member_ids(groups)
+    text_value = policy.domain.format(value)
+    return [
+        Remedy(
+            role=role,
+            members=members,
+            policy=policy.name,
+            value=text_value,
+            kind="needs_code" if _is_promise(policy, groups[0].profile.values[index], value, role) else "configuration",
+            text=remedy_text(role, policy.name, text_value, members, policy.level, _named(first, policy.level)),
+            mends=mends,
+            breaks=breaks,
+            weakens=weakens,
+            edits=edits_of((each for members in groups for each in members.endpoints), index, value),
+        )
+    ]
+
+
+def _is_promise(policy: Policy, current: Value, value: Plain, role: str) -> bool:
+    """Whether the change makes the program promise more than it did: a shorter period, or a stronger kind."""
+    if not policy.promise or role != PUBLISHER:
+        return False
+    if not isinstance(current, int) or not isinstance(value, int):
+        return True
+    return value < current if isinstance(policy.domain, Duration) else value > current
+
+
+def _where(members: Sequence[str]) -> str:
+    more = len(members) - 1
+    return members[0] if not more else f"{members[0]} and {more} more"
+
+
+def _named(endpoint: Resolved, level: str) -> str:
+    """Return what a change of a level is of, where that is no endpoint."""
+    if level == BROKER and endpoint.participant.broker is not None:
+        return f"of broker {endpoint.participant.broker.id}"
+    if level == TOPIC:
+        return f"of topic {endpoint.shown}"
+    return ""
+
+
+def remedy_text(
+    role: str, policy: str, value: str, members: Sequence[str], level: str = "endpoint", shared: str = ""
+) -> str:
+    """The change in words: ``offer reliability `reliable` on robot/scan``; ``shared`` names what is none of endpoints."""
+    if shared:
+        return f"set {policy} `{value}` {shared}"
+    where = _where(members)
+    if level == NEED:
+        return f"require {policy.removeprefix(f'{NEED}.')} `{value}` on {where}"
+    verb = VERBS[role][1] if level == "endpoint" else "set"
+    of = "" if level == "endpoint" else " of the participant"
+    return f"{verb} {policy} `{value}`{of} on {where}"
+
+
+def effect(topic: Topic, groups: Sequence[EndpointGroup], index: int, value: Plain) -> tuple[int | None, int | None]:
+    """How many pairs of the topic a change makes better, and how many worse; None where that would take too long."""
+    if len(groups) * max(len(topic.publishers), len(topic.subscribers)) > _EFFECT_LIMIT or _reaches_far(groups, index):
+        return None, None
+    mends = breaks = 0
+    after = {id(members): _with(members.profile, index, value) for members in groups}
+    for publisher, subscriber in _pairs_of(topic, groups):
+        before = _rank_of(publisher, publisher.profile, subscriber, subscriber.profile)
+        then = _rank_of(
+            *(publisher, after.get(id(publisher), publisher.profile)),
+            *(subscriber, after.get(id(subscriber), subscriber.profile)),
+        )
+        count = len(publisher.endpoints) * len(subscriber.endpoints)
+        mends += count if then < before else 0
+        breaks += count if then > before else 0
+    return mends, breaks
+
+
+def _reaches_far(groups: Iterable[EndpointGroup], index: int) -> bool:
+    """Whether something that bounds endpoints of other topics too follows from a value."""
+    return any(
+        vocabulary.policies[at].together
+        for members in groups
+        for vocabulary in [members.profile.pack.vocabulary]
+        for at in vocabulary.follows(vocabulary.policies[index].name, members.profile.values)
+    )
+
+
+def _required_elsewhere(topic: Topic, groups: Sequence[EndpointGroup]) -> bool:
+    """Whether a participant of changed groups, or of their partners, requires guarantees on another topic."""
+    reached = (*groups, *topic.subscribers) if groups[0].first.role == PUBLISHER else groups
+    return any(endpoint.participant.requiring - {topic.key} for members in reached for endpoint in members.endpoints)
+
+
+def _rank_of(publisher: EndpointGroup, offered: QosProfile, subscriber: EndpointGroup, requested: QosProfile) -> int:
+    """Verdict of a pair by rank, with what its ends allow at best; a pair that does not meet is worse than any verdict."""
+    if apart(offered, requested):
+        return 3
+    ends = (
+        *of_end(offered, PUBLISHER, publisher.observed, publisher.wired),
+        *of_end(requested, SUBSCRIBER, subscriber.observed, subscriber.wired),
+    )
+    return max(judge_pair(offered, requested).verdict.rank, *(verdict.rank for verdict, _ in ends), 0)
+
+
+def merged_remedies(findings: Sequence[Finding]) -> tuple[Remedy, ...]:
+    """Remedies that every one of the findings has, over all their members."""
+    by_change: dict[tuple[str, str, str], list[tuple[str | None, Remedy]]] = {}
+    for finding in findings:
+        for remedy in finding.remedies:
+            by_change.setdefault((remedy.role, remedy.policy, remedy.value), []).append((finding.topic, remedy))
+    found = []
+    for same in by_change.values():
+        if len(same) == len(findings):
+            members = tuple(sorted({member for _, remedy in same for member in remedy.members}))
+            # On one topic a change of the same endpoints is the same change, and has been counted with all its partners.
+            each = list({(topic, remedy.members): remedy for topic, remedy in same}.values())
+            places = {(topic, member) for topic, remedy in same for member in remedy.members}
+            known = len(places) == sum(len(remedy.members) for remedy in each)
+            mends, breaks = (_sum(r.mends for r in each), _sum(r.breaks for r in each)) if known else (None, None)
+            texts = {remedy.text for _, remedy in same}
+            first = same[0][1]
+            text = first.text.removesuffix(_where(first.members)) + _where(members) if len(texts) > 1 else first.text
+            # One part that cannot be edited leaves the change half done.
+            parts = [remedy.edits for _, remedy in same]
+            edits = tuple(dict.fromkeys(edit for part in parts for edit in part)) if all(parts) else ()
+            weakens = any(remedy.weakens for _, remedy in same)
+            merged = replace(same[0][1], members=members, text=text, mends=mends, breaks=breaks)
+            found.append(replace(merged, weakens=weakens, edits=edits))
+    return tuple(sorted(found, key=_rank))
+
+
+def _sum(counts: Iterable[int | None]) -> int | None:
+    """The sum, unless one of the numbers was not counted."""
+    known = list(counts)
+    return None if None in known else sum(count for count in known if count is not None)

@@ -1,0 +1,209 @@
+"""What is around every check: the packs it uses, a system that is checked for faults, options laid over it, exact places."""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import replace
+from datetime import timedelta
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+from cqos_core.checking.checker import Context
+from cqos_core.language.policy import INFINITE, Names
+from cqos_core.matching.routes import MOST_ENDPOINTS
+from cqos_core.model.codes import find_code
+from cqos_core.model.problems import CqosError, Problem
+from cqos_core.model.remarks import suggestion
+from cqos_core.model.spelling import Known
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System
+from cqos_core.model.system import Topic as StatedTopic
+from cqos_core.plugins import load_plugins
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from cqos_core.model.codes import CodeInfo
+    from cqos_core.model.report import Finding, Report
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.packs.rule import Rule
+
+SettingValue: TypeAlias = "str | int | bool | timedelta | Sequence[str]"
+
+
+def context(extra_packs: Iterable[RulePack] = (), default_protocol: str | None = None) -> Context:
+    """Return a check context over the installed packs and ``extra_packs``, which win over installed ones of their id."""
+    extra = {pack.id: pack for pack in extra_packs}
+    plugins = load_plugins()
+
+    def find_pack(pack_id: str) -> RulePack | None:
+        return extra.get(pack_id) or plugins.pack(pack_id)
+
+    def find_rule(code: str) -> Rule | CodeInfo | None:
+        own = find_code(code)
+        if own is not None:
+            return own
+        for pack in (*extra.values(), *(found for name in plugins.packs if (found := plugins.pack(name)))):
+            rule = pack.rule(code) or pack.code(code)
+            if rule is not None:
+                return rule
+        return None
+
+    known = frozenset({*plugins.packs, *extra})
+    return Context(find_pack, find_rule, default_protocol, known, most_endpoints=_most_endpoints())
+
+
+MOST_ENDPOINTS_VARIABLE: Final = "CQOS_MAX_ENDPOINTS"
+"""The environment variable with the number of endpoints that a system may have after bridges added theirs."""
+
+
+def _most_endpoints() -> int:
+    given = os.environ.get(MOST_ENDPOINTS_VARIABLE, "")
+    if not given:
+        return MOST_ENDPOINTS
+    if not re.fullmatch("[1-9][0-9]{0,11}", given):
+        raise CqosError(f"{MOST_ENDPOINTS_VARIABLE} is `{given[:40]}`, expected a number of endpoints from 1")
+    return int(given)
+
+
+def faults(system: System) -> list[Problem]:
+    """Say what is wrong with a system that a program put together, such as importers never make it."""
+    known = Known(system.participants)
+    found = [problem for endpoint in system.endpoints for problem in faults_of(endpoint, system.participants, known)]
+    for name, each in system.participants.items():
+        if each.id != name:
+            found.append(Problem("CQ011", f"participant `{each.id}` is kept under another id, `{name}`", each.place))
+        found += _no_settings(f"participant `{name}`", each.settings, each.place)
+    return found
+
+
+def faults_of(
+    endpoint: Endpoint, participants: Mapping[str, Participant], known: Known | None = None
+) -> Iterator[Problem]:
+    """Say what is wrong with an endpoint: its participant is missing, it has no role, or what it states is no setting."""
+    name, where = f"endpoint `{endpoint.id}`", endpoint.place
+    if endpoint.participant not in participants:
+        message = f"{name} belongs to participant `{endpoint.participant}`, which is not there"
+        yield Problem("CQ011", message, where, suggestion(endpoint.participant, known or Known(participants)))
+    if endpoint.role not in {PUBLISHER, SUBSCRIBER}:
+        yield Problem("CQ011", f"{name} has the role `{endpoint.role}`", where, f"allowed: {PUBLISHER}, {SUBSCRIBER}")
+    for settings in (endpoint.settings, endpoint.overlay, endpoint.needs):
+        yield from _no_settings(name, settings, where)
+
+
+def _no_settings(name: str, settings: Mapping[str, object], where: Place | None) -> Iterator[Problem]:
+    for setting, value in settings.items():
+        if not isinstance(value, Setting):
+            message = f"`{setting}` of {name} is {value!r}, which is no `Setting`"
+            yield Problem("CQ009", message, where, "settings hold their text: `Setting('reliable')`")
+
+
+def with_options(
+    system: System, options: Mapping[str, Mapping[str, SettingValue]], where: Context, place: Place | None = None
+) -> System:
+    """Return ``system`` with options laid over its own, in whatever spelling it states them."""
+    joined = {pack_id: dict(settings) for pack_id, settings in system.options.items()}
+    for pack_id, settings in options.items():
+        pack, stated = where.find_pack(pack_id), joined.setdefault(pack_id, {})
+        for name, value in settings.items():
+            for other in [
+                other for other in stated if pack and pack.find("option", other) == pack.find("option", name)
+            ]:
+                del stated[other]
+            stated[name] = Setting(as_text(value), place or Place("options"))
+    return replace(system, options=joined)
+
+
+def exact_places(report: Report, sources: Mapping[str, bytes]) -> Report:
+    """Return ``report`` with exact columns in its places, found by rescanning the sources of what is printed."""
+    from cqos_core.model.excerpt import exact
+
+    places = {place for finding in report.findings for place in _places(finding)}
+    known = {place: found for place, found in exact(places, sources).items() if found != place}
+    if not known:
+        return report
+
+    def at(place: Place | None) -> Place | None:
+        return None if place is None else known.get(place, place)
+
+    def pinned(finding: Finding) -> Finding:
+        sides = tuple(
+            replace(
+                side,
+                place=at(side.place),
+                facts=tuple(replace(each, place=at(each.place)) for each in side.facts),
+            )
+            for side in finding.sides
+        )
+        remedies = tuple(
+            replace(
+                remedy, edits=tuple(replace(edit, place=known.get(edit.place, edit.place)) for edit in remedy.edits)
+            )
+            for remedy in finding.remedies
+        )
+        return replace(finding, sides=sides, remedies=remedies)
+
+    findings = (pinned(each) if any(place in known for place in _places(each)) else each for each in report.findings)
+    return replace(report, findings=tuple(findings))
+
+
+def _places(finding: Finding) -> Iterator[Place]:
+    for side in finding.sides:
+        for place in (side.place, *(each.place for each in side.facts)):
+            if place is not None:
+                yield place
+    for remedy in finding.remedies:
+        for edit in remedy.edits:
+            yield edit.place
+
+
+def as_text(value: SettingValue) -> str:
+    """Write a Python value in the spelling of the YAML form.
+
+    Raises:
+        TypeError: for a type that has no such spelling.
+    """
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, timedelta):
+        return f"{(value.days * 86_400 + value.seconds) * 10**9 + value.microseconds * 1_000}ns"
+    if isinstance(value, int):
+        return "infinite" if value == INFINITE else str(value)
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (list, tuple)):
+        return Names().format(tuple(value))
+    raise TypeError(f"{value!r} is no setting: give text, int, bool, timedelta, INFINITE or a list of names")
+
+
+def pair_system(
+    protocol: str,
+    offered: Mapping[str, SettingValue],
+    requested: Mapping[str, SettingValue],
+    options: Mapping[str, SettingValue],
+    topic: Mapping[str, SettingValue],
+    needs: Mapping[str, SettingValue] = MappingProxyType({}),
+) -> System:
+    """Make the system of one publisher and one subscriber on one topic; ``profile`` among the settings names a preset."""
+    from cqos_core.model.system import ProfileRef
+
+    facts = dict(topic)
+    name = as_text(facts.pop("name", "topic"))
+    system = System(protocol=protocol, options={protocol: {n: Setting(as_text(v)) for n, v in options.items()}})
+    system.topics[name] = StatedTopic(name, {n: Setting(as_text(v)) for n, v in facts.items()}, external=True)
+    for role, stated in ((PUBLISHER, offered), (SUBSCRIBER, requested)):
+        settings = dict(stated)
+        profile = settings.pop("profile", None)
+        system.participants[role] = Participant(role)
+        system.endpoints.append(
+            Endpoint(
+                id=role,
+                role=role,
+                topic=name,
+                participant=role,
+                settings={n: Setting(as_text(v)) for n, v in settings.items()},
+                profiles=() if profile is None else (ProfileRef(as_text(profile)),),
+                needs={n: Setting(as_text(v)) for n, v in needs.items()} if role == SUBSCRIBER else {},
+            )
+        )
+    return system

@@ -1,0 +1,125 @@
+"""Which edits set a policy of endpoints: where the value stands, or may be added, and its text there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC
+from cqos_core.model.report import Edit
+from cqos_core.resolving.values import respelled
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from cqos_core.language.policy import Plain, Policy
+    from cqos_core.model.system import Broker, Endpoint, Participant, Setting
+    from cqos_core.packs.pack import Dialect
+    from cqos_core.resolving.resolved import Layer, Resolved, Stated
+
+
+def edits_of(endpoints: Iterable[Resolved], index: int, value: Plain) -> tuple[Edit, ...]:
+    """Return the edits after which each endpoint has a value; nothing where one of them cannot be edited."""
+    found: dict[Edit, None] = {}
+    for endpoint in endpoints:
+        edit = _edit(endpoint, index, value)
+        if edit is None:
+            return ()
+        found[edit] = None
+    return tuple(found)
+
+
+def _edit(endpoint: Resolved, index: int, value: Plain) -> Edit | None:
+    """Return the edit of one endpoint.
+
+    What was observed is no design, and an endpoint of another protocol is edited under that one's names.
+    """
+    policy = endpoint.pack.policies[index]
+    if (endpoint.endpoint.observed and policy.level != BROKER) or endpoint.carried is not None:
+        return None
+    layers = endpoint.layers if policy.level in {ENDPOINT, NEED, TOPIC} else endpoint.participant.layers
+    at = next((number for number, each in enumerate(layers) if index in each.settings), len(layers))
+    layer = layers[at] if at < len(layers) else None
+    if policy.level == NEED:
+        needed = None if layer is None else layer.settings[index]
+        return None if needed is None else _changed(policy, needed.name, needed.setting, None, value)
+    if (edit := _restated(endpoint, policy, layers[: at + 1], value)) is not None:
+        return edit
+    if layer is not None and (layer.here or layer.overlay != "no" or (policy.level != ENDPOINT and _is_own(layer))):
+        stated = layer.settings[index]
+        edit = _replacing(endpoint, policy, layer, stated, value)
+        if edit is not None or not stated.setting.derived:
+            return edit
+    edit = _added(endpoint, policy, index, layers[: at + 1], value)
+    if edit is None and layer is not None and layer.origin.startswith("profile "):
+        # Where the endpoint has no room, its profile states the value for it.
+        edit = _replacing(endpoint, policy, layer, layer.settings[index], value)
+    return edit
+
+
+def _is_own(layer: Layer) -> bool:
+    return layer.origin in {"explicit", "topic"}
+
+
+def _owner(endpoint: Resolved, policy: Policy) -> Endpoint | Participant | Broker | None:
+    """Return what a policy is stated of; nothing for topics, which several files describe."""
+    if policy.level == TOPIC:
+        return None
+    if policy.level == BROKER:
+        return endpoint.participant.broker
+    return endpoint.endpoint if policy.level == ENDPOINT else endpoint.participant.participant
+
+
+def _restated(endpoint: Resolved, policy: Policy, layers: Sequence[Layer], value: Plain) -> Edit | None:
+    """Return the edit that states a value in a room whose inserter replaces too, the nearest one."""
+    owner = _owner(endpoint, policy)
+    rooms = (None if owner is None else owner.room, *(layer.room for layer in layers))
+    text = policy.spelling(value)
+    for room in rooms:
+        if room is not None and room.restated and room.takes(policy.name) and text is not None:
+            return Edit(room.place, policy.name, None, text)
+    return None
+
+
+def _added(endpoint: Resolved, policy: Policy, index: int, layers: Sequence[Layer], value: Plain) -> Edit | None:
+    owner = _owner(endpoint, policy)
+    if owner is not None:
+        dialect = _dialect(endpoint, endpoint.endpoint.dialect if policy.level == ENDPOINT else "yaml")
+        # A value that counts as not stated, such as a zero, may stand there all the same.
+        for name, setting in owner.settings.items():
+            if not setting.derived and endpoint.pack.find(policy.level, name, dialect) == index:
+                return _changed(policy, name, setting, dialect, value)
+        new = respelled(policy, value, dialect, None)
+        if owner.room is not None and owner.room.takes(policy.name) and new is not None:
+            return Edit(owner.room.place, policy.name, None, new)
+    for layer in layers:
+        new = respelled(policy, value, _dialect(endpoint, layer.dialect), None)
+        if layer.room is not None and layer.overlay != "may_hold" and layer.room.takes(policy.name) and new is not None:
+            return Edit(layer.room.place, policy.name, None, new)
+    return None
+
+
+def _replacing(endpoint: Resolved, policy: Policy, layer: Layer, stated: Stated, value: Plain) -> Edit | None:
+    if layer.overlay == "may_hold":
+        return None
+    name = f"{stated.name}.{stated.field}" if stated.field else stated.name
+    if not layer.here:
+        return _changed(policy, name, stated.setting, _dialect(endpoint, layer.dialect), value)
+    own = endpoint.endpoint.overlay if layer.origin == "overlay" else endpoint.endpoint.settings
+    setting = own.get(stated.name)
+    if setting is None:
+        return None  # the type, which an endpoint names apart from its settings
+    text = replace(setting, text=stated.setting.text)
+    return _changed(policy, name, text, _dialect(endpoint, endpoint.endpoint.dialect), value)
+
+
+def _dialect(endpoint: Resolved, name: str) -> Dialect | None:
+    dialects = endpoint.pack.dialects
+    return dialects.get(name, dialects.get("yaml"))
+
+
+def _changed(policy: Policy, name: str, setting: Setting, dialect: Dialect | None, value: Plain) -> Edit | None:
+    new = respelled(policy, value, dialect, setting.text)
+    if setting.place is None or setting.derived or setting.unknown or new is None:
+        return None
+    return Edit(setting.place, name, setting.text, new)

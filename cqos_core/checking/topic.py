@@ -1,0 +1,332 @@
+"""One topic as a unit: who meets whom, what is to be said of it, who is left alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import reduce
+from operator import or_
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from cqos_core.checking.findings import Draft, Made, headline, make, sides_of, subject
+from cqos_core.checking.team import TeamCheck, team_findings
+from cqos_core.language.evaluate import Outcome
+from cqos_core.language.relation import positions
+from cqos_core.matching.bridge_reachability import connected
+from cqos_core.matching.judge import Violation, judge_pair
+from cqos_core.matching.pairing import bridges_of, group
+from cqos_core.matching.peer_values import settle
+from cqos_core.matching.topic_shape import MOST_COMBINATIONS, Alike, Shape, judge_shape
+from cqos_core.model.codes import CODES
+from cqos_core.model.report import Finding, Group, Severity, Side, Verdict
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from cqos_core.language.name_index import NameIndex
+    from cqos_core.matching.pairing import EndpointGroup, Topic
+    from cqos_core.matching.topic_shape import Apart, Judged, Outline, Row
+    from cqos_core.packs.pack import BoundRule
+    from cqos_core.resolving.resolved import Resolved
+
+
+@dataclass(frozen=True, slots=True)
+class TopicResult:
+    """What the check of one topic says: groups of pairs, findings to be put together, and who was left alone."""
+
+    groups: tuple[Group, ...] = ()
+    made: tuple[Made, ...] = ()
+    lonely: tuple[Resolved, ...] = ()
+
+
+def check_topic(
+    endpoints: Sequence[Resolved],
+    acceptances: NameIndex[int] | None = None,
+    checks: Mapping[int, NameIndex[TeamCheck]] | None = None,
+) -> TopicResult:
+    """Judge one topic of one protocol: a pure function of its endpoints, the acceptances and the team's rules."""
+    topic = group(endpoints, acceptances)
+    settle(topic)
+    judged = judge_shape(shape_of(topic))
+    groups = [_group(topic, row) for row in judged.rows]
+    made = [make(_draft(topic, outline)) for outline in judged.outlines] if judged.outlines else []
+    if judged.kept_apart:
+        made += _splits(topic, judged)
+    if checks:
+        made += team_findings(topic, checks[id(topic.pack)]) if id(topic.pack) in checks else []
+    made += _within_participants(topic, groups)
+    alone = () if topic.publishers and topic.subscribers else topic.endpoints
+    return TopicResult(tuple(groups), tuple(made), tuple([each for each in alone if not each.is_copy]))
+
+
+def shape_of(topic: Topic) -> Shape:
+    """Return a settled topic without names, as rules see it."""
+    return Shape(topic.pack, _alike(topic.publishers), _alike(topic.subscribers))
+
+
+def verdict_between(topic: Topic, publisher: Resolved, subscriber: Resolved) -> tuple[Verdict, list[Made]]:
+    """Return the verdict of one pair of a settled topic, and what rules over the whole topic refuse of it."""
+    first = next(i for i, members in enumerate(topic.publishers) if publisher.id in members.ids)
+    second = next(i for i, members in enumerate(topic.subscribers) if subscriber.id in members.ids)
+    judged = judge_shape(shape_of(topic))
+    refusing = [
+        make(_draft(topic, outline))
+        for outline in judged.outlines
+        if outline.spoken.bound.scope == "signal"
+        and outline.spoken.refuses
+        and (first in outline.publishers or second in outline.subscribers)
+    ]
+    rows = (row.verdict for row in judged.rows if first in row.publishers and row.subscribers >> second & 1)
+    return next(rows, Verdict.UNKNOWN), refusing
+
+
+def _alike(groups: Sequence[EndpointGroup]) -> tuple[Alike, ...]:
+    return tuple(
+        [
+            Alike(each.profile, each.observed, each.tags, each.carried, len(each.endpoints), each.wired)
+            for each in groups
+        ]
+    )
+
+
+def _draft(topic: Topic, outline: Outline) -> Draft:
+    """Put endpoints into an outline."""
+    example = {
+        role: (topic.publishers if role == PUBLISHER else topic.subscribers)[position]
+        for role, position in outline.example.items()
+    }
+    return Draft(
+        topic,
+        outline.spoken,
+        {topic.publishers[position]: None for position in outline.publishers},
+        {topic.subscribers[position]: None for position in outline.subscribers},
+        outline.pairs,
+        outline.tags,
+        outline.more,
+        tuple(members.only([members.first]) for members in example.values()),
+    )
+
+
+def _at(groups: Sequence[EndpointGroup], mask: int) -> Iterator[EndpointGroup]:
+    """The groups whose bits are set."""
+    return (groups[position] for position in positions(mask))
+
+
+def _group(topic: Topic, row: Row) -> Group:
+    offering = [endpoint for position in row.publishers for endpoint in topic.publishers[position].endpoints]
+    requesting = [endpoint for members in _at(topic.subscribers, row.subscribers) for endpoint in members.endpoints]
+    owners: dict[str, int] = {}
+    for endpoint in offering:
+        owners[endpoint.endpoint.participant] = owners.get(endpoint.endpoint.participant, 0) + 1
+    internal = sum([owners.get(endpoint.endpoint.participant, 0) for endpoint in requesting])
+    return Group(
+        topic=topic.shown,
+        publishers=tuple(sorted([endpoint.id for endpoint in offering])),
+        subscribers=tuple(sorted([endpoint.id for endpoint in requesting])),
+        verdict=row.verdict,
+        protocol=topic.pack.id,
+        internal=internal,
+        codes=row.codes,
+    )
+
+
+def _splits(topic: Topic, judged: Judged) -> list[Made]:
+    """Report what keeps endpoints apart: each that is left alone by it, and once a topic where nobody is."""
+    met_by_any = 0
+    for met in judged.met:
+        met_by_any |= met
+    alone = _alone(topic.subscribers, lambda index: met_by_any >> index & 1)
+    over_bridges = connected(topic, judged.met)
+    ends = _ends_of_bridges(topic.subscribers)
+    loud: _Splits = {}
+    quiet: _Splits = {}
+    own_bridge = [_of_one_bridge(publisher, ends) for publisher in topic.publishers]
+    left_alone = [_alone([each], judged.met.__getitem__, at) for at, each in enumerate(topic.publishers)]
+    for each in judged.kept_apart:
+        told: dict[int, int] = {}
+        for index, missed in each.hits.items():
+            hit = missed if each.bound.rule.always else missed & ~over_bridges[index]
+            if not hit:
+                continue
+            left = left_alone[index]
+            worth = hit if each.bound.rule.always or left.told else hit & alone.told
+            # That the ends of one bridge are apart is what it is for, even if nobody else is on one side.
+            own = worth & own_bridge[index]
+            if worth & ~own:
+                told[index] = worth & ~own
+            # Of those whose partners are elsewhere anyway there is nothing to say.
+            rest = 0 if left.all else hit & ~worth & ~alone.all
+            if own | rest:
+                quiet.setdefault((each.bound.rule.code,), _Split(each.bound)).add(index, own | rest)
+        if told:
+            _tell(loud, each, told)
+    return [
+        *(_split_finding(topic, split.draft(topic), quiet=False) for split in loud.values()),
+        *(_split_finding(topic, split.draft(topic), quiet=True) for split in quiet.values()),
+    ]
+
+
+@dataclass(slots=True)
+class _Split:
+    """What a condition keeps apart: publisher groups in order, and subscriber groups as bits.
+
+    Attributes:
+        first: one of the subscriber groups, which the first publisher group never meets.
+        more: how many combinations of values are put together here, where there are too many to list; else 0.
+    """
+
+    bound: BoundRule
+    tags: frozenset[int] = frozenset()
+    publishers: dict[int, None] = field(default_factory=dict)
+    subscribers: int = 0
+    first: int = 0
+    more: int = 0
+
+    def add(self, publisher: int, subscribers: int) -> None:
+        """Add a publisher group with subscriber groups that it never meets, as bits."""
+        if not self.publishers:
+            self.first = next(positions(subscribers))
+        self.publishers[publisher] = None
+        self.subscribers |= subscribers
+
+    def draft(self, topic: Topic) -> Draft:
+        """Return it with the groups of a topic."""
+        publishers = [topic.publishers[position] for position in self.publishers]
+        subscribers = [topic.subscribers[position] for position in (self.first, *positions(self.subscribers))]
+        example = (publishers[0].only([publishers[0].first]), subscribers[0].only([subscribers[0].first]))
+        return Draft(
+            topic,
+            Violation(self.bound, Outcome(result=False)),
+            dict.fromkeys(publishers),
+            dict.fromkeys(subscribers),
+            tags=self.tags,
+            more=self.more,
+            example=example if self.more else (),
+        )
+
+
+_Splits = dict[tuple[Any, ...], _Split]
+
+
+def _tell(splits: _Splits, apart: Apart, told: Mapping[int, int]) -> None:
+    """Note each combination of values that is kept apart; of too many the rest together."""
+    code, classes = apart.bound.rule.code, apart.subscribers
+    whole = reduce(or_, told.values())
+    room = MOST_COMBINATIONS - sum(key[0] == code for key in splits)
+    for one in classes.within(whole)[:room] if room > 0 else ():
+        split = splits[code, id(apart), id(one)] = _Split(apart.bound, apart.tags | one.first.tags)
+        for publisher, mask in told.items():
+            if mask & one.mask:
+                split.add(publisher, mask & one.mask)
+        whole &= ~one.mask
+    for tags, same in classes.by_tags(whole):
+        key = (code, "further", apart.tags | tags)
+        further = splits.get(key)
+        if further is None:
+            further = splits[key] = _Split(apart.bound, apart.tags | tags)
+            first = classes.within(same)[0].mask
+            further.add(*next((publisher, mask & first) for publisher, mask in told.items() if mask & first))
+        for publisher, mask in told.items():
+            if mask & same:
+                further.add(publisher, mask & same)
+                further.more += classes.count(mask & same)
+
+
+def _ends_of_bridges(subscribers: Sequence[EndpointGroup]) -> dict[frozenset[str | None], int]:
+    """The groups of subscribers by the bridges whose ends their endpoints are, as bits."""
+    found: dict[frozenset[str | None], int] = {}
+    for index, members in enumerate(subscribers):
+        bridges = frozenset(bridges_of(members.endpoints))
+        found[bridges] = found.get(bridges, 0) | 1 << index
+    return found
+
+
+def _of_one_bridge(publisher: EndpointGroup, ends: Mapping[frozenset[str | None], int]) -> int:
+    """The groups whose endpoints are all ends of the bridge that all of ``publisher`` are ends of, as bits."""
+    bridges = bridges_of(publisher.endpoints)
+    return 0 if len(bridges) > 1 or None in bridges else ends.get(frozenset(bridges), 0)
+
+
+class _Alone(NamedTuple):
+    """Groups without any partner, as bits: all of them, and those of which it is worth telling."""
+
+    all: int
+    told: int
+
+
+def _alone(groups: Sequence[EndpointGroup], met: Callable[[int], int], first: int = 0) -> _Alone:
+    """The groups that match none; ``met`` is asked by their positions, from ``first`` on."""
+    left = [(at, each) for at, each in enumerate(groups) if not each.carried and not met(first + at)]
+    return _Alone(sum(1 << index for index, _ in left), sum(1 << index for index, each in left if not _external(each)))
+
+
+def _external(members: EndpointGroup) -> bool:
+    return all(endpoint.external for endpoint in members.endpoints)
+
+
+def _split_finding(topic: Topic, draft: Draft, *, quiet: bool) -> Made:
+    made = make(draft)
+    rule = draft.spoken.bound.rule
+    publishers, subscribers = (
+        ([draft.example[0]], [draft.example[1]]) if draft.more else (draft.publishers, draft.subscribers)
+    )
+    sides = sides_of(draft.spoken, publishers, subscribers)
+    subjects = " and ".join(subject(side) for side in reversed(sides))
+    behind = judge_pair(next(iter(publishers)).profile, next(iter(subscribers)).profile)
+    latent = tuple(
+        f"behind it: {headline(each, sides_of(each, publishers, subscribers), topic.shown)} ({each.bound.rule.code})"
+        for each in behind.spoken
+        if each.bound.rule.kind == "requires" and not each.unknown
+    )
+    values = "; ".join(
+        f"{side.role} has {', '.join(f'{fact.policy} {fact.value}' for fact in side.facts)}"
+        for side in reversed(sides)
+        if side.facts and not quiet
+    )
+    message = f"{subjects} on topic `{topic.shown}` never meet{f' ({values})' if values else ''}: {rule.because}"
+    if draft.more:
+        message = f"{draft.more} further combinations of values keep endpoints apart, for instance: {message}"
+    if quiet:
+        message = f"some endpoints on topic `{topic.shown}` never meet: {rule.because}"
+    finding = replace(
+        made.finding,
+        message=message,
+        severity=Severity.NOTE if quiet else Severity(draft.spoken.bound.severity),
+        verdict=None,
+        sides=tuple(replace(side, facts=()) for side in made.finding.sides) if quiet else made.finding.sides,
+        remedies=(),
+        notes=latent,
+        pairs=0,
+    )
+    return replace(made, finding=finding, merge_key=("own", object()))
+
+
+def _within_participants(topic: Topic, groups: Sequence[Group]) -> list[Made]:
+    if not any(group.internal for group in groups):
+        return []
+    publishing = {e.endpoint.participant: e for members in topic.publishers for e in members.endpoints}
+    inside = [
+        (publishing[endpoint.endpoint.participant], endpoint)
+        for members in topic.subscribers
+        for endpoint in members.endpoints
+        if endpoint.endpoint.participant in publishing
+    ]
+    owners = sorted({subscriber.participant.participant.id for _, subscriber in inside})
+    more = f" and {len(owners) - 1} more" if len(owners) > 1 else ""
+    finding = Finding(
+        code="CQ406",
+        name=CODES["CQ406"].name,
+        severity=Severity.NOTE,
+        message=(
+            f"participant `{owners[0]}` subscribes to `{topic.shown}`, which it publishes itself"
+            if not more
+            else f"participants `{owners[0]}`{more} subscribe to `{topic.shown}`, which they publish themselves"
+        ),
+        topic=topic.shown,
+        sides=(
+            Side(SUBSCRIBER, tuple(sorted(s.id for _, s in inside)), place=inside[0][1].endpoint.place),
+            Side(PUBLISHER, tuple(sorted({p.id for p, _ in inside})), place=inside[0][0].endpoint.place),
+        ),
+        because=CODES["CQ406"].reason,
+    )
+    return [Made(finding, ("own", object()), frozenset())]

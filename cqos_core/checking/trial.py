@@ -1,0 +1,113 @@
+"""Profiles without anybody who uses them, tried out: each as a publisher and a subscriber that meet.
+
+A library of profiles has no endpoints, so there would be nothing to check. But whoever writes one wants to know that what
+its profiles describe can be created, and that both ends of a topic that take the same profile fit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, ImportNote, Participant, ProfileRef, Topic
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from cqos_core.model.system import Profile, Role, System
+
+_ANY: Final = "*"
+
+
+def tried_out(system: System, protocol: str | None = None) -> System:
+    """Return a system in which every profile is used, if ``system`` has profiles and nobody who could use them.
+
+    Each profile becomes one publisher and one subscriber, as far as it says something about them, on a topic of its own.
+    ``protocol`` judges where the system states none; without any, nothing is tried.
+    """
+    if system.endpoints or system.bridges or not system.profiles or (system.protocol or protocol) is None:
+        return system
+    made = replace(
+        system, topics=dict(system.topics), participants=dict(system.participants), endpoints=[], hypothetical=True
+    )
+    tried: list[Profile] = []
+    for profile in _whole(system):
+        before = len(made.endpoints)
+        for pattern in _patterns(profile.name, system):
+            _try(profile, pattern, made)
+        if len(made.endpoints) > before:
+            tried.append(profile)
+    if not tried:
+        return system
+    count = "1 profile, which is" if len(tried) == 1 else f"{len(tried)} profiles, each"
+    message = f"there are no endpoints here but {count} tried as a publisher and a subscriber that meet each other"
+    advice = "check it together with the system that uses it to see what its endpoints really get"
+    made.notes = [*system.notes, ImportNote("CQ061", "note", message, tried[0].place, advice)]
+    return made
+
+
+def _whole(system: System) -> list[Profile]:
+    """The profiles that people name, not those that are a part of one only."""
+    parts = {ref.name for each in system.profiles.values() for ref in each.base if ref.scope.part is not None}
+    return [profile for name, profile in system.profiles.items() if name not in parts]
+
+
+def _try(profile: Profile, pattern: str, system: System) -> None:
+    topic = _topic(pattern, profile.name)
+    if topic in system.topics:
+        return  # what another profile does on this topic is not to be mixed up with it
+    roles = [role for role in (PUBLISHER, SUBSCRIBER) if _says_something(profile, role, topic, system)]
+    if not roles:
+        return
+    system.topics[topic] = Topic(topic, external=len(roles) == 1, place=profile.place)
+    where = "" if pattern == _ANY else f" on {pattern}"
+    for role in roles:
+        used = (ProfileRef(profile.name, profile.place),)
+        name = f"{profile.name}/{role}{where}"
+        system.participants[name] = Participant(name, place=profile.place)
+        system.endpoints.append(
+            Endpoint(id=name, role=role, topic=topic, participant=name, profiles=used, place=profile.place)
+        )
+
+
+def _says_something(profile: Profile, role: Role, topic: str, system: System) -> bool:
+    """Whether a profile, or one it is based on, has settings for endpoints of a role, or something that is to be reported."""
+    seen = {profile.name}
+    waiting = [profile]
+    while waiting:
+        each = waiting.pop()
+        if each.settings:
+            return True
+        for ref in each.base:
+            if not ref.scope.covers(role, topic):
+                continue
+            if ref.name == profile.name:
+                return True  # it is based on itself
+            if ref.name not in seen:
+                seen.add(ref.name)
+                if ref.name not in system.profiles:
+                    return True  # a preset, or a name that is to be reported
+                waiting.append(system.profiles[ref.name])
+    return False
+
+
+def _patterns(name: str, system: System) -> Iterator[str]:
+    """Yield the patterns of topics that a profile tells apart, ``*`` first."""
+    found = dict.fromkeys([_ANY])
+    seen = {name}
+    waiting = [name]
+    while waiting:
+        profile = system.profiles.get(waiting.pop())
+        for ref in profile.base if profile is not None else ():
+            found[ref.scope.topic] = None
+            if ref.name not in seen:
+                seen.add(ref.name)
+                waiting.append(ref.name)
+    yield from found
+
+
+def _topic(pattern: str, profile: str) -> str:
+    """Return a topic that matches a pattern, as far as that can be, and that no other profile is tried on."""
+    name = pattern.replace(_ANY, profile, 1).replace(_ANY, "").replace("?", "x")
+    return name if fnmatchcase(name, pattern) else pattern

@@ -1,0 +1,81 @@
+"""What the core itself ships, registered through the same hooks as anyone's plugin."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cqos_core.plugins import CommandInfo, ExporterInfo, FormatterInfo, ImporterInfo, hookimpl
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_CLAIMS = "cqos_core.importers.detect"
+
+
+@hookimpl
+def register_importers(register: Callable[[ImporterInfo], None]) -> None:
+    """BPMN collaborations and the YAML (or JSON) system form."""
+    register(
+        ImporterInfo(
+            "bpmn",
+            "BPMN 2.0 collaborations with QoS on signal events",
+            (".bpmn", ".bpmn20.xml", ".bpmn2"),
+            f"{_CLAIMS}:claims_bpmn",
+            "cqos_core.bpmn:read",
+            whole=True,
+            inserter="cqos_core.bpmn.editing:insert",
+        )
+    )
+    register(
+        ImporterInfo(
+            "yaml",
+            "C-QoS system files, YAML or JSON",
+            (".yaml", ".yml", ".json"),
+            f"{_CLAIMS}:claims_yaml",
+            "cqos_core.importers.yaml_system:read",
+            whole=True,
+            inserter="cqos_core.importers.editing:insert",
+        )
+    )
+
+
+@hookimpl
+def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
+    """The YAML system form."""
+    writer = "cqos_core.exporters.yaml_form:write"
+    register(ExporterInfo("yaml", "a C-QoS system file", ".yaml", writer, ("profiles=kept|shared",)))
+
+
+@hookimpl
+def register_formatters(register: Callable[[FormatterInfo], None]) -> None:
+    """The output formats of ``cqos check``."""
+    for name, summary in (
+        ("full", "one paragraph with excerpt and remedies per finding"),
+        ("concise", "one line per finding"),
+        ("json", "the whole report, versioned"),
+        ("jsonl", "one JSON object per line: summary, groups, findings"),
+        ("sarif", "SARIF 2.1.0 for code scanning"),
+        ("junit", "JUnit XML for CI dashboards"),
+        ("github", "GitHub workflow annotations"),
+    ):
+        module = "json_report" if name in {"json", "jsonl"} else name
+        renderer = f"cqos_core.formatters.{module}:render_{name}"
+        register(FormatterInfo(name, summary, renderer, for_people=name in {"full", "concise"}))
+
+
+@hookimpl
+def register_commands(register: Callable[[CommandInfo], None]) -> None:
+    """The subcommands of ``cqos``."""
+    for name, summary in (
+        ("check", "Check designs: what fits, what does not, what cannot be known."),
+        ("explain", "Explain one publisher and one subscriber, policy by policy."),
+        ("prove", "Run pairs on real middleware, before the fix and after it."),
+        ("convert", "Write a system in another form: as a design in YAML, as parameters, as code."),
+        ("diff", "Say what two systems say differently about the same topics and endpoints."),
+        ("rule", "Say what a rule or code means, why, and what to do."),
+        ("packs", "List rule packs, file formats and other plugins."),
+        ("schema", "Print the JSON schema of the YAML system file."),
+        ("serve", "Serve checks by gRPC, to modelers and to others."),
+    ):
+        register(CommandInfo(name, summary, f"cqos_core.cli.{name}:{name}"))
+    register(CommandInfo("test-pack", "Run the case files of a rule pack.", "cqos_core.cli.pack_cases:test_pack"))

@@ -1,0 +1,390 @@
+"""From paths and bytes to systems: which importer reads what."""
+
+from __future__ import annotations
+
+import os
+from collections import defaultdict
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.importers.source import Family, Opener, ReadContext, Source, no_files
+from cqos_core.inputs.files import HEAD, STDIN, STDIN_NAME, File, find_files, open_file, read_path
+from cqos_core.inputs.unread import unread
+from cqos_core.model.problems import CqosError, InputError, Problem, add_note, describe, keep_traceback
+from cqos_core.model.system import Place, System
+from cqos_core.plugins import FAULTS, ImporterInfo, Plugins, load_plugins
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+
+    from cqos_core.inputs.ignoring import Patterns
+
+
+def recognise(
+    source: Source, plugins: Plugins, wanted: str | None = None, beside: Collection[str] = ()
+) -> ImporterInfo | None:
+    """Return the importer for ``source``: the one ``wanted`` by name, else the one that claims it, else None.
+
+    Where one that lays what it reads over endpoints of another file claims it too, ``beside`` decides: the protocols of
+    the files that are given together with it.
+
+    Raises:
+        InputError: no importer has the wanted name, or two claim the source.
+    """
+    if wanted is not None:
+        if wanted not in plugins.importers:
+            known = ", ".join(sorted(plugins.importers))
+            raise InputError(
+                [Problem("CQ003", f"there is no importer `{wanted}`; installed: {known}", Place(source.name))]
+            )
+        return plugins.importers[wanted]
+    claiming = _fitting(_claiming(source, plugins), beside)
+    if len(claiming) > 1:
+        named = " and ".join(f"`{info.name}` ({plugins.owner('importers', info.name)})" for info in claiming)
+        message = f"two importers claim this file: {named}"
+        raise InputError([Problem("CQ003", message, Place(source.name), "choose one with --from")])
+    return claiming[0] if claiming else None
+
+
+def _claiming(source: Source, plugins: Plugins) -> list[ImporterInfo]:
+    return [info for info in plugins.importers.values() if _claims(info, source, plugins)]
+
+
+def _fitting(claiming: list[ImporterInfo], beside: Collection[str]) -> list[ImporterInfo]:
+    """Of several importers, those that lay over what is there, else those that read files that stand for themselves."""
+    if len(claiming) == 1:
+        return claiming
+    over = [info for info in claiming if info.overlays in beside]
+    return over or [info for info in claiming if not info.overlays] or claiming
+
+
+def depends_on_others(source: Source) -> bool:
+    """Whether the files given together with ``source`` decide who reads it, so that it has to be read after them."""
+    plugins = load_plugins()
+    claiming = _claiming(source, plugins)
+    return len(claiming) > 1 and any(info.overlays for info in claiming)
+
+
+def shares_names(source: Source, importer: str | None = None) -> str:
+    """Return the importer of ``source`` if its files define names for one another, else an empty text."""
+    plugins = load_plugins()
+    claiming = [plugins.importers[importer]] if importer in plugins.importers else _claiming(source, plugins)
+    return next((info.name for info in claiming if info.shares_names), "")
+
+
+def protocols_of(systems: Iterable[System]) -> frozenset[str]:
+    """Return the protocols that anything in ``systems`` is of."""
+    found: set[str | None] = set()
+    for system in systems:
+        found.add(system.protocol)
+        found.update(participant.protocol for participant in system.participants.values())
+        found.update(endpoint.protocol for endpoint in system.endpoints)
+    return frozenset(protocol for protocol in found if protocol is not None)
+
+
+def _claims(info: ImporterInfo, source: Source, plugins: Plugins) -> bool:
+    """Ask one importer; one that fails claims nothing, so that a broken plugin cannot stop the others."""
+    try:
+        return info.load_claim()(source.name, source.data[:HEAD])
+    except FAULTS as error:
+        plugins.note_failure("importers", info.name, error, f"could not look at {source.name}")
+        return False
+
+
+def read_source(
+    source: Source,
+    importer: str | None = None,
+    switches: Mapping[str, Mapping[str, str]] | None = None,
+    *,
+    opener: Opener = no_files,
+    protocol: str | None = None,
+    beside: Collection[str] = (),
+    family: Family | None = None,
+) -> System:
+    """Read one source with the importer that claims it, or the named one.
+
+    Args:
+        source: what to read.
+        importer: name of the importer.
+        switches: importer switches by importer and name.
+        opener: opens files that it includes.
+        protocol: what it means if it states none; else the protocol that its format stands for.
+        beside: the protocols of the files given together with it; see `recognise`.
+        family: the sources of its format that are read together with it.
+
+    Raises:
+        InputError: nobody reads the format, or the content cannot be read; with every problem found.
+    """
+    plugins = load_plugins()
+    info = recognise(source, plugins, importer, {*beside, *_stated(protocol)})
+    if info is None:
+        raise InputError([unread(source, plugins)])
+
+    def included(source: Source, protocols: frozenset[str]) -> System | None:
+        found = recognise(source, plugins, None, {*protocols, *_stated(protocol)})
+        return None if found is None else _read(found, source, ReadContext(opener, options=switches or {}), protocol)
+
+    return _read(info, source, ReadContext(opener, included, switches or {}, family or Family()), protocol)
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """A source, and what opens the files that it includes."""
+
+    source: Source
+    opener: Opener = no_files
+
+
+def read_together(
+    given: Sequence[Given],
+    importer: str | None = None,
+    switches: Mapping[str, Mapping[str, str]] | None = None,
+    *,
+    protocol: str | None = None,
+    others: Iterable[System] = (),
+) -> list[System | InputError]:
+    """Read sources that are given together, and ``others``: of each its system, or why there is none.
+
+    Sources whose reader is decided by what they are given with are read last. Of one that another of them includes, the
+    system is empty: it is read as part of that.
+    """
+    families: dict[str, Family] = defaultdict(Family)
+    for each in given:
+        families[shares_names(each.source, importer)].sources.append(each.source)
+
+    def read_one(number: int, beside: Collection[str] = ()) -> System | InputError:
+        each = given[number]
+        family = shares_names(each.source, importer)
+        try:
+            return read_source(
+                each.source,
+                importer,
+                switches,
+                opener=each.opener,
+                protocol=protocol,
+                beside=beside,
+                family=families[family] if family else None,
+            )
+        except InputError as error:
+            return error
+
+    later = {n for n, each in enumerate(given) if importer is None and depends_on_others(each.source)}
+    found = {n: read_one(n) for n in range(len(given)) if n not in later}
+    beside = protocols_of([*others, *(each for each in found.values() if isinstance(each, System))]) if later else ()
+    found |= {n: read_one(n, beside) for n in later}
+    parts = _parts({given[n].source.name: each for n, each in found.items() if isinstance(each, System)})
+    return [System() if os.path.realpath(each.source.name) in parts else found[n] for n, each in enumerate(given)]
+
+
+def _parts(read: Mapping[str, System]) -> dict[str, str]:
+    """Return the files that others include, each by its real path with one of those; ``read`` has systems by their paths."""
+    return {
+        included: path
+        for path, system in read.items()
+        for name in system.sources
+        if (included := os.path.realpath(name)) != os.path.realpath(path)
+    }
+
+
+def included_files(
+    given: Sequence[Given], importer: str | None = None, *, protocol: str | None = None
+) -> tuple[Source, ...]:
+    """Return every file that sources include, for whoever sends them to where their disk is not.
+
+    What else is wrong with them is found where they are understood.
+
+    Raises:
+        InputError: they cannot be read, because a file is missing that they include.
+    """
+    opened: dict[str, Source] = {}
+    missing: list[Problem] = []
+
+    def remembering(opener: Opener) -> Opener:
+        def open_included(name: str, relative_to: str) -> Source:
+            try:
+                source = opener(name, relative_to)
+            except InputError as error:
+                missing.extend(error.problems)
+                raise
+            opened[source.name] = source
+            return source
+
+        return open_included
+
+    asking = [Given(each.source, remembering(each.opener)) for each in given]
+    failed = [each for each in read_together(asking, importer, protocol=protocol) if isinstance(each, InputError)]
+    if missing and failed:
+        raise InputError([problem for error in failed for problem in error.problems])
+    return tuple(opened.values())
+
+
+def _stated(protocol: str | None) -> tuple[str, ...]:
+    return () if protocol is None else (protocol,)
+
+
+def _read(info: ImporterInfo, source: Source, context: ReadContext, protocol: str | None) -> System:
+    """Read a source with one importer."""
+    plugins = load_plugins()
+    try:
+        system = info.load_reader()(source, context)
+        _refuse_unusable(system)
+    except FAULTS as error:
+        if isinstance(error, InputError) and error.problems:
+            raise
+        owner = plugins.owner("importers", info.name)
+        if plugins.shipped("importers", info.name):
+            add_note(error, f"importer `{info.name}` ({owner}) was reading {source.name}")
+            raise
+        keep_traceback(f"importer `{info.name}` of {owner} reading {source.name}", error)
+        message = f"importer `{info.name}` of {owner} failed: {describe(error)}"
+        raise InputError([Problem("CQ702", message, Place(source.name), _PLUGIN_HELP)]) from error
+    if system.protocol is None:
+        system.protocol = protocol or default_protocol(info.name, plugins)
+    system.partial = not info.whole
+    return system
+
+
+_PLUGIN_HELP: Final = "report it to the authors of the plugin, with what `cqos --debug …` prints"
+
+
+def _refuse_unusable(system: object) -> None:
+    """Refuse what a foreign importer may return and nothing later could work with."""
+    if not isinstance(system, System):
+        raise TypeError(f"its reader returned a {type(system).__name__}, not a System")
+    missing = {endpoint.participant for endpoint in system.endpoints} - system.participants.keys()
+    if missing:
+        raise CqosError(f"its reader returned endpoints of `{min(missing)}`, which is none of the participants")
+
+
+def default_protocol(importer: str, plugins: Plugins) -> str | None:
+    """The protocol that files of this importer mean when they name none: the one pack that says so, else None.
+
+    Where we ship a pack that says so, no other can take its place.
+    """
+    claiming = [info.id for info in plugins.packs.values() if importer in info.default_for]
+    first = [pack_id for pack_id in claiming if plugins.shipped("packs", pack_id)] or claiming
+    return first[0] if len(first) == 1 else None
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What reading one file gave: a system, or what is wrong with it."""
+
+    file: File
+    system: System | None = None
+    problems: tuple[Problem, ...] = ()
+
+
+@dataclass(slots=True)
+class Loaded:
+    """What reading some paths gave.
+
+    Attributes:
+        outcomes: one per file that was read, or should have been.
+        skipped: foreign files passed over in directories.
+        not_searched: folders that were passed over: generated, or excluded.
+        parts: files that are no systems of their own, each with one that includes it.
+        unsearched: problems of directories that cannot be searched.
+    """
+
+    outcomes: list[Outcome] = field(default_factory=list)
+    skipped: int = 0
+    not_searched: tuple[str, ...] = ()
+    parts: dict[str, str] = field(default_factory=dict)
+    unsearched: tuple[Problem, ...] = ()
+
+    @property
+    def systems(self) -> list[tuple[str, System]]:
+        """The systems that were read, each with its path."""
+        return [(each.file.path, each.system) for each in self.outcomes if each.system is not None]
+
+    @property
+    def problems(self) -> list[Problem]:
+        """Everything that could not be read, and why; once, also where it is in a file that several include."""
+        told = (problem for each in self.outcomes for problem in each.problems)
+        return [*self.unsearched, *dict.fromkeys(told)]
+
+
+def load_paths(
+    paths: Iterable[str],
+    importer: str | None = None,
+    switches: Mapping[str, Mapping[str, str]] | None = None,
+    stdin: Source | None = None,
+    *,
+    protocol: str | Callable[[str], str | None] | None = None,
+    excluded: Sequence[Patterns] = (),
+    step: Callable[[int, int], None] = lambda _done, _all: None,
+) -> Loaded:
+    """Read every path; directories are searched. Nothing is raised: problems are collected.
+
+    Args:
+        paths: files and directories; ``-`` is ``stdin``.
+        importer: read all of them with this importer.
+        switches: importer switches by importer and name.
+        stdin: what ``-`` stands for.
+        protocol: of files that state none; or what says it of each path.
+        excluded: what a search of folders passes over.
+        step: told after each file how many of how many are read.
+    """
+    plugins = load_plugins()
+    found = find_files(paths, plugins, importer, excluded)
+    loaded = Loaded(skipped=found.skipped, not_searched=tuple(found.not_searched), unsearched=tuple(found.problems))
+    outcomes: dict[int, Outcome] = {}
+    waiting = dict(enumerate(found.files))
+    done = 0
+    beside: frozenset[str] | None = None  # not known while there are files that say it themselves
+    families: dict[str, Family] = defaultdict(Family)
+    while waiting:
+        later: dict[int, File] = {}
+        for position, file in waiting.items():
+            try:
+                source = stdin if file.path == STDIN and stdin is not None else _open(file, plugins, importer)
+                if source is None:
+                    loaded.skipped += 1
+                elif beside is None and (family := shares_names(source, importer)):
+                    families[family].sources.append(source)
+                    later[position] = file
+                    continue
+                elif beside is None and importer is None and depends_on_others(source):
+                    later[position] = file
+                    continue
+                else:
+                    outcomes[position] = Outcome(
+                        file,
+                        read_source(
+                            source,
+                            importer,
+                            switches,
+                            opener=no_files if source.name == STDIN_NAME else open_file,
+                            protocol=protocol(file.path) if callable(protocol) else protocol,
+                            beside=beside or (),
+                            family=families.get(shares_names(source, importer)),
+                        ),
+                    )
+            except InputError as error:
+                outcomes[position] = Outcome(file, problems=error.problems)
+            done += 1
+            step(done, len(found.files))
+        waiting = later
+        beside = protocols_of(each.system for each in outcomes.values() if each.system is not None) if later else None
+    parts = _parts({each.file.path: each.system for each in outcomes.values() if each.system is not None})
+    for _, each in sorted(outcomes.items()):
+        whole = parts.get(os.path.realpath(each.file.path))
+        if whole is None:
+            loaded.outcomes.append(each)
+        else:
+            loaded.parts[each.file.path] = whole
+    return loaded
+
+
+def _open(file: File, plugins: Plugins, importer: str | None) -> Source | None:
+    """Read a file; None if it was found in a directory and nobody claims it.
+
+    A YAML file in a directory may be anything; only a file that was named must be ours.
+    """
+    if not file.named:
+        head = read_path(file.path, HEAD)
+        claimed = _claims(plugins.importers[importer], head, plugins) if importer else recognise(head, plugins)
+        if not claimed:
+            return None
+    return read_path(file.path)

@@ -1,0 +1,323 @@
+"""Several systems as one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import count
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.model.remarks import listed
+from cqos_core.model.system import EVERY_OTHER, ImportNote, Place, Profile, Setting, System
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Mapping, Sequence
+
+    from cqos_core.model.system import Bridge, Broker, Endpoint, Participant, ProfileRef, Route, Settings, Topic
+
+_EMPTY: Final = System()
+_BROKER: Final = "broker"
+"""The setting of a participant that names its broker."""
+
+
+def merge(systems: Sequence[System]) -> System:
+    """Put several systems together as one.
+
+    A participant, topic or broker that several sources state is one. What they state differently of it is unknown, with a
+    warning. Each source has its own profiles and options where others state them differently. Endpoint ids that two
+    sources use become different when the system is resolved.
+    """
+    systems = [system for system in systems if system != _EMPTY] or systems[:1]
+    if len(systems) == 1:
+        return systems[0]
+    _tell_brokers_apart(systems)
+    systems = _with_own_options(systems)
+    systems, ambiguous = _with_own_profiles(systems)
+    whole = System(name=" + ".join(dict.fromkeys(system.name for system in systems if system.name)))
+    for system in systems:
+        for participant in system.participants.values():
+            _join_participant(whole, participant, system.protocol)
+        for endpoint in system.endpoints:
+            _join_endpoint(whole, endpoint, system)
+        for broker in system.brokers.values():
+            _join_broker(whole, broker, system.protocol)
+        for bridge in system.bridges.values():
+            _join_bridge(whole, bridge)
+        for topic in system.topics.values():
+            _join_topic(whole, topic)
+        whole.profiles.update(system.profiles)
+        for pack, settings in system.options.items():
+            whole.options.setdefault(pack, {}).update(settings)
+        whole.overlays += system.overlays
+        whole.checks += system.checks
+        whole.accept += system.accept
+        for rule, level in system.severities.items():
+            if whole.severities.setdefault(rule, level) != level:
+                what = f"severity of `{rule}`"
+                _stated_differently(whole, what, whole.severities[rule], level, None, "the first holds")
+        whole.notes += system.notes
+        whole.sources.update(system.sources)
+    for profile in ambiguous:
+        whole.profiles[profile.name] = profile
+        message = f"profile `{profile.name}` is {profile.settings[EVERY_OTHER].unknown}; {_OPEN}"
+        whole.notes.append(ImportNote("CQ060", "warning", message, profile.place))
+    whole.partial = all(system.partial for system in systems)
+    _join_addresses(whole)
+    protocols = {system.protocol for system in systems}
+    whole.protocol = protocols.pop() if len(protocols) == 1 else None
+    return whole
+
+
+def _tell_brokers_apart(systems: Sequence[System]) -> None:
+    """Give brokers ids of their own that several files describe under one name, each with addresses."""
+    taken: dict[str, tuple[str, ...]] = {}
+    for system in systems:
+        for name, broker in list(system.brokers.items()):
+            if not broker.addresses or taken.setdefault(name, broker.addresses) == broker.addresses:
+                continue
+            number = next(number for number in count(2) if f"{name}#{number}" not in taken)
+            broker.id = f"{name}#{number}"
+            taken[broker.id] = broker.addresses
+            system.brokers = {each.id: each for each in system.brokers.values()}
+            _rename_broker(system, {name: broker.id})
+
+
+def _rename_broker(system: System, names: Mapping[str, str]) -> None:
+    for participant in system.participants.values():
+        stated = participant.settings.get(_BROKER)
+        if stated is not None and stated.text in names:
+            participant.settings[_BROKER] = replace(stated, text=names[stated.text])
+
+
+def _join_addresses(whole: System) -> None:
+    """Take an address that a client names for the broker that says it is there, where only one does."""
+    there: dict[str, set[str]] = {}
+    for broker in whole.brokers.values():
+        for address in broker.addresses:
+            there.setdefault(address, set()).add(broker.id)
+    if not there:
+        return
+    bare = {name for name, each in whole.brokers.items() if not (each.addresses or each.settings or each.profiles)}
+    named = {each.settings[_BROKER].text for each in whole.participants.values() if _BROKER in each.settings}
+    sources = {name: each.place.source for name, each in whole.brokers.items() if each.place is not None}
+    joined = {}
+    for name in sorted(bare | (named - whole.brokers.keys())):
+        # No file names its own broker by an address.
+        others = (
+            [each for each in there.get(key, ()) if sources.get(each) != sources.get(name)] for key in _spellings(name)
+        )
+        found = next((brokers for brokers in others if brokers), [])
+        if len(found) == 1:
+            joined[name] = found[0]
+            whole.brokers.pop(name, None)
+    _rename_broker(whole, joined)
+
+
+def _spellings(address: str) -> Iterator[str]:
+    """Yield the addresses under which a broker may be known that a client names by this one, best first."""
+    host, _, port = address.rpartition("://")[2].lower().rpartition(":")
+    if host and port.isdecimal():
+        local = host in {"localhost", "::1"} or host.startswith("127.")
+        names = [host] if local or host.replace(".", "").isdecimal() else [host, host.partition(".")[0]]
+        yield from (f"{name}:{port}" for name in (*names, *(["localhost"] if local else []), "*"))
+
+
+def _join_participant(whole: System, participant: Participant, protocol: str | None) -> None:
+    participant.protocol = participant.protocol or protocol
+    known = whole.participants.setdefault(participant.id, participant)
+    if known is participant:
+        return
+    if known.protocol != participant.protocol:
+        first, second = known.protocol or "none", participant.protocol or "none"
+        what = f"protocol of participant `{known.id}`"
+        _stated_differently(whole, what, first, second, participant.place, "the first holds")
+    _join_settings(whole, f"`{{}}` of participant `{known.id}`", known.settings, participant.settings)
+    for old, new in participant.remap.items():
+        known.remap.setdefault(old, new)
+    known.external = known.external and participant.external
+    known.starts_after = tuple(dict.fromkeys((*known.starts_after, *participant.starts_after)))
+    known.label = known.label or participant.label
+    known.groups = participant.groups | known.groups
+
+
+def _join_broker(whole: System, broker: Broker, protocol: str | None) -> None:
+    broker.protocol = broker.protocol or protocol
+    known = whole.brokers.setdefault(broker.id, broker)
+    if known is broker:
+        return
+    if known.protocol != broker.protocol:
+        first, second = known.protocol or "none", broker.protocol or "none"
+        _stated_differently(whole, f"protocol of broker `{known.id}`", first, second, broker.place, "the first holds")
+    _join_settings(whole, f"`{{}}` of broker `{known.id}`", known.settings, broker.settings)
+    known.profiles = tuple(dict.fromkeys((*known.profiles, *broker.profiles)))
+
+
+def _join_bridge(whole: System, bridge: Bridge) -> None:
+    known = whole.bridges.setdefault(bridge.id, bridge)
+    if known is bridge:
+        return
+    carried = {_way(route) for route in known.routes}
+    known.routes += tuple(route for route in bridge.routes if _way(route) not in carried)
+    known.carries = tuple(dict.fromkeys((*known.carries, *bridge.carries)))
+
+
+def _way(route: Route) -> object:
+    """What a route carries, without where that is stated."""
+    ends = (
+        (end.participant, end.kind, end.topic, *sorted((name, each.text) for name, each in end.settings.items()))
+        for end in (route.source, route.target)
+    )
+    return route.only, route.but, *ends
+
+
+def _join_settings(whole: System, what: str, known: Settings, stated: Settings) -> None:
+    for name, setting in stated.items():
+        other = known.setdefault(name, setting)
+        if other.text != setting.text:
+            _stated_differently(whole, what.format(name), other.text, setting.text, setting.place)
+            known[name] = replace(
+                other, unknown=f"it is stated as {other.text} and as {setting.text}", reported="CQ060"
+            )
+
+
+_OPEN: Final = "which of them holds is not known"
+
+
+def _stated_differently(
+    whole: System, what: str, first: str, second: str, place: Place | None, effect: str = _OPEN
+) -> None:
+    message = f"{what} is stated differently, as {first} and as {second}; {effect}"
+    whole.notes.append(ImportNote("CQ060", "warning", message, place))
+
+
+def _join_endpoint(whole: System, endpoint: Endpoint, system: System) -> None:
+    endpoint.protocol = endpoint.protocol or system.participants[endpoint.participant].protocol
+    whole.endpoints.append(endpoint)
+
+
+def _join_topic(whole: System, topic: Topic) -> None:
+    known = whole.topics.setdefault(topic.name, topic)
+    if known is topic:
+        return
+    _join_settings(whole, f"`{{}}` of topic `{known.name}`", known.settings, topic.settings)
+    known.external = known.external and topic.external
+    known.protocol = known.protocol if known.protocol == topic.protocol else None
+
+
+def _with_own_options(systems: Sequence[System]) -> list[System]:
+    """Return ``systems``, with options that they state differently at the participants of each."""
+    stated: dict[tuple[str, str], set[str]] = {}
+    for system in systems:
+        for pack, settings in system.options.items():
+            for name, setting in settings.items():
+                stated.setdefault((pack, name), set()).add(setting.text)
+    several = {key for key, texts in stated.items() if len(texts) > 1}
+    return [_with_options_at_participants(system, several) for system in systems] if several else [*systems]
+
+
+def _with_options_at_participants(system: System, names: Collection[tuple[str, str]]) -> System:
+    options: dict[str, Settings] = {}
+    participants = dict(system.participants)
+    for pack, settings in system.options.items():
+        options[pack] = {name: setting for name, setting in settings.items() if (pack, name) not in names}
+        moved = {name: setting for name, setting in settings.items() if (pack, name) in names}
+        for each in participants.values() if moved else ():
+            if (each.protocol or system.protocol) == pack:
+                participants[each.id] = replace(each, settings=moved | each.settings)
+    return replace(system, options=options, participants=participants)
+
+
+def _with_own_profiles(systems: Sequence[System]) -> tuple[list[System], list[Profile]]:
+    """Return ``systems``, each with its own of the profiles that they state differently, and what such a name is to others.
+
+    A profile is then called after its file too: ``fast (robot.xml)``. A file that defines none of this name takes that of the
+    one file in its folder that does.
+    """
+    defined: dict[str, list[Profile]] = {}
+    for system in systems:
+        for name, profile in system.profiles.items():
+            defined.setdefault(name, []).append(profile)
+    several = {name: each for name, each in defined.items() if len({_content(profile) for profile in each}) > 1}
+    if not several:
+        return [*systems], []
+    taken = set(defined)
+    called = [
+        {name: _called(system.profiles[name], system, taken) for name in system.profiles if name in several}
+        for system in systems
+    ]
+    near: dict[tuple[str | None, str], list[str]] = {}
+    for system, names in zip(systems, called, strict=True):
+        for name in names:
+            near.setdefault((_folder(system), name), []).append(names[name])
+    own = []
+    for system, names in zip(systems, called, strict=True):
+        foreign = {ref.name for ref in _references(system)} & several.keys() - names.keys()
+        found = {name: near.get((_folder(system), name), ()) for name in foreign}
+        beside = {name: each[0] for name, each in found.items() if len(each) == 1}
+        own.append(_with_profiles_called(system, names | beside))
+    asked = {ref.name for system in own for ref in _references(system)}
+    return own, [_ambiguous(name, each) for name, each in sorted(several.items()) if name in asked]
+
+
+def _folder(system: System) -> str | None:
+    """The folder of a system's own file; None where it was read from none."""
+    source = next(iter(system.sources), None)
+    return None if source is None else source.rpartition("/")[0]
+
+
+def _ambiguous(name: str, stated: Sequence[Profile]) -> Profile:
+    places = dict.fromkeys(str(each.place) for each in stated if each.place is not None)
+    cause = f"stated differently{' at ' if places else ''}{listed([*places], 5)}"
+    setting = Setting("", stated[0].place, unknown=cause, reported="CQ060")
+    return Profile(name, {EVERY_OTHER: setting}, place=stated[-1].place)
+
+
+def _called(profile: Profile, system: System, taken: set[str]) -> str:
+    source = profile.place.source if profile.place is not None else system.name
+    wanted = f"{profile.name} ({source})"
+    name = next(name for number in count(1) if (name := wanted if number == 1 else f"{wanted}#{number}") not in taken)
+    taken.add(name)
+    return name
+
+
+def _with_profiles_called(system: System, names: Mapping[str, str]) -> System:
+    if not names:
+        return system
+
+    def renamed(refs: tuple[ProfileRef, ...]) -> tuple[ProfileRef, ...]:
+        return tuple(replace(ref, name=names.get(ref.name, ref.name)) for ref in refs)
+
+    def ends(route: Route) -> Route:
+        source, target = (replace(end, profiles=renamed(end.profiles)) for end in (route.source, route.target))
+        return replace(route, source=source, target=target)
+
+    profiles = [
+        replace(each, name=names.get(name, name), base=renamed(each.base)) for name, each in system.profiles.items()
+    ]
+    return replace(
+        system,
+        profiles={each.name: each for each in profiles},
+        endpoints=[replace(each, profiles=renamed(each.profiles)) for each in system.endpoints],
+        brokers={name: replace(each, profiles=renamed(each.profiles)) for name, each in system.brokers.items()},
+        bridges={
+            name: replace(each, routes=tuple(ends(route) for route in each.routes))
+            for name, each in system.bridges.items()
+        },
+    )
+
+
+def _references(system: System) -> Iterator[ProfileRef]:
+    for profile in system.profiles.values():
+        yield from profile.base
+    for endpoint in system.endpoints:
+        yield from endpoint.profiles
+    for broker in system.brokers.values():
+        yield from broker.profiles
+    for bridge in system.bridges.values():
+        for route in bridge.routes:
+            yield from (*route.source.profiles, *route.target.profiles)
+
+
+def _content(profile: Profile) -> object:
+    """What a profile states, without where."""
+    settings = sorted((name, each.text, str(each.unknown)) for name, each in profile.settings.items())
+    return tuple(settings), tuple((ref.name, ref.scope) for ref in profile.base)

@@ -1,0 +1,243 @@
+"""Between which of many values a condition holds, as bits, without judging every combination.
+
+A condition is taken apart into those of one side and those that compare a value of each side. The former are judged once per
+value. Of the latter, values are sorted or looked up (`Function.many` for functions of packs). Each answer is the set of second
+values for which a first one may make the condition true, and the set for which it may make it false.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from functools import lru_cache, reduce
+from itertools import accumulate, product
+from operator import or_
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from cqos_core.language.evaluate import (
+    KNOWN,
+    MIRRORED,
+    NO_SIGNAL,
+    SECOND_SCOPES,
+    Range,
+    bind,
+    bind_operands,
+    settled,
+)
+from cqos_core.language.expression import And, Compare, Not, Or, Term, Test
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from cqos_core.language.evaluate import Bound, Function, Judge, Values, Vocabulary
+    from cqos_core.language.expression import Node, Sentence
+
+FEW_COMBINATIONS: Final = 256
+"""So many are judged one by one; of more, those whose answer is certain are found at once."""
+_FIRST: Final = False
+_SECOND: Final = True
+
+
+class Certain(NamedTuple):
+    """Per first value the second values, as bits, for which a condition is certainly true, certainly false, and neither.
+
+    Of the latter ``doubtful`` are those for which it may yet be false, whatever the assumptions.
+    """
+
+    true: list[int]
+    false: list[int]
+    open: list[int]
+    doubtful: list[int]
+
+
+def positions(mask: int) -> Iterator[int]:
+    """The positions of the bits that are set."""
+    for start, byte in enumerate(mask.to_bytes((mask.bit_length() + 7) // 8, "little")):
+        if byte:
+            yield from (start * 8 + at for at in _BITS[byte])
+
+
+_BITS: Final = [[at for at in range(8) if byte >> at & 1] for byte in range(256)]
+
+
+class _May(NamedTuple):
+    """Per first value the second values, as bits, for which a condition may be true, and may be false."""
+
+    true: list[int]
+    false: list[int]
+
+
+class _Sides(NamedTuple):
+    """The first values, and the second ones with their bits; ``everything`` has all bits."""
+
+    firsts: Sequence[Values]
+    seconds: Sequence[tuple[Values, int]]
+    everything: int
+
+    def rows(self, true: int, false: int) -> _May:
+        """The same answer for every first value."""
+        return _May([true] * len(self.firsts), [false] * len(self.firsts))
+
+
+def related(bound: Bound, firsts: Sequence[Values], seconds: Sequence[tuple[Values, int]]) -> Certain | None:
+    """Return for which combinations the answer of a condition is certain; the others have to be judged.
+
+    Args:
+        bound: the condition.
+        firsts: what ``offered`` looks up.
+        seconds: what ``requested`` looks up, each with its bits.
+
+    Returns:
+        None where the condition cannot be taken apart.
+    """
+    worlds = bound.worlds(firsts, [values for values, _ in seconds])
+    if worlds is None or bound.aggregate_uses or bound.options:
+        return None
+    everything = reduce(or_, (bits for _, bits in seconds), 0)
+    true, false, may_fail = ([everything] * len(firsts) for _ in range(3))
+    for world in worlds:
+        sides = _Sides(
+            [settled(values, world, bound.indices) for values in firsts],
+            [(settled(values, world, bound.indices), bits) for values, bits in seconds],
+            everything,
+        )
+        try:
+            may = _may(bound.sentence, bound.vocabulary, sides)
+        except MemoryError:
+            raise
+        except Exception:  # noqa: BLE001 - a pack's own function may raise anything; judging each pair shows for which values
+            return None
+        true = [known & holds & ~fails for known, holds, fails in zip(true, *may, strict=True)]
+        false = [known & fails & ~holds for known, holds, fails in zip(false, *may, strict=True)]
+        may_fail = _both(may_fail, may.false)
+    left = [everything & ~one & ~other for one, other in zip(true, false, strict=True)]
+    return Certain(true, false, left, _both(left, may_fail))
+
+
+def _may(node: Sentence, vocabulary: Vocabulary, sides: _Sides) -> _May:
+    match node:
+        case And(left=left, right=right):
+            one, other = _may(left, vocabulary, sides), _may(right, vocabulary, sides)
+            return _May(_both(one.true, other.true), _either(one.false, other.false))
+        case Or(left=left, right=right):
+            one, other = _may(left, vocabulary, sides), _may(right, vocabulary, sides)
+            return _May(_either(one.true, other.true), _both(one.false, other.false))
+        case Not(part=part):
+            true, false = _may(part, vocabulary, sides)
+            return _May(false, true)
+    if len(_read(node)) < 2:  # noqa: PLR2004 - sides
+        return _of_one_side(_judge(node, vocabulary), sides, second=_SECOND in _read(node))
+    match node:
+        case Compare() if (_read(node.left), _read(node.right)) == ({_FIRST}, {_SECOND}):
+            return _compared(node.op, _operands(node, vocabulary), sides)
+        case Compare() if (_read(node.left), _read(node.right)) == ({_SECOND}, {_FIRST}):
+            return _compared(MIRRORED[node.op], _operands(node, vocabulary)[::-1], sides)
+        case Test(name=name, args=(first, second, *_)) if _read(first) == {_FIRST} and _read(second) == {_SECOND}:
+            function = vocabulary.functions.get(name)
+            if function is not None and function.many is not None:
+                return _called(function, node, vocabulary, sides)
+    return sides.rows(sides.everything, sides.everything)
+
+
+def _both(one: Iterable[int], other: Iterable[int]) -> list[int]:
+    return [a & b for a, b in zip(one, other, strict=True)]
+
+
+def _either(one: Iterable[int], other: Iterable[int]) -> list[int]:
+    return [a | b for a, b in zip(one, other, strict=True)]
+
+
+@lru_cache(maxsize=1_000)
+def _judge(node: Sentence, vocabulary: Vocabulary) -> Judge:
+    return bind(node, vocabulary).open
+
+
+@lru_cache(maxsize=1_000)
+def _operands(node: Compare | Test, vocabulary: Vocabulary) -> tuple[Judge, ...]:
+    return bind_operands(node, vocabulary)
+
+
+def _read(node: Node) -> set[bool]:
+    """On which sides a part of a condition looks."""
+    return {term.scope in SECOND_SCOPES for term in node.walk() if isinstance(term, Term)}
+
+
+def _of_one_side(judge: Judge, sides: _Sides, *, second: bool) -> _May:
+    if second:
+        true = false = 0
+        for values, bits in sides.seconds:
+            answer = judge(values, values, NO_SIGNAL)
+            true |= 0 if answer is False else bits
+            false |= 0 if answer is True else bits
+        return sides.rows(true, false)
+    answers = [judge(values, values, NO_SIGNAL) for values in sides.firsts]
+    return _May(
+        [0 if answer is False else sides.everything for answer in answers],
+        [0 if answer is True else sides.everything for answer in answers],
+    )
+
+
+def _value(judge: Judge, values: Values) -> Any:
+    """The one known value of an operand; None where it is not known."""
+    value = judge(values, values, NO_SIGNAL)
+    if type(value) is Range and value.lo == value.hi:
+        return value.lo
+    return value if type(value) in KNOWN else None
+
+
+def _compared(op: str, operands: Sequence[Judge], sides: _Sides) -> _May:
+    one, other = operands
+    by_value: dict[Any, int] = {}
+    for values, bits in sides.seconds:
+        value = _value(other, values)
+        by_value[value] = by_value.get(value, 0) | bits
+    unknown = by_value.pop(None, 0)
+    asked = [_value(one, values) for values in sides.firsts]
+    if op in {"==", "!="}:
+        holding = [by_value.get(value, 0) for value in asked]
+    else:
+        ordered = sorted(by_value)
+        up_to = [0, *accumulate((by_value[value] for value in ordered), or_)]
+        find = bisect_left if op in {"<=", ">"} else bisect_right
+        holding = [0 if value is None else up_to[find(ordered, value)] for value in asked]
+    if op in {"!=", "<", "<="}:  # what was found is then for which it fails
+        holding = [sides.everything & ~bits & ~unknown for bits in holding]
+    return _May(
+        [sides.everything if value is None else bits | unknown for value, bits in zip(asked, holding, strict=True)],
+        [
+            sides.everything if value is None else sides.everything & ~bits
+            for value, bits in zip(asked, holding, strict=True)
+        ],
+    )
+
+
+def _called(function: Function, node: Test, vocabulary: Vocabulary, sides: _Sides) -> _May:
+    """Ask a pack's function of all values at once, for each combination of its further arguments."""
+    judges = _operands(node, vocabulary)
+    second = [_SECOND in _read(arg) for arg in node.args]
+    own, others = ([at for at, of_second in enumerate(second) if of_second is side] for side in (_FIRST, _SECOND))
+    rows: dict[tuple[Any, ...], dict[Any, list[int]]] = {}
+    columns: dict[tuple[Any, ...], dict[Any, int]] = {}
+    unknown = 0
+    may = _May([0] * len(sides.firsts), [0] * len(sides.firsts))
+    for row, values in enumerate(sides.firsts):
+        value, *rest = (_value(judges[at], values) for at in own)
+        if value is None or None in rest:
+            may.true[row] = may.false[row] = sides.everything
+        else:
+            rows.setdefault(tuple(rest), {}).setdefault(value, []).append(row)
+    for values, bits in sides.seconds:
+        value, *rest = (_value(judges[at], values) for at in others)
+        if value is None or None in rest:
+            unknown |= bits
+        else:
+            same = columns.setdefault(tuple(rest), {})
+            same[value] = same.get(value, 0) | bits
+    for (of_first, asked), (of_second, among) in product(rows.items(), columns.items()):
+        further = dict(zip((*own[1:], *others[1:]), (*of_first, *of_second), strict=True))
+        found = function.many(list(asked), among, *(further[at] for at in sorted(further)))  # type: ignore[misc]
+        whole = reduce(or_, among.values())
+        for same_rows, bits in zip(asked.values(), found, strict=True):
+            for row in same_rows:
+                may.true[row] |= bits | unknown
+                may.false[row] |= whole & ~bits | unknown
+    return may

@@ -1,0 +1,169 @@
+"""The values that are assumed for options that a system leaves open, where a verdict or a finding rests on them."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
+
+from cqos_core.language.policy import ByOption, Depends, OneOf, PerRole
+from cqos_core.matching.judge import refusing_worlds
+from cqos_core.model.report import Assumption, Severity
+from cqos_core.resolving.values import word_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from cqos_core.language.policy import Meaning, Policy
+    from cqos_core.model.report import Finding, Group
+    from cqos_core.packs.pack import BoundRule, RulePack
+    from cqos_core.resolving.resolved import Resolved, ResolvedParticipant
+
+
+class _Open(NamedTuple):
+    """An option with several values in play; ``partly``: the pack has further ones, which it does not assume."""
+
+    name: str
+    option: str
+    values: tuple[str, ...]
+    partly: bool
+
+
+def assumptions(
+    endpoints: Sequence[Resolved], groups: Sequence[Group], findings: Iterable[Finding], packs: Mapping[str, RulePack]
+) -> tuple[Assumption, ...]:
+    """Return what is assumed for options on which verdicts, errors or warnings rest.
+
+    A value under which an end of a pair cannot exist is not assumed.
+    """
+    owners = {id(each.participant): each.participant for each in endpoints}
+    opened = {key: found for key, owner in owners.items() if (found := tuple(_opened(owner)))}
+    concerned = [each for each in endpoints if id(each.participant) in opened]
+    named: dict[str, _Open] = {}
+    barred: dict[str, set[str]] = {}
+    for each, read, refused in _of_pairs(concerned, groups):
+        for option in opened[id(each.participant)]:
+            without = {value for value in option.values if f"{option.name}={value}" in refused}
+            barred.setdefault(option.name, set()).update(without)
+            if without or (option.partly and option.option in read):
+                named[option.name] = option
+    partly = {option.name for found in opened.values() for option in found if option.partly}
+    for bound, each in _of_findings(concerned, findings, packs) if partly - named.keys() else ():
+        read = _read_by(bound, each)
+        named |= {o.name: o for o in opened[id(each.participant)] if o.partly and o.option in read}
+    return tuple(
+        Assumption(name, tuple(value for value in named[name].values if value not in barred.get(name, ())))
+        for name in sorted(named)
+    )
+
+
+def _opened(owner: ResolvedParticipant) -> Iterator[_Open]:
+    for index, policy, name in _options(owner.pack):
+        value = owner.values[index]
+        if isinstance(value, Depends) and value.on == name:
+            stated = any(index in layer.settings for layer in owner.layers)
+            values = tuple(case for case, _ in value.cases)
+            partly = not stated and len(values) < len(policy.domain.candidates())
+            yield _Open(name, policy.name, values, partly)
+
+
+@lru_cache
+def _options(pack: RulePack) -> tuple[tuple[int, Policy, str], ...]:
+    """The options of a pack that may have several values at a time."""
+    return tuple(
+        (index, policy, f"{pack.id}.{policy.name}")
+        for index, policy in enumerate(pack.policies)
+        if policy.level == "option"
+        and (policy.assume or any(isinstance(each, OneOf) for each in policy.words.values()))
+    )
+
+
+def _of_pairs(
+    concerned: Sequence[Resolved], groups: Sequence[Group]
+) -> Iterator[tuple[Resolved, frozenset[str], frozenset[str]]]:
+    """Yield ends of pairs, one of each kind, with the options that their values rest on and the worlds without them."""
+    known: dict[object, tuple[frozenset[str], frozenset[str]]] = {}
+    paired: set[str] = set()
+    for each in concerned:
+        key = (each.profile, id(each.layers))
+        if key not in known:
+            known[key] = _words(each) | _needed(each), refusing_worlds(each.profile, each.role, each.endpoint.observed)
+        if any(known[key]):
+            paired = paired or {end for group in groups for end in (*group.publishers, *group.subscribers)}
+            if each.id in paired:
+                yield each, *known[key]
+
+
+def _words(endpoint: Resolved) -> frozenset[str]:
+    """The options on which the meaning of a word rests that a policy of the endpoint was stated as, or has by default."""
+    found: set[str] = set()
+    for index in _steered(endpoint.pack):
+        policy = endpoint.pack.policies[index]
+        text = endpoint.written(index) or policy.default_for(endpoint.role) or ""
+        found.update(_options_of(policy.words.get(word_of(policy, text)), endpoint.role))
+    return frozenset(found)
+
+
+@lru_cache
+def _steered(pack: RulePack) -> tuple[int, ...]:
+    """The policies with words that rest on an option, as far as a rule that sets verdicts reads them."""
+    verdicts = (
+        each for each in pack.by_scope.get("pair", ()) if each.rule.kind == "requires" and not each.rule.guarantee
+    )
+    read = {use.index for bound in verdicts for use in bound.bound.uses}
+    return tuple(
+        index
+        for index in sorted(read)
+        if any(
+            _options_of(meaning, role)
+            for meaning in pack.policies[index].words.values()
+            for role in pack.policies[index].roles
+        )
+    )
+
+
+def _options_of(meaning: Meaning | None, role: str) -> Iterator[str]:
+    if isinstance(meaning, PerRole):
+        yield from _options_of(getattr(meaning, role), role)
+    elif isinstance(meaning, ByOption):
+        yield meaning.option
+
+
+def _needed(endpoint: Resolved) -> frozenset[str]:
+    """The options that decide whether an endpoint gets what it needs."""
+    guaranteed = (bound for word in endpoint.profile.needs for bound in endpoint.pack.guaranteed.get(word, ()))
+    return frozenset(name for bound in guaranteed for name in _options_read(bound))
+
+
+def _options_read(bound: BoundRule) -> Iterator[str]:
+    """Yield the options that a rule reads, or that say whether what it reads is enforced."""
+    for use in (*bound.bound.uses, *bound.bound.aggregate_uses):
+        policy = bound.bound.vocabulary.policies[use.index]
+        if policy.level == "option":
+            yield policy.name
+        yield from policy.enforced
+
+
+def _of_findings(
+    concerned: Sequence[Resolved], findings: Iterable[Finding], packs: Mapping[str, RulePack]
+) -> Iterator[tuple[BoundRule, Resolved]]:
+    """Yield the rules behind errors, warnings and verdicts, with the endpoints concerned."""
+    loud = [each for each in findings if each.severity is not Severity.NOTE or each.verdict is not None]
+    ends: dict[str, Resolved] = {}
+    for each in concerned if loud else ():
+        ends[each.id] = each
+        ends.setdefault(each.participant.participant.id, each)
+    for finding in loud:
+        pack = packs.get(finding.source)
+        bound = next((each for each in pack.judging_rules if each.rule.code == finding.code), None) if pack else None
+        for side in finding.sides if bound is not None else ():
+            for member in side.members:
+                if member in ends:
+                    yield bound, ends[member]  # type: ignore[misc]
+
+
+def _read_by(bound: BoundRule, endpoint: Resolved) -> frozenset[str]:
+    """The endpoint's options that a rule rests on, also one of the protocol on whose wire the endpoint is."""
+    read = {*_options_read(bound)}
+    if bound.rule not in endpoint.pack.rules and endpoint.pack.wire is not None:
+        read = {own for own, there in endpoint.pack.wire.options.items() if there in read}
+    return frozenset(read) | _words(endpoint)

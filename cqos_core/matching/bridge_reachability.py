@@ -1,0 +1,122 @@
+"""Who on one topic is connected over bridges, though the two never meet: what keeps them apart is no loss."""
+
+from __future__ import annotations
+
+from functools import reduce
+from operator import and_, or_
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Set as AbstractSet
+
+    from cqos_core.matching.pairing import Topic
+
+
+def connected(topic: Topic, met: Sequence[int]) -> list[int]:
+    """Return per publisher group the subscriber groups that lose nothing by not meeting it, as bits.
+
+    They get over bridges what it publishes, or from elsewhere all that it, as the end of a bridge, publishes anew.
+
+    Args:
+        topic: whose groups they are.
+        met: per publisher group the subscriber groups that it meets, as bits.
+    """
+    behind = _behind(topic)
+    if not behind:
+        return [0] * len(met)
+    ends = sum(1 << index for index in behind)
+    after = [{publisher for index in _bits(mask & ends) for publisher in behind[index]} for mask in met]
+    reached = [*met]
+    for component in _components(range(len(met)), after):
+        whole = 0
+        for index in component:
+            whole = reduce(or_, (reached[each] for each in after[index]), whole | reached[index])
+        for index in component:
+            reached[index] = whole
+    common = _reached_by_all_origins(topic, behind, after, reached)
+    return [mask | common.get(index, 0) if met[index] else mask for index, mask in enumerate(reached)]
+
+
+def _reached_by_all_origins(
+    topic: Topic, behind: Mapping[int, Collection[int]], after: Sequence[AbstractSet[int]], reached: Sequence[int]
+) -> dict[int, int]:
+    """Per publisher group of ends of bridges only, what everything reaches that it publishes anew, as bits."""
+    here = {endpoint.bridge for source in behind for endpoint in topic.subscribers[source].endpoints}
+    relays = {
+        index
+        for index, members in enumerate(topic.publishers)
+        if all(endpoint.bridge and endpoint.bridge in here for endpoint in members.endpoints)
+    }
+    before: dict[int, list[int]] = {index: [] for index in relays}
+    for index, publishers in enumerate(after):
+        for publisher in publishers & relays:
+            before[publisher].append(index)
+    found: dict[int, int] = {}
+    for component in _components(relays, {index: [e for e in before[index] if e in relays] for index in relays}):
+        origins = [
+            reached[each] if each not in relays else found[each]
+            for index in component
+            for each in before[index]
+            if each not in relays or each in found
+        ]
+        if origins:
+            found.update(dict.fromkeys(component, reduce(and_, origins)))
+    return found
+
+
+def _behind(topic: Topic) -> dict[int, set[int]]:
+    """Per subscriber group that ends of bridges are in, the publisher groups that their other ends are in."""
+    ends = {
+        endpoint.bridge: index
+        for index, members in enumerate(topic.publishers)
+        for endpoint in members.endpoints
+        if endpoint.bridge is not None
+    }
+    found: dict[int, set[int]] = {}
+    for index, members in enumerate(topic.subscribers if ends else ()):
+        for endpoint in members.endpoints:
+            if endpoint.bridge in ends:
+                found.setdefault(index, set()).add(ends[endpoint.bridge])
+    return found
+
+
+def _bits(mask: int) -> Iterator[int]:
+    while mask:
+        low = mask & -mask
+        yield low.bit_length() - 1
+        mask ^= low
+
+
+def _components(
+    nodes: Iterable[int], after: Mapping[int, Iterable[int]] | Sequence[Iterable[int]]
+) -> Iterator[list[int]]:
+    """Yield the strongly connected components of a graph, each behind those that it leads to (Tarjan)."""
+    number: dict[int, int] = {}
+    lowest: dict[int, int] = {}
+    stack: list[int] = []
+    waiting: set[int] = set()
+    for first in nodes:
+        way = [] if first in number else [(first, iter(after[first]))]
+        while way:
+            node, rest = way[-1]
+            if node not in number:
+                number[node] = lowest[node] = len(number)
+                stack.append(node)
+                waiting.add(node)
+            for each in rest:
+                if each not in number:
+                    way.append((each, iter(after[each])))
+                    break
+                if each in waiting:
+                    lowest[node] = min(lowest[node], number[each])
+            else:
+                way.pop()
+                if way:
+                    lowest[way[-1][0]] = min(lowest[way[-1][0]], lowest[node])
+                if lowest[node] == number[node]:
+                    component = [stack.pop()]
+                    while component[-1] != node:
+                        component.append(stack.pop())
+                    waiting.difference_update(component)
+                    yield component

@@ -1,0 +1,517 @@
+"""Bridges: each route is an endpoint that subscribes and one that publishes, and what is needed behind it is needed before.
+
+So either side of a bridge is judged by its own protocol like any endpoint, and where a path loses what its last subscriber
+needs, the hop that loses it is the one that is reported.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.language.policy import ENDPOINT, NEED, Anything, Depends, FromPeers, is_plain
+from cqos_core.matching.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
+from cqos_core.matching.derived_guarantees import give
+from cqos_core.matching.hops import Hop, Meetings
+from cqos_core.matching.peer_values import PUBLISHERS_FIRST, START_ORDER, SUBSCRIBERS_FIRST, combine, lone
+from cqos_core.matching.wire import topics
+from cqos_core.model.problems import InvalidValueError
+from cqos_core.model.remarks import core_finding, suggestion
+from cqos_core.model.report import Severity, Side
+from cqos_core.model.spelling import Known
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
+from cqos_core.packs.guarantee import RELAYED, RESTARTS_IN, SURVIVES, WORDS, faults_of
+from cqos_core.resolving.resolved import Layer, Stated
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from cqos_core.language.policy import Plain, Policy, Value
+    from cqos_core.matching.delivery_paths import Way
+    from cqos_core.matching.derived_guarantees import Given
+    from cqos_core.matching.hops import Topics
+    from cqos_core.matching.routes import Link
+    from cqos_core.model.report import Finding
+    from cqos_core.model.system import Bridge, Role, System
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.resolve import Resolver
+    from cqos_core.resolving.resolved import QosProfile, Resolved
+
+# Hops
+
+
+def linked(links: Sequence[Link], resolver: Resolver) -> tuple[Topics, list[Hop]]:
+    """Sort the resolved endpoints of an expanded system by topic, and hand needs on to where they have to be met.
+
+    Returns:
+        All endpoints by protocol and topic, and the hops over bridges.
+    """
+    by_id = {each.stated_id: each for each in resolver.result.endpoints} if links else {}
+    hops = [
+        Hop(link.bridge, by_id[link.source], by_id[link.target])
+        for link in links
+        if link.source in by_id and link.target in by_id
+    ]
+    for hop in hops:
+        hop.source.bridge = hop.target.bridge = (hop.bridge.id, hop.source.id)
+    by_topic = topics(resolver)
+    if hops:
+        meeting = Meetings(by_topic)
+        _copy_values(hops, meeting)
+        _mark_relayed(hops, meeting)
+        _hand_on(hops, meeting)
+    return by_topic, hops
+
+
+# Values
+
+
+def _copy_values(hops: Iterable[Hop], meeting: Meetings) -> None:
+    """Give the ends of bridges the values that they copy from one side or the other; `settle` has what peers alone decide."""
+    copying = _Copying(hops, meeting)
+    changes = [
+        (copy, {index: value for index in copy.profile.from_peers if (value := copying.value(copy, index)) is not None})
+        for hop in hops
+        for end in (hop.source, hop.target)
+        for copy in meeting.copies(end)
+    ]
+    for copy, values in changes:
+        if values:
+            meeting.replace(copy, copy.profile.with_values(values))
+
+
+class _Copying:
+    """Finds what ends of bridges copy, looking through ends that copy themselves."""
+
+    def __init__(self, hops: Iterable[Hop], meeting: Meetings) -> None:
+        self.meeting = meeting
+        self.met: dict[tuple[str, Role], list[Resolved]] = {}
+        self.put_together: dict[tuple[QosProfile, int, tuple[QosProfile, ...], bool], Value] = {}
+        self.beyond = {hop.target.id: hop.source for hop in hops} | {hop.source.id: hop.target for hop in hops}
+
+    def value(self, end: Resolved, index: int) -> Value | None:
+        """Return a value that is copied over the bridge; None for one that peers alone decide, or somebody in no file."""
+        taken: Value = end.profile.values[index]
+        if not isinstance(taken, FromPeers) or taken.side in {"peers", _MET[end.role]}:
+            return None
+        publishers, subscribers = (self.reached(end, index, role) for role in (PUBLISHER, SUBSCRIBER))
+        if taken.side != "first":
+            others = publishers if taken.side == "publishers" else subscribers
+            return self.combined(end, index, taken, others) if others else None
+        if not (publishers and subscribers):
+            return self.combined(end, index, taken, publishers or subscribers)
+        offered, requested = (self.combined(end, index, taken, each) for each in (publishers, subscribers))
+        if offered == requested:
+            return offered
+        first, last = (self.reached(end, index, role, through_all=True) for role in (PUBLISHER, SUBSCRIBER))
+        if _all_after(last, first):
+            return offered
+        if _all_after(first, last):
+            return requested
+        return Depends(START_ORDER, ((PUBLISHERS_FIRST, offered), (SUBSCRIBERS_FIRST, requested)))
+
+    def reached(self, end: Resolved, index: int, role: Role, *, through_all: bool = False) -> list[Resolved]:
+        """Return who of a role is copied: those whom an end meets, or meets beyond the bridge.
+
+        With ``through_all``, ends that copy nobody are looked through as well.
+        """
+        found: dict[str, Resolved] = {}
+        passed: set[str] = set()
+        waiting = [(end, index)]
+        while waiting:
+            asking, at = waiting.pop()
+            near = asking if asking.role != role else self.beyond.get(asking.id)
+            if near is None or asking.id in passed:
+                continue
+            passed.add(asking.id)
+            for whose in self.near(near, role):
+                own = _counterpart(asking.pack, at, whose.pack)
+                if own is None:
+                    continue
+                value: Value = whose.profile.values[own]
+                copies = through_all or (isinstance(value, FromPeers) and value.side != "peers")
+                if copies and whose.id in self.beyond:
+                    waiting.append((whose, own))
+                else:
+                    found[whose.id] = whose
+        return list(found.values())
+
+    def near(self, end: Resolved, role: Role) -> list[Resolved]:
+        """Return who of a role an end meets, each as it is in its own protocol."""
+        found = self.met.get((end.id, role))
+        if found is None:
+            others = (pair[role == SUBSCRIBER] for pair in self.meeting.pairs(end))
+            found = [each.carried.endpoint if each.carried is not None else each for each in others]
+            self.met[end.id, role] = found
+        return found
+
+    def combined(self, end: Resolved, index: int, taken: FromPeers, others: Sequence[Resolved]) -> Value:
+        """Put together what some endpoints have, in the terms of the one that copies; once for equal ones."""
+        # Which of them a bridge finds is not known unless all are there before it.
+        all_there = taken.peers == "any" or any(_all_after([each], others) for each in (end, self.beyond[end.id]))
+        question = (end.profile, index, tuple(each.profile for each in others), all_there)
+        found = self.put_together.get(question)
+        if found is None:
+            policy = end.pack.policies[index]
+            values = []
+            for each in others:
+                own = _counterpart(end.pack, index, each.pack)
+                if own is not None:
+                    values.append(_in_terms_of(policy, each.pack.policies[own], each.profile.values[own]))
+            if all_there or len(set(values)) <= 1:
+                found = combine(policy, taken, values)
+            else:
+                found = Anything(f"the bridge takes it from the {taken.side} that it finds, which differ")
+            self.put_together[question] = found
+        return found
+
+
+def _counterpart(pack: RulePack, index: int, other: RulePack) -> int | None:
+    """The policy of a pack in the vocabulary of another: on its wire what it is there, else the one of the same name."""
+    if other is pack:
+        return index
+    name = pack.policies[index].name
+    if pack.wire is not None and pack.wire.protocol == other.id:
+        name = next((wire for own, wire in pack.wire.translations() if own == name), name)
+    return other.find(ENDPOINT, name)
+
+
+def _in_terms_of(policy: Policy, own: Policy, value: Value) -> Value:
+    """Write the value of one policy as that of another."""
+    value = lone(own, value)
+    if own is policy or not is_plain(value):
+        return value
+    try:
+        return policy.domain.parse(own.format(value))
+    except InvalidValueError:
+        return Anything(f"{own.name} {own.format(value)} is no value of {policy.name}")
+
+
+def _all_after(late: Sequence[Resolved], early: Sequence[Resolved]) -> bool:
+    """Whether all of some endpoints are stated to start after all of others."""
+    return bool(late and early) and all(each.is_after(other) for each in late for other in early)
+
+
+_MET: Final[dict[str, str]] = {PUBLISHER: "subscribers", SUBSCRIBER: "publishers"}
+
+
+# Needs
+
+
+def _mark_relayed(hops: Iterable[Hop], meeting: Meetings) -> None:
+    """Say of the ends of bridges when they start again, and whether publishers tell of the loss of those before them."""
+    for hop in hops:
+        for end in (hop.source, hop.target):
+            for copy in meeting.copies(end):
+                indices = copy.pack.vocabulary.indices
+                if (NEED, RESTARTS_IN.name) not in indices:
+                    continue
+                values: dict[int, Plain] = {indices[NEED, RESTARTS_IN.name]: faults_of("intermediary_restart")}
+                if end is hop.target and not hop.carries_liveliness:
+                    values[indices[NEED, RELAYED.name]] = 1
+                meeting.replace(copy, copy.profile.with_values(values))
+
+
+def _hand_on(hops: Sequence[Hop], meeting: Meetings) -> None:
+    """Hand needs on to the subscriptions before bridges; what one subscription needs concerns the bridges before it."""
+    by_target = {hop.target.id: number for number, hop in enumerate(hops)}
+    waiting = set(range(len(hops)))
+    for _ in hops:
+        changed = [hop for hop in map(hops.__getitem__, sorted(waiting)) if _handed_on(hop, meeting)]
+        alike = {meeting.alike(hop.source): hop.source for hop in changed}
+        before = (publisher.id for source in alike.values() for publisher, _ in meeting.pairs(source))
+        waiting = {by_target[name] for name in before if name in by_target}
+
+
+def _handed_on(hop: Hop, meeting: Meetings) -> bool:
+    """Add what is needed behind a bridge to the needs of its subscription; return whether that changed anything."""
+    wanted: dict[str, tuple[Plain, Resolved]] = {}
+    faults: set[str] = set()
+    for publisher, subscriber in meeting.distinct(hop.target):
+        faults |= {*_faults(subscriber)}
+        for word, value in _needed_before(hop, publisher, subscriber):
+            if word not in wanted or _more(word, value, wanted[word][0]):
+                wanted[word] = (value, subscriber)
+    changes = [_add_needs(copy, hop.bridge, wanted, faults, meeting) for copy in meeting.copies(hop.source)]
+    return any(changes)
+
+
+def _add_needs(
+    copy: Resolved,
+    bridge: Bridge,
+    wanted: Mapping[str, tuple[Plain, Resolved]],
+    faults: Iterable[str],
+    meeting: Meetings,
+) -> bool:
+    values: dict[int, Plain] = {}
+    added: dict[int, Stated] = {}
+    owners = set()
+    for word, (value, subscriber) in wanted.items():
+        index, _ = copy.pack.needs.get(word, (None, 0))
+        if index is None or not _more(word, value, copy.profile.values[index]):
+            continue
+        values[index] = value
+        owners.add(subscriber.id)
+        text = copy.pack.policies[index].domain.format(value)
+        place = next((each.place for name, each in subscriber.endpoint.needs.items() if name == word), None)
+        added[index] = Stated(text, Setting(text, place or subscriber.endpoint.place), word)
+    fault = copy.pack.vocabulary.indices.get((NEED, SURVIVES.name))
+    if fault is None or not wanted:
+        return False
+    survives = tuple(sorted({*faults, *_faults(copy)}))
+    if not values and survives == _faults(copy):
+        return False
+    values[fault] = survives
+    meeting.replace(copy, copy.profile.with_values(values))
+    origin = f"needed by {', '.join(sorted(owners))} behind bridge {bridge.id}"
+    if added:
+        copy.layers = (Layer(origin, added), *copy.layers)
+    return True
+
+
+def _more(word: str, value: Plain, than: object) -> bool:
+    about = WORDS[word]
+    if not isinstance(value, int) or not isinstance(than, int):
+        return False
+    return value > than if about.kind == "holds" else about.stronger(value, than)
+
+
+def _needed_before(hop: Hop, publisher: Resolved, subscriber: Resolved) -> Iterator[tuple[str, Plain]]:
+    """Yield what has to be given to a bridge for a subscriber behind it to get what it needs."""
+    pack = subscriber.pack
+    given = None
+    for name in sorted(subscriber.profile.needs):
+        word = WORDS[name]
+        value = subscriber.profile.values[pack.needs[name][0]]
+        if word.joined(faulty=bool(_faults(subscriber))) == "every hop":
+            yield name, value
+        elif name == "late_join":
+            yield "latest", 1
+        elif word.over == "sum" or (word.over == "not over a bridge" and hop.carries_liveliness):
+            given = given or {each.word.name: each for each in give(publisher.profile, subscriber.profile)}
+            spent = given[name].value if name in given else None
+            # Where the last hop leaves nothing of it, that is where it is lost; where it is not known what it leaves, all of it.
+            if isinstance(value, int) and (spent is None or spent < value):
+                yield name, value - (spent or 0)
+
+
+def _faults(subscriber: Resolved) -> tuple[str, ...]:
+    """Return the faults that a subscriber's needs must survive."""
+    index = subscriber.pack.vocabulary.indices.get((NEED, SURVIVES.name))
+    faults = subscriber.profile.values[index] if index is not None else ()
+    return faults if isinstance(faults, tuple) else ()
+
+
+# What bridges do to a system
+
+
+def bridge_findings(system: System, hops: Sequence[Hop], by_topic: Topics) -> list[Finding]:
+    """Report routes without effect, loops over bridges, and what is carried on with less than arrives."""
+    if not system.bridges:
+        return []
+    meeting = Meetings(by_topic)
+    return [
+        *_without_effect(system, hops),
+        *_loops(hops, meeting),
+        *_weaker(hops, meeting),
+        *_into_one(hops, meeting),
+        *_repeated(hops, by_topic),
+    ]
+
+
+def _without_effect(system: System, hops: Sequence[Hop]) -> Iterator[Finding]:
+    known = Known(system.participants)
+    used = {(hop.bridge.id, hop.source.endpoint.participant, hop.source.endpoint.place) for hop in hops}
+    for bridge in system.bridges.values():
+        for number, route in enumerate(bridge.routes, 1):
+            unknown = [
+                end.participant for end in (route.source, route.target) if end.participant not in system.participants
+            ]
+            for name in unknown:
+                message = f"bridge `{bridge.id}` is to have a side in participant `{name}`, which there is not"
+                advice = suggestion(name, known)
+                yield core_finding("CQ501", message, place=route.place, help=advice)
+            source = route.source
+            # Where the other side is in no file, a pattern may well match nothing here.
+            expected = "*" in (source.topic or "") and not source.external and not unknown
+            if expected and (bridge.id, source.participant, source.place) not in used:
+                message = f"bridge `{bridge.id}` carries nothing by route {number}: no topic matches `{source.topic}`"
+                yield core_finding("CQ502", message, place=route.place)
+
+
+def _loops(hops: Sequence[Hop], meeting: Meetings) -> list[Finding]:
+    """Report circles; a bridge does not take back what it published itself, so one needs two bridges."""
+    findings: list[Finding] = []
+    for circle in _circles(_Following(hops, meeting)):
+        start = min(circle, key=hops.index)
+        at = circle.index(start)
+        circle = [*circle[at:], *circle[:at]]  # noqa: PLW2901 - the same one, from its first hop
+        named = circle if len(circle) <= _MOST_LISTED else [*circle[:_MOST_LISTED]]
+        path = "".join(f"`{hop.source.shown}` → {hop.bridge.id} → " for hop in named)
+        if len(named) < len(circle):
+            path += f"… {len(circle) - len(named)} more hops … → "
+        message = f"what is published on `{start.source.shown}` comes back over bridges: {path}`{start.source.shown}`"
+        if len(findings) == _MOST_LOOPS:
+            message = f"there are more loops than the {_MOST_LOOPS} that are listed, for instance: {message}"
+        members = [end.id for hop in circle for end in (hop.source, hop.target)]
+        findings.append(core_finding("CQ503", message, place=start.bridge.place, members=sorted(members)))
+    return findings
+
+
+_MOST_LOOPS: Final = 25
+_MOST_LISTED: Final = 25
+
+
+class _Following:
+    """Which hops follow a hop; those that match the same subscriptions share the answer."""
+
+    def __init__(self, hops: Sequence[Hop], meeting: Meetings) -> None:
+        self.hops = hops
+        self._meeting = meeting
+        self._by_source = {hop.source.id: hop for hop in hops}
+        self._shared: dict[tuple[object, ...], list[Hop]] = {}
+
+    def __call__(self, hop: Hop) -> Iterator[Hop]:
+        alike = self._meeting.alike(hop.target)
+        found = self._shared.get(alike)
+        if found is None:
+            matched = (self._by_source.get(each.id) for _, each in self._meeting.pairs(hop.target))
+            found = self._shared[alike] = [each for each in matched if each is not None]
+        return (each for each in found if each.bridge is not hop.bridge)
+
+
+def _circles(after: _Following) -> Iterator[list[Hop]]:
+    """Yield a shortest circle for every hop that leads back to one before it; at most one more than are listed."""
+    found = 0
+    covered: set[Hop] = set()
+    done: set[Hop] = set()
+    for first in after.hops:
+        if first in done:
+            continue
+        done.add(first)
+        way = {first: after(first)}  # hops in order, each with those that are still to be followed
+        while way:
+            last = next(reversed(way))
+            hop = next(way[last], None)
+            if hop is None:
+                del way[last]
+            elif hop in way:
+                if last not in covered:
+                    circle = _circle(last, after)
+                    covered.update(circle)
+                    yield circle
+                    found += 1
+                    if found > _MOST_LOOPS:
+                        return
+            elif hop not in done:
+                done.add(hop)
+                way[hop] = after(hop)
+
+
+def _circle(start: Hop, after: _Following) -> list[Hop]:
+    """The shortest way from a hop that is on a circle back to itself."""
+    before: dict[Hop, Hop] = {}
+    waiting = deque([start])
+    while start not in before:
+        hop = waiting.popleft()
+        for each in after(hop):
+            if each not in before:
+                before[each] = hop
+                waiting.append(each)
+    way = [start]
+    while (previous := before[way[-1]]) is not start:
+        way.append(previous)
+    return [start, *way[:0:-1]]
+
+
+def _weaker(hops: Sequence[Hop], meeting: Meetings) -> Iterator[Finding]:
+    """Note where a bridge gets more than those behind it do; what they say they need is an error of its own."""
+    for hop in hops:
+        arriving = [give(publisher.profile, own.profile) for publisher, own in meeting.distinct(hop.source)]
+        behind = [*meeting.distinct(hop.target)]
+        leaving = [give(own.profile, subscriber.profile) for own, subscriber in behind]
+        if not arriving or not leaving:
+            continue
+        needed = {word for _, subscriber in behind for word in subscriber.profile.needs}
+        lost = [
+            name
+            for name in ("latest", "loss_free", "late_join")
+            if name not in needed
+            and all(_is_given(given, name) for given in arriving)
+            and all(each.nothing for given in leaving for each in given if each.word.name == name)
+            and all(any(each.word.name == name for each in given) for given in leaving)
+        ]
+        if lost:
+            message = (
+                f"bridge `{hop.bridge.id}` carries `{hop.source.shown}` on as `{hop.target.shown}` with less: "
+                f"{', '.join(lost)} {'is' if len(lost) == 1 else 'are'} lost behind it"
+            )
+            side = Side(PUBLISHER, (hop.target.id,), place=hop.target.endpoint.place)
+            finding = core_finding("CQ504", message, topic=hop.target.shown)
+            yield replace(finding, sides=(side, Side(SUBSCRIBER, (hop.source.id,))))
+
+
+def _into_one(hops: Sequence[Hop], meeting: Meetings) -> Iterator[Finding]:
+    """Warn where several topics end in one that stores less for late subscribers than there are topics."""
+    together: dict[tuple[str, str, str], list[Hop]] = {}
+    for hop in hops:
+        together.setdefault((hop.bridge.id, hop.target.pack.id, hop.target.key or ""), []).append(hop)
+    for same in together.values():
+        sources = {
+            publisher.key
+            for hop in same
+            for own, group in meeting.groups(hop.source)
+            for publisher in (group if own.is_copy or next(iter(group)).is_copy else [next(iter(group))])
+        }
+        stored = [
+            each.value
+            for hop in same
+            for own, subscriber in meeting.distinct(hop.target)
+            for each in give(own.profile, subscriber.profile)
+            if each.word.name == "late_join" and each.value
+        ]
+        if stored and min(stored) < len(sources):
+            first = same[0]
+            message = (
+                f"bridge `{first.bridge.id}` carries {len(sources)} topics into `{first.target.shown}`, of which a late "
+                f"subscriber gets {min(stored)} in all"
+            )
+            place = first.target.endpoint.place
+            members = sorted(hop.target.id for hop in same)
+            topic = first.target.shown
+            yield core_finding("CQ505", message, place=place, role=PUBLISHER, members=members, topic=topic)
+
+
+def _repeated(hops: Sequence[Hop], by_topic: Topics) -> Iterator[Finding]:
+    """Tell who needs that nothing arrives twice, and gets it over several ways."""
+    everybody = {each.id: each for beside in by_topic.values() for each in beside if not each.is_copy}
+    needing = {name for name, each in everybody.items() if DUPLICATE_FREE in each.profile.needs and not each.bridge}
+    if not (hops and needing):
+        return
+    arrivals = Arrivals(hops, by_topic)
+    found: dict[tuple[str, bool], list[tuple[str, list[Way]]]] = {}
+    for publisher in sorted(everybody):
+        if everybody[publisher].role == PUBLISHER and not everybody[publisher].bridge:
+            for name, (sure, ways) in arrivals.repeats(everybody[publisher]).items():
+                if name in needing:
+                    found.setdefault((name, sure), []).append((publisher, ways))
+    for (name, sure), ((publisher, ways), *more) in sorted(found.items()):
+        subscriber = everybody[name]
+        message = repetition(publisher, "it", ways, sure=sure)
+        if more:
+            message += f"; so does what {len(more)} more publish{'' if len(more) > 1 else 'es'}"
+        need = next((each.place for word, each in subscriber.endpoint.needs.items() if word == DUPLICATE_FREE), None)
+        yield core_finding(
+            "CQ507",
+            f"subscriber `{name}` needs {DUPLICATE_FREE}, but {message}",
+            place=need or subscriber.endpoint.place,
+            role=SUBSCRIBER,
+            members=[name],
+            topic=subscriber.shown,
+            severity=Severity.ERROR if sure else Severity.WARNING,
+        )
+
+
+def _is_given(given: Iterable[Given], name: str) -> bool:
+    return any(each.word.name == name and each.value is not None and not each.nothing for each in given)

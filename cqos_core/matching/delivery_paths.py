@@ -1,0 +1,117 @@
+"""The ways that samples of a publisher take to subscriptions: straight, and over bridges."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.matching.hops import Hop, Meetings
+from cqos_core.matching.judge import judge_pair
+from cqos_core.matching.pairing import group
+from cqos_core.matching.peer_values import settle
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Sequence
+
+    from cqos_core.matching.hops import Topics
+    from cqos_core.resolving.resolved import QosProfile, Resolved
+
+Pair = tuple["Resolved", "Resolved"]
+Way = list["Pair | Hop"]
+"""Pairs and hops in turn."""
+DUPLICATE_FREE: Final = "duplicate_free"
+"""The word that says that nothing arrives twice."""
+TAKES_BACK: Final = "own"
+"""What a bridge carries that gets back what it published itself."""
+_MOST: Final = 2
+"""So many ways to one place are followed: whether there are several matters, not how many."""
+
+
+class Arrivals:
+    """Finds the ways between endpoints of a system whose bridges are resolved."""
+
+    def __init__(self, hops: Sequence[Hop], by_topic: Topics) -> None:
+        """Find who meets whom; both arguments are what `linked` returns."""
+        self._meeting = Meetings(by_topic)
+        self._by_source = {hop.source.id: hop for hop in hops}
+        self._met: dict[str, dict[str, Pair]] = {}
+        self._settled: dict[int, dict[int, QosProfile]] = {}
+
+    def ways(self, publisher: Resolved, passing: Collection[bool | None] | None = None) -> dict[str, list[Way]]:
+        """Return the two shortest ways to each subscription that a publisher reaches, by the id of that.
+
+        Args:
+            publisher: where they begin.
+            passing: lead over pairs only that samples pass for sure, True, or perhaps, None, and over no bridge that would
+                take back what it publishes itself; else over all who meet.
+        """
+        found: dict[str, list[Way]] = {}
+        through: dict[Hop, int] = {}
+        begun: list[Way] = [[]]
+        while begun:
+            longer = []
+            for way in begun:
+                last = way[-1] if way else None
+                for name, pair in self._pairs(last.target if isinstance(last, Hop) else publisher).items():
+                    if passing is not None and self._passes(pair) not in passing:
+                        continue
+                    if len(known := found.setdefault(name, [])) < _MOST:
+                        known.append([*way, pair])
+                    hop = self._by_source.get(name)
+                    if hop is None or hop in way or through.get(hop, 0) == _MOST:
+                        continue
+                    back = isinstance(last, Hop) and hop.bridge is last.bridge and TAKES_BACK not in hop.bridge.carries
+                    if passing is None or not back:
+                        through[hop] = through.get(hop, 0) + 1
+                        longer.append([*way, pair, hop])
+            begun = longer
+        return found
+
+    def repeats(self, publisher: Resolved) -> dict[str, tuple[bool, list[Way]]]:
+        """Return at which subscriptions one sample arrives twice: whether that is certain, and over which ways."""
+        sure = {name: ways for name, ways in self.ways(publisher, {True}).items() if len(ways) == _MOST}
+        perhaps = {name: ways for name, ways in self.ways(publisher, {True, None}).items() if len(ways) == _MOST}
+        return {name: (name in sure, sure.get(name, ways)) for name, ways in perhaps.items()}
+
+    def _pairs(self, publisher: Resolved) -> dict[str, Pair]:
+        """The pairs of a publisher by the id of the subscription."""
+        found = self._met.get(publisher.id)
+        if found is None:
+            found = self._met[publisher.id] = {pair[1].id: pair for pair in self._meeting.pairs(publisher)}
+        return found
+
+    def _passes(self, pair: Pair) -> bool | None:
+        """Whether samples pass between two that meet, and over other ways too; None where it is not known."""
+        publisher, subscriber = (self._profile(each) for each in pair)
+        if any(subscriber.values[index] == value for index, value in subscriber.pack.one_way):
+            return False
+        refusals = [
+            each
+            for each in judge_pair(publisher, subscriber).spoken
+            if each.bound.rule.kind == "requires" and not each.bound.rule.guarantee
+        ]
+        if any(not each.unknown for each in refusals):
+            return False
+        return None if refusals else True
+
+    def _profile(self, endpoint: Resolved) -> QosProfile:
+        """The values of an endpoint, those from its peers too."""
+        beside = self._meeting.beside(endpoint)
+        found = self._settled.get(id(beside))
+        if found is None:
+            topic = group(beside)
+            settle(topic)
+            groups = (*topic.publishers, *topic.subscribers)
+            found = {id(each): members.profile for members in groups for each in members.endpoints}
+            self._settled[id(beside)] = found
+        return found[id(endpoint)]
+
+
+def repetition(publisher: str, at: str, ways: Sequence[Way], *, sure: bool) -> str:
+    """Say over which two ways the samples of a publisher arrive."""
+    one, other = (_told(way) for way in ways)
+    return f"what `{publisher}` publishes {'arrives' if sure else 'may arrive'} at {at} twice: {one}, and {other}"
+
+
+def _told(way: Way) -> str:
+    bridges = [f"`{each.bridge.id}`" for each in way if isinstance(each, Hop)]
+    return f"over {' and then '.join(bridges)}" if bridges else "straight"

@@ -1,0 +1,305 @@
+"""What a pair that fits gives its subscriber: derived from the rules on which a pack's guarantees rest.
+
+A number is given where the strongest need that all rules grant is that number, so nothing is stated twice.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.language.policy import BROKER, INFINITE, NEED, Depends, is_plain
+from cqos_core.language.solve import turning_points
+from cqos_core.matching.judge import ask
+from cqos_core.packs.guarantee import FAULTS, INTERMEDIARY, LINK, RESTARTS_IN, SURVIVES, WORDS, befalling, faults_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from cqos_core.language.evaluate import Use
+    from cqos_core.language.policy import Policy, Value
+    from cqos_core.packs.guarantee import Word
+    from cqos_core.packs.pack import BoundRule
+    from cqos_core.packs.rule import Rule
+    from cqos_core.resolving.resolved import QosProfile
+
+_CACHE: Final = 50_000
+NOT_NAMED: Final = "an implementation that is not stated"
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """What is given of one guarantee under one fault.
+
+    Attributes:
+        value: 1 or 0 for what holds or not, else the number; None where it cannot be known.
+        lost: the rules that keep it from holding, or from being known.
+        proven: where it was seen on running middleware, if something is given.
+        derived: implementations of the pair on which it was not seen, if something is given.
+    """
+
+    value: int | None
+    lost: tuple[Rule, ...] = ()
+    proven: tuple[str, ...] = ()
+    derived: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """One guarantee of a pair, or of a path.
+
+    Attributes:
+        word: which one.
+        value: what is given while both ends are connected: 1 or 0 for what holds or not, else the number; None where it
+            cannot be known.
+        lost: the rules that keep it from holding, or from being known.
+        cells: the same for connected ends (``link``) and under each fault.
+    """
+
+    word: Word
+    value: int | None
+    lost: tuple[Rule, ...] = ()
+    cells: Mapping[str, Cell] = field(default_factory=dict)
+
+    @property
+    def nothing(self) -> bool:
+        """Whether it is certain that nothing is given."""
+        return self.value == self.word.nothing
+
+    @property
+    def survives(self) -> tuple[str, ...]:
+        """The faults under which as much is given as without."""
+        if self.value is None or self.nothing:
+            return ()
+        return tuple(fault for fault in FAULTS if self.under(fault) == self.value)
+
+    def under(self, fault: str) -> int | None:
+        """Return what is given under a fault, or while connected (``link``)."""
+        if fault == LINK:
+            return self.value
+        return self.cells[fault].value if fault in self.cells else None
+
+    @property
+    def text(self) -> str:
+        """``yes``, ``no``, ``unknown``, or the number in the spelling of its need."""
+        return self.word.text(self.value)
+
+
+def faults_between(publisher: QosProfile, subscriber: QosProfile) -> tuple[str, ...]:
+    """Return the faults that can befall a pair: of a broker only where the pack has brokers, or a guarantee changes by them."""
+    pack = publisher.pack
+    given = () if any(policy.level == BROKER for policy in pack.policies) else give(publisher, subscriber)
+    return tuple(
+        fault
+        for fault in FAULTS
+        if not given or fault not in faults_of(INTERMEDIARY) or any(each.under(fault) != each.value for each in given)
+    )
+
+
+def derive(publisher: QosProfile, subscriber: QosProfile) -> tuple[tuple[str, str], ...]:
+    """Return the values of a pair that no end states, by name; one that is not known as all that it may be."""
+    found = []
+    for derivation, values in publisher.pack.derived:
+        possible = [
+            text for text, bound in values if bound.judge(publisher.values, subscriber.values).result is not False
+        ]
+        found.append((derivation.name, " or ".join(possible)))
+    return tuple(found)
+
+
+@lru_cache(maxsize=_CACHE)
+def give(publisher: QosProfile, subscriber: QosProfile) -> tuple[Given, ...]:
+    """Return all guarantees of which the pack says anything, in the order of the words."""
+    rules = publisher.pack.guaranteed
+    return tuple(
+        _give(word, rules[name], publisher, subscriber)
+        for name, word in WORDS.items()
+        if name in rules and name in publisher.pack.needs
+    )
+
+
+def _give(word: Word, rules: Sequence[BoundRule], publisher: QosProfile, subscriber: QosProfile) -> Given:
+    index = publisher.pack.vocabulary.indices[NEED, RESTARTS_IN.name]
+    restarts = _names(publisher.values[index]), _names(subscriber.values[index])
+
+    def under(*faults: str) -> Cell:
+        befall = tuple(each for fault in faults for each in befalling(fault, *restarts))
+        counting = [
+            each for each in rules if each.rule.survives == LINK or set(befall) & set(faults_of(each.rule.survives))
+        ]
+        cell = _granted(word, counting, faults, publisher, subscriber)
+        if cell.value is None or cell.value == word.nothing:
+            return cell
+        proven, derived = _evidence(word, befall or (LINK,), publisher, subscriber)
+        return replace(cell, proven=proven, derived=derived)
+
+    cells = {LINK: under(), **{fault: under(fault) for fault in FAULTS}}
+    return Given(word, cells[LINK].value, cells[LINK].lost, cells)
+
+
+def _names(value: Value) -> tuple[str, ...]:
+    return value if isinstance(value, tuple) else ()
+
+
+def _evidence(
+    word: Word, faults: tuple[str, ...], publisher: QosProfile, subscriber: QosProfile
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Where a cell was seen on running middleware, and the implementations of the pair on which it was not."""
+    pack = publisher.pack
+    index = next(
+        (at for level in ("option", "broker") if (at := pack.find(level, pack.implementation_option)) is not None), None
+    )
+    if index is None:
+        return (), ()
+    by_fault = [
+        {each for each in pack.proofs if (each.guarantee, each.fault) == (word.name, fault)} for fault in faults
+    ]
+    seen = set.intersection(*({each.value for each in proofs} for proofs in by_fault))
+    proofs = [each for each in pack.proofs if each in by_fault[0] and each.value in seen]
+    of_pair = dict.fromkeys(
+        name for end in (publisher, subscriber) for name in _alternatives(pack.policies[index], end.values[index])
+    )
+    proven = dict.fromkeys(f"{each.product} {each.version}" for each in proofs)
+    return tuple(proven), tuple(name for name in of_pair if name not in seen)
+
+
+def _alternatives(policy: Policy, value: Value) -> tuple[str, ...]:
+    if isinstance(value, Depends):
+        return tuple(name for _, case in value.cases for name in _alternatives(policy, case))
+    return (policy.format(value) if is_plain(value) else NOT_NAMED,)
+
+
+def _granted(
+    word: Word, rules: Sequence[BoundRule], faults: tuple[str, ...], publisher: QosProfile, subscriber: QosProfile
+) -> Cell:
+    """The strongest need that all rules grant under these faults."""
+    least = _least(word)
+    results = _asked(rules, word, least, publisher, subscriber, faults)
+    lost = tuple(rule for rule, result in results if result is not True)
+    if not lost:
+        found = _strongest(word, rules, least, faults, publisher, subscriber)
+        # A bound that no rule gives as a number is not known.
+        return Cell(None if word.kind == "at_most" and found == least else found)
+    return Cell(word.nothing if any(result is False for _, result in results) else None, lost)  # type: ignore[arg-type]
+
+
+def _least(word: Word) -> int:
+    """The weakest need there is."""
+    return INFINITE - 1 if word.kind == "at_most" else 1
+
+
+def _asked(
+    rules: Sequence[BoundRule],
+    word: Word,
+    need: int,
+    publisher: QosProfile,
+    subscriber: QosProfile,
+    faults: tuple[str, ...],
+) -> list[tuple[Rule, bool | None]]:
+    """Ask the rules as if this were needed; False or None where a rule speaks."""
+    values = _asking(subscriber, word, need, faults)
+    spoken = ((bound.rule, ask(bound, publisher.values, values)) for bound in rules)
+    return [(rule, True if said is None else None if rule.doubt else said.outcome.result) for rule, said in spoken]
+
+
+def _asking(subscriber: QosProfile, word: Word, need: int, faults: tuple[str, ...]) -> tuple[Value, ...]:
+    """The values of a subscriber that needs this one word under these faults."""
+    pack = subscriber.pack
+    asking: list[Value] = [*subscriber.values]
+    for index, nothing in pack.needs.values():
+        asking[index] = nothing
+    asking[pack.needs[word.name][0]] = need
+    asking[pack.vocabulary.indices[NEED, SURVIVES.name]] = faults
+    return tuple(asking)
+
+
+def _strongest(
+    word: Word,
+    rules: Sequence[BoundRule],
+    least: int,
+    faults: tuple[str, ...],
+    publisher: QosProfile,
+    subscriber: QosProfile,
+) -> int:
+    """The strongest need that all rules grant; ``least`` is granted."""
+    if word.kind == "holds":
+        return 1
+    index = publisher.pack.needs[word.name][0]
+    found = least
+    asking = _asking(subscriber, word, least, faults)
+    for bound in rules:
+        use = next((use for use in bound.bound.uses if use.index == index), None)
+        for value in () if use is None else _candidates(bound, use, publisher, asking):
+            if not isinstance(value, int) or not word.need.domain.has(value) or not word.stronger(value, found):
+                continue
+            if all(granted is True for _, granted in _asked(rules, word, value, publisher, subscriber, faults)):
+                found = value
+    return found
+
+
+def _candidates(bound: BoundRule, use: Use, publisher: QosProfile, asking: tuple[Value, ...]) -> Iterator[Value]:
+    """Yield needs at which a rule may turn, also those of values that depend on an assumption."""
+    yield from turning_points(bound.bound, use, publisher.values, asking)
+    for other in bound.bound.uses:
+        value = (asking if other.second else publisher.values)[other.index]
+        if isinstance(value, Depends):
+            yield from (case for _, case in value.cases)
+
+
+def over(hops: Sequence[Sequence[Given]], *, carried: bool) -> list[Given]:
+    """Put the guarantees of the hops of a path together, per fault; a hop never improves what the others give.
+
+    Args:
+        hops: what each hop gives, from the publisher on. Of a word that a hop says nothing of, nothing is known.
+        carried: whether every bridge between them carries liveliness on.
+    """
+    by_word = {
+        name: [next((given for given in hop if given.word is word), Given(word, None)) for hop in hops]
+        for name, word in WORDS.items()
+    }
+    return [
+        _over(word, by_word[name], by_word["latest"], carried=carried)
+        for name, word in WORDS.items()
+        if any(given.value is not None or given.lost for given in by_word[name])
+    ]
+
+
+def _over(word: Word, hops: Sequence[Given], latest: Sequence[Given], *, carried: bool) -> Given:
+    if len(hops) == 1:
+        return hops[0]
+    lost = tuple(rule for given in hops for rule in given.lost)
+
+    def under(fault: str) -> int | None:
+        before = [given.under(fault) for given in latest[:-1]]
+        return _joined(word, [given.under(fault) for given in hops], before, fault, carried=carried)
+
+    connected = under(LINK)
+    lost = lost if connected in {None, word.nothing} else ()
+    cells = {LINK: Cell(connected, lost), **{fault: Cell(under(fault)) for fault in FAULTS}}
+    return Given(word, connected, lost, cells)
+
+
+def _weakest(word: Word, values: Sequence[int | None]) -> int | None:
+    if word.nothing in values:
+        return word.nothing  # type: ignore[return-value]
+    known = [value for value in values if value is not None]
+    if len(known) < len(values):
+        return None
+    return max(known) if word.kind == "at_most" else min(known)
+
+
+def _joined(
+    word: Word, hops: Sequence[int | None], latest: Sequence[int | None], fault: str, *, carried: bool
+) -> int | None:
+    over = word.joined(faulty=fault != LINK)
+    if over == "last hop":
+        # What is stored for those who come late has to get there first.
+        filled = _weakest(WORDS["latest"], latest) if word.name == "late_join" else 1
+        return word.nothing if hops[-1] == word.nothing or filled == 0 else hops[-1] if filled else None  # type: ignore[return-value]
+    if over == "not over a bridge" and not carried:
+        return word.nothing  # type: ignore[return-value]
+    together = _weakest(word, hops)
+    if over == "every hop" or together is None or together == word.nothing:
+        return together
+    return min(sum(value for value in hops if value is not None), INFINITE)

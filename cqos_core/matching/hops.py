@@ -1,0 +1,130 @@
+"""Hops over bridges, between who meets whom on either side of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.matching.pairing import apart, key_at, most_diverse
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator
+
+    from cqos_core.language.policy import Value
+    from cqos_core.model.system import Bridge
+    from cqos_core.resolving.resolved import QosProfile, Resolved
+
+Topics = dict[tuple[str, str], list["Resolved"]]
+_LIVELINESS: Final = "liveliness"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hop:
+    """A link between resolved endpoints."""
+
+    bridge: Bridge
+    source: Resolved
+    target: Resolved
+
+    @property
+    def carries_liveliness(self) -> bool:
+        """Whether it stops publishing when its source is gone."""
+        return _LIVELINESS in self.bridge.carries
+
+
+class Meetings:
+    """Who meets whom, whatever wire or key they meet on; an endpoint may be on several, as copies of itself.
+
+    Equal endpoints are asked about once: a bridge often stands beside hundreds that nothing tells apart.
+    """
+
+    def __init__(self, by_topic: Topics) -> None:
+        """Find every copy of every endpoint."""
+        self._copies: dict[str, list[tuple[Resolved, _Beside]]] = {}
+        for endpoints in by_topic.values():
+            beside = _Beside(endpoints)
+            for endpoint in endpoints:
+                self._copies.setdefault(endpoint.id, []).append((endpoint, beside))
+
+    def copies(self, endpoint: Resolved) -> list[Resolved]:
+        """Return an endpoint with its copies."""
+        return [copy for copy, _ in self._copies.get(endpoint.id, ())]
+
+    def beside(self, copy: Resolved) -> list[Resolved]:
+        """Return all endpoints on the topic that an endpoint, or this copy of it, is on."""
+        return next(beside.endpoints for each, beside in self._copies[copy.id] if each is copy)
+
+    def groups(self, endpoint: Resolved) -> Iterator[tuple[Resolved, Collection[Resolved]]]:
+        """Yield an endpoint, or a copy of it, with others that it matches; all others of a group have equal values."""
+        for copy, beside in self._copies.get(endpoint.id, ()):
+            for group in beside.matching(copy):
+                yield copy, group
+
+    def distinct(self, endpoint: Resolved) -> Iterator[tuple[Resolved, Resolved]]:
+        """Yield publisher and subscriber of one pair for each group of equal ones that an endpoint matches."""
+        for copy, group in self.groups(endpoint):
+            yield _in_order(copy, next(iter(group)))
+
+    def pairs(self, endpoint: Resolved) -> Iterator[tuple[Resolved, Resolved]]:
+        """Yield publisher and subscriber of every pair that an endpoint is in."""
+        for copy, group in self.groups(endpoint):
+            for other in group:
+                yield _in_order(copy, other)
+
+    def alike(self, endpoint: Resolved) -> tuple[object, ...]:
+        """Return what is equal for endpoints of one role that match the same others."""
+        return tuple((id(beside), copy.profile, copy.is_copy) for copy, beside in self._copies.get(endpoint.id, ()))
+
+    def replace(self, copy: Resolved, profile: QosProfile) -> None:
+        """Give an endpoint, or this copy of it, other values."""
+        beside = next(beside for each, beside in self._copies[copy.id] if each is copy)
+        beside.remove(copy)
+        copy.profile = profile
+        beside.add(copy)
+
+
+def _in_order(copy: Resolved, other: Resolved) -> tuple[Resolved, Resolved]:
+    return (copy, other) if copy.role == PUBLISHER else (other, copy)
+
+
+class _Beside:
+    """The endpoints of one topic, sorted by what a match needs to be equal, and by their values."""
+
+    def __init__(self, endpoints: list[Resolved]) -> None:
+        self.endpoints = endpoints
+        self._groups: dict[str, dict[Value | None, dict[tuple[QosProfile, bool], dict[int, Resolved]]]] | None = None
+        self._index: int | None = None
+
+    def matching(self, copy: Resolved) -> Iterator[Collection[Resolved]]:
+        groups = self._sorted()[SUBSCRIBER if copy.role == PUBLISHER else PUBLISHER]
+        known = self._key(copy)
+        # What is not known may equal anything.
+        keys = list(groups) if known is None else [key for key in (known, None) if key in groups]
+        for key in keys:
+            for (profile, is_copy), group in groups[key].items():
+                if not group or (copy.is_copy and is_copy):
+                    continue
+                publisher, subscriber = (copy.profile, profile) if copy.role == PUBLISHER else (profile, copy.profile)
+                if not apart(publisher, subscriber):
+                    yield group.values()
+
+    def remove(self, copy: Resolved) -> None:
+        if self._groups is not None:
+            del self._groups[copy.role][self._key(copy)][copy.profile, copy.is_copy][id(copy)]
+
+    def add(self, copy: Resolved) -> None:
+        if self._groups is not None:
+            same = self._groups[copy.role].setdefault(self._key(copy), {})
+            same.setdefault((copy.profile, copy.is_copy), {})[id(copy)] = copy
+
+    def _sorted(self) -> dict[str, dict[Value | None, dict[tuple[QosProfile, bool], dict[int, Resolved]]]]:
+        if self._groups is None:
+            self._index = most_diverse(self.endpoints[0].pack, self.endpoints)
+            self._groups = {PUBLISHER: {}, SUBSCRIBER: {}}
+            for each in self.endpoints:
+                self.add(each)
+        return self._groups
+
+    def _key(self, copy: Resolved) -> Value | None:
+        return key_at(copy, self._index)

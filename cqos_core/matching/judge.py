@@ -1,0 +1,207 @@
+"""Judging distinct profiles: which rules speak of a pair or an endpoint. Pure, and remembered per process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.language.evaluate import NO_SIGNAL, Outcome, Signal
+from cqos_core.language.policy import Anything, Depends
+from cqos_core.model.report import Verdict
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from cqos_core.language.evaluate import Values
+    from cqos_core.packs.pack import BoundRule
+    from cqos_core.packs.rule import Rule
+    from cqos_core.resolving.resolved import QosProfile
+
+_CACHE: Final = 200_000
+_ABSENT: Final = Anything("its role does not have it")
+
+
+@dataclass(frozen=True, slots=True)
+class Violation:
+    """A rule that speaks: `outcome.result` is False or None for ``requires``, True for ``forbids``.
+
+    ``failed`` is the error of a rule whose own function raised one; such a rule is unknown.
+    """
+
+    bound: BoundRule
+    outcome: Outcome
+    failed: str | None = None
+
+    @property
+    def unknown(self) -> bool:
+        """Whether the rule speaks because it cannot be decided."""
+        return self.outcome.result is None
+
+    @property
+    def refuses(self) -> bool:
+        """Whether an endpoint that a pack's rule reports certainly takes part in no pair."""
+        return self.bound.rule.severity == "error" and not self.unknown
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """The verdict of one pair of profiles, and the rules that spoke, by code."""
+
+    verdict: Verdict
+    spoken: tuple[Violation, ...] = ()
+
+
+FITS: Final = Judgement(Verdict.COMPATIBLE)
+
+
+def ask(bound: BoundRule, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> Violation | None:
+    """Ask one rule; None where it has nothing to say."""
+    answer = _answer(bound, a, b, signal)
+    speaks = answer.outcome.result is True if bound.rule.kind == "forbids" else answer.outcome.result is not True
+    return answer if speaks or answer.failed is not None else None
+
+
+def ask_end(bound: BoundRule, profile: QosProfile, role: str) -> Violation | None:
+    """Ask one rule of one endpoint; it has nothing to say where that rests on policies that the role does not have."""
+    values = _values_of(bound, profile, role)
+    spoken = ask(bound, values, values)
+    silent = bound.absent[role] and spoken is not None and spoken.unknown and spoken.failed is None
+    return None if silent else spoken
+
+
+def _values_of(bound: BoundRule, profile: QosProfile, role: str) -> Values:
+    """The values of an endpoint, without those of policies that its role does not have."""
+    absent = bound.absent[role]
+    return (
+        tuple(_ABSENT if at in absent else value for at, value in enumerate(profile.values))
+        if absent
+        else profile.values
+    )
+
+
+def _answer(bound: BoundRule, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> Violation:
+    try:
+        return Violation(bound, bound.bound.judge(a, b, signal))
+    except MemoryError:  # which says nothing of the rule, and must not be remembered as if it did
+        raise
+    except Exception as error:  # noqa: BLE001 - a pack's own function may raise anything; the rest must be judged
+        return Violation(bound, Outcome(None), f"{type(error).__name__}: {error}")
+
+
+def verdict_by(rule: Rule, *, unknown: bool) -> Verdict:
+    """Return the verdict that a rule gives a pair that it speaks of: advice gives none, an error never ``compatible``."""
+    if rule.kind == "meets":
+        return Verdict.UNKNOWN if unknown else Verdict.COMPATIBLE
+    if rule.kind != "requires":
+        error = rule.severity == "error" and not unknown
+        return Verdict.INCOMPATIBLE if error else Verdict.COMPATIBLE
+    return Verdict.UNKNOWN if unknown or rule.doubt else Verdict.INCOMPATIBLE
+
+
+def verdict_of(spoken: Violation) -> Verdict:
+    """The verdict that a rule gives the pair that it speaks of."""
+    return verdict_by(spoken.bound.rule, unknown=spoken.unknown)
+
+
+def worst(verdicts: Iterable[Verdict]) -> Verdict:
+    """The worst of several verdicts."""
+    return max(verdicts, key=lambda verdict: verdict.rank, default=Verdict.COMPATIBLE)
+
+
+def undecided_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
+    """Ask a meeting condition; return what it says where it keeps two profiles apart under some assumptions only.
+
+    One that rests on facts that are not stated keeps no pair apart.
+    """
+    if not any(isinstance(each.values[at], Depends) for each in (publisher, subscriber) for at in bound.bound.indices):
+        return None
+    spoken = ask(bound, publisher.values, subscriber.values)
+    return spoken if spoken is not None and spoken.outcome.worlds else None
+
+
+@lru_cache(maxsize=_CACHE)
+def judge_pair(publisher: QosProfile, subscriber: QosProfile) -> Judgement:
+    """Judge two profiles that meet, by the rules of pairs alone."""
+    spoken: list[Violation] = []
+    refused: bool | None = None
+    for bound in publisher.pack.by_scope.get("pair", ()):
+        if bound.rule.guarantee:
+            refused = Verdict.INCOMPATIBLE in map(verdict_of, spoken) if refused is None else refused
+            if refused or not subscriber.needs:
+                break
+        if passed_over(bound, publisher, subscriber):
+            continue
+        each = ask(bound, publisher.values, subscriber.values)
+        if each is not None:
+            spoken.append(each)
+    return Judgement(worst(map(verdict_of, spoken)), tuple(spoken)) if spoken else FITS
+
+
+def passed_over(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> bool:
+    """Whether a rule requires what the middleware of either side does not match on, or gives what is not needed."""
+    if bound.rule.guarantee:
+        return bound.rule.guarantee not in subscriber.needs
+    unmatched = publisher.unmatched or subscriber.unmatched
+    if not unmatched or bound.rule.kind != "requires":
+        return False
+    return any(use.index in publisher.unmatched or use.index in subscriber.unmatched for use in bound.bound.uses)
+
+
+@lru_cache(maxsize=_CACHE)
+def judge_endpoint(profile: QosProfile, role: str, observed: bool) -> tuple[Violation, ...]:  # noqa: FBT001 - a cache key
+    """Judge one endpoint by itself; rules about creating one are not asked of observed endpoints."""
+    spoken = (ask_end(bound, profile, role) for bound in _of_one(profile, role, observed))
+    return tuple(each for each in spoken if each is not None)
+
+
+def _of_one(profile: QosProfile, role: str, observed: bool) -> Iterator[BoundRule]:  # noqa: FBT001 - as the above
+    """Yield the rules about one endpoint by itself."""
+    for bound in profile.pack.by_scope.get("endpoint", ()):
+        if bound.role in {None, role} and not (observed and bound.rule.creation):
+            yield bound
+
+
+def _of_surroundings(profile: QosProfile, observed: bool) -> Iterator[BoundRule]:  # noqa: FBT001 - as the above
+    """Yield the rules about the participant of an endpoint, its broker and its options."""
+    return (bound for bound in profile.pack.beyond_topics if not (observed and bound.rule.creation))
+
+
+@lru_cache(maxsize=_CACHE)
+def refusals(profile: QosProfile, role: str, observed: bool) -> tuple[str, ...]:  # noqa: FBT001 - a cache key
+    """Return the codes of the errors for which an endpoint certainly does not exist, is disconnected, or is refused."""
+    beyond = (ask(bound, profile.values, profile.values) for bound in _of_surroundings(profile, observed))
+    spoken = (*judge_endpoint(profile, role, observed), *(each for each in beyond if each is not None))
+    return tuple(dict.fromkeys([*profile.refused, *(each.bound.rule.code for each in spoken if each.refuses)]))
+
+
+@lru_cache(maxsize=_CACHE)
+def refusing_worlds(profile: QosProfile, role: str, observed: bool) -> frozenset[str]:  # noqa: FBT001 - a cache key
+    """Return the assumptions, such as ``ros2.rmw=fastdds``, under which an endpoint does not exist or is refused."""
+    return frozenset(
+        world
+        for bound in (*_of_one(profile, role, observed), *_of_surroundings(profile, observed))
+        if bound.rule.severity == "error" and not bound.bound.is_plain(profile.values)
+        for values in (_values_of(bound, profile, role),)
+        for world, result in _answer(bound, values, values).outcome.worlds
+        if result is (bound.rule.kind == "forbids")
+    )
+
+
+def of_end(
+    profile: QosProfile,
+    role: str,
+    observed: bool,  # noqa: FBT001 - as everything that `Alike` says
+    wired: bool,  # noqa: FBT001 - likewise
+) -> tuple[tuple[Verdict, tuple[str, ...]], ...]:
+    """Return what every pair of an endpoint is at best, and the codes of the findings that say so."""
+    refused = profile.refused if wired else refusals(profile, role, observed)
+    found = ((Verdict.INCOMPATIBLE, refused), (Verdict.UNKNOWN, profile.unread))
+    return tuple(each for each in found if each[1])
+
+
+def already_told(spoken: Violation, publisher: QosProfile, subscriber: QosProfile) -> bool:
+    """Whether all that keeps a rule from being decided is reported as a finding of its own."""
+    values = [(subscriber if use.second else publisher).values[use.index] for use in spoken.bound.bound.uses]
+    opened = [value for value in values if isinstance(value, (Anything, Depends))]
+    return spoken.unknown and bool(opened) and all(isinstance(value, Anything) and value.told for value in opened)

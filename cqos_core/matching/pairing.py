@@ -1,0 +1,236 @@
+"""Who meets whom: endpoints of one topic, grouped by equal values, and which groups form pairs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.language import relation
+from cqos_core.language.expression import Compare, Term
+from cqos_core.language.name_index import NameIndex
+from cqos_core.language.policy import ENDPOINT, is_plain
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Mapping, Sequence
+
+    from cqos_core.language.evaluate import Values
+    from cqos_core.language.policy import Value
+    from cqos_core.model.system import Acceptance
+    from cqos_core.packs.pack import BoundRule, RulePack
+    from cqos_core.resolving.resolved import QosProfile, Resolved
+
+_CACHE: Final = 100_000
+
+
+@dataclass(slots=True, eq=False)
+class EndpointGroup:
+    """Endpoints of one role and topic that nothing tells apart: equal values, equally observed, equally excused.
+
+    Attributes:
+        profile: their values; `settle` may replace it.
+        tags: indices of the acceptances that name these endpoints.
+        carried: they are copies, from another protocol or another key, that meet endpoints of this topic only; what else is to
+            be said of them is said where they come from.
+        wired: they are copies from another protocol.
+        starts_after: what is up before them, for values that come from peers.
+    """
+
+    profile: QosProfile
+    observed: bool
+    tags: frozenset[int]
+    starts_after: frozenset[str]
+    carried: bool = False
+    wired: bool = False
+    endpoints: list[Resolved] = field(default_factory=list)
+
+    def only(self, endpoints: list[Resolved]) -> EndpointGroup:
+        """Return a group of some of these endpoints."""
+        return EndpointGroup(
+            self.profile, self.observed, self.tags, self.starts_after, self.carried, self.wired, endpoints
+        )
+
+    @property
+    def ids(self) -> set[str]:
+        """The ids of the endpoints."""
+        return {endpoint.id for endpoint in self.endpoints}
+
+    @property
+    def first(self) -> Resolved:
+        """The endpoint that stands for all in messages."""
+        return self.endpoints[0]
+
+
+@dataclass(slots=True, eq=False)
+class Topic:
+    """A signal: one topic of one protocol with its groups of publishers and subscribers."""
+
+    key: str
+    shown: str
+    pack: RulePack
+    publishers: list[EndpointGroup] = field(default_factory=list)
+    subscribers: list[EndpointGroup] = field(default_factory=list)
+
+    @property
+    def endpoints(self) -> Iterable[Resolved]:
+        """All endpoints, publishers first."""
+        for members in (*self.publishers, *self.subscribers):
+            yield from members.endpoints
+
+
+def naming_endpoints(acceptances: Sequence[Acceptance]) -> NameIndex[int]:
+    """Return the indices of the acceptances that name endpoints, by the ids that they name."""
+    return NameIndex((each.endpoint, index) for index, each in enumerate(acceptances) if each.endpoint is not None)
+
+
+def group(endpoints: Sequence[Resolved], acceptances: NameIndex[int] | None = None) -> Topic:
+    """Group the endpoints of one topic; the result depends on nothing but their content.
+
+    Args:
+        endpoints: of one topic of one protocol.
+        acceptances: those that name endpoints (`naming_endpoints`); endpoints that differ in them are groups of their own.
+    """
+    ordered = sorted(endpoints, key=attrgetter("id"))
+    own = [endpoint for endpoint in ordered if not endpoint.visiting]
+    topic = Topic(own[0].key or "", min([endpoint.shown for endpoint in own]), own[0].pack)
+    found: dict[tuple[object, ...], EndpointGroup] = {}
+    # Values that come from peers follow from the order of start, so what others start after is a group of its own.
+    named = frozenset[str]()
+    if any(endpoint.profile.from_peers for endpoint in ordered):
+        named = named.union(*(endpoint.starts_after for endpoint in ordered))
+    for endpoint in ordered:
+        stated = endpoint.endpoint
+        tags = frozenset(acceptances.matching(endpoint.id)) if acceptances else frozenset()
+        starts = endpoint.starts_after
+        here = named & endpoint.names if named else named
+        carried, wired = endpoint.is_copy, endpoint.carried is not None
+        key = (stated.role, endpoint.profile, stated.observed, tags, starts, here, carried, wired)
+        members = found.get(key)
+        if members is None:
+            members = found[key] = EndpointGroup(endpoint.profile, stated.observed, tags, starts, carried, wired)
+            (topic.publishers if stated.role == PUBLISHER else topic.subscribers).append(members)
+        members.endpoints.append(endpoint)
+    return topic
+
+
+def bridges_of(endpoints: Iterable[Resolved]) -> set[str | None]:
+    """Return the ids of the bridges that endpoints are ends of, None among them where some are of none."""
+    return {each.bridge and each.bridge[0] for each in endpoints}
+
+
+def bucket(endpoints: Iterable[Resolved]) -> dict[tuple[str, str], list[Resolved]]:
+    """Sort endpoints by protocol and topic; those without a topic are left out."""
+    found: dict[tuple[str, str], list[Resolved]] = {}
+    for endpoint in endpoints:
+        if endpoint.key is not None:
+            found.setdefault((endpoint.pack.id, endpoint.key), []).append(endpoint)
+    return found
+
+
+def introduce(found: Mapping[tuple[str, str], list[Resolved]]) -> None:
+    """Put copies of subscribers beside the publishers that they meet on another key, as a filter meets names."""
+    keys: dict[str, tuple[dict[str, None], dict[str, None]]] = {}
+    packs: dict[str, RulePack] = {}
+    for (protocol, key), endpoints in found.items():
+        if endpoints[0].pack.meeting.match is not None:
+            packs[protocol] = endpoints[0].pack
+            offering, requesting = keys.setdefault(protocol, ({}, {}))
+            for endpoint in endpoints:
+                (offering if endpoint.role == PUBLISHER else requesting)[key] = None
+    for protocol, pack in packs.items():
+        match = pack.meeting.match
+        copies: dict[str, list[Resolved]] = {}
+        beside: dict[str, list[Resolved]] = {}
+        for key, other in match(*keys[protocol]) if match is not None else ():
+            if other not in copies:
+                subscribers = (each for each in found[protocol, other] if each.role == SUBSCRIBER)
+                copies[other] = [replace(each, visiting=True) for each in subscribers]
+            beside.setdefault(key, []).extend(copies[other])
+        for key, visitors in beside.items():
+            found[protocol, key].extend(visitors)
+            if pack.meeting.overlapping:
+                _tell_overlapping(found[protocol, key], pack)
+
+
+def _tell_overlapping(endpoints: list[Resolved], pack: RulePack) -> None:
+    """Set the flag of subscribers whose participant has another one on the topic, with another key."""
+    index = pack.vocabulary.indices[ENDPOINT, pack.meeting.overlapping]
+    own_keys: dict[str, set[str | None]] = {}
+    for endpoint in endpoints:
+        if endpoint.role == SUBSCRIBER:
+            own_keys.setdefault(endpoint.endpoint.participant, set()).add(endpoint.key)
+    for position, endpoint in enumerate(endpoints):
+        if endpoint.role == SUBSCRIBER and len(own_keys[endpoint.endpoint.participant]) > 1:
+            endpoints[position] = replace(endpoint, profile=endpoint.profile.with_values({index: 1}))
+
+
+@lru_cache(maxsize=_CACHE)
+def apart(publisher: QosProfile, subscriber: QosProfile) -> tuple[BoundRule, ...]:
+    """Return the meeting conditions that keep two profiles of one topic apart; nothing: they form a pair.
+
+    A condition that cannot be decided does not keep anybody apart.
+    """
+    return tuple(
+        bound
+        for bound in publisher.pack.by_scope["meets"]
+        if bound.bound.judge(publisher.values, subscriber.values).result is False
+    )
+
+
+def matches(publishers: Sequence[QosProfile], subscribers: Sequence[QosProfile]) -> list[int]:
+    """Return per publisher the subscribers of one topic that it forms a pair with, as bits."""
+    everything = (1 << len(subscribers)) - 1
+    if len(publishers) * len(subscribers) <= relation.FEW_COMBINATIONS:
+        return [sum(1 << at for at, each in enumerate(subscribers) if not apart(one, each)) for one in publishers]
+    met = [everything] * len(publishers)
+    for bound in publishers[0].pack.by_scope["meets"]:
+        condition = bound.bound
+        rows, seconds = _alike(publishers, condition.sides[0]), _alike(subscribers, condition.sides[1])
+        found = relation.related(condition, [values for values, _ in rows], seconds)
+        for row, (first, offering) in enumerate(rows):
+            missed, doubtful = (found.false[row], found.doubtful[row]) if found else (0, everything)
+            for second, mask in seconds if doubtful else ():
+                if mask & doubtful and condition.judge(first, second).result is False:
+                    missed |= mask
+            for at in relation.positions(offering if missed else 0):
+                met[at] &= ~missed
+    return met
+
+
+def _alike(profiles: Sequence[QosProfile], indices: Sequence[int]) -> list[tuple[Values, int]]:
+    """Sort profiles by some of their values: those of one, and all that have them, as bits."""
+    found: dict[tuple[Any, ...], tuple[Values, int]] = {}
+    for at, profile in enumerate(profiles):
+        key = tuple([profile.values[index] for index in indices])
+        values, mask = found.get(key, (profile.values, 0))
+        found[key] = (values, mask | 1 << at)
+    return list(found.values())
+
+
+def most_diverse(pack: RulePack, endpoints: Collection[Resolved]) -> int | None:
+    """Return the policy, by index, that matching needs to be equal, and that tells most of these endpoints apart."""
+    indices = equal_in_pairs(pack)
+    return max(indices, key=lambda index: len({each.profile.values[index] for each in endpoints}), default=None)
+
+
+def key_at(endpoint: Resolved, index: int | None) -> Value | None:
+    """Return the known value of such a policy; None may match any."""
+    if index is None:
+        return None
+    value: Value = endpoint.profile.values[index]
+    return value if is_plain(value) else None
+
+
+def equal_in_pairs(pack: RulePack) -> list[int]:
+    """Return the policies that a matching condition requires to be equal on both sides, and nothing else, by index."""
+    found = []
+    for bound in pack.by_scope["meets"]:
+        sentence, uses = bound.bound.sentence, bound.bound.uses
+        if isinstance(sentence, Compare) and sentence.op == "==" and len(uses) == 2:  # noqa: PLR2004 - sides
+            one, other = uses
+            both_terms = isinstance(sentence.left, Term) and isinstance(sentence.right, Term)
+            if both_terms and one.index == other.index and one.second != other.second:
+                found.append(one.index)
+    return found

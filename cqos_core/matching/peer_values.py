@@ -1,0 +1,242 @@
+"""Values that an endpoint takes from its peers when it is created (``best_available``).
+
+The outcome depends on who is there by then. ``starts_after`` states that of some peers; for the others the settled value is
+what every order gives, or depends on the assumption ``start order``.
+"""
+
+from __future__ import annotations
+
+from itertools import chain, product
+from operator import itemgetter
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from cqos_core.language.evaluate import MAXIMUM_WORLDS, collect_variables, in_world
+from cqos_core.language.policy import INFINITE, Anything, Depends, FromPeers, Value, is_plain
+from cqos_core.language.relation import positions
+from cqos_core.matching.pairing import matches
+from cqos_core.model.system import PUBLISHER
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+
+    from cqos_core.language.policy import Policy
+    from cqos_core.matching.pairing import EndpointGroup, Topic
+
+START_ORDER: Final = "start order"
+PUBLISHERS_FIRST: Final = "publishers first"
+SUBSCRIBERS_FIRST: Final = "subscribers first"
+_DEEPEST: Final = 50
+"""How many values may follow from each other before the first of them is known."""
+_OTHER_ORDERS: Final = 8
+"""The most further outcomes of an open order that are distinguished; beyond, the value is not known."""
+
+
+def settle(topic: Topic) -> None:
+    """Replace values taken from peers in every group of ``topic``."""
+    groups = (*topic.publishers, *topic.subscribers)
+    if any(members.profile.from_peers for members in groups):
+        settling = _Settling(topic)
+        settled = {
+            members: {index: settling.value(members, index) for index in members.profile.from_peers}
+            # What is stated to be there before others comes first, so that a long chain is no deep one.
+            for members in sorted(groups, key=lambda each: len(each.starts_after))
+            if members.profile.from_peers
+        }
+        for members, changes in settled.items():
+            members.profile = members.profile.with_values(changes)
+
+
+class _Way(NamedTuple):
+    """How a group takes a value, and the values of the peers that are stated to be there before it."""
+
+    taken: FromPeers
+    known: tuple[Value, ...]
+
+
+class _Settling:
+    """The values of one topic while they are settled."""
+
+    def __init__(self, topic: Topic) -> None:
+        self._topic = topic
+        self._known: dict[tuple[EndpointGroup, int], Value] = {}
+        self._relations: dict[EndpointGroup, tuple[list[EndpointGroup], list[EndpointGroup]]] = {}
+        self._possible: dict[int, frozenset[Value]] = {}
+        self._matching = _matching(topic)
+        self._unordered = not any(each.starts_after for each in (*topic.publishers, *topic.subscribers))
+        self._alike: dict[tuple[object, ...], Value] = {}
+        self._depth = 0
+
+    def value(self, members: EndpointGroup, index: int) -> Value:
+        """Return the value that a policy of a group has, once it is created."""
+        value: Value = members.profile.values[index]
+        if not isinstance(value, FromPeers):
+            return value
+        key = members, index
+        if key not in self._known:
+            if self._depth >= _DEEPEST:
+                return Anything(f"it follows from the values of more than {_DEEPEST} others in turn")
+            self._depth += 1
+            self._known[key] = Anything("the order of start goes in a circle")
+            # Where no order is stated, all that see the same peers take the same value from them.
+            alike = (members.first.role, id(self._matching[members]), index, value) if self._unordered else key
+            if alike not in self._alike:
+                self._alike[alike] = self._settled(members, index, value)
+            self._known[key] = self._alike[alike]
+            self._depth -= 1
+        return self._known[key]
+
+    def _settled(self, members: EndpointGroup, index: int, taken: FromPeers) -> Value:
+        publisher = members.first.role == PUBLISHER
+        if taken.side == ("publishers" if publisher else "subscribers"):
+            return Anything(f"the bridge takes it from the {taken.side} on its other side")
+        policy = members.profile.pack.policies[index]
+        before, opened = self._peers(members)
+        known = [*dict.fromkeys(self.value(each, index) for each in before)]
+        ways = dict.fromkeys(self._way(each, index) for each in opened)
+        # What a peer that takes its value from us has when it was there first: that without us.
+        others = [*dict.fromkeys(combine(policy, *way) if isinstance(way, _Way) else way for way in ways)]
+        last = combine(policy, taken, [*dict.fromkeys((*known, *others))])
+        if taken.waits and (taken.peers == "any" or len({*known, *others}) == 1):
+            return last
+        first = combine(policy, taken, known)
+        elsewhere = (self._elsewhere(index, *way) for way in ways if isinstance(way, _Way))
+        between = {combine(policy, taken, [*known, each]) for each in chain(others, *elsewhere)} - {first, last}
+        if first == last and not between:
+            return first
+        ordered: tuple[tuple[str, Value], ...] = (
+            (PUBLISHERS_FIRST, first if publisher else last),
+            (SUBSCRIBERS_FIRST, last if publisher else first),
+        )
+        if any(isinstance(each, Depends) and each.on == START_ORDER for each in known):
+            # Who of the others is there first may differ between us and those whose value depends on it.
+            ordered, between = (), {case for each in (*between, first, last) for case in _in_any_order(each)}
+        if len(between) > _OTHER_ORDERS:
+            return Anything("it depends on the order of start in too many ways")
+        if not ordered and len(between) == 1:
+            return between.pop()
+        named = {f"another order that gives {policy.format(each)}": each for each in between}
+        return Depends(START_ORDER, (*ordered, *sorted(named.items(), key=itemgetter(0))))
+
+    def _way(self, peer: EndpointGroup, index: int) -> Value | _Way:
+        """The value of a peer, or the way in which it takes it."""
+        taken: Value = peer.profile.values[index]
+        if not isinstance(taken, FromPeers):
+            return taken
+        return _Way(taken, tuple(dict.fromkeys(self.value(each, index) for each in self._peers(peer)[0])))
+
+    def _peers(self, members: EndpointGroup) -> tuple[list[EndpointGroup], list[EndpointGroup]]:
+        """The peers of a group that are stated to be there before it, and those whose order is open."""
+        if members not in self._relations:
+            before, opened = [], []
+            for peer in self._matching[members]:
+                if _before(peer, members, any):
+                    before.append(peer)
+                elif not _before(members, peer, all):
+                    opened.append(peer)
+            self._relations[members] = before, opened
+        return self._relations[members]
+
+    def _elsewhere(self, index: int, taken: FromPeers, known: Sequence[Value]) -> Iterator[Value]:
+        """Yield what a peer may have taken from others than us that were there before it."""
+        return (combine(self._topic.pack.policies[index], taken, [*known, value]) for value in self._on_topic(index))
+
+    def _on_topic(self, index: int) -> frozenset[Value]:
+        """The values that any endpoint of the topic may have, of those that are known."""
+        if index not in self._possible:
+            policy = self._topic.pack.policies[index]
+            stated = {each.profile.values[index] for each in (*self._topic.publishers, *self._topic.subscribers)}
+            taking = {value for value in stated if isinstance(value, FromPeers)}
+            plain = {lone(policy, value) for value in stated if is_plain(lone(policy, value))}
+            self._possible[index] = frozenset(
+                {*plain, *(_reduce(policy, each, [value]) for each in taking for value in plain)}
+            )
+        return self._possible[index]
+
+
+def _in_any_order(value: Value) -> Iterator[Value]:
+    """Yield what a value is by the order of start."""
+    if isinstance(value, Depends) and value.on == START_ORDER:
+        for _, case in value.cases:
+            yield from _in_any_order(case)
+    else:
+        yield value
+
+
+def _before(early: EndpointGroup, late: EndpointGroup, which: Callable[[Iterable[bool]], bool]) -> bool:
+    """Whether ``any`` or ``all`` of a group are stated to be up before another one."""
+    return bool(late.starts_after) and which(late.first.is_after(endpoint) for endpoint in early.endpoints)
+
+
+def _matching(topic: Topic) -> dict[EndpointGroup, list[EndpointGroup]]:
+    """By group the groups of the other side that it matches; equal lists are one."""
+    met = matches([each.profile for each in topic.publishers], [each.profile for each in topic.subscribers])
+    back = [0] * len(topic.subscribers)
+    alike: dict[int, int] = {}
+    for at, mask in enumerate(met):
+        alike[mask] = alike.get(mask, 0) | 1 << at
+    for mask, publishers in alike.items():
+        for at in positions(mask):
+            back[at] |= publishers
+    found: dict[EndpointGroup, list[EndpointGroup]] = {}
+    for own, others, masks in (
+        (topic.publishers, topic.subscribers, met),
+        (topic.subscribers, topic.publishers, back),
+    ):
+        lists = {mask: [others[at] for at in positions(mask)] for mask in {*masks}}
+        found.update((each, lists[mask]) for each, mask in zip(own, masks, strict=True))
+    return found
+
+
+def lone(policy: Policy, value: Value) -> Value:
+    """Return a value as it is without peers."""
+    return policy.domain.parse(value.alone) if isinstance(value, FromPeers) else value
+
+
+def combine(policy: Policy, taken: FromPeers, seen: Sequence[Value]) -> Value:
+    """What the peers' values amount to, each assumption they depend on taken apart."""
+    variables: dict[str, tuple[str, ...]] = {}
+    for value in seen:
+        collect_variables(value, variables)
+    worlds = 1
+    for cases in variables.values():
+        worlds *= len(cases)
+    if worlds > MAXIMUM_WORLDS:
+        return Anything("its peers depend on too many assumptions")
+    if not variables:
+        return _reduce(policy, taken, seen)
+    name, *others = sorted(variables)
+    if others:
+        results = {
+            _reduce(policy, taken, [in_world(v, dict(zip(variables, chosen, strict=True))) for v in seen])
+            for chosen in product(*variables.values())
+        }
+        return results.pop() if len(results) == 1 else Anything("its peers depend on " + " and ".join((name, *others)))
+    by_case = tuple(
+        (case, _reduce(policy, taken, [in_world(v, {name: case}) for v in seen])) for case in variables[name]
+    )
+    return by_case[0][1] if len({value for _, value in by_case}) == 1 else Depends(name, by_case)
+
+
+def _reduce(policy: Policy, taken: FromPeers, seen: Sequence[Value]) -> Value:
+    """Put plain peer values together in the way the policy declares."""
+    alone = policy.domain.parse(taken.alone)
+    if taken.peers == "constant" or not seen:
+        return alone
+    if not all(isinstance(value, int) for value in seen):
+        return Anything("its peers are not known")
+    values = [value for value in seen if isinstance(value, int)]
+    if taken.peers == "any":
+        return values[0] if len(set(values)) == 1 else Anything("it is that of whichever is found first")
+    strongest, weakest = policy.domain.highest, policy.domain.lowest
+    match taken.peers:
+        case "strongest_if_all":
+            return strongest if all(value == strongest for value in values) else weakest
+        case "strongest_if_any":
+            return strongest if any(value == strongest for value in values) else weakest
+        case "largest":
+            return max(values)
+        case "largest_stated":
+            return max((value for value in values if value < INFINITE), default=INFINITE)
+        case "smallest_stated":
+            return min((value for value in values if value < INFINITE), default=INFINITE)
+    return Anything(f"it is taken from peers in a way that is not known ({taken.peers})")

@@ -1,0 +1,618 @@
+"""A topic as rules see it: groups of endpoints on both sides, without names. What they say of a shape is remembered.
+
+A rule looks at a few policies only, so it is judged once per distinct combination of those (its *classes*) rather than
+per pair of endpoints, and what it says of a publisher is a set of subscribers, held as the bits of an integer. So even a
+topic on which all endpoints differ costs little more than its distinct values. Most topics of most systems are like
+others, in the same system or in the one that came before, and cost a look-up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache, reduce
+from operator import or_
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from cqos_core.language import relation
+from cqos_core.language.evaluate import NO_SIGNAL, Outcome, Signal
+from cqos_core.language.policy import Depends
+from cqos_core.language.relation import positions, related
+from cqos_core.matching.judge import (
+    Violation,
+    already_told,
+    ask,
+    judge_endpoint,
+    of_end,
+    passed_over,
+    undecided_meeting,
+    verdict_by,
+)
+from cqos_core.model.report import Verdict
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from cqos_core.language.evaluate import Values
+    from cqos_core.packs.pack import BoundRule, RulePack
+    from cqos_core.resolving.resolved import QosProfile
+
+MOST_COMBINATIONS: Final = 25
+"""Distinct combinations of values that one rule reports on one topic; the rest is put together in one finding."""
+_REMEMBERED: Final = 16_384
+_REMEMBERED_GROUPS: Final = 64
+_ENDS: Final = frozenset({"offered", "requested", "publisher", "subscriber"})
+
+
+class Alike(NamedTuple):
+    """A group of endpoints in the eyes of rules; the fields are those of `pairing.EndpointGroup`, ``size`` is their number.
+
+    ``wired``: they are copies from another protocol, whose own rules say what keeps them from existing.
+    """
+
+    profile: QosProfile
+    observed: bool
+    tags: frozenset[int]
+    carried: bool
+    size: int
+    wired: bool = False
+
+
+class Shape(NamedTuple):
+    """A topic in the eyes of rules."""
+
+    pack: RulePack
+    publishers: tuple[Alike, ...]
+    subscribers: tuple[Alike, ...]
+
+    def side(self, role: str) -> tuple[Alike, ...]:
+        """The groups of one role."""
+        return self.publishers if role == PUBLISHER else self.subscribers
+
+
+@dataclass(slots=True)
+class Outline:
+    """A finding before it has names: one rule, equal values on each side; groups are told by their positions.
+
+    Attributes:
+        publishers, subscribers: the groups concerned, in order, as keys.
+        pairs: how many pairs it speaks of.
+        tags: acceptances that name all its endpoints.
+        more: how many combinations of values are put together here, where there are too many to list; else 0.
+        example: one of them: a group per role.
+        reached: the groups of `subscribers` as bits, where it speaks of pairs.
+    """
+
+    spoken: Violation
+    publishers: dict[int, None] = field(default_factory=dict)
+    subscribers: dict[int, None] = field(default_factory=dict)
+    pairs: int = 0
+    tags: frozenset[int] = frozenset()
+    more: int = 0
+    example: dict[str, int] = field(default_factory=dict)
+    reached: int = 0
+
+    def side(self, role: str) -> dict[int, None]:
+        """The groups of one role."""
+        return self.publishers if role == PUBLISHER else self.subscribers
+
+
+@dataclass(slots=True, eq=False)
+class Apart:
+    """A meeting condition that keeps a class of publishers apart from subscribers: by publisher group those groups, as bits.
+
+    Attributes:
+        tags: acceptances that name the publishers.
+        subscribers: the classes that the condition sorts all subscribers into.
+    """
+
+    bound: BoundRule
+    tags: frozenset[int]
+    subscribers: Classes
+    hits: dict[int, int] = field(default_factory=dict)
+
+
+class Row(NamedTuple):
+    """Publisher groups, and as bits the subscriber groups, whose pairs were judged alike."""
+
+    publishers: tuple[int, ...]
+    subscribers: int
+    verdict: Verdict
+    codes: tuple[str, ...]
+
+
+class Judged(NamedTuple):
+    """What rules say of a shape.
+
+    Attributes:
+        met: per publisher group, the subscriber groups it meets, as bits.
+        kept_apart: what keeps which groups from each other.
+        rows: all pairs.
+        outlines: of what is to be said.
+    """
+
+    met: tuple[int, ...]
+    kept_apart: tuple[Apart, ...]
+    rows: tuple[Row, ...]
+    outlines: tuple[Outline, ...]
+
+
+def judge_shape(shape: Shape) -> Judged:
+    """Judge a shape; nobody may change the result, which others share."""
+    if len(shape.publishers) + len(shape.subscribers) > _REMEMBERED_GROUPS:
+        return _judge(shape)
+    return _remembered(shape)
+
+
+@dataclass(slots=True)
+class Class:
+    """Groups of one side that a rule cannot tell apart; ``mask`` has their bits."""
+
+    first: Alike
+    members: list[int] = field(default_factory=list)
+    mask: int = 0
+
+    @property
+    def profile(self) -> QosProfile:
+        """The values of one of them."""
+        return self.first.profile
+
+
+class Classes:
+    """The classes of one side, in order, and which of them have groups in a mask."""
+
+    def __init__(self, each: list[Class]) -> None:
+        self.each = each
+
+    def within(self, mask: int) -> list[Class]:
+        """The classes with groups in ``mask``."""
+        return [self.each[at] for at in sorted({self._at[position] for position in positions(mask)})]
+
+    def first(self, mask: int) -> Class:
+        """The first class with groups in ``mask``, which has all or none of each."""
+        return self.each[self._at[(mask & -mask).bit_length() - 1]]
+
+    def count(self, mask: int) -> int:
+        """How many classes have groups in ``mask``."""
+        single, wide = self._by_width
+        return (mask & single).bit_count() + sum(1 for one in wide if one.mask & mask)
+
+    def by_tags(self, mask: int) -> Iterator[tuple[frozenset[int], int]]:
+        """The groups in ``mask``, as bits, by the acceptances that name them."""
+        return ((tags, mask & same) for tags, same in self._tagged.items() if mask & same)
+
+    @cached_property
+    def _at(self) -> dict[int, int]:
+        return {position: at for at, one in enumerate(self.each) for position in one.members}
+
+    @cached_property
+    def _by_width(self) -> tuple[int, list[Class]]:
+        single = sum(one.mask for one in self.each if len(one.members) == 1)
+        return single, [one for one in self.each if len(one.members) > 1]
+
+    @cached_property
+    def _tagged(self) -> dict[frozenset[int], int]:
+        found: dict[frozenset[int], int] = {}
+        for one in self.each:
+            found[one.first.tags] = found.get(one.first.tags, 0) | one.mask
+        return found
+
+
+class _Said(NamedTuple):
+    """What a rule says of two classes; ``combinations`` counts further ones that these stand for, else it is 0."""
+
+    publishers: Class
+    subscribers: Class
+    spoken: Violation
+    combinations: int = 0
+
+
+class _Row(NamedTuple):
+    """What a rule says of a class of publishers: the subscriber groups it certainly reports, as bits, and what else."""
+
+    publishers: Class
+    certain: int
+    others: list[tuple[Class, Violation]]
+
+
+@dataclass(slots=True)
+class _Pairs:
+    """Pairs while they are judged; ``segments`` are per publisher group: verdict and codes to subscriber groups.
+
+    ``sizes`` are the subscriber groups whose number of endpoints has 1, 2, 4, … in it, as bits.
+    """
+
+    met: list[int]
+    kept_apart: list[Apart] = field(default_factory=list)
+    segments: list[dict[tuple[Verdict, tuple[str, ...]], int]] = field(default_factory=list)
+    sizes: list[int] = field(default_factory=list)
+
+    def weight(self, mask: int) -> int:
+        """How many endpoints the subscriber groups of ``mask`` have."""
+        return sum((mask & same).bit_count() << power for power, same in enumerate(self.sizes))
+
+
+_Outlines = dict[tuple[Any, ...], Outline]
+
+
+def _judge(shape: Shape) -> Judged:
+    outlines: _Outlines = {}
+    both = shape.publishers and shape.subscribers
+    pairs = _met(shape) if both else _Pairs([0] * len(shape.publishers), segments=[{} for _ in shape.publishers])
+    if both:
+        _end_segments(shape, pairs)
+        _undecided_meetings(shape, pairs, outlines)
+    _signal_rules(shape, pairs, outlines)
+    if both:
+        _pair_rules(shape, pairs, outlines)
+    _endpoint_rules(shape, outlines)
+    return Judged(tuple(pairs.met), tuple(pairs.kept_apart), _rows(pairs), tuple(outlines.values()))
+
+
+_remembered = lru_cache(maxsize=_REMEMBERED)(_judge)
+
+
+# Pairs
+
+
+def _met(shape: Shape) -> _Pairs:
+    """Find which groups form pairs, and what keeps the others apart."""
+    everybody = (1 << len(shape.subscribers)) - 1
+    native = sum(1 << index for index, alike in enumerate(shape.subscribers) if not alike.carried)
+    pairs = _Pairs(
+        [native if alike.carried else everybody for alike in shape.publishers], sizes=_sizes(shape.subscribers)
+    )
+    for bound in shape.pack.by_scope["meets"]:
+        subscribers = _classes(shape.subscribers, bound.bound.sides[1])
+        for publishers, missed, _ in _spoken(shape, bound, subscribers):
+            apart = Apart(bound, publishers.first.tags, subscribers)
+            for publisher in publishers.members:
+                hit = pairs.met[publisher] & missed
+                if hit:
+                    pairs.met[publisher] &= ~hit
+                    apart.hits[publisher] = hit
+            if apart.hits:
+                pairs.kept_apart.append(apart)
+    pairs.segments = [{(Verdict.COMPATIBLE, ()): met} if met else {} for met in pairs.met]
+    return pairs
+
+
+def _undecided_meetings(shape: Shape, pairs: _Pairs, outlines: _Outlines) -> None:
+    """Leave unknown the pairs that a meeting condition keeps apart under some assumptions only."""
+    for bound in shape.pack.by_scope["meets"]:
+        first, second = bound.bound.sides
+        offering, requesting = _classes(shape.publishers, first), _classes(shape.subscribers, second)
+        if not any(isinstance(each.profile.values[at], Depends) for each in offering.each for at in first) and not any(
+            isinstance(each.profile.values[at], Depends) for each in requesting.each for at in second
+        ):
+            continue
+        for publishers in offering.each:
+            for subscribers in requesting.each:
+                spoken = undecided_meeting(bound, publishers.profile, subscribers.profile)
+                if spoken is not None:
+                    _outline(shape, pairs, outlines, _Said(publishers, subscribers, spoken, 0), pairs.met)
+                    for at in publishers.members:
+                        mask = subscribers.mask & pairs.met[at]
+                        _split_segments(pairs.segments[at], mask, Verdict.UNKNOWN, (bound.rule.code,))
+
+
+def _sizes(groups: Sequence[Alike]) -> list[int]:
+    """The groups whose size has 1, 2, 4, … in it, as bits."""
+    found = [0] * max(alike.size.bit_length() for alike in groups)
+    for position, alike in enumerate(groups):
+        for power in positions(alike.size):
+            found[power] |= 1 << position
+    return found
+
+
+def _pair_rules(shape: Shape, pairs: _Pairs, outlines: _Outlines) -> None:
+    needs = {word for alike in shape.subscribers for word in alike.profile.needs}
+    fitting: list[int] | None = None
+    for bound in shape.pack.by_scope.get("pair", ()):
+        asked = pairs.met
+        if bound.rule.guarantee:
+            if bound.rule.guarantee not in needs:
+                continue
+            asked = fitting = fitting or _fitting(pairs)
+        said: dict[tuple[int, bool], int] = {}
+        columns = _classes(shape.subscribers, bound.bound.sides[1])
+        for each in _few(bound, _spoken(shape, bound, columns), columns):
+            _outline(shape, pairs, outlines, each, asked)
+            for publisher in each.publishers.members:
+                key = (publisher, each.spoken.unknown)
+                said[key] = said.get(key, 0) | each.subscribers.mask
+        for (publisher, unknown), mask in said.items():
+            verdict = verdict_by(bound.rule, unknown=unknown)
+            _split_segments(pairs.segments[publisher], mask & asked[publisher], verdict, (bound.rule.code,))
+
+
+def _end_segments(shape: Shape, pairs: _Pairs) -> None:
+    """Apply what holds of all pairs of an endpoint: no pair is compatible where one end of it is not understood or refused."""
+    said: dict[tuple[Verdict, tuple[str, ...]], int] = {}
+    for position, alike in enumerate(shape.subscribers):
+        for end in of_end(alike.profile, SUBSCRIBER, alike.observed, alike.wired):
+            said[end] = said.get(end, 0) | 1 << position
+    for position, alike in enumerate(shape.publishers):
+        segments = pairs.segments[position]
+        for verdict, codes in of_end(alike.profile, PUBLISHER, alike.observed, alike.wired):
+            _split_segments(segments, pairs.met[position], verdict, codes)
+        for (verdict, codes), mask in said.items():
+            _split_segments(segments, mask & pairs.met[position], verdict, codes)
+
+
+def _fitting(pairs: _Pairs) -> list[int]:
+    """Per publisher group the subscriber groups that nothing refuses: a guarantee is one of pairs that fit."""
+    found = []
+    for segments in pairs.segments:
+        mask = 0
+        for (verdict, _), subscribers in segments.items():
+            mask |= subscribers if verdict is not Verdict.INCOMPATIBLE else 0
+        found.append(mask)
+    return found
+
+
+def _spoken(shape: Shape, bound: BoundRule, columns: Classes) -> Iterator[_Row]:
+    """Judge one rule over every combination of its classes; yield what it says."""
+    publishers = _classes(shape.publishers, bound.bound.sides[0]).each
+    if not bound.rule.guarantee:  # which depends on what the subscriber needs
+        publishers = [each for each in publishers if not passed_over(bound, each.profile, each.profile)]
+    subscribers = [each for each in columns.each if not passed_over(bound, each.profile, each.profile)]
+    speaks = bound.rule.kind == "forbids"
+    found = None
+    if len(publishers) * len(subscribers) > relation.FEW_COMBINATIONS:
+        found = related(
+            bound.bound,
+            [each.profile.values for each in publishers],
+            [(each.profile.values, each.mask) for each in subscribers],
+        )
+    easy = bound.bound.infallible and all(
+        bound.bound.is_plain(each.profile.values) for each in (*publishers, *subscribers)
+    )
+    for row, offering in enumerate(publishers):
+        a, certain, asked = offering.profile.values, 0, subscribers
+        if found is not None:
+            certain = found.true[row] if speaks else found.false[row]
+            asked = columns.within((found.doubtful if bound.rule.kind == "meets" else found.open)[row])
+        others = []
+        for requesting in asked:
+            b = requesting.profile.values
+            if easy:
+                certain |= requesting.mask if bool(bound.bound.plain(a, b, NO_SIGNAL)) is speaks else 0
+                continue
+            spoken = ask(bound, a, b)
+            if spoken is None:
+                continue
+            if spoken.outcome.result is speaks:
+                certain |= requesting.mask
+            elif bound.rule.kind != "meets":
+                others.append((requesting, spoken))
+        if certain or others:
+            yield _Row(offering, certain, others)
+
+
+def _few(bound: BoundRule, rows: Iterable[_Row], columns: Classes) -> Iterator[_Said]:
+    """Pass the first combinations on, and then per publisher class one that stands for the others."""
+    certain = Violation(bound, Outcome(bound.rule.kind == "forbids"))
+    later = []
+    left = MOST_COMBINATIONS
+    for publishers, mask, others in rows:
+        if left:
+            said = {id(each): spoken for each, spoken in others}
+            for each in columns.within(reduce(or_, (each.mask for each, _ in others), mask))[:left]:
+                yield _Said(publishers, each, said.get(id(each), certain))
+                left -= 1
+                mask &= ~each.mask  # noqa: PLW2901 - what is left of it
+                said.pop(id(each), None)
+            others = [(each, spoken) for each, spoken in others if id(each) in said]  # noqa: PLW2901 - likewise
+        together = []
+        for _, same in columns.by_tags(mask):
+            first = columns.first(same)
+            together.append(_Said(publishers, Class(first.first, first.members, same), certain, columns.count(same)))
+        undecided: dict[frozenset[int], list[tuple[Class, Violation]]] = {}
+        for each, spoken in others:
+            undecided.setdefault(each.first.tags, []).append((each, spoken))
+        for (first, spoken), *more in undecided.values():
+            same = reduce(or_, (each.mask for each, _ in more), first.mask)
+            together.append(_Said(publishers, Class(first.first, first.members, same), spoken, len(more) + 1))
+        later += sorted(together, key=lambda each: each.subscribers.members[0])
+    yield from later
+
+
+def _classes(groups: Iterable[Alike], indices: Sequence[int]) -> Classes:
+    """Sort one side's groups by the values that a rule reads of it, and by who excuses them."""
+    found: dict[Any, Class] = {}
+    for position, alike in enumerate(groups):
+        values = alike.profile.values
+        key = (tuple([values[index] for index in indices]), alike.profile.unmatched, alike.tags)
+        each = found.get(key)
+        if each is None:
+            each = found[key] = Class(alike)
+        each.members.append(position)
+        each.mask |= 1 << position
+    return Classes(list(found.values()))
+
+
+def _outline(shape: Shape, pairs: _Pairs, outlines: _Outlines, said: _Said, asked: Sequence[int]) -> None:
+    """Note what a rule says of two classes, or of further ones that are put together, where they are pairs of ``asked``."""
+    publishers, subscribers, spoken, combinations = said
+    if spoken.unknown and already_told(spoken, publishers.profile, subscribers.profile):
+        return
+    hits = {publisher: hit for publisher in publishers.members if (hit := asked[publisher] & subscribers.mask)}
+    if not hits:
+        return
+    code, tags = _called(spoken), publishers.first.tags | subscribers.first.tags
+    key = (code, spoken.outcome.result, tags) if combinations else (code, id(publishers), id(subscribers), tags)
+    outline = outlines.setdefault(key, Outline(spoken, tags=tags))
+    outline.more += combinations
+    if combinations and not outline.example:
+        outline.example = _example(subscribers, hits)
+    outline.publishers.update(dict.fromkeys(hits))
+    reached = reduce(or_, hits.values())
+    outline.pairs += sum(shape.publishers[publisher].size * pairs.weight(hit) for publisher, hit in hits.items())
+    outline.subscribers.update(dict.fromkeys(positions(reached & ~outline.reached)))
+    outline.reached |= reached
+
+
+def _called(spoken: Violation) -> str:
+    """Tell a rule from others, and the severities of one from each other."""
+    return f"{spoken.bound.rule.code} {spoken.bound.rule.severity}"
+
+
+def _example(subscribers: Class, hits: Mapping[int, int]) -> dict[str, int]:
+    """One publisher and one subscriber that meet, of the class that was judged if any of it does."""
+    publisher, hit = next(iter(hits.items()))
+    subscriber = next((each for each in subscribers.members if hit >> each & 1), (hit & -hit).bit_length() - 1)
+    return {PUBLISHER: publisher, SUBSCRIBER: subscriber}
+
+
+def _split_segments(
+    segments: dict[tuple[Verdict, tuple[str, ...]], int], mask: int, verdict: Verdict, codes: tuple[str, ...]
+) -> None:
+    """Apply what is known of some subscribers to the segments of one publisher group."""
+    for (before, known), present in list(segments.items()):
+        hit = present & mask
+        if not hit:
+            continue
+        left = present & ~hit
+        if left:
+            segments[before, known] = left
+        else:
+            del segments[before, known]
+        worse = max(before, verdict, key=lambda each: each.rank)
+        key = (worse, (*known, *(code for code in codes if code not in known)))
+        segments[key] = segments.get(key, 0) | hit
+
+
+def _rows(pairs: _Pairs) -> tuple[Row, ...]:
+    """Put publishers together whose pairs were judged alike."""
+    rows: dict[tuple[Verdict, tuple[str, ...], int], list[int]] = {}
+    for publisher, segments in enumerate(pairs.segments):
+        for (verdict, codes), mask in segments.items():
+            rows.setdefault((verdict, codes, mask), []).append(publisher)
+    return tuple(Row(tuple(publishers), mask, verdict, codes) for (verdict, codes, mask), publishers in rows.items())
+
+
+# Endpoints
+
+
+def _endpoint_rules(shape: Shape, outlines: _Outlines) -> None:
+    for role in (PUBLISHER, SUBSCRIBER):
+        told: dict[str, int] = {}
+        for position, alike in enumerate(shape.side(role)):
+            if alike.carried:
+                continue
+            for spoken in judge_endpoint(alike.profile, role, alike.observed):
+                if spoken.unknown and spoken.failed is None:
+                    continue
+                code = _called(spoken)
+                values = tuple(alike.profile.values[use.index] for use in spoken.bound.bound.uses)
+                key: tuple[Any, ...] = (code, role, values, alike.tags)
+                further = key not in outlines and told.get(code, 0) >= MOST_COMBINATIONS
+                if further:
+                    key = (code, role, alike.tags)
+                elif key not in outlines:
+                    told[code] = told.get(code, 0) + 1
+                outline = outlines.setdefault(key, Outline(spoken, tags=alike.tags))
+                outline.more += further
+                if further and not outline.example:
+                    outline.example = {role: position}
+                outline.side(role)[position] = None
+
+
+# Signals
+
+
+def _signal_rules(shape: Shape, pairs: _Pairs, outlines: _Outlines) -> None:
+    rules = shape.pack.by_scope.get("signal", ())
+    for publishers, subscribers in _parts(shape, pairs) if rules else ():
+        for bound in rules:
+            for spoken, role, targets in _signal_rule(shape, bound, publishers, subscribers):
+                outline = Outline(spoken)
+                if targets:
+                    outline.tags = shape.side(role)[targets[0]].tags
+                    outline.side(role).update(dict.fromkeys(targets))
+                within = {use.second for use in bound.bound.aggregate_uses}
+                if within != {True} and not outline.publishers:
+                    outline.publishers = dict.fromkeys(publishers)
+                if within != {False} and not outline.subscribers:
+                    outline.subscribers = dict.fromkeys(subscribers)
+                outlines["signal", len(outlines)] = outline
+                if spoken.refuses:
+                    _refuse(pairs, outline)
+
+
+def _refuse(pairs: _Pairs, outline: Outline) -> None:
+    """Make incompatible the pairs of endpoints that a rule over their topic refuses."""
+    code = (outline.spoken.bound.rule.code,)
+    subscribers = sum(1 << position for position in outline.subscribers)
+    for position, segments in enumerate(pairs.segments):
+        mask = pairs.met[position] if position in outline.publishers else subscribers
+        _split_segments(segments, mask, Verdict.INCOMPATIBLE, code)
+
+
+def _parts(shape: Shape, pairs: _Pairs) -> list[tuple[list[int], list[int]]]:
+    """Split a topic into parts that do not meet each other (domains, partitions), each a signal of its own."""
+    if not shape.publishers:
+        return [([], list(range(len(shape.subscribers))))]
+    parts: dict[int, tuple[list[int], int]] = {}  # by the publisher that was the last to join one
+    owners: dict[int, int] = {}  # by subscriber, its part when it joined
+    joined = list(range(len(pairs.met)))  # by part, what it became
+    covered = 0
+    for publisher, met in enumerate(pairs.met):
+        touched, old = set(), met & covered
+        while old:
+            part = owners[(old & -old).bit_length() - 1]
+            while joined[part] != part:
+                joined[part] = part = joined[joined[part]]
+            touched.add(part)
+            old &= ~parts[part][1]
+        together, reached = [publisher], met
+        for part in sorted(touched):
+            joined[part] = publisher
+            others, mask = parts.pop(part)
+            others += together
+            together, reached = others, reached | mask
+        parts[publisher] = (together, reached)
+        owners.update(dict.fromkeys(positions(met & ~covered), publisher))
+        covered |= met
+    return [(publishers, list(positions(mask))) for publishers, mask in parts.values()]
+
+
+def _signal_rule(
+    shape: Shape, bound: BoundRule, publishers: Sequence[int], subscribers: Sequence[int]
+) -> Iterator[tuple[Violation, str, list[int]]]:
+    """Judge a rule over a whole signal; one about single endpoints of it comes with the groups it speaks of."""
+    read = bound.bound.aggregated
+    signal = Signal(_distinct(shape.publishers, publishers, read), _distinct(shape.subscribers, subscribers, read))
+    role = PUBLISHER if bound.role == PUBLISHER else SUBSCRIBER
+    single = any(use.term.scope in _ENDS for use in bound.bound.uses)
+    if single:
+        speaking, groups = (publishers if role == PUBLISHER else subscribers), shape.side(role)
+        for alike in _sorted(groups, speaking, bound.bound.own):
+            values = groups[alike[0]].profile.values
+            spoken = ask(bound, values, values, signal)
+            if spoken is not None and not (spoken.unknown and spoken.failed is None):
+                yield spoken, role, alike
+    else:
+        any_role = PUBLISHER if publishers else SUBSCRIBER
+        values = shape.side(any_role)[(*publishers, *subscribers)[0]].profile.values
+        spoken = ask(bound, values, values, signal)
+        if spoken is not None and not (spoken.unknown and spoken.failed is None):
+            yield spoken, role, []
+
+
+def _sorted(groups: Sequence[Alike], chosen: Iterable[int], indices: Sequence[int]) -> list[list[int]]:
+    """Sort some groups by what stands at ``indices``, and by who excuses them."""
+    found: dict[Any, list[int]] = {}
+    for position in chosen:
+        values = groups[position].profile.values
+        found.setdefault((tuple([values[index] for index in indices]), groups[position].tags), []).append(position)
+    return list(found.values())
+
+
+def _distinct(groups: Sequence[Alike], chosen: Iterable[int], indices: Sequence[int]) -> tuple[tuple[Values, int], ...]:
+    """One value tuple per combination of values at ``indices``, with how many endpoints have it."""
+    return tuple(
+        (groups[alike[0]].profile.values, sum(groups[position].size for position in alike))
+        for alike in _sorted(groups, chosen, indices)
+    )

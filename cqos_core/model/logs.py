@@ -1,0 +1,124 @@
+"""Finds in the output of programs the lines that speak of endpoints which do not fit; packs know how these are worded."""
+
+from __future__ import annotations
+
+import io
+import re
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, BinaryIO, Final
+
+from cqos_core.model.system import Place
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+
+    from cqos_core.model.system import Role
+
+_LONGEST: Final = 64 * 1024
+"""Of a longer line only the beginning is looked at: no program writes its messages so far to the right."""
+_ESCAPES: Final = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*(?:\x07|\x1b\\)?|[@-Z\\^_])")
+
+
+@dataclass(frozen=True, slots=True)
+class Misfit:
+    """What one line of output says: a participant discovered an endpoint that does not fit to one of its own.
+
+    Attributes:
+        protocol: id of the pack that read the line.
+        role: of the participant's own endpoint; the discovered one has the other role.
+        topic: as it is printed, None where the line names none.
+        participant: who wrote the line, as its protocol addresses it; None where the line does not tell.
+        named: the policy that the line names, as it is printed.
+        policies: the policies of the pack of which one is meant; empty if the name says nothing.
+    """
+
+    protocol: str
+    role: Role
+    topic: str | None = None
+    participant: str | None = None
+    named: str | None = None
+    policies: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class About:
+    """The topic that the next lines of a list are about: that of each `Misfit` whose topic is `SAME`."""
+
+    topic: str
+
+
+SAME: Final = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Occurrence:
+    """What one or more lines say alike: how many there are, and where the first one is."""
+
+    misfit: Misfit
+    count: int
+    place: Place
+
+
+def misfits(
+    name: str, stream: BinaryIO, readers: Sequence[Callable[[str], Iterable[Misfit | About]]]
+) -> tuple[list[Occurrence], int]:
+    """Read the output of programs; return what it says of endpoints that do not fit, and how many lines it has.
+
+    Args:
+        name: of the source, for places.
+        stream: any bytes; what is no text is read over.
+        readers: of the installed packs.
+
+    Raises:
+        OSError: the stream cannot be read on.
+    """
+    found: dict[Misfit, Occurrence] = {}
+    number = 0
+    about: list[str | None] = [None] * len(readers)
+    for number, line in enumerate(_lines(stream), 1):
+        text = _ESCAPES.sub("", line)
+        said = ((which, each) for which, read in enumerate(readers) for each in read(text))
+        for which, one in said:
+            if isinstance(one, About):
+                about[which] = one.topic
+                continue
+            each = replace(one, topic=about[which]) if one.topic == SAME else one
+            known = found.get(each)
+            count, place = (1, Place(name, number)) if known is None else (known.count + 1, known.place)
+            found[each] = Occurrence(each, count, place)
+    return list(found.values()), number
+
+
+def _lines(stream: BinaryIO) -> Iterator[str]:
+    """Yield every line, or its beginning, whatever the bytes are."""
+    head = stream.read(2)
+    # A shell of Windows writes what is sent to a file in UTF-16.
+    marked = head in {BOM_UTF16_LE, BOM_UTF16_BE}
+    rest = _Resumed(head, stream)
+    text = io.TextIOWrapper(io.BufferedReader(rest), "utf-16" if marked else "utf-8", "replace", newline=None)
+    try:
+        while line := text.readline(_LONGEST):
+            yield line
+            while not line.endswith("\n") and (line := text.readline(_LONGEST)):
+                pass
+    finally:
+        text.detach()
+
+
+class _Resumed(io.RawIOBase):
+    """A stream from its beginning, of which the first bytes are read already."""
+
+    def __init__(self, head: bytes, stream: BinaryIO) -> None:
+        self._head = head
+        self._stream = stream
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: object, /) -> int:
+        view = memoryview(buffer).cast("B")  # type: ignore[arg-type]
+        data = self._head[: len(view)] if self._head else self._stream.read(len(view))
+        self._head = self._head[len(data) :] if self._head else b""
+        view[: len(data)] = data
+        return len(data)

@@ -1,0 +1,112 @@
+"""Errors raised to callers: one base class, every problem located, all of them collected before raising."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from cqos_core.model.system import Place
+
+
+class CqosError(Exception):
+    """Base of every error C-QoS raises on purpose; its text can be shown to a person as it is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One thing that is wrong with an input: what was found, what is allowed, and where.
+
+    Attributes:
+        code: permanent code, for instance ``CQ001``.
+        message: one sentence that makes sense alone.
+        place: where it stands, or None where the input has no places.
+        help: what to do about it, or None.
+    """
+
+    code: str
+    message: str
+    place: Place | None = None
+    help: str | None = None
+
+    def __str__(self) -> str:
+        """``file:line:column: message (help)``, one line."""
+        where = f"{self.place}: " if self.place is not None else ""
+        more = f" ({self.help})" if self.help else ""
+        return f"{where}{self.message}{more}"
+
+
+class InputError(CqosError):
+    """An input cannot be used. ``problems`` holds every problem found in it, never only the first."""
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        """Collect ``problems``, at least one."""
+        self.problems = tuple(problems)
+        super().__init__("\n".join(str(problem) for problem in self.problems))
+
+
+class PackError(CqosError):
+    """A rule pack is not well formed: an unknown policy in a sentence, a code used twice, a bad default.
+
+    Attributes:
+        mistakes: each mistake with where it stands, in the keys of a pack file; empty where only one is told.
+    """
+
+    def __init__(self, message: str, mistakes: Sequence[tuple[tuple[str, ...], str]] = ()) -> None:
+        """Keep every mistake beside the message."""
+        self.mistakes = tuple(mistakes)
+        super().__init__(message)
+
+
+class SentenceError(CqosError):
+    """A sentence cannot be read or does not fit the policies it speaks of.
+
+    Attributes:
+        text: the sentence, as far as there is a text.
+        offset: zero-based offset into ``text`` where it went wrong, or None.
+    """
+
+    def __init__(self, message: str, text: str | None = None, offset: int | None = None) -> None:
+        """Keep the place of the fault beside the message."""
+        self.text = text
+        self.offset = offset
+        where = f" in `{text}`" if text else ""
+        at = f" at character {offset + 1}" if text and offset is not None else ""
+        super().__init__(f"{message}{where}{at}")
+
+
+class InvalidValueError(CqosError):
+    """A setting's text is no value of its policy. ``expected`` says what is allowed, ``near`` what was probably meant."""
+
+    def __init__(self, message: str, expected: str = "", near: str = "") -> None:
+        """Keep what is allowed apart from what was found."""
+        self.expected = expected
+        self.near = near
+        self.message = message
+        super().__init__(f"{message}; expected {expected}" if expected else message)
+
+    def advice(self, expected: str = "") -> str:
+        """What to do about it, where ``expected`` may be told in other words."""
+        meant = f"did you mean `{self.near}`? " if self.near else ""
+        return f"{meant}expected {expected or self.expected}"
+
+
+def describe(error: BaseException) -> str:
+    """``ValueError: what it says``; errors that are raised on purpose explain themselves."""
+    if isinstance(error, CqosError) or not str(error):
+        return str(error) or type(error).__name__
+    return f"{type(error).__name__}: {error}"
+
+
+def add_note(error: BaseException, note: str) -> None:
+    """Add what was going on to an error, as `BaseException.add_note` does from Python 3.11 on."""
+    vars(error).setdefault("__notes__", []).append(note)
+
+
+def keep_traceback(what: str, error: BaseException) -> None:
+    """Hand an error that became mere words to whoever listens to the logger ``cqos_core``: ``cqos --debug`` does."""
+    import logging
+
+    logging.getLogger("cqos_core").debug(what, exc_info=error)

@@ -1,0 +1,61 @@
+"""What the core itself reports, under codes of its own, and what it suggests for a name that means nothing."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cqos_core.model.codes import CODES
+from cqos_core.model.report import Finding, Severity, Side
+from cqos_core.model.spelling import Known
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from cqos_core.model.system import Place
+
+
+def core_finding(
+    code: str,
+    message: str,
+    *,
+    place: Place | None = None,
+    role: str = "system",
+    members: Sequence[str] = (),
+    help: str | None = None,  # noqa: A002 - the field's name
+    topic: str | None = None,
+    severity: Severity | None = None,
+) -> Finding:
+    """Make a finding of the core under one of its own codes."""
+    info = CODES[code]
+    return Finding(
+        code=code,
+        name=info.name,
+        severity=severity or Severity(info.severity),
+        message=message,
+        topic=topic,
+        sides=(Side(role, tuple(members), place=place),),
+        because=info.reason,
+        help=help or info.help or None,
+    )
+
+
+def plural(count: int, noun: str) -> str:
+    """Return ``1 pair``, ``2 pairs``."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def listed(names: Sequence[str], most: int = 40) -> str:
+    """Return ``a, b, c``, or of many names the first and how many more there are."""
+    more = [f"and {len(names) - most} more"] if len(names) > most else []
+    return ", ".join([*names[:most], *more])
+
+
+def suggestion(name: str, known: Iterable[str] | Known) -> str:
+    """``did you mean X? known: …`` for a name that is not among ``known``.
+
+    Where many names are looked up in many, make `Known` once.
+    """
+    known = known if isinstance(known, Known) else Known(known)
+    near = known.nearest(name)
+    hint = f"did you mean `{near}`? " if near else ""
+    return f"{hint}known: {listed(known.names) or 'none'}"

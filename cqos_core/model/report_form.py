@@ -1,0 +1,162 @@
+"""A report as plain data: the JSON report, version 1, documented in ``docs/json-report.md``."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from cqos_core.model.report import Severity, Verdict
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from cqos_core.model.report import Assumption, Edit, Fact, Finding, Group, Remedy, Report, Side
+    from cqos_core.model.system import Place
+
+    Exact: TypeAlias = Callable[[Place], Place]
+
+VERSION = 1
+"""Of the format; a number that a reader does not know means that it must not go on."""
+
+Json = dict[str, Any]
+
+
+def as_it_is(place: Place) -> Place:
+    """Leave a place as the report has it."""
+    return place
+
+
+def document(report: Report, tool_version: str = "", exact: Exact = as_it_is) -> Json:
+    """Return all of a report; ``exact`` fills in what places leave open."""
+    return {
+        **summary(report, tool_version),
+        "groups": [group(each) for each in report.groups],
+        "findings": [finding(each, exact) for each in report.findings],
+        "not_checked": list(report.not_checked),
+    }
+
+
+def summary(report: Report, tool_version: str) -> Json:
+    """Return what is stated once for a report: verdict, counts and sources."""
+    return {
+        "version": VERSION,
+        "tool": {"name": "cqos", "version": tool_version},
+        "system": report.system,
+        "verdict": report.verdict.value,
+        "partial": report.partial,
+        "counts": _counts(report),
+        "sources": list(report.sources),
+        "assumed": assumed(report.assumed),
+    }
+
+
+def assumed(assumptions: Iterable[Assumption]) -> list[Json]:
+    """Return options that are not stated, with the values that are assumed for them."""
+    return [{"option": each.option, "values": list(each.values)} for each in assumptions]
+
+
+def _counts(report: Report) -> Json:
+    pairs: Counter[Verdict] = Counter()
+    for group in report.groups:
+        pairs[group.verdict] += group.pairs
+    return {
+        "topics": report.topics,
+        "endpoints": report.endpoints,
+        "pairs": report.pair_count,
+        **{verdict.value: pairs[verdict] for verdict in Verdict},
+        **{f"{severity.value}s": report.count(severity) for severity in Severity},
+        "accepted": sum(finding.accepted is not None for finding in report.findings),
+        "unmatched": report.unmatched,
+        "hypothetical": report.hypothetical,
+    }
+
+
+def group(group: Group) -> Json:
+    """Return a group of pairs."""
+    return {
+        "topic": group.topic,
+        "protocol": group.protocol,
+        "verdict": group.verdict.value,
+        "pairs": group.pairs,
+        "internal": group.internal,
+        "codes": list(group.codes),
+        "publishers": list(group.publishers),
+        "subscribers": list(group.subscribers),
+    }
+
+
+def finding(finding: Finding, exact: Exact) -> Json:
+    """Return a finding; ``exact`` fills in what its places leave open."""
+    return {
+        "code": finding.code,
+        "name": finding.name,
+        "source": finding.source,
+        "severity": finding.severity.value,
+        "verdict": None if finding.verdict is None else finding.verdict.value,
+        "message": finding.message,
+        "topic": finding.topic,
+        "more_topics": list(finding.more_topics),
+        "more_codes": list(finding.more_codes),
+        "pairs": finding.pairs,
+        "place": _place(finding.place, exact),
+        "sides": [_side(side, exact) for side in finding.sides],
+        "remedies": [_remedy(remedy, exact) for remedy in finding.remedies],
+        "help": finding.help,
+        "notes": list(finding.notes),
+        "worlds": {world: verdict.value for world, verdict in sorted(finding.worlds.items())},
+        "because": finding.because,
+        "clause": finding.clause,
+        "accepted": finding.accepted,
+    }
+
+
+def _side(side: Side, exact: Exact) -> Json:
+    return {
+        "role": side.role,
+        "label": side.label,
+        "members": list(side.members),
+        "facts": [_fact(fact, exact) for fact in side.facts],
+        "place": _place(side.place, exact),
+        "templates": list(side.templates),
+    }
+
+
+def _fact(fact: Fact, exact: Exact) -> Json:
+    return {
+        "policy": fact.policy,
+        "value": fact.value,
+        "origin": fact.origin,
+        "place": _place(fact.place, exact),
+    }
+
+
+def _remedy(remedy: Remedy, exact: Exact) -> Json:
+    return {
+        "text": remedy.text,
+        "role": remedy.role,
+        "members": list(remedy.members),
+        "policy": remedy.policy,
+        "value": remedy.value,
+        "kind": remedy.kind,
+        "mends": remedy.mends,
+        "breaks": remedy.breaks,
+        "weakens": remedy.weakens,
+        "edits": [_edit(edit, exact) for edit in remedy.edits],
+    }
+
+
+def _edit(edit: Edit, exact: Exact) -> Json:
+    return {"place": _place(edit.place, exact), "attribute": edit.attribute, "old": edit.old, "new": edit.new}
+
+
+def _place(place: Place | None, exact: Exact) -> Json | None:
+    if place is None:
+        return None
+    where = exact(place)
+    return {
+        "source": where.source,
+        "line": where.line,
+        "column": where.column,
+        "element": where.element,
+        "path": where.path,
+    }

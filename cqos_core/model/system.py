@@ -1,0 +1,439 @@
+"""What importers produce: systems of participants, endpoints, topics and bridges, settings still as text.
+
+Everything here is a plain value. Importers fill it, `resolve` reads it, nobody else changes it. Every stated
+thing keeps its `Place`, so that a finding can point at the line it came from.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from typing import Final, Literal
+
+Role = Literal["publisher", "subscriber"]
+PUBLISHER: Role = "publisher"
+SUBSCRIBER: Role = "subscriber"
+MESSAGE: Final = "message"
+"""The kind of an endpoint that is one of a topic, and no end of a service or an action."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where something was stated.
+
+    Attributes:
+        source: file path as given by the caller, or a name such as ``<bytes>``.
+        line, column: one-based; None where the format has none. `column` may be None beside a known line:
+            importers that can only find it by rescanning leave it to the formatter (`cqos_core.model.excerpt`).
+        element: id of the model element (BPMN element id, modeler id), or None.
+        path: dotted path of the property inside the document or element (``participants.drone.publishes``,
+            ``qos:reliability``), or None.
+    """
+
+    source: str
+    line: int | None = None
+    column: int | None = None
+    element: str | None = None
+    path: str | None = None
+
+    def __str__(self) -> str:
+        """``file:line:column (element)``; the path only where there is nothing better."""
+        text = self.source
+        if self.line is not None:
+            text += f":{self.line}"
+            if self.column is not None:
+                text += f":{self.column}"
+        if self.element is not None:
+            text += f" ({self.element})"
+        elif self.line is None and self.path is not None:
+            text += f" ({self.path})"
+        return text
+
+
+@dataclass(frozen=True, slots=True)
+class Cases:
+    """A value that is one of a few, depending on an assumption that one reading shares among all settings that name it.
+
+    ``Cases("what the zeros mean", (("they were chosen", "0"), ("they were never edited", "")))``: an empty text is the default.
+    """
+
+    assumption: str
+    values: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """One stated value, as text in YAML flow spelling (``reliable``, ``2s``, ``[a, b]``, ``{sec: 2, nsec: 0}``).
+
+    Attributes:
+        unknown: why the importer could not read the value (``variable `X` is not set``), or the `Cases` that it may be.
+            The policy is then unknown, and the cause is reported once; `text` is what the file says.
+        derived: a rule pack worked it out; only so does a policy that cannot be stated get a value.
+        reported: code of the note by which the importer reports the cause itself.
+    """
+
+    text: str
+    place: Place | None = None
+    unknown: str | Cases = ""
+    derived: bool = False
+    reported: str = ""
+
+
+Settings = dict[str, Setting]
+"""Settings by the name they were written with; aliases are resolved later, by the pack."""
+EVERY_OTHER: Final = "*"
+"""The name of an unknown setting that stands for every policy which neither the settings beside it nor nearer ones state."""
+
+
+@dataclass(frozen=True, slots=True)
+class Room:
+    """Where a file has room for further settings; the inserter of its format knows how to add them.
+
+    Attributes:
+        place: what the inserter is given.
+        policies: names of those that may be set there; empty: all.
+        restated: the inserter also replaces what is stated there already, and is given values in the words of system files.
+    """
+
+    place: Place
+    policies: tuple[str, ...] = ()
+    restated: bool = False
+
+    def takes(self, policy: str) -> bool:
+        """Whether a policy may be set there."""
+        return not self.policies or policy in self.policies
+
+
+@dataclass(frozen=True, slots=True)
+class Scope:
+    """Which endpoints take a profile where it is named, and what of it.
+
+    Attributes:
+        role: endpoints of this role only; None: of both.
+        topic: shell pattern over the name of the topic.
+        but: patterns of topics whose endpoints take another profile instead.
+        part: which part of an endpoint's settings it is for, in the words of its format (``publisher_qos``). Whatever
+            is named for another part, anywhere below a name that is taken for one, is passed over.
+    """
+
+    role: Role | None = None
+    topic: str = "*"
+    but: tuple[str, ...] = ()
+    part: str | None = None
+
+    @property
+    def by_topic(self) -> bool:
+        """Whether the name of the topic matters."""
+        return self.topic != "*" or bool(self.but)
+
+    def covers(self, role: str, topic: str, part: str | None = None) -> bool:
+        """Whether an endpoint takes the profile, when it looks for values of ``part``, or of all its parts."""
+        return (
+            self.role in {None, role}
+            and (part is None or self.part in {None, part})
+            and (self.topic == "*" or fnmatchcase(topic, self.topic))
+            and not any(fnmatchcase(topic, pattern) for pattern in self.but)
+        )
+
+
+EVERYBODY: Final = Scope()
+
+
+@dataclass(frozen=True, slots=True)
+class ProfileRef:
+    """A profile or preset used by name, where it was named, and who takes it there."""
+
+    name: str
+    place: Place | None = None
+    scope: Scope = EVERYBODY
+
+
+@dataclass(slots=True)
+class Profile:
+    """A named bundle of settings stated in the input; `base` profiles come first, nearer values win."""
+
+    name: str
+    settings: Settings
+    base: tuple[ProfileRef, ...] = ()
+    place: Place | None = None
+    room: Room | None = None
+
+
+@dataclass(slots=True)
+class Topic:
+    """What is stated about a topic as such.
+
+    Attributes:
+        name: as written.
+        settings: topic facts as text: ``type``, ``keyed``, ``period``, ``size``, ``latched`` and whatever a pack declares
+            at topic level.
+        external: somebody outside this system publishes or subscribes here, so a missing partner is no finding.
+        protocol: limits the entry to one protocol; None means any.
+    """
+
+    name: str
+    settings: Settings = field(default_factory=dict)
+    external: bool = False
+    protocol: str | None = None
+    place: Place | None = None
+
+
+def endpoint_id(participant: str, part: str, topic: str) -> str:
+    """Return ``participant/part/topic``, the id of an endpoint that states none; ``part`` is a role or a kind."""
+    return f"{participant}/{part}/{topic.removeprefix('/')}"
+
+
+@dataclass(slots=True, kw_only=True)
+class Endpoint:
+    """One publisher or subscriber.
+
+    Attributes:
+        id: unique in its source: the given one, the BPMN element id, or ``participant/role/topic[#n]``.
+        role: ``publisher`` or ``subscriber``.
+        topic: the topic name or filter as written; None where the input names none (reported, never paired).
+        participant: id of its participant in ``System.participants``.
+        settings: explicit settings.
+        profiles: profiles and presets used, base first; explicit settings win over all of them.
+        overlay: settings laid over everything else, stated beside the endpoint; see also `Overlay`.
+        needs: what the application requires, in the words of DESIGN 8.
+        type: data type name as written, or None when unstated.
+        kind: ``message``, or what a pack derives topics from: ``service_server``, ``service_client``,
+            ``action_server``, ``action_client``.
+        dialect: which of the pack's dialects reads the settings: ``yaml``, ``bpmn``, …
+        observed: reported by a running system or a recording rather than stated by people.
+        external: a missing partner is no finding.
+        topic_is_guess: the topic's name is a guess (an event name, say), worth saying when nothing meets it.
+        starts_after: ids of endpoints or participants that are up before this one.
+        template: the id before ``instances:`` were multiplied out; findings stay grouped by it.
+        alternative: any one of the endpoints of this template may be the one that there is, so that one without a partner is
+            no finding while another has one.
+        protocol: overrides the participant's.
+        label: a person's name for the endpoint (the BPMN event's name), for messages.
+        room: where its file has room for further settings.
+    """
+
+    id: str
+    role: Role
+    topic: str | None
+    participant: str
+    settings: Settings = field(default_factory=dict)
+    profiles: tuple[ProfileRef, ...] = ()
+    overlay: Settings = field(default_factory=dict)
+    needs: Settings = field(default_factory=dict)
+    type: str | None = None
+    kind: str = "message"
+    dialect: str = "yaml"
+    observed: bool = False
+    external: bool = False
+    topic_is_guess: bool = False
+    starts_after: tuple[str, ...] = ()
+    template: str | None = None
+    alternative: bool = False
+    protocol: str | None = None
+    label: str | None = None
+    place: Place | None = None
+    room: Room | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Overlay:
+    """Settings from another file that are laid over everything an endpoint states itself.
+
+    Attributes:
+        name: what messages call it: ``qos_overrides``, ``Fast DDS profile scan_writer``.
+        settings: what it sets.
+        role: which endpoints it covers; None for both.
+        topic: shell pattern over the resolved topic name.
+        participant: pattern over the participant's address or id, as the pack reads it (see `cqos_core.packs.pack.Meeting`).
+        entity: id of the one endpoint among several of its kind that it covers; None: all of them.
+        protocol: pack id.
+        when: option and value under which it holds, for instance ``("rmw", "fastdds")``; None: always.
+        fills: words that it gives a meaning to. It then takes the place only of values that are stated as one of them
+            (``system_default``), or as a zero that stands for one; empty: of every value.
+        dialect: which of the pack's dialects reads the settings.
+    """
+
+    name: str
+    settings: Settings
+    role: Role | None = None
+    topic: str = "*"
+    participant: str = "*"
+    entity: str | None = None
+    protocol: str | None = None
+    when: tuple[str, str] | None = None
+    fills: tuple[str, ...] = ()
+    dialect: str = "yaml"
+    place: Place | None = None
+    room: Room | None = None
+
+
+@dataclass(slots=True)
+class Participant:
+    """Who takes part: ROS node, DDS participant, MQTT client, BPMN pool.
+
+    Attributes:
+        id: unique in the system.
+        protocol: pack id, or None for the system's.
+        settings: participant-level settings as text: connection fields and per-participant options that a pack
+            declares (``rmw``, ``domain``, ``namespace``, ``broker`` …), by the name they were written with.
+        remap: topic renames, from → to, as written.
+        starts_after: ids of participants that are up before this one.
+        room: as that of endpoints.
+        groups: words under which it groups endpoints (``publishers``), of those in `RulePack.groups`, each with its place.
+    """
+
+    id: str
+    protocol: str | None = None
+    settings: Settings = field(default_factory=dict)
+    remap: dict[str, str] = field(default_factory=dict)
+    external: bool = False
+    starts_after: tuple[str, ...] = ()
+    template: str | None = None
+    label: str | None = None
+    place: Place | None = None
+    room: Room | None = None
+    groups: dict[str, Place] = field(default_factory=dict)
+
+
+@dataclass(slots=True)
+class Broker:
+    """An intermediary that participants connect to, with its capabilities as text settings.
+
+    Attributes:
+        addresses: how files that are read together with its own may name it, as ``host:port``; ``localhost`` stands for every
+            name of the same machine, ``*`` for any host.
+    """
+
+    id: str
+    protocol: str | None = None
+    settings: Settings = field(default_factory=dict)
+    profiles: tuple[ProfileRef, ...] = ()
+    place: Place | None = None
+    addresses: tuple[str, ...] = ()
+    room: Room | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Route:
+    """One way over a bridge: what it subscribes to, and what it publishes that as.
+
+    Both ends are endpoints of participants of the system, whose ids may be empty. Where the topic of ``source`` has a
+    ``*``, there is such a way for every topic that matches, and the ``*`` in the topic of ``target`` stands for the same.
+    With servers as ``source`` and clients as ``target`` it carries calls, and replies back. A target without a topic has that of the source.
+
+    Attributes:
+        only: regular expressions, of which one has to match the whole name that a ``*`` of the source stands in for; none:
+            every name is carried.
+        but: those of names that are not carried.
+    """
+
+    source: Endpoint
+    target: Endpoint
+    place: Place | None = None
+    only: tuple[str, ...] = ()
+    but: tuple[str, ...] = ()
+
+
+@dataclass(slots=True)
+class Bridge:
+    """Subscribes on one side and publishes on the other, perhaps in another protocol.
+
+    Attributes:
+        id: unique in the system.
+        routes: what it carries.
+        carries: what else it carries on beside samples: ``liveliness``, where it ends its publications with their source;
+            ``own``, where what it publishes on one side comes back to it there.
+    """
+
+    id: str
+    routes: tuple[Route, ...] = ()
+    carries: tuple[str, ...] = ()
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """What a team rule demands of one policy: ``exactly``, ``at_least``, ``at_most``, ``one_of`` or ``not``."""
+
+    policy: str
+    relation: Literal["exactly", "at_least", "at_most", "one_of", "not"]
+    values: tuple[str, ...]
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class TeamRule:
+    """One entry of ``checks:``: where it applies, what it requires, and why.
+
+    ``where`` maps ``role``, ``topic``, ``participant``, ``protocol``, ``type`` or ``id`` to a shell pattern.
+    ``sentence`` is the text form of a full sentence, for what bounds cannot say.
+    """
+
+    name: str
+    where: tuple[tuple[str, str], ...]
+    require: tuple[Bound, ...]
+    because: str
+    sentence: str | None = None
+    severity: Literal["error", "warning", "note"] = "error"
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Acceptance:
+    """One entry of ``accept:``: a known exception. ``until`` is an ISO date after which it no longer holds."""
+
+    rule: str
+    because: str
+    topic: str | None = None
+    endpoint: str | None = None
+    until: str | None = None
+    place: Place | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ImportNote:
+    """Something an importer has to say that is no reason to stop: a skipped part, a guess, a trap."""
+
+    code: str
+    severity: Literal["error", "warning", "note"]
+    message: str
+    place: Place | None = None
+    help: str | None = None
+    endpoint: str | None = None
+
+
+@dataclass(slots=True)
+class System:
+    """Everything one check looks at.
+
+    Attributes:
+        name: for the report.
+        protocol: default protocol of participants, or None.
+        options: option settings by pack id: ``{"ros2": {"rmw": Setting("cyclonedds")}}``.
+        severities: rule code or name to ``error``, ``warning``, ``note`` or ``off``.
+        sources: the files read, in order, with their bytes, from which formatters cut excerpts.
+        partial: it is a part of a system, so an endpoint without partner is no reason for a warning.
+        hypothetical: its endpoints were made to try profiles that none uses, so its pairs set no verdict.
+    """
+
+    name: str = ""
+    protocol: str | None = None
+    options: dict[str, Settings] = field(default_factory=dict)
+    profiles: dict[str, Profile] = field(default_factory=dict)
+    topics: dict[str, Topic] = field(default_factory=dict)
+    participants: dict[str, Participant] = field(default_factory=dict)
+    endpoints: list[Endpoint] = field(default_factory=list)
+    overlays: list[Overlay] = field(default_factory=list)
+    brokers: dict[str, Broker] = field(default_factory=dict)
+    bridges: dict[str, Bridge] = field(default_factory=dict)
+    checks: list[TeamRule] = field(default_factory=list)
+    accept: list[Acceptance] = field(default_factory=list)
+    severities: dict[str, str] = field(default_factory=dict)
+    notes: list[ImportNote] = field(default_factory=list)
+    sources: dict[str, bytes] = field(default_factory=dict)
+    partial: bool = False
+    hypothetical: bool = False
+
+
+NAMED: Final = {"participants": "id", "profiles": "name", "topics": "name", "brokers": "id", "bridges": "id"}
+"""The entries of a system that have a name, and the attribute with the name."""

@@ -1,0 +1,540 @@
+"""Rule packs written as YAML: the same value as a pack written in Python, read from a file.
+
+The form is described by the pydantic models below; ``docs/packs.md`` explains it with an example. Sentences are text in
+the language of `cqos_core.language.expression`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from cqos_core.importers.forms import described
+from cqos_core.importers.reading import Reading, did_you_mean, listed
+from cqos_core.importers.tree import MappingNode, SequenceNode, flag, is_null, whole_number
+from cqos_core.importers.yaml_tree import read_tree
+from cqos_core.language.evaluate import terms
+from cqos_core.language.expression import parse, parse_value
+from cqos_core.language.policy import (
+    Anything,
+    ByOption,
+    Choice,
+    Count,
+    Domain,
+    Duration,
+    Flag,
+    FromPeers,
+    Meaning,
+    Names,
+    PerRole,
+    Policy,
+    Text,
+)
+from cqos_core.model.problems import InputError, PackError, Problem, SentenceError
+from cqos_core.model.system import Place
+from cqos_core.packs.guarantee import LINK, NEEDS, TAKEN_EVERY, Unaffected, gives
+from cqos_core.packs.pack import Convention, Dialect, Meeting, Preset, RulePack
+from cqos_core.packs.rule import Rule
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from cqos_core.importers.source import Source
+    from cqos_core.importers.tree import Node
+    from cqos_core.packs.rule import SeverityName
+
+Scalar: TypeAlias = str | int | bool
+RoleName: TypeAlias = Literal["publisher", "subscriber"]
+Word: TypeAlias = Literal[
+    "latest", "loss_free", "duplicate_free", "ordered", "late_join", "offline", "max_age", "max_gap", "liveness"
+]
+Fault: TypeAlias = Literal["link_outage", "subscriber_restart", "publisher_restart", "broker_stop", "broker_crash"]
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, coerce_numbers_to_str=True)
+
+
+class FromPeersModel(_Model):
+    """``{from_peers: strongest_if_all, alone: reliable}``; ``side: first`` is for what bridges copy."""
+
+    from_peers: Literal["any", "constant", "strongest_if_all", "strongest_if_any", "largest_stated", "smallest_stated"]
+    alone: str
+    waits: bool = False
+    side: Literal["peers", "publishers", "subscribers", "first"] = "peers"
+
+
+class PerRoleModel(_Model):
+    """``{publisher: …, subscriber: …}``."""
+
+    publisher: MeaningModel
+    subscriber: MeaningModel
+
+
+class ByOptionModel(_Model):
+    """``{by_option: rmw, cases: {fastdds: …}, otherwise: …}``."""
+
+    by_option: str
+    cases: dict[str, MeaningModel] = Field(default_factory=dict)
+    otherwise: MeaningModel | None = None
+
+
+class UnknownModel(_Model):
+    """``{unknown: why it is not known}``."""
+
+    unknown: str
+
+
+MeaningModel: TypeAlias = str | FromPeersModel | PerRoleModel | ByOptionModel | UnknownModel
+
+
+class PolicyModel(_Model):
+    """One policy; ``kind`` says which of the other keys apply."""
+
+    kind: Literal["choice", "duration", "count", "flag", "names", "text"]
+    values: list[str] = Field(default_factory=list)
+    ordered: bool = True
+    synonyms: dict[str, str] = Field(default_factory=dict)
+    affixes: list[str] = Field(default_factory=list)
+    minimum: int = 0
+    maximum: int = 2**31 - 1
+    unlimited: list[str] = Field(default_factory=list)
+    unit: str = ""
+    default: Scalar | dict[Literal["publisher", "subscriber"], Scalar] | None = None
+    doc: str = ""
+    clause: str = ""
+    level: Literal["endpoint", "topic", "participant", "broker", "option"] = "endpoint"
+    roles: list[RoleName] = Field(default_factory=lambda: list[RoleName](("publisher", "subscriber")))
+    aliases: list[str] = Field(default_factory=list)
+    words: dict[str, MeaningModel] = Field(default_factory=dict)
+    zero: str | None = None
+    enforced: dict[str, dict[str, Literal["yes", "unmatched", "no"]]] = Field(default_factory=dict)
+    promise: bool = False
+    stronger: Literal["higher", "lower", ""] = ""
+    derived: bool = False
+    assume: list[str] = Field(default_factory=list)
+    fallback: str | None = None
+
+    @model_validator(mode="after")
+    def _values_with_choice(self) -> PolicyModel:
+        if (self.kind == "choice") != bool(self.values):
+            raise ValueError("a choice lists its `values`, weakest first, and only a choice does")
+        return self
+
+
+class RuleModel(_Model):
+    """One rule: exactly one of ``requires``, ``forbids`` and ``meets`` holds its sentence, or ``gives`` a word of guarantees."""
+
+    requires: str | None = None
+    forbids: str | None = None
+    meets: str | None = None
+    gives: Word | None = None
+    what: str | None = None
+    survives: Fault | None = None
+    code: str
+    name: str
+    because: str
+    clause: str = ""
+    severity: Literal["error", "warning", "note"] | ByOptionModel | None = None
+    says: str = ""
+    role: Literal["publisher", "subscriber", ""] = ""
+    doubt: bool = False
+    creation: bool = False
+    always: bool = False
+    fixes: list[str] = Field(default_factory=list)
+    help: str = ""
+    aliases: list[str] = Field(default_factory=list)
+
+    @model_validator(mode="after")
+    def _one_sentence(self) -> RuleModel:
+        if sum(each is not None for each in (self.requires, self.forbids, self.meets, self.gives)) != 1:
+            raise ValueError("a rule has exactly one of `requires`, `forbids`, `meets` and `gives`")
+        other = {"what", "survives"} if self.gives is None else self.model_fields_set - _OF_GUARANTEES
+        if wrong := sorted(self.model_fields_set & other):
+            which = "only a rule with `gives` has" if self.gives is None else "a rule with `gives` has no"
+            raise ValueError(f"{which} `{wrong[0]}`")
+        return self
+
+
+_OF_GUARANTEES: Final = frozenset(
+    ("gives", "what", "survives", "code", "name", "because", "clause", "doubt", "fixes", "help", "aliases")
+)
+
+
+class UnaffectedModel(_Model):
+    """A guarantee that faults leave as it is."""
+
+    guarantee: Word
+    faults: list[Fault]
+    because: str
+    clause: str
+
+
+class PresetModel(_Model):
+    """One preset."""
+
+    settings: dict[str, Scalar]
+    doc: str = ""
+    needs: dict[str, str] | None = Field(default=None, max_length=1)
+    aliases: list[str] = Field(default_factory=list)
+    level: Literal["endpoint", "broker"] = "endpoint"
+
+
+class ConventionModel(_Model):
+    """Facts about well-known topics."""
+
+    pattern: str
+    settings: dict[str, Scalar] = Field(default_factory=dict)
+    external: bool = False
+    doc: str = ""
+
+
+class DialectModel(_Model):
+    """How one kind of file writes the settings."""
+
+    names: dict[str, str] = Field(default_factory=dict)
+    codes: dict[str, dict[str, str]] = Field(default_factory=dict)
+    bare_unit: str | None = None
+    zero_is_unset: bool = False
+    ignore: list[str] = Field(default_factory=list)
+
+
+class PackModel(_Model):
+    """A rule pack file."""
+
+    cqos_pack: Literal[1]
+    id: str = Field(pattern=r"^[a-z][a-z0-9_]*$")
+    title: str
+    summary: str = ""
+    source: str = ""
+    policies: dict[str, PolicyModel]
+    rules: list[RuleModel]
+    presets: dict[str, PresetModel] = Field(default_factory=dict)
+    base_preset: str | None = None
+    dialects: dict[str, DialectModel] = Field(default_factory=dict)
+    conventions: list[ConventionModel] = Field(default_factory=list)
+    not_checked: list[str] = Field(default_factory=list)
+    unaffected: list[UnaffectedModel] = Field(default_factory=list)
+
+
+for _model in (PerRoleModel, ByOptionModel, PolicyModel, PackModel):
+    _model.model_rebuild()
+
+
+def read_pack(source: Source) -> RulePack:
+    """Read a rule pack file.
+
+    Raises:
+        InputError: it is no YAML or no pack; every problem is listed with its line.
+    """
+    problems: list[Problem] = []
+    reading = Reading(source, problems, [])
+    documents = read_tree(reading).documents
+    if problems or len(documents) != 1:
+        raise InputError(problems or [Problem("CQ009", "a rule pack file holds one document", Place(source.name))])
+    try:
+        model = PackModel.model_validate(_plain(documents[0]))
+    except ValidationError as error:
+        raise InputError(list(_mistakes(error.errors(), documents[0], reading))) from None
+    return _build(model, documents[0], reading)
+
+
+def _plain(node: Node) -> Any:
+    """The node as Python values: text, whole numbers, flags, None, lists and maps."""
+    if isinstance(node, MappingNode):
+        return {key: _plain(value) for key, (_, value) in node.entries.items()}
+    if isinstance(node, SequenceNode):
+        return [_plain(item) for item in node.items]
+    if is_null(node):
+        return None
+    truth, number = flag(node), whole_number(node)
+    return truth if truth is not None else number if number is not None else node.text
+
+
+def _at(location: tuple[int | str, ...], root: Node) -> Node:
+    """The innermost node that a pydantic location names; parts that name types are passed over."""
+    node = root
+    for part in location:
+        if isinstance(node, MappingNode) and isinstance(part, str) and part in node.entries:
+            node = node.entries[part][1]
+        elif isinstance(node, SequenceNode) and isinstance(part, int) and part < len(node.items):
+            node = node.items[part]
+    return node
+
+
+_FORMS: Final = {each.__name__: each for each in (FromPeersModel, PerRoleModel, ByOptionModel, UnknownModel)}
+_KINDS: Final = {"str": "a text", "int": "a number", "bool": "a flag"}
+_EXPECTED: Final = {
+    "string_type": "a text",
+    "int_type": "a whole number",
+    "int_parsing": "a whole number",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+    "list_type": "a list",
+    "dict_type": "a map",
+    "model_type": "a map",
+}
+"""What pydantic misses, by its type of error."""
+
+
+def _mistakes(errors: Sequence[Any], root: Node, reading: Reading) -> Iterator[Problem]:
+    """Yield what pydantic found in the words of all other files; of a value with several forms one problem."""
+    choices: dict[tuple[int | str, ...], list[str]] = {}
+    chosen = set()
+    for error in errors:
+        location = error["loc"]
+        depth = _depth(location, root)
+        rest = location[depth:]
+        if not rest or (len(rest) == 1 and error["type"] == "missing"):
+            yield _located(error, location, root, reading)
+        elif rest[0] in _FORMS and _begins(rest[0], _at(location[:depth], root)):
+            chosen.add(location[:depth])
+            yield _located(error, (*location[:depth], *rest[1:]), root, reading)
+        else:
+            choices.setdefault(location[:depth], []).append(str(rest[0]))
+    for location, forms in choices.items():
+        node = _at(location, root)
+        if location not in chosen:
+            allowed = listed(dict.fromkeys(_form(each) for each in forms))
+            message = f"{_called(location)} must be {allowed}, found {described(node)}"
+            yield Problem("CQ009", message, reading.place(node))
+
+
+def _depth(location: tuple[int | str, ...], root: Node) -> int:
+    """How many parts of a pydantic location stand in the file; what follows is missing there, or names a form."""
+    node = root
+    for depth, part in enumerate(location):
+        if isinstance(node, MappingNode) and part in node.entries:
+            node = node.entries[str(part)][1]
+        elif isinstance(node, SequenceNode) and isinstance(part, int) and part < len(node.items):
+            node = node.items[part]
+        else:
+            return depth
+    return len(location)
+
+
+def _begins(form: str, node: Node) -> bool:
+    """Whether a map is meant to be of this form: it has its first key."""
+    return isinstance(node, MappingNode) and next(iter(_FORMS[form].model_fields)) in node.entries
+
+
+def _form(name: str) -> str:
+    if name in _FORMS:
+        return f"a map with `{next(iter(_FORMS[name].model_fields))}`"
+    return _KINDS.get(name, "a map")
+
+
+def _called(location: tuple[int | str, ...]) -> str:
+    return f"`{'.'.join(str(part) for part in location)}`" if location else "a rule pack"
+
+
+def _located(error: Any, location: tuple[int | str, ...], root: Node, reading: Reading) -> Problem:
+    node = _at(location, root)
+    if error["type"] == "extra_forbidden":
+        parent = _at(location[:-1], root)
+        key = parent.entries[str(location[-1])][0] if isinstance(parent, MappingNode) else parent
+        known = _fields_at(location[:-1])
+        message = f"`{location[-1]}` is no key here{did_you_mean(str(location[-1]), known)}"
+        return Problem("CQ006", message, reading.place(key), f"known: {', '.join(known)}" if known else None)
+    if error["type"] == "missing":
+        return Problem("CQ010", f"{_called(location[:-1])} lacks the key `{location[-1]}`", reading.place(node))
+    if error["type"] == "value_error":
+        return Problem("CQ011", f"{_called(location)}: {error['ctx']['error']}", reading.place(node))
+    if error["type"] == "literal_error":
+        allowed = error["ctx"]["expected"].replace("'", "`")
+        return Problem("CQ011", f"{_called(location)} must be {allowed}, found {described(node)}", reading.place(node))
+    expected = _EXPECTED.get(error["type"])
+    if expected is not None:
+        return Problem("CQ009", f"{_called(location)} must be {expected}, found {described(node)}", reading.place(node))
+    return Problem("CQ011", f"{_called(location)}: {error['msg']}", reading.place(node))
+
+
+def _fields_at(location: tuple[int | str, ...]) -> tuple[str, ...]:
+    """Keys that may stand where an unknown one was found."""
+    models: dict[str, type[_Model]] = {
+        "policies": PolicyModel,
+        "rules": RuleModel,
+        "presets": PresetModel,
+        "dialects": DialectModel,
+        "conventions": ConventionModel,
+        "unaffected": UnaffectedModel,
+    }
+    model = models.get(str(location[0])) if location else PackModel
+    return tuple(model.model_fields) if model is not None else ()
+
+
+def _build(model: PackModel, root: Node, reading: Reading) -> RulePack:
+    problems: list[Problem] = []
+    rules = []
+    for index, each in enumerate(model.rules):
+        try:
+            rules.append(_rule(each))
+        except (SentenceError, PackError) as error:
+            problems.append(Problem("CQ011", str(error), reading.place(_at(("rules", index), root))))
+    if problems:
+        raise InputError(problems)
+    try:
+        return RulePack(
+            id=model.id,
+            title=model.title,
+            summary=model.summary,
+            source=model.source,
+            policies=(
+                *(_policy(name, policy) for name, policy in model.policies.items()),
+                *_policies_of_guarantees(model, rules),
+            ),
+            rules=tuple(rules),
+            presets={name: _preset(preset) for name, preset in model.presets.items()},
+            base_preset=model.base_preset,
+            dialects={name: _dialect(dialect) for name, dialect in model.dialects.items()},
+            conventions=tuple(
+                Convention(each.pattern, _texts(each.settings), each.external, each.doc) for each in model.conventions
+            ),
+            meeting=Meeting(),
+            not_checked=tuple(model.not_checked),
+            unaffected=tuple(
+                Unaffected(each.guarantee, tuple(each.faults), each.because, each.clause) for each in model.unaffected
+            ),
+        )
+    except PackError as error:
+        codes = [rule.code for rule in model.rules]
+        raise InputError(
+            [Problem("CQ011", message, reading.place(_at(_steps(at, codes), root))) for at, message in error.mistakes]
+        ) from None
+
+
+def _steps(at: tuple[str, ...], codes: list[str]) -> tuple[int | str, ...]:
+    """Where a mistake stands in the file: its rules are a list, from which the last of a code is meant."""
+    if at[:1] == ("rules",) and at[1] in codes:
+        return ("rules", len(codes) - 1 - codes[::-1].index(at[1]))
+    return at
+
+
+def _texts(settings: dict[str, Scalar]) -> dict[str, str]:
+    return {name: _text(value) for name, value in settings.items()}
+
+
+def _text(value: Scalar) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _policies_of_guarantees(model: PackModel, rules: Sequence[Rule]) -> Iterator[Policy]:
+    """Yield the policies that rules about guarantees bring with them."""
+    if any(rule.guarantee for rule in rules):
+        yield from NEEDS
+    named = {term.name for rule in rules for term, _ in terms(rule.sentence)}
+    if TAKEN_EVERY.name in named - model.policies.keys():
+        yield TAKEN_EVERY
+
+
+def _guarantee(model: RuleModel, word: str) -> Rule:
+    return gives(
+        word,
+        None if model.what is None else parse_value(model.what),
+        code=model.code,
+        name=model.name,
+        because=model.because,
+        clause=model.clause,
+        survives=model.survives or LINK,
+        doubt=model.doubt,
+        fixes=tuple(model.fixes),
+        help=model.help,
+        aliases=tuple(model.aliases),
+    )
+
+
+def _rule(model: RuleModel) -> Rule:
+    if model.gives is not None:
+        return _guarantee(model, model.gives)
+    kind: Literal["requires", "forbids", "meets"] = (
+        "requires" if model.requires is not None else "forbids" if model.forbids is not None else "meets"
+    )
+    sentence = model.requires or model.forbids or model.meets or ""
+    return Rule(
+        sentence=parse(sentence),
+        kind=kind,
+        code=model.code,
+        name=model.name,
+        because=model.because,
+        clause=model.clause,
+        severity=_severity(model, kind),
+        says=model.says,
+        role=model.role,
+        doubt=model.doubt,
+        creation=model.creation,
+        always=model.always,
+        fixes=tuple(model.fixes),
+        help=model.help,
+        aliases=tuple(model.aliases),
+    )
+
+
+def _severity(model: RuleModel, kind: str) -> SeverityName | ByOption:
+    if isinstance(model.severity, ByOptionModel):
+        return _meaning(model.severity)  # type: ignore[return-value]
+    return model.severity or ("error" if kind == "requires" else "warning")
+
+
+def _policy(name: str, model: PolicyModel) -> Policy:
+    default = model.default
+    return Policy(
+        name=name,
+        domain=_domain(model),
+        default={str(role): _text(text) for role, text in default.items()}
+        if isinstance(default, dict)
+        else None
+        if default is None
+        else _text(default),
+        doc=model.doc,
+        clause=model.clause,
+        level=model.level,
+        roles=tuple(model.roles),
+        aliases=tuple(model.aliases),
+        words={word: _meaning(meaning) for word, meaning in model.words.items()},
+        zero=model.zero,
+        enforced=model.enforced,
+        promise=model.promise,
+        stronger=model.stronger,
+        derived=model.derived,
+        assume=tuple(model.assume),
+        fallback=model.fallback,
+    )
+
+
+def _domain(model: PolicyModel) -> Domain:
+    match model.kind:
+        case "choice":
+            return Choice(*model.values, ordered=model.ordered, affixes=tuple(model.affixes), synonyms=model.synonyms)
+        case "duration":
+            return Duration(bare_unit=model.unit or None)
+        case "count":
+            return Count(model.minimum, model.maximum, unlimited=tuple(model.unlimited), unit=model.unit)
+        case "flag":
+            return Flag()
+        case "names":
+            return Names()
+    return Text()
+
+
+def _meaning(model: MeaningModel) -> Meaning:
+    match model:
+        case FromPeersModel():
+            return FromPeers(model.alone, model.from_peers, model.waits, model.side)
+        case PerRoleModel():
+            return PerRole(_meaning(model.publisher), _meaning(model.subscriber))
+        case ByOptionModel():
+            cases = tuple((name, _meaning(meaning)) for name, meaning in model.cases.items())
+            return ByOption(model.by_option, cases, None if model.otherwise is None else _meaning(model.otherwise))
+        case UnknownModel():
+            return Anything(model.unknown)
+    return model
+
+
+def _preset(model: PresetModel) -> Preset:
+    needs = next(iter(model.needs.items())) if model.needs else None
+    return Preset(_texts(model.settings), model.doc, needs, tuple(model.aliases), model.level)
+
+
+def _dialect(model: DialectModel) -> Dialect:
+    return Dialect(model.names, model.codes, model.bare_unit, model.zero_is_unset, frozenset(model.ignore))

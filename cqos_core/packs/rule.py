@@ -1,0 +1,165 @@
+"""Rules: a sentence with a permanent code, a name, a reason and a clause. Rules are values; nothing here judges."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal
+
+from cqos_core.model.problems import PackError
+
+if TYPE_CHECKING:
+    from cqos_core.language.expression import Sentence
+    from cqos_core.language.policy import ByOption
+
+Kind = Literal["requires", "forbids", "meets"]
+SeverityName = Literal["error", "warning", "note"]
+SEVERITIES: Final = ("error", "warning", "note")
+
+_CODE: Final = re.compile(r"[A-Z]{2,8}\d{3}")
+_NAME: Final = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """One rule of a pack.
+
+    Attributes:
+        sentence: what is required or forbidden; the rule's scope follows from its terms.
+        kind: ``requires`` speaks when the sentence is false, and is unknown when the sentence is; ``forbids`` speaks only when it
+            is definitely true; ``meets`` is a condition for two endpoints to form a pair at all.
+        code: permanent, pack prefix and three digits.
+        name: the bad pattern in kebab case, so that "allow *name*" reads well.
+        because: why it matters, a clause that can follow a colon; without a final stop.
+        clause: where the standard (or the source of the practice) says so.
+        severity: when it speaks; an unknown ``requires`` is a warning whatever this says. Where it depends on an option,
+            ``by_option("strictness", lax="note", strict="error")``: for values not listed the rule is not checked.
+        says: the headline, with ``{publisher}``, ``{subscriber}``, ``{endpoint}``, ``{topic}`` and policy names (``{durability}``,
+            ``{offered depth}``) replaced; empty: derived from the values and ``because``.
+        role: limits an endpoint rule to ``publisher`` or ``subscriber``; empty: as the terms say.
+        doubt: a false ``requires`` makes the pair unknown rather than incompatible.
+        creation: about creating an endpoint, so not asked of observed ones.
+        always: a ``meets`` rule that speaks of every pair it keeps apart, not only where an endpoint is left alone.
+        fixes: policies offered as remedies, ``requested depth`` where only the subscriber's is; empty: every endpoint policy
+            of the sentence.
+        help: what to do where no remedy can be computed.
+        aliases: former codes and names.
+        guarantee: the word whose guarantee rests on it (`cqos_core.packs.guarantee`); it then speaks of pairs that fit, and only
+            where that is needed.
+        survives: the fault that the guarantee then survives, in a word of `cqos_core.packs.guarantee.faults_of`.
+    """
+
+    sentence: Sentence
+    kind: Kind
+    code: str
+    name: str
+    because: str
+    clause: str = ""
+    severity: SeverityName | ByOption = "error"
+    says: str = ""
+    role: str = ""
+    doubt: bool = False
+    creation: bool = False
+    always: bool = False
+    fixes: tuple[str, ...] = ()
+    help: str = ""
+    aliases: tuple[str, ...] = ()
+    guarantee: str = ""
+    survives: str = "link"
+
+    def __post_init__(self) -> None:
+        """Refuse malformed metadata where it is written, not where it is shown."""
+        if not _CODE.fullmatch(self.code):
+            message = f"rule code `{self.code}` must be 2 to 8 capitals and three digits, for instance ROS101"
+            raise PackError(message)
+        if not _NAME.fullmatch(self.name):
+            message = f"rule {self.code}: name `{self.name}` must be the bad pattern in kebab case"
+            raise PackError(message)
+        if not self.because or self.because.endswith("."):
+            message = f"rule {self.code}: `because` must be a reason without a final stop"
+            raise PackError(message)
+        if isinstance(self.severity, str) and self.severity not in SEVERITIES:
+            message = f"rule {self.code}: severity `{self.severity}` must be error, warning or note"
+            raise PackError(message)
+
+
+def requires(
+    sentence: Sentence,
+    *,
+    code: str,
+    name: str,
+    because: str,
+    clause: str = "",
+    severity: SeverityName | ByOption = "error",
+    says: str = "",
+    role: str = "",
+    doubt: bool = False,
+    creation: bool = False,
+    fixes: tuple[str, ...] = (),
+    help: str = "",  # noqa: A002 - the field's name
+    aliases: tuple[str, ...] = (),
+) -> Rule:
+    """Make a rule that speaks when ``sentence`` is false; see `Rule` for the parts."""
+    return Rule(
+        sentence,
+        "requires",
+        code,
+        name,
+        because,
+        clause,
+        severity,
+        says,
+        role,
+        doubt=doubt,
+        creation=creation,
+        fixes=fixes,
+        help=help,
+        aliases=aliases,
+    )
+
+
+def forbids(
+    sentence: Sentence,
+    *,
+    code: str,
+    name: str,
+    because: str,
+    clause: str = "",
+    severity: SeverityName | ByOption = "warning",
+    says: str = "",
+    role: str = "",
+    creation: bool = False,
+    fixes: tuple[str, ...] = (),
+    help: str = "",  # noqa: A002 - the field's name
+    aliases: tuple[str, ...] = (),
+) -> Rule:
+    """Make a rule that speaks when ``sentence`` is definitely true; see `Rule` for the parts."""
+    return Rule(
+        sentence,
+        "forbids",
+        code,
+        name,
+        because,
+        clause,
+        severity,
+        says,
+        role,
+        creation=creation,
+        fixes=fixes,
+        help=help,
+        aliases=aliases,
+    )
+
+
+def meets(
+    sentence: Sentence,
+    *,
+    code: str,
+    name: str,
+    because: str,
+    clause: str = "",
+    severity: SeverityName = "warning",
+    always: bool = False,
+) -> Rule:
+    """Make a condition for meeting: where ``sentence`` is false two endpoints on one topic form no pair."""
+    return Rule(sentence, "meets", code, name, because, clause, severity, always=always)

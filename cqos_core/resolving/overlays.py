@@ -1,0 +1,156 @@
+"""Overlays: settings from other files that are laid over what endpoints state themselves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from cqos_core.language.name_index import NameIndex
+from cqos_core.language.policy import ENDPOINT, Depends, is_plain
+from cqos_core.model.report import Severity
+from cqos_core.resolving.resolved import Layer
+from cqos_core.resolving.values import word_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from cqos_core.model.system import Endpoint, Overlay, System
+    from cqos_core.packs.pack import Naming, RulePack
+    from cqos_core.resolving.reader import Reader
+    from cqos_core.resolving.resolved import ResolvedParticipant, Stated
+
+
+class Overlays:
+    """The overlays of one system, told by their positions.
+
+    Attributes:
+        used: those that cover somebody.
+    """
+
+    def __init__(self, system: System, reader: Reader) -> None:
+        """Read the overlays of ``system`` with ``reader``."""
+        self._system = system
+        self._reader = reader
+        self._by_topic = NameIndex((overlay.topic, index) for index, overlay in enumerate(system.overlays))
+        self.used: set[int] = set()
+        self._laid: set[int] = set()
+        self._layers: dict[tuple[int, int], Layer] = {}
+        self._took_effect: set[tuple[int, int]] = set()
+        self._gave_way: dict[tuple[int, int], tuple[str, Stated]] = {}
+
+    def covering(self, endpoint: Endpoint, naming: Naming | None, participant: ResolvedParticipant) -> Iterator[int]:
+        """Yield the indices of the overlays that cover an endpoint; what was observed is so, whatever files say."""
+        pack = participant.pack
+        covers = pack.meeting.covers
+        addresses = (pack.meeting.address(endpoint.participant, participant.texts), endpoint.participant)
+        topics = (naming.key or naming.shown, naming.shown) if naming is not None else ()
+        for index in self._by_topic.matching(*topics):
+            overlay = self._system.overlays[index]
+            if (
+                overlay.protocol in {None, pack.id}
+                and overlay.role in {None, endpoint.role}
+                and any(covers(overlay.participant, address) for address in addresses)
+                and (overlay.entity is None or overlay.entity == endpoint.id)
+                and self._holds(overlay, participant) is not False
+            ):
+                self.used.add(index)
+                if not endpoint.observed:
+                    self._laid.add(index)
+                    yield index
+
+    def _holds(self, overlay: Overlay, participant: ResolvedParticipant) -> bool | None:
+        """Whether the option under which an overlay holds has its value; None where that is not known."""
+        if overlay.when is None:
+            return True
+        option, wanted = overlay.when
+        pack = participant.pack
+        index = pack.vocabulary.indices.get(("option", option))
+        if index is None:
+            return False
+        value, expected = participant.values[index], pack.policies[index].domain.parse(wanted)
+        if isinstance(value, Depends):
+            return None if any(case == expected for _, case in value.cases) else False
+        return value == expected if is_plain(value) else None
+
+    def lay(
+        self, layers: Sequence[Layer], overlays: Sequence[int], participant: ResolvedParticipant
+    ) -> tuple[list[Layer], dict[tuple[str, str], list[Layer]]]:
+        """Return ``layers`` with the overlays that hold, and those that hold under a value of an option not known."""
+        own, *beneath = layers
+        covering = [(index, self._system.overlays[index]) for index in overlays]
+        over = [
+            self._layer(index, participant.pack)
+            for index, overlay in reversed(covering)
+            if not overlay.fills and self._holds(overlay, participant)
+        ]
+        stated = [own, *over, *beneath]
+        certain = list(stated)
+        possible: dict[tuple[str, str], list[Layer]] = {}
+        for index, overlay in covering:
+            layer = self._layer(index, participant.pack)
+            if overlay.fills:
+                layer = self._filling(index, layer, stated, participant.pack)
+            if not self._holds(overlay, participant):
+                possible.setdefault(overlay.when or ("", ""), []).insert(0, layer)
+            elif overlay.fills:
+                certain.insert(0, layer)
+        return certain, possible
+
+    def _filling(self, overlay: int, layer: Layer, stated: Sequence[Layer], pack: RulePack) -> Layer:
+        """Return what an overlay sets where ``stated`` leaves it to others; to all else it gives way."""
+        fills = self._system.overlays[overlay].fills
+        taken = {}
+        for index, setting in layer.settings.items():
+            policy = pack.policies[index]
+            found = next((one.settings[index].text for one in stated if index in one.settings), None)
+            if found is None or word_of(policy, found) in fills:
+                taken[index] = setting
+                self._took_effect.add((overlay, index))
+            elif policy.word(found) != policy.word(setting.text):
+                self._gave_way.setdefault((overlay, index), (policy.name, setting))
+        return replace(layer, settings=taken)
+
+    def _layer(self, index: int, pack: RulePack) -> Layer:
+        overlay = self._system.overlays[index]
+        layer = self._layers.get((id(pack), index))
+        if layer is None:
+            dialect = pack.dialects.get(overlay.dialect, pack.dialects.get("yaml"))
+            found, unread = self._reader.recognise(
+                pack, (ENDPOINT,), overlay.settings, dialect, overlay.name, "system", []
+            )
+            layer = self._layers[id(pack), index] = Layer(
+                overlay.name, found, overlay="holds", unread=unread, dialect=overlay.dialect, room=overlay.room
+            )
+        return layer
+
+    def report(self) -> None:
+        """Report overlays, and settings of theirs, that are without effect."""
+        for index, overlay in enumerate(self._system.overlays):
+            if index not in self.used:
+                message = f"{overlay.name} covers no endpoint: nothing matches {_covering(overlay)}"
+                self._reader.say("CQ214", message, overlay.place, "system")
+            elif index not in self._laid:
+                message = (
+                    f"{overlay.name} covers only endpoints that were observed, and changes nothing of what was seen"
+                )
+                self._reader.say("CQ214", message, overlay.place, "system", severity=Severity.NOTE)
+        for key, (policy, stated) in self._gave_way.items():
+            if key not in self._took_effect:
+                overlay = self._system.overlays[key[0]]
+                message = (
+                    f"{overlay.name} sets `{policy}` to {stated.text}, but all endpoints that it covers have their own"
+                )
+                advice = f"state `{overlay.fills[0]}` where it is to decide"
+                self._reader.say("CQ215", message, stated.setting.place or overlay.place, "system", (), advice)
+
+
+def _covering(overlay: Overlay) -> str:
+    """What an overlay is meant for, in words."""
+    parts = [f"participant `{overlay.participant}`", f"topic `{overlay.topic}`"]
+    if overlay.role is not None:
+        parts.append(f"role {overlay.role}")
+    if overlay.entity is not None:
+        parts.append(f"entity `{overlay.entity}`")
+    if overlay.when is not None:
+        parts.append(f"{overlay.when[0]} {overlay.when[1]}")
+    return ", ".join(parts)

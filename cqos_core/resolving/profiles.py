@@ -1,0 +1,189 @@
+"""Profiles and presets: layers of settings that endpoints take by name."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from cqos_core.language.policy import ENDPOINT, normalise
+from cqos_core.model.remarks import suggestion
+from cqos_core.model.spelling import Known
+from cqos_core.model.system import Setting
+from cqos_core.resolving.reader import every_policy
+from cqos_core.resolving.resolved import Layer, Stated
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from cqos_core.model.system import Place, Profile, ProfileRef, Scope, System
+    from cqos_core.packs.pack import Preset, RulePack
+    from cqos_core.resolving.reader import Reader
+    from cqos_core.resolving.resolved import ResolvedParticipant
+
+
+_NO_PROFILE: Final = ("CQ204",)
+_IN_A_CIRCLE: Final = Layer("circle", {}, unread=("CQ212",))
+
+
+class User(NamedTuple):
+    """Who takes values from profiles; ``topic`` is empty where the names of topics do not matter."""
+
+    dialect: str
+    role: str
+    topic: str
+
+
+class Profiles:
+    """The profiles of one system and the presets of packs.
+
+    Attributes:
+        by_topic: what somebody takes from a profile may depend on the name of the topic.
+    """
+
+    def __init__(self, system: System, reader: Reader) -> None:
+        """Read what ``system`` names with ``reader``."""
+        self._system = system
+        self._reader = reader
+        self._layers: dict[tuple[int, User, str, Scope], tuple[tuple[Layer, ProfileRef | None], ...]] = {}
+        self._names: dict[int, Known] = {}
+        self._own_layers: dict[tuple[int, str, str], Layer] = {}
+        self.by_topic = any(ref.scope.by_topic for profile in system.profiles.values() for ref in profile.base)
+
+    def layers(
+        self, refs: Sequence[ProfileRef], pack: RulePack, user: User, participant: ResolvedParticipant
+    ) -> Iterator[Layer]:
+        """Layers of the profiles that ``refs`` name, nearest first."""
+        for ref in reversed(refs):
+            for layer, preset in self._profile(ref, pack, user):
+                # What was read once for all is reported where it is used.
+                if preset is not None and not self._is_available(
+                    ref if ref.name == preset.name else preset, pack, participant
+                ):
+                    yield replace(layer, unread=("CQ207",))
+                else:
+                    yield layer
+
+    def _profile(self, ref: ProfileRef, pack: RulePack, user: User) -> tuple[tuple[Layer, ProfileRef | None], ...]:
+        """The layers of a profile and of all it is based on, nearest first, each once; presets with where they are named."""
+        key = (id(pack), user, ref.name, ref.scope)
+        known = self._layers.get(key)
+        if known is not None:
+            return known
+        found: dict[tuple[str, str | None], tuple[Layer, ProfileRef | None]] = {}
+        trail: dict[str, None] = {}
+        waiting: list[tuple[Iterator[ProfileRef], str | None]] = [(iter((ref,)), None)]
+        while waiting:
+            refs, part = waiting[-1]
+            each = next(refs, None)
+            if each is None:
+                waiting.pop()
+                if trail:
+                    trail.popitem()
+            elif not each.scope.covers(user.role, user.topic, part):
+                continue
+            elif each.name in trail:
+                names = list(trail)
+                self._report_circle(names[names.index(each.name) :])
+                found["", None] = (_IN_A_CIRCLE, None)
+            elif (each.name, part := part or each.scope.part) not in found:
+                own = self._system.profiles.get(each.name)
+                layer = self._preset(each, pack) if own is None else self._own_layer(own, pack, user.dialect)
+                found[each.name, part] = (layer, each if own is None and not layer.unread else None)
+                trail[each.name] = None
+                waiting.append((iter(() if own is None else own.base[::-1]), part))
+        if not any(layer.unread == _NO_PROFILE for layer, _ in found.values()):
+            # Where a name is no profile, each place that uses it is told.
+            self._layers[key] = tuple(found.values())
+        return tuple(found.values())
+
+    def _report_circle(self, names: Sequence[str]) -> None:
+        """Print a circle of profiles, from the first of its names on, whoever was met first."""
+        start = names.index(min(names))
+        circle = [*names[start:], *names[:start], names[start]]
+        base = self._system.profiles[circle[0]].base
+        place = next(ref.place for ref in base if ref.name == circle[1])
+        self._reader.say_once("CQ212", f"profiles are based on each other in a circle: {' → '.join(circle)}", place)
+
+    def _own_layer(self, own: Profile, pack: RulePack, dialect_name: str) -> Layer:
+        key = (id(pack), dialect_name, own.name)
+        layer = self._own_layers.get(key)
+        if layer is None:
+            dialect = pack.dialects.get(dialect_name, pack.dialects.get("yaml"))
+            owner = f"profile `{own.name}`"
+            found, unread = self._reader.recognise(
+                pack, (ENDPOINT,), own.settings, dialect, owner, "profile", [own.name]
+            )
+            preset_name = pack.preset_names.get(normalise(own.name))
+            if preset_name is not None:
+                self._shadowing(own.name, preset_name, found, pack, own.place)
+            layer = self._own_layers[key] = Layer(
+                f"profile {own.name}", found, unread=unread, dialect=dialect_name, room=own.room
+            )
+        return layer
+
+    def _shadowing(
+        self, name: str, preset_name: str, found: Mapping[int, Stated], pack: RulePack, place: Place | None
+    ) -> None:
+        preset = pack.presets[preset_name].settings
+        differing = [
+            pack.policies[index].name
+            for index, stated in found.items()
+            if normalise(stated.text) != normalise(preset.get(pack.policies[index].name, stated.text))
+        ]
+        if differing:
+            message = (
+                f"profile `{name}` has the name of a {pack.title} preset but other values of {', '.join(differing)}"
+            )
+            self._reader.say_once("CQ206", message, place, "")
+
+    def _preset(self, ref: ProfileRef, pack: RulePack) -> Layer:
+        name = pack.preset_names.get(normalise(ref.name))
+        if name is None or pack.presets[name].level != ENDPOINT:
+            message = f"profile `{ref.name}` is neither defined nor a preset of {pack.title}"
+            # A text at an endpoint is a profile, at a topic it is a type.
+            meant = f"a type is written `{{type: {ref.name}}}`; " if "/" in ref.name else ""
+            self._reader.say_once("CQ204", message, ref.place, meant + suggestion(ref.name, self._known(pack)))
+            return no_profile(ref, pack, ENDPOINT)
+        return Layer(f"preset {name}", preset_settings(name, pack), counts_as_stated=False)
+
+    def _known(self, pack: RulePack) -> Known:
+        """The names that an endpoint may use."""
+        known = self._names.get(id(pack))
+        if known is None:
+            parts = {each.name for own in self._system.profiles.values() for each in own.base if each.scope.part}
+            presets = (name for name, each in pack.presets.items() if each.level == ENDPOINT)
+            known = self._names[id(pack)] = Known((*self._system.profiles.keys() - parts, *presets))
+        return known
+
+    def _is_available(self, ref: ProfileRef, pack: RulePack, participant: ResolvedParticipant) -> bool:
+        name = pack.preset_names[normalise(ref.name)]
+        available = _available(pack.presets[name], pack, participant)
+        if not available:
+            option, least = pack.presets[name].needs or ("", "")
+            actual = participant.texts.get(option, "")
+            message = f"preset `{name}` exists from {option} {least} on, this participant has {option} {actual}"
+            self._reader.say_once("CQ207", message, ref.place)
+        return available
+
+
+def _available(preset: Preset, pack: RulePack, participant: ResolvedParticipant) -> bool:
+    if preset.needs is None:
+        return True
+    option, least = preset.needs
+    index = pack.vocabulary.indices["option", option]
+    value = participant.values[index]
+    return not isinstance(value, int) or value >= pack.policies[index].domain.parse(least)  # type: ignore[operator]
+
+
+def preset_settings(name: str, pack: RulePack) -> dict[int, Stated]:
+    """Return what a preset of a pack sets, by policy index."""
+    return {
+        pack.vocabulary.indices[pack.presets[name].level, policy]: Stated(text, Setting(text))
+        for policy, text in pack.presets[name].settings.items()
+    }
+
+
+def no_profile(ref: ProfileRef, pack: RulePack, level: str) -> Layer:
+    """Return what a name gives that is no profile: unknown is whatever nearer layers do not state."""
+    unknown = Setting("", ref.place, f"profile `{ref.name}` is not defined")
+    return Layer(f"profile {ref.name}", every_policy(pack, (level,), unknown, "CQ204"), unread=_NO_PROFILE)

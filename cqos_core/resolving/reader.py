@@ -1,0 +1,298 @@
+"""What one system states, as policies and values of a pack; what is wrong with it is reported."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.language.policy import Anything, Depends, normalise
+from cqos_core.model.excerpt import key_of
+from cqos_core.model.problems import InvalidValueError
+from cqos_core.model.remarks import core_finding, suggestion
+from cqos_core.model.spelling import distance, folded
+from cqos_core.model.system import EVERY_OTHER, Cases, Setting
+from cqos_core.resolving.resolved import Stated
+from cqos_core.resolving.values import can_be_stated, fields_of, ignored_by, read_value, spelled
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from cqos_core.language.policy import Policy, Value
+    from cqos_core.model.report import Finding, Severity
+    from cqos_core.model.system import Place, Settings
+    from cqos_core.packs.pack import Dialect, RulePack
+    from cqos_core.resolving.resolved import Layer
+
+_TYPING_ERRORS: Final = 2
+
+
+class Reader:
+    """Reads what one system states.
+
+    Attributes:
+        findings: where reports go.
+        remarks: how often something was to be reported, also where it was said already.
+    """
+
+    def __init__(self, findings: list[Finding]) -> None:
+        """Report to ``findings``."""
+        self.findings = findings
+        self.remarks = 0
+        self._causes: dict[tuple[object, ...], tuple[int, dict[str, None]]] = {}
+        self._ignored: dict[tuple[Any, ...], str | None] = {}
+
+    def say(
+        self,
+        code: str,
+        message: str,
+        place: Place | None,
+        role: str,
+        members: Sequence[str] = (),
+        help_text: str | None = None,
+        severity: Severity | None = None,
+    ) -> None:
+        """Report under a code of the core."""
+        finding = core_finding(
+            code, message, place=place, role=role, members=members, help=help_text, severity=severity
+        )
+        self.remarks += 1
+        self.findings.append(finding)
+
+    def say_once(self, code: str, message: str, place: Place | None, help_text: str = "") -> None:
+        """Report, unless the same is said already."""
+        finding = core_finding(code, message, place=place, help=help_text or None)
+        self.say_cause((code, message, place, help_text), finding, ())
+
+    def say_cause(self, cause: tuple[object, ...], finding: Finding, members: Iterable[str]) -> None:
+        """Report a cause once, and of whom all it is the cause; `finish` adds them to the finding."""
+        self.remarks += 1
+        if cause not in self._causes:
+            self._causes[cause] = (len(self.findings), {})
+            self.findings.append(finding)
+        position, concerned = self._causes[cause]
+        concerned.update(dict.fromkeys(members))
+        self.findings[position] = min(self.findings[position], finding, key=_where)
+
+    def finish(self) -> None:
+        """Put whom a cause concerns into its finding."""
+        for position, members in self._causes.values():
+            finding = self.findings[position]
+            if len(members) > len(finding.sides[0].members):
+                side = replace(finding.sides[0], members=tuple(sorted(members)))
+                self.findings[position] = replace(finding, sides=(side,))
+
+    def recognise(
+        self,
+        pack: RulePack,
+        levels: tuple[str, ...],
+        settings: Settings,
+        dialect: Dialect | None,
+        owner: str,
+        role: str,
+        members: Sequence[str],
+    ) -> tuple[dict[int, Stated], tuple[str, ...]]:
+        """Read the names of settings; report those that spell no policy.
+
+        Returns:
+            The settings by index of the policy of ``levels`` that each name spells, and codes of the errors in them.
+        """
+        found: dict[int, Stated] = {}
+        misread: dict[str, Setting] = {}
+        refused = False
+        not_known = [
+            each for name, each in settings.items() if each.unknown and _may_be_any(pack, levels, name, dialect)
+        ]
+        for name, setting in settings.items():
+            if setting in not_known or (dialect is not None and normalise(name) in dialect.ignore):
+                continue
+            fields, others = fields_of(pack, levels, name, setting)
+            found.update(fields)
+            if fields and not others:
+                continue
+            index = next((i for level in levels if (i := pack.find(level, name, dialect)) is not None), None)
+            if index is not None and pack.policies[index].derived and not setting.derived:
+                message = f"{owner} states `{name}`, which cannot be stated. {pack.policies[index].doc}"
+                self.say("CQ202", message, setting.place, role, members, "remove it")
+                refused = True
+                continue
+            if index is None or not can_be_stated(pack.policies[index]):
+                # Of a map some fields may be known; or all are those of a group of policies whose name is misspelt.
+                wrong = [each for each in others if fields or near_policies(pack, levels, each)]
+                shown = {each: each for each in wrong} if fields else {name: wrong[0] if wrong else name}
+                for written, near in shown.items():
+                    message = f"{owner} states `{written}`, which {pack.title} does not know"
+                    advice = suggestion(near, _may_be_meant(pack, levels, grouped=bool(wrong)))
+                    self.say("CQ202", message, key_of(setting.place, name), role, members, advice)
+                misread.update(dict.fromkeys(wrong or (name,), setting))
+                continue
+            if setting.unknown:
+                found[index] = Stated(setting.text, setting, name)
+                continue
+            text = spelled(pack.policies[index], setting.text, dialect)
+            if text is None:
+                continue
+            if index in found and found[index].text != text:
+                message = f"{owner} states `{pack.policies[index].name}` twice, as {found[index].text} and as {text}"
+                self.say("CQ209", message, setting.place, role, members)
+            found[index] = Stated(text, setting, name)
+        for name, setting in misread.items():
+            meant = near_policies(pack, levels, name)
+            unclear = Setting("", setting.place, f"`{name}` is not understood")
+            every = every_policy(pack, levels, unclear, "CQ202")
+            found = {**found, **{i: every[i] for i in meant}} if meant else {**every, **found}
+        for setting in not_known:
+            found = {**every_policy(pack, levels, setting), **found}
+        return found, ("CQ202",) if misread or refused else ()
+
+    def value(
+        self,
+        pack: RulePack,
+        index: int,
+        policy: Policy,
+        role: str,
+        layers: Sequence[Layer],
+        options: Mapping[int, Value],
+        dialect: Dialect | None,
+        owner: str,
+        place: Place | None,
+        *,
+        observed: bool = False,
+        member: str | None = None,
+    ) -> Value:
+        """Return the value of a policy that the nearest of ``layers`` states, else its default; report what is no value."""
+        layer = next((layer for layer in layers if index in layer.settings), None)
+        stated = layer.settings[index] if layer is not None else None
+        ignoring = self._ignoring(pack, policy, options)
+        if (
+            layer is not None
+            and stated is not None
+            and ignoring is not None
+            and layer.counts_as_stated
+            and not stated.setting.unknown
+            and not self._is_default(pack, policy, stated.text, role, options, dialect)
+        ):
+            message = f"{owner} states `{policy.name}`, which {ignoring} ignores"
+            self.say("CQ205", message, stated.setting.place or place, role, [member] if member else [])
+        about, members = (role, [member]) if member else (policy.level, [])
+        if stated is not None and stated.setting.unknown and ignoring is None:
+            return self.not_known(pack, policy, role, options, dialect, stated, about, members, owner)
+        text = stated.text if stated is not None and ignoring is None else None
+        if text is None:
+            text = policy.default_for(role)
+            if text is None:
+                return Anything(f"{policy.name} is not stated")
+            if observed and ignoring is None:
+                return Anything(f"discovery did not report {policy.name}")
+            # A default stands in the spelling of the policy itself.
+            dialect = None
+        try:
+            return read_value(pack, policy, text, role, options, dialect)
+        except InvalidValueError as problem:
+            where = stated.setting.place if stated is not None and stated.setting.place is not None else place
+            kind, _, name = layer.origin.partition(" ") if layer is not None else ("", "", "")
+            whose = f"profile `{name}`" if kind == "profile" else owner
+            message = f"{whose}: `{policy.name}` {problem.message}"
+            expected = problem.expected if problem.expected != policy.domain.expected() else policy.expected()
+            finding = core_finding("CQ203", message, place=where, role=about, help=problem.advice(expected))
+            self.say_cause(("CQ203", message, where), finding, members)
+            return Anything(f"{policy.name} has no valid value", "CQ203")
+
+    def not_known(
+        self,
+        pack: RulePack,
+        policy: Policy,
+        role: str,
+        options: Mapping[int, Value],
+        dialect: Dialect | None,
+        stated: Stated,
+        about: str,
+        members: Sequence[str],
+        owner: str,
+    ) -> Value:
+        """Return the value of a setting that was not understood, and report why, unless that is done."""
+        unknown = stated.setting.unknown
+        if isinstance(unknown, Cases):
+            spelt = ((when, spelled(policy, text, dialect) if text else None) for when, text in unknown.values)
+            default = policy.default_for(role) or ""
+            cases = tuple(
+                (when, read_value(pack, policy, text or default, role, options, None)) for when, text in spelt
+            )
+            return cases[0][1] if len({value for _, value in cases}) == 1 else Depends(unknown.assumption, cases)
+        code = stated.code or stated.setting.reported
+        if not code:
+            what = f"`{policy.name}`" if stated.name else "what it does not state"
+            message = f"{owner}: {what} is not known: {unknown}"
+            finding = core_finding("CQ217", message, place=stated.setting.place, role=about)
+            self.say_cause(("CQ217", unknown), finding, members)
+        return Anything(unknown, code or "CQ217")
+
+    def _is_default(
+        self,
+        pack: RulePack,
+        policy: Policy,
+        text: str,
+        role: str,
+        options: Mapping[int, Value],
+        dialect: Dialect | None,
+    ) -> bool:
+        """Whether a stated text only says what holds anyway."""
+        default = policy.default_for(role)
+        try:
+            return default is not None and read_value(pack, policy, text, role, options, dialect) == read_value(
+                pack, policy, default, role, options, None
+            )
+        except InvalidValueError:
+            return False
+
+    def _ignoring(self, pack: RulePack, policy: Policy, options: Mapping[int, Value]) -> str | None:
+        """The option and its value under which the middleware ignores the policy; None where it does not."""
+        if not policy.enforced:
+            return None
+        key = (id(pack), policy.name, tuple(options.get(pack.vocabulary.indices["option", o]) for o in policy.enforced))
+        if key not in self._ignored:
+            self._ignored[key] = ignored_by(pack, policy, options)
+        return self._ignored[key]
+
+
+def _where(finding: Finding) -> tuple[object, ...]:
+    """The order of findings of one cause; the first is reported."""
+    place = finding.place
+    at = ("", 0, 0) if place is None else (place.source, place.line or 0, place.column or 0)
+    return (*at, finding.message)
+
+
+def _may_be_meant(pack: RulePack, levels: tuple[str, ...], *, grouped: bool) -> list[str]:
+    """Return the names that may be stated; with those of groups in every spelling, where one of these is meant."""
+    may_be = [policy for policy in pack.policies if policy.level in levels and _may_be_stated(policy)]
+    aliases = (alias for policy in may_be for alias in policy.aliases if "." in alias) if grouped else ()
+    return [*(policy.name.removeprefix("need.") for policy in may_be), *aliases]
+
+
+def near_policies(pack: RulePack, levels: tuple[str, ...], name: str) -> set[int]:
+    """Return the policies that a name that spells none may have been meant for: those within two typing errors."""
+    written = folded(name)
+    return {
+        index
+        for level in levels
+        for spelling, index in pack.spellings[level].items()
+        if distance(written, folded(spelling), _TYPING_ERRORS) <= _TYPING_ERRORS
+        and _may_be_stated(pack.policies[index])
+    }
+
+
+def _may_be_stated(policy: Policy) -> bool:
+    return can_be_stated(policy) and not policy.derived
+
+
+def _may_be_any(pack: RulePack, levels: tuple[str, ...], name: str, dialect: Dialect | None) -> bool:
+    """Whether a setting that is not known may set any policy: it has no name, or one that the pack does not have."""
+    return name == EVERY_OTHER or all(pack.find(level, name, dialect) is None for level in levels)
+
+
+def every_policy(pack: RulePack, levels: tuple[str, ...], setting: Setting, code: str = "") -> dict[int, Stated]:
+    """Let a setting that is unknown stand for every policy of ``levels``; ``code`` is that of the finding that says why."""
+    return {
+        index: Stated("", setting, code=code)
+        for index, policy in enumerate(pack.policies)
+        if policy.level in levels and _may_be_stated(policy)
+    }

@@ -1,0 +1,294 @@
+"""Endpoints with values: what `resolve` makes, and all that follows reads.
+
+Endpoints with equal values share one interned `QosProfile`. Where a value came from is not stored: `Resolved.origin` finds
+it again in the layers, for the few values a finding prints.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
+
+from cqos_core.language.policy import NO, UNMATCHED, Anything, Depends, FromPeers, Policy, Value, is_plain
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from cqos_core.language.evaluate import Values
+    from cqos_core.model.report import Finding
+    from cqos_core.model.system import Broker, Endpoint, Participant, Place, Room, Setting, System
+    from cqos_core.packs.pack import RulePack
+
+
+class Stated(NamedTuple):
+    """A setting after its name was recognised.
+
+    Attributes:
+        name: the one it was written with.
+        field: the key, where the value is one of a map.
+        code: of the finding that reports why the value is not known, where there is one already.
+    """
+
+    text: str
+    setting: Setting
+    name: str = ""
+    code: str = ""
+    field: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Layer:
+    """Settings from one place of the hierarchy, by policy index; ``origin`` says which in a message.
+
+    Attributes:
+        here: they stand at the endpoint itself.
+        counts_as_stated: ``stated(P)`` holds for them.
+        assumed: nobody named them: what the protocol gives an endpoint that says nothing.
+        overlay: they are laid over the endpoint's own from elsewhere: ``holds``, or ``may_hold`` where that is not known.
+        unread: codes of the errors that report what was stated beside them and is not understood.
+        dialect: of an overlay or profile: which of the pack's dialects its texts are written in.
+        room: where its file has room for further settings.
+    """
+
+    origin: str
+    settings: Mapping[int, Stated]
+    here: bool = False
+    counts_as_stated: bool = True
+    assumed: bool = False
+    overlay: Literal["no", "holds", "may_hold"] = "no"
+    unread: tuple[str, ...] = ()
+    dialect: str = "yaml"
+    room: Room | None = None
+
+    @property
+    def texts(self) -> tuple[object, ...]:
+        """What they are stated as, without where."""
+        stated = [(index, stated.text, stated.setting.unknown) for index, stated in self.settings.items()]
+        return (*stated, self.unread) if self.unread else tuple(stated)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class QosProfile:
+    """The values of one endpoint, shared by all endpoints with equal ones and told apart by identity.
+
+    Attributes:
+        values: one per policy of the pack, then one `Written` or None per policy.
+        open: whether any value is not plain.
+        unmatched: indices of policies that the middleware in use does not match on.
+        from_peers: indices of values that `settle` takes from the other side.
+        needs: the guarantees that are needed.
+        beside: codes of the findings about what was stated beside the values and is not understood.
+        refused: codes of errors for which no pair of the endpoint works, beside those of the rules over its values.
+        unread: those of `beside`, and of the findings about values that are not: no pair is compatible by ignorance of either.
+    """
+
+    pack: RulePack
+    values: Values
+    open: bool
+    unmatched: frozenset[int]
+    from_peers: tuple[int, ...]
+    needs: frozenset[str] = frozenset()
+    beside: tuple[str, ...] = ()
+    refused: tuple[str, ...] = ()
+    unread: tuple[str, ...] = ()
+
+    def with_values(
+        self, changes: Mapping[int, Value], beside: Iterable[str] = (), refused: Iterable[str] = ()
+    ) -> QosProfile:
+        """Return the interned profile with some values replaced, and with more codes beside them."""
+        values = list(self.values)
+        for index, value in changes.items():
+            values[index] = value
+        return intern(self.pack, tuple(values), (*self.beside, *beside), (*self.refused, *refused))
+
+
+_PROFILES: dict[tuple[object, ...], QosProfile] = {}
+_MAXIMUM_PROFILES: Final = 200_000
+READ: Final[dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]]] = {}
+"""What endpoints' texts made earlier, in any system; forgotten with the profiles, or equal ones would be told apart."""
+
+
+def intern(pack: RulePack, values: Values, beside: Iterable[str] = (), refused: Iterable[str] = ()) -> QosProfile:
+    """Return the one `QosProfile` of ``pack`` with these values and codes."""
+    beside, refused = tuple(sorted({*beside})), tuple(sorted({*refused}))
+    key = (id(pack), values, beside, refused)
+    profile = _PROFILES.get(key)
+    if profile is None or profile.pack is not pack:
+        if len(_PROFILES) >= _MAXIMUM_PROFILES:
+            _PROFILES.clear()
+            READ.clear()
+        opened = [index for index in range(pack.vocabulary.size) if not is_plain(values[index])]
+        from_peers = tuple(index for index in opened if isinstance(values[index], FromPeers))
+        unmatched = frozenset(
+            index
+            for index, policy in enumerate(pack.policies)
+            if policy.enforced and _enforcement(pack, policy, values) == UNMATCHED
+        )
+        needs = frozenset(name for name, (index, nothing) in pack.needs.items() if values[index] != nothing)
+        codes = {value.code for index in opened if isinstance(value := values[index], Anything) and value.code}
+        unread = tuple(sorted({*beside, *codes}))
+        profile = _PROFILES[key] = QosProfile(
+            pack, values, bool(opened), unmatched, from_peers, needs, beside, refused, unread
+        )
+    return profile
+
+
+def _enforcement(pack: RulePack, policy: Policy, values: Values) -> str:
+    """How the middleware chosen by option values treats ``policy``; options under which it differs enforce it."""
+    for option, by_value in policy.enforced.items():
+        index = pack.vocabulary.indices["option", option]
+        found = treated(by_value, pack.policies[index], values[index])
+        if found is not None:
+            return found
+    return "yes"
+
+
+def treated(by_value: Mapping[str, str], option: Policy, value: Value) -> str | None:
+    """What a table by option value says; of an undetermined option, what it says of every value in play."""
+    if isinstance(value, Depends):
+        found = {treated(by_value, option, case) for _, case in value.cases}
+        return found.pop() if len(found) == 1 else None
+    return by_value.get(option.domain.format(value)) if is_plain(value) else None  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surroundings:
+    """What participants give their endpoints: values of options, connection and broker, and the texts of the former two.
+
+    Participants that state the same share it. ``unread`` has the codes of what is reported of it as not understood.
+    """
+
+    values: Mapping[int, Value]
+    texts: Mapping[str, str]
+    unread: tuple[str, ...] = ()
+
+
+@dataclass(slots=True, eq=False)
+class ResolvedParticipant:
+    """A participant in the eyes of one pack: its participant-level and option values, and where they came from.
+
+    Attributes:
+        requiring: topics on which its endpoints require guarantees, where values follow from all endpoints together.
+    """
+
+    participant: Participant
+    pack: RulePack
+    surroundings: Surroundings
+    layers: tuple[Layer, ...]
+    broker: Broker | None = None
+    requiring: set[str | None] = field(default_factory=set)
+
+    @property
+    def values(self) -> Mapping[int, Value]:
+        """Values of options, connection and broker, by policy index."""
+        return self.surroundings.values
+
+    @property
+    def texts(self) -> Mapping[str, str]:
+        """What options and the connection were stated as, by policy name."""
+        return self.surroundings.texts
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Carried:
+    """An endpoint that appears on the wire of another protocol; ``own_index`` leads from wire policies to its own."""
+
+    endpoint: Resolved
+    own_index: Mapping[int, int]
+
+
+@dataclass(slots=True, eq=False)
+class Resolved:
+    """One endpoint with its values and the topic it meets on.
+
+    Attributes:
+        id: the endpoint's id, unique in the system.
+        stated_id: the id of the stated endpoint that it is, or is a part of.
+        key: the topic in the form endpoints meet on; None where it names none.
+        shown: the topic as messages print it.
+        profile: the values.
+        layers: nearest first; where values came from. Endpoints with equal settings share them.
+        carried: the endpoint of another protocol that this one is on the wire.
+        bridge: where it is an end of a bridge, the ids of that and of the endpoint at which it arrives: one for both ends.
+        visiting: it is a copy, beside publishers that it meets although its own key is another one.
+        starts_after: ids of all participants and endpoints that are stated to be up before it, directly or by way of others.
+    """
+
+    endpoint: Endpoint
+    id: str
+    stated_id: str
+    pack: RulePack
+    key: str | None
+    shown: str
+    profile: QosProfile
+    layers: tuple[Layer, ...]
+    participant: ResolvedParticipant
+    external: bool
+    carried: Carried | None = None
+    visiting: bool = False
+    bridge: tuple[str, str] | None = None
+    starts_after: frozenset[str] = frozenset()
+
+    def is_after(self, other: Resolved) -> bool:
+        """Whether the other endpoint is stated to be up before this one."""
+        return not self.starts_after.isdisjoint(other.names)
+
+    @property
+    def names(self) -> frozenset[str]:
+        """What others name that start after it."""
+        return frozenset((self.id, self.stated_id, self.participant.participant.id))
+
+    @property
+    def is_copy(self) -> bool:
+        """Whether the endpoint itself is elsewhere, on another wire or another key."""
+        return self.visiting or self.carried is not None
+
+    @property
+    def role(self) -> str:
+        """``publisher`` or ``subscriber``."""
+        return self.endpoint.role
+
+    def origin(self, index: int) -> tuple[str, Place | None]:
+        """Where the value of a policy came from, and its place or the endpoint's."""
+        policy = self.pack.policies[index]
+        if self.carried is not None and index in self.carried.own_index:
+            return self.carried.endpoint.origin(self.carried.own_index[index])
+        if _enforced_no(self.pack, policy, self.profile.values):
+            return "ignored by the middleware", self.endpoint.place
+        for layer in (*self.layers, *self.participant.layers):
+            stated = layer.settings.get(index)
+            if stated is not None:
+                return layer.origin, self._place(layer, stated) or self.endpoint.place
+        return "default", self.endpoint.place
+
+    def _place(self, layer: Layer, stated: Stated) -> Place | None:
+        """The place of a stated value; layers are shared, but an endpoint's own settings stand at its own place."""
+        if not layer.here:
+            return stated.setting.place
+        own = self.endpoint.overlay if layer.origin == "overlay" else self.endpoint.settings
+        return own[stated.name].place if stated.name in own else None
+
+    def written(self, index: int) -> str | None:
+        """The text the value was written as, where it was."""
+        if self.carried is not None and index in self.carried.own_index:
+            return self.carried.endpoint.written(self.carried.own_index[index])
+        for layer in (*self.layers, *self.participant.layers):
+            stated = layer.settings.get(index)
+            if stated is not None:
+                return stated.text
+        return None
+
+
+def _enforced_no(pack: RulePack, policy: Policy, values: Values) -> bool:
+    return bool(policy.enforced) and _enforcement(pack, policy, values) == NO
+
+
+@dataclass(slots=True)
+class ResolvedSystem:
+    """All endpoints that a pack judges, and what was found on the way."""
+
+    system: System
+    endpoints: list[Resolved] = field(default_factory=list)
+    participants: dict[tuple[str, int], ResolvedParticipant] = field(default_factory=dict)
+    findings: list[Finding] = field(default_factory=list)
+    packs: dict[str, RulePack] = field(default_factory=dict)

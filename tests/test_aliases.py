@@ -1,0 +1,30 @@
+"""Module paths from before there were rooms."""
+
+from __future__ import annotations
+
+import importlib
+import subprocess
+import sys
+
+import pytest
+
+from cqos_core.aliases import MOVED
+
+
+@pytest.mark.parametrize("old", sorted(MOVED))
+def test_an_old_path_is_the_module_itself(old):
+    moved = importlib.import_module(f"cqos_core.{old}")
+    new = importlib.import_module(f"cqos_core.{MOVED[old]}")
+    assert moved is new or moved.__all__ == new.__all__
+    assert new.__spec__.name == f"cqos_core.{MOVED[old]}"
+
+
+def test_the_table_is_read_only_where_an_old_path_is_used():
+    script = "import sys, cqos_core.packs; print('cqos_core.aliases' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"
+
+
+def test_a_path_that_never_was_is_not_found():
+    with pytest.raises(ModuleNotFoundError, match=r"No module named 'cqos_core\.never'"):
+        importlib.import_module("cqos_core.never")
