@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
 from hypothesis import strategies as st
@@ -33,7 +34,7 @@ WHERE: Final[Context] = context([POST, ROS2])
 PACKS: Final = (POST, ROS2)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Vocabulary:
     """What systems of a protocol are made of.
 
@@ -115,6 +116,10 @@ ROBOTS: Final = Vocabulary(
 BOTH: Final = (LETTERS, ROBOTS)
 
 
+# Strategies are made once: making one costs more than drawing from it.
+
+
+@cache
 def a_place() -> Any:
     """Sometimes a place."""
     return st.none() | st.builds(Place, st.just("system.yaml"), st.integers(1, 3))
@@ -122,9 +127,13 @@ def a_place() -> Any:
 
 def stated(table: Mapping[str, tuple[str, ...]], most: int = 3) -> Any:
     """A few settings out of a table."""
-    if not table:
-        return st.just({})
-    pairs = [(name, text) for name, texts in table.items() for text in texts]
+    return _stated(tuple((name, text) for name, texts in table.items() for text in texts), most)
+
+
+@cache
+def _stated(pairs: tuple[tuple[str, str], ...], most: int) -> Any:
+    if not pairs:
+        return st.builds(dict)
     setting = st.builds(lambda pair, place: (pair[0], Setting(pair[1], place)), st.sampled_from(pairs), a_place())
     return st.lists(setting, max_size=most, unique_by=lambda pair: pair[0]).map(dict)
 
@@ -135,7 +144,8 @@ def texts(words: Vocabulary, *, opened: bool) -> dict[str, tuple[str, ...]]:
     return {name: (*words.plain.get(name, ()), *(words.open.get(name, ()) if opened else ())) for name in names}
 
 
-def endpoints(words: Vocabulary, owners: list[str], profiles: list[str], *, opened: bool, rich: bool) -> Any:
+@cache
+def endpoints(words: Vocabulary, owners: tuple[str, ...], profiles: tuple[str, ...], *, opened: bool, rich: bool) -> Any:
     """One endpoint; ``rich`` ones have everything that an endpoint may have beside its settings."""
     known = [*profiles, *words.presets] if opened else []
     refs = (
@@ -146,7 +156,7 @@ def endpoints(words: Vocabulary, owners: list[str], profiles: list[str], *, open
     more: dict[str, Any] = {}
     if rich:
         more = {
-            "overlay": st.just({}) | stated(words.plain, 1),
+            "overlay": st.builds(dict) | stated(words.plain, 1),
             "observed": st.sampled_from([False, False, False, True]),
             "external": st.sampled_from([False, False, True]),
             "starts_after": st.just(()) | st.lists(st.sampled_from([*owners, "e0", "nobody"]), max_size=1).map(tuple),
@@ -169,12 +179,13 @@ def endpoints(words: Vocabulary, owners: list[str], profiles: list[str], *, open
     )
 
 
+@cache
 def participants(words: Vocabulary, name: str) -> Any:
     """One participant."""
     return st.builds(
         Participant,
         id=st.just(name),
-        settings=st.just({}) | stated(words.of_participants, 2),
+        settings=st.builds(dict) | stated(words.of_participants, 2),
         external=st.sampled_from([False, False, False, True]),
         starts_after=st.just(()) | st.just(("p0",)),
         label=st.sampled_from([None, "The one"]),
@@ -182,18 +193,21 @@ def participants(words: Vocabulary, name: str) -> Any:
     )
 
 
-def profiles(words: Vocabulary, name: str, others: list[str]) -> Any:
+@cache
+def profiles(words: Vocabulary, name: str, others: tuple[str, ...]) -> Any:
     """One profile, perhaps based on others, perhaps in a circle."""
     bases = [*others, *words.presets]
     refs = st.lists(st.builds(ProfileRef, st.sampled_from(bases), a_place()), max_size=1).map(tuple)
     return st.builds(Profile, st.just(name), stated(texts(words, opened=True), 2), refs, a_place())
 
 
+@cache
 def topics(words: Vocabulary, name: str) -> Any:
     """What is stated about one topic."""
     return st.builds(Topic, st.just(name), stated(words.of_topics, 2), st.booleans(), place=a_place())
 
 
+@cache
 def acceptances() -> Any:
     """An accepted exception."""
     return st.builds(
@@ -205,6 +219,7 @@ def acceptances() -> Any:
     )
 
 
+@cache
 def checks(words: Vocabulary) -> Any:
     """A check of the team."""
     pairs = [(name, text) for name, texts_of in words.plain.items() for text in texts_of]
@@ -216,25 +231,43 @@ def checks(words: Vocabulary) -> Any:
     return by_bound | by_sentence
 
 
+@cache
+def number(least: int, most: int) -> Any:
+    """A number."""
+    return st.integers(least, most)
+
+
+@cache
+def some(names: tuple[str, ...]) -> Any:
+    """None, one or two of them."""
+    return st.lists(st.sampled_from(names), max_size=2, unique=True)
+
+
+@cache
+def at_most_one(strategy: Any) -> Any:
+    """A list of one, or of none."""
+    return st.lists(strategy, max_size=1)
+
+
 @st.composite
 def systems(draw, words: Vocabulary, *, opened: bool = True, rich: bool = True, most: int = 6) -> System:
     """A system; ids are unique."""
     system = System("random", words.protocol)
-    owners = [f"p{number}" for number in range(draw(st.integers(1, 3)))]
+    owners = tuple(f"p{each}" for each in range(draw(number(1, 3))))
     if rich or draw(st.booleans()):
         system.options[words.protocol] = draw(stated(words.options, 2))
     for name in owners:
         system.participants[name] = draw(participants(words, name)) if rich else Participant(name)
-    names = ["q0", "q1"] if opened else []
+    names = ("q0", "q1") if opened else ()
     for name in names:
         system.profiles[name] = draw(profiles(words, name, names))
-    for name in draw(st.lists(st.sampled_from(words.topics), max_size=2, unique=True)) if rich else ():
+    for name in draw(some(words.topics)) if rich else ():
         system.topics[name] = draw(topics(words, name))
-    for number in range(draw(st.integers(2, most))):
+    for each in range(draw(number(2, most))):
         made = draw(endpoints(words, owners, names, opened=opened, rich=rich))
-        made.id = f"e{number}"
+        made.id = f"e{each}"
         system.endpoints.append(made)
     if rich:
-        system.accept = draw(st.lists(acceptances(), max_size=1))
-        system.checks = draw(st.lists(checks(words), max_size=1))
+        system.accept = draw(at_most_one(acceptances()))
+        system.checks = draw(at_most_one(checks(words)))
     return system
