@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 # No deadline: how long one example takes says nothing here, machines differ and coverage doubles it.
 settings.register_profile("base", deadline=None, suppress_health_check=[HealthCheck.too_slow], print_blob=True)
 # The tests give the same answer every time; `dev.py explore` looks for new examples, and what it finds becomes a case.
-settings.register_profile("fixed", parent=settings.get_profile("base"), derandomize=True)
+settings.register_profile("fixed", parent=settings.get_profile("base"), derandomize=True, max_examples=40)
 settings.register_profile("explore", parent=settings.get_profile("base"), max_examples=2_000)
 settings.load_profile(os.environ.get("CQOS_HYPOTHESIS", "fixed"))
 

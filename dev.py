@@ -224,7 +224,7 @@ def pytest_command(arguments: list[str]) -> list[str]:
     rest = [argument for argument in arguments if argument != "--cov"]
     # Counting lines doubles the time, so it is for those who ask.
     coverage = [*covered, "--cov-report=term:skip-covered"] if "--cov" in arguments else []
-    return [tool("pytest"), "-n", "auto", *coverage, *rest]
+    return [tool("pytest"), "-n", "auto", "--dist", "worksteal", *coverage, *rest]
 
 
 def run_steps(steps: list[tuple[str, list[str]]]) -> int:

@@ -85,7 +85,8 @@ def _read(file: Path, pack: str) -> Iterator[Case]:
     import yaml
 
     try:
-        document = yaml.safe_load(file.read_bytes())
+        loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where it was built
+        document = yaml.load(file.read_bytes(), Loader=loader)  # noqa: S506 - both are safe
     except (OSError, ValueError, yaml.YAMLError) as error:
         raise CqosError(f"{file} cannot be read: {error}") from error
     cases = document.get("cases") if isinstance(document, dict) and set(document) == {"rule", "cases"} else None

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import cqos_core as cqos
@@ -86,14 +86,12 @@ reports = st.builds(
 )
 
 
-@settings(max_examples=40)
 @given(reports)
 def test_a_report_comes_back_as_it_was(report):
     data = report_message(report).SerializeToString()
     assert report_value(report_pb2.Report.FromString(data)) == report
 
 
-@settings(max_examples=40)
 @given(reports)
 def test_what_a_message_adds_up_is_what_the_report_says(report):
     message = report_message(report)
@@ -116,7 +114,6 @@ def test_a_system_comes_back_as_it_was(path):
 
 
 @pytest.mark.parametrize("words", BOTH, ids=lambda words: words.protocol)
-@settings(max_examples=40)
 @given(data=st.data())
 def test_any_system_comes_back_as_it_was(words, data):
     system = data.draw(systems(words))

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core.bpmn import read
@@ -157,7 +157,6 @@ def _read(source: Source, messages: str) -> System | InputError:
         return error
 
 
-@settings(max_examples=400)
 @given(st.sampled_from(FILES), mutations, st.sampled_from(["true", "false"]))
 def test_a_damaged_file_is_a_system_or_a_located_error(path: Path, changes: list[Mutation], messages: str):
     data = path.read_bytes()
@@ -170,7 +169,6 @@ def test_a_damaged_file_is_a_system_or_a_located_error(path: Path, changes: list
         _check_system(result)
 
 
-@settings(max_examples=300)
 @given(st.binary(max_size=300))
 def test_noise_is_a_located_error(data: bytes):
     result = _read(Source("noise", data), "false")

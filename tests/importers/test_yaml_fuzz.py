@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core.importers.detect import claims_yaml
@@ -132,13 +132,11 @@ VALUES = st.recursive(
 DOCUMENTS = st.dictionaries(KEYS, VALUES, max_size=6).map(lambda keys: {"cqos": 1, "instances": {"n": 2}, **keys})
 
 
-@settings(max_examples=400)
 @given(mutated(), st.sampled_from(["f.yaml", "f.json", "<bytes>"]))
 def test_mutated_files(data, name):
     check(data, name)
 
 
-@settings(max_examples=200)
 @given(mutated())
 def test_mutated_files_without_libyaml(data):
     with pytest.MonkeyPatch.context() as patch:
@@ -146,7 +144,6 @@ def test_mutated_files_without_libyaml(data):
         check(data)
 
 
-@settings(max_examples=300)
 @given(DOCUMENTS, st.booleans())
 def test_any_document(document, as_json):
     text = json.dumps(document) if as_json else yaml.safe_dump(document, allow_unicode=True)

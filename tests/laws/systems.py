@@ -145,7 +145,9 @@ def texts(words: Vocabulary, *, opened: bool) -> dict[str, tuple[str, ...]]:
 
 
 @cache
-def endpoints(words: Vocabulary, owners: tuple[str, ...], profiles: tuple[str, ...], *, opened: bool, rich: bool) -> Any:
+def endpoints(
+    words: Vocabulary, owners: tuple[str, ...], profiles: tuple[str, ...], *, opened: bool, rich: bool
+) -> Any:
     """One endpoint; ``rich`` ones have everything that an endpoint may have beside its settings."""
     known = [*profiles, *words.presets] if opened else []
     refs = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from cqos_core import check, check_pair, explain
@@ -147,7 +147,6 @@ def bridged(first: Pair, second: Pair, required: dict[str, Any]) -> bytes:
     ).encode()
 
 
-@settings(max_examples=40)
 @given(pairs() | over_brokers(), pairs() | over_brokers(), st.data())
 def test_over_a_bridge_what_is_needed_and_what_explain_prints_agree(first: Pair, second: Pair, data: Any):
     assume(check(bridged(first, second, {}), importer="yaml").verdict == "compatible")

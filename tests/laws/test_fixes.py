@@ -35,7 +35,7 @@ WHERE: Final = context()
 EXPLORE: Final = os.environ.get("CQOS_HYPOTHESIS") == "explore"
 EVERY: Final = 1 if EXPLORE else 20
 """One of so many cases is tried; `dev.py explore` tries all."""
-EXAMPLES: Final = settings.default.max_examples // 5 if settings.default is not None else 20
+EXAMPLES: Final = settings.default.max_examples // 2 if settings.default is not None else 20
 
 
 def checked(data: bytes) -> Report:

@@ -121,7 +121,6 @@ def test_no_pair_is_compatible_beside_what_was_not_read(protocol, kind, data):
 
 
 @pytest.mark.parametrize("protocol", PACKS)
-@settings(max_examples=40)
 @given(st.data())
 def test_no_pair_is_compatible_beside_an_error_of_its_pack(protocol, data):
     pack = pack_of(protocol)

@@ -12,7 +12,7 @@ import pytest
 from google.rpc import error_details_pb2, status_pb2
 from grpc_health.v1 import health_pb2, health_pb2_grpc
 from grpc_reflection.v1alpha import reflection_pb2, reflection_pb2_grpc
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import cqos_core as cqos
@@ -322,7 +322,6 @@ def test_deep_values_are_no_internal_error(checks):
     assert still_answers(checks)
 
 
-@settings(max_examples=60)
 @given(data=st.binary(max_size=300), method=st.sampled_from(UNARY))
 def test_the_decoder_never_fails_by_our_fault(channel, data, method):
     try:
@@ -332,7 +331,6 @@ def test_the_decoder_never_fails_by_our_fault(channel, data, method):
         assert error.code() in allowed, error.details()  # noqa: PT017 - many requests are good
 
 
-@settings(max_examples=40)
 @given(
     seed=st.sampled_from(SEEDS),
     cuts=st.lists(

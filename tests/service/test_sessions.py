@@ -359,7 +359,6 @@ EditingFromAfar.TestCase.settings = settings(max_examples=20, stateful_step_coun
 TestEditingFromAfar = EditingFromAfar.TestCase
 
 
-@settings(max_examples=60)
 @given(reports, reports)
 def test_what_differs_makes_the_new_report_of_the_old_one(old, new):
     delta = difference(report_message(old), report_message(new))

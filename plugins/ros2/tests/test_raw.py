@@ -4,7 +4,7 @@ from itertools import product
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core import check_pair
@@ -150,13 +150,11 @@ def written(profile: dict[str, Any]) -> dict[str, str]:
     return {k: v if isinstance(v, str) else f"{{sec: {v[0]}, nsec: {v[1]}}}" for k, v in profile.items()}
 
 
-@settings(max_examples=300)
 @given(SETTINGS, SETTINGS)
 def test_whole_profiles_get_the_answer_of_the_reference(publisher: dict[str, Any], subscription: dict[str, Any]):
     assert verdict(written(publisher), written(subscription)) == reference(publisher, subscription)
 
 
-@settings(max_examples=200)
 @given(SETTINGS, SETTINGS)
 def test_zenoh_has_one_warning_and_no_error(publisher: dict[str, Any], subscription: dict[str, Any]):
     lost = publisher["durability"] == "transient_local" and subscription["durability"] == "volatile"

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core.importers.source import ReadContext, Source
@@ -103,7 +103,6 @@ PIECES = [
 
 
 @pytest.mark.parametrize("name", SEEDS)
-@settings(max_examples=60)
 @given(data=st.data())
 def test_a_damaged_file_is_read_or_refused_with_a_place(name, data):
     damaged = bytearray(SEEDS[name])
@@ -125,7 +124,6 @@ def test_a_damaged_file_is_read_or_refused_with_a_place(name, data):
 
 
 @pytest.mark.parametrize("name", ["asyncapi", "wot", "node_red"])
-@settings(max_examples=40)
 @given(
     tree=st.recursive(
         st.none()

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core.importers.source import ReadContext, Source
@@ -207,14 +207,12 @@ def mutated(draw, importer):
 
 
 @pytest.mark.parametrize("importer", IMPORTERS)
-@settings(max_examples=150)
 @given(data=st.data())
 def test_mutated_files(importer, data):
     check(importer, data.draw(mutated(importer)))
 
 
 @pytest.mark.parametrize("importer", IMPORTERS)
-@settings(max_examples=40)
 @given(data=st.binary(max_size=200) | st.text(max_size=200).map(lambda text: text.encode("utf-8", "surrogatepass")))
 def test_anything(importer, data):
     check(importer, data)
@@ -235,7 +233,6 @@ WRAPPED = {
 
 
 @pytest.mark.parametrize("importer", YAML)
-@settings(max_examples=150)
 @given(value=VALUES)
 def test_documents_of_every_shape(importer, value):
     check(importer, yaml.safe_dump(WRAPPED[importer](value)).encode())
@@ -255,7 +252,6 @@ XML = st.recursive(
 )
 
 
-@settings(max_examples=200)
 @given(XML)
 def test_xml_of_every_shape(text):
     check("fastdds", f"<dds><profiles><data_writer profile_name='/a'>{text}</data_writer></profiles></dds>".encode())
