@@ -4,7 +4,7 @@ python tests/benchmarks/attacks.py [--seconds 3] [--only NAME ...]
 
 Everything runs on loopback, in processes that this script starts and ends by their ids; every attack is bounded in number and in
 time. The polite client sends a small `CheckPair` every 10 ms and says how long each took. The echo is a plain `grpc.aio` server
-that returns a ready answer. All share the processors of one machine, so an attacker takes time from the polite client
+that returns a ready answer, with a plain `uvicorn` on the same event loop, which returns an empty one. All share the processors of one machine, so an attacker takes time from the polite client
 too: what the echo loses is what no server could keep.
 """
 
@@ -18,7 +18,7 @@ import statistics
 import sys
 import threading
 import time
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import grpc
 from grpc_health.v1 import health_pb2
@@ -276,7 +276,6 @@ ATTACKS: dict[str, Callable[[str, str], None]] = {
         http_flood,
     )
 }
-BY_HTTP: Final = (half_heads, http_flood)
 
 
 @contextlib.contextmanager
@@ -302,10 +301,17 @@ def attack(ready: Any, name: str, address: str, web: str) -> None:
 
 
 def echo(pipe: Any) -> None:
-    """Answer every call of one or many messages with the same bytes, in a process of its own."""
+    """Answer every call of one or many messages, and every HTTP request, with the same bytes, in a process of its own."""
     import asyncio
 
+    import uvicorn
+
     ready = check_pb2.CheckPairResponse(report=report_pb2.PairReport()).SerializeToString() + b"\x00" * 0
+
+    async def page(_scope: Any, receive: Any, send: Any) -> None:
+        await receive()
+        await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"2")]})
+        await send({"type": "http.response.body", "body": b"{}"})
 
     async def serve() -> None:
         async def answer(_data: bytes, _context: Any) -> bytes:
@@ -325,20 +331,21 @@ def echo(pipe: Any) -> None:
         server.add_generic_rpc_handlers((Anything(),))
         opened = server.add_insecure_port("127.0.0.1:0")
         await server.start()
-        pipe.send(opened)
-        await server.wait_for_termination()
+        http = socket.create_server(("127.0.0.1", 0))
+        pipe.send((f"127.0.0.1:{opened}", f"127.0.0.1:{http.getsockname()[1]}"))
+        await uvicorn.Server(uvicorn.Config(page, http="h11", lifespan="off", log_config=None)).serve([http])
 
     asyncio.run(serve())
 
 
 @contextlib.contextmanager
-def echoing() -> Iterator[str]:
-    """The address of an echo."""
+def echoing() -> Iterator[tuple[str, str]]:
+    """The addresses of an echo, for gRPC and for HTTP."""
     here, there = SPAWNED.Pipe()
     process = SPAWNED.Process(target=echo, args=(there,), daemon=True)
     process.start()
     try:
-        yield f"127.0.0.1:{here.recv()}"
+        yield here.recv()
     finally:
         process.kill()
         process.join()
@@ -347,20 +354,17 @@ def echoing() -> Iterator[str]:
 Rows: TypeAlias = tuple[Polite, Polite]
 
 
-def measured(names: list[str], seconds: float) -> Iterator[tuple[str, Rows, Rows | None]]:
-    """Yield per attack the polite client at the service and at the echo, calm and under attack; the echo has no HTTP."""
+def measured(names: list[str], seconds: float) -> Iterator[tuple[str, Rows, Rows]]:
+    """Yield per attack the polite client at the service and at the echo, calm and under attack."""
     for name in names:
         with serving("--web", "127.0.0.1:0", "--log-level", "error") as service:
             web = str(service.addresses["web"])
             calm = polite(service.grpc, seconds)
             with attacking(name, service.grpc, web):
                 under = polite(service.grpc, seconds)
-        if ATTACKS[name] in BY_HTTP:
-            yield name, (calm, under), None
-            continue
-        with echoing() as address:
+        with echoing() as (address, http):
             calm_echo = polite(address, seconds)
-            with attacking(name, address, address):
+            with attacking(name, address, http):
                 yield name, (calm, under), (calm_echo, polite(address, seconds))
 
 
@@ -379,7 +383,7 @@ def main(arguments: list[str]) -> None:
     for name, *pairs in measured(given.only, given.seconds):
         cells = [name]
         for pair in pairs:
-            cells += ["no HTTP"] * 3 if pair is None else _cells(*pair)
+            cells += _cells(*pair)
         sys.stdout.write(f"| {' | '.join(cells)} |\n")
         sys.stdout.flush()
 
