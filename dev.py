@@ -8,6 +8,7 @@ python3 dev.py docs             build the documentation as a site into build/doc
 python3 dev.py conformance      run 200 random pairs on each implementation of DDS, all examples, and designs under faults; record it
 python3 dev.py build [--check]  wheels and source archives of all distributions in dist/; --check tries them as users do
 python3 dev.py goldens [ARGS]   record what C-QoS says of cases, examples, fixtures, random systems (--check: compare)
+python3 dev.py house [--record]  print how large rooms, modules and functions are; record it
 python3 dev.py explore [ARGS]   property tests with new random examples, and many of them (ARGS go to pytest)
 python3 dev.py run -- ARGS      the command `cqos` with ARGS
 python3 dev.py setup            only set up (the others do that by themselves, when something changed)
@@ -76,6 +77,7 @@ def main(arguments: list[str]) -> int:
         "conformance": conformance,
         "build": build,
         "goldens": goldens,
+        "house": house,
         "run": run,
         "setup": setup_everything,
     }
@@ -165,6 +167,12 @@ def build(arguments: list[str]) -> int:
         newest = re.findall(r"Python :: (3\.\d+)", str(read_project(ROOT)["project"]["classifiers"]))[-1]
         steps += [("mypy for the newest Python", [tool("mypy"), f"--python-version={newest}", *packages()])]
     return run_steps(steps)
+
+
+def house(arguments: list[str]) -> int:
+    """Print the figures of the house, or record them."""
+    setup(everything=True)
+    return run_steps([("house", [tool("python"), "-m", "tests.house.figures", *arguments])])
 
 
 def run(arguments: list[str]) -> int:
