@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import pickle
 from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from cqos_core import check
+from cqos_core.checking import findings, fixes
 from cqos_core.formatters.json_report import render_json
 from cqos_core.formatters.style import Style
 from cqos_core.model.report import Severity, Verdict
@@ -386,3 +389,17 @@ def test_places_are_those_of_the_first_member():
 def test_a_system_without_endpoints_says_so():
     report = checked(world())
     assert (report.verdict, codes(report), report.endpoints, report.topics) == ("unknown", ["CQ404"], 0, 0)
+
+
+def test_fixes_are_computed_when_they_are_read(monkeypatch):
+    asked = []
+    found = fixes.remedies
+    monkeypatch.setattr(findings, "remedies", lambda *given: asked.append(given) or found(*given))
+    text = b"{cqos: 1, protocol: ros2, participants: {a: {publishes: {t: sensor_data}}, b: {subscribes: {t: {}}}}}"
+    report = check(text)
+    assert report.findings
+    assert not asked
+    copy = pickle.loads(pickle.dumps(report))  # noqa: S301 - our own bytes
+    assert (copy, hash(copy.findings)) == (report, hash(report.findings))
+    assert len(asked) == len(report.findings)
+    assert any(each.remedies for each in report.findings)

@@ -28,6 +28,7 @@ from cqos_core.model.report import (
     PolicyComparison,
     Severity,
     Verdict,
+    later,
 )
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.guarantee import LINK
@@ -221,10 +222,14 @@ def _pair_report(topic: Topic, verdict: Verdict, further: Sequence[Finding]) -> 
     return PairReport(
         verdict=Verdict.UNKNOWN if reasons else verdict,
         findings=tuple(sorted(found, key=lambda each: (each.severity.rank, each.code, each.message))),
-        policies=tuple(_comparisons(topic, publisher, subscriber)),
+        policies=later(lambda: _comparisons(topic, publisher, subscriber)),
         guarantees=()
         if reasons
-        else _told(give(publisher.profile, subscriber.profile), faults_between(publisher.profile, subscriber.profile)),
+        else later(
+            lambda: _told(
+                give(publisher.profile, subscriber.profile), faults_between(publisher.profile, subscriber.profile)
+            )
+        ),
         derived=() if reasons else derive(publisher.profile, subscriber.profile),
     )
 

@@ -9,7 +9,7 @@ from cqos_core.checking.fixes import VERBS, member_ids, merged_remedies, remedie
 from cqos_core.language.policy import Anything, Choice, Depends, Value, is_plain
 from cqos_core.matching.judge import verdict_of
 from cqos_core.matching.peer_values import START_ORDER
-from cqos_core.model.report import Fact, Finding, Severity, Side, Verdict
+from cqos_core.model.report import Fact, Finding, Severity, Side, Verdict, later
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
@@ -313,7 +313,7 @@ def make(draft: Draft) -> Made:
         sides=tuple(sides),
         remedies=()
         if spoken.failed or draft.more
-        else remedies(topic, spoken, list(draft.publishers), list(draft.subscribers)),
+        else later(lambda: remedies(topic, spoken, list(draft.publishers), list(draft.subscribers))),
         notes=(*notes, *_order_notes(spoken)),
         because=rule.because,
         clause=rule.clause,
@@ -398,7 +398,7 @@ def merged(findings: Sequence[Finding]) -> Finding:
     return replace(
         first,
         sides=tuple(sides),
-        remedies=merged_remedies(findings),
+        remedies=later(lambda: merged_remedies(findings)),
         pairs=sum(finding.pairs for finding in findings),
         more_topics=tuple(topics),
         notes=tuple(dict.fromkeys(note for finding in (first, *findings) for note in finding.notes)),

@@ -15,6 +15,7 @@ from cqos_core.matching.routes import MOST_ENDPOINTS
 from cqos_core.model.codes import find_code
 from cqos_core.model.problems import CqosError, Problem
 from cqos_core.model.remarks import suggestion
+from cqos_core.model.report import later
 from cqos_core.model.spelling import Known
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System
 from cqos_core.model.system import Topic as StatedTopic
@@ -116,9 +117,11 @@ def with_options(
 
 def exact_places(report: Report, sources: Mapping[str, bytes]) -> Report:
     """Return ``report`` with exact columns in its places, found by rescanning the sources of what is printed."""
-    from cqos_core.model.excerpt import exact
+    from cqos_core.model.excerpt import exact, is_xml
 
-    places = {place for finding in report.findings for place in _places(finding)}
+    # Only in XML has what a fix changes no column yet; fixes of other findings are left to be computed when they are read.
+    xml = {name for name, data in sources.items() if is_xml(data)}
+    places = {place for finding in report.findings for place in _places(finding, edits=bool(xml))}
     known = {place: found for place, found in exact(places, sources).items() if found != place}
     if not known:
         return report
@@ -135,24 +138,29 @@ def exact_places(report: Report, sources: Mapping[str, bytes]) -> Report:
             )
             for side in finding.sides
         )
-        remedies = tuple(
-            replace(
-                remedy, edits=tuple(replace(edit, place=known.get(edit.place, edit.place)) for edit in remedy.edits)
+        remedies = later(
+            lambda: (
+                replace(
+                    remedy, edits=tuple(replace(edit, place=known.get(edit.place, edit.place)) for edit in remedy.edits)
+                )
+                for remedy in finding.remedies
             )
-            for remedy in finding.remedies
         )
-        return replace(finding, sides=sides, remedies=remedies)
+        return replace(finding, sides=sides, remedies=remedies if xml else finding.remedies)
 
-    findings = (pinned(each) if any(place in known for place in _places(each)) else each for each in report.findings)
+    findings = (
+        pinned(each) if any(place in known for place in _places(each, edits=bool(xml))) else each
+        for each in report.findings
+    )
     return replace(report, findings=tuple(findings))
 
 
-def _places(finding: Finding) -> Iterator[Place]:
+def _places(finding: Finding, *, edits: bool) -> Iterator[Place]:
     for side in finding.sides:
         for place in (side.place, *(each.place for each in side.facts)):
             if place is not None:
                 yield place
-    for remedy in finding.remedies:
+    for remedy in finding.remedies if edits else ():
         for edit in remedy.edits:
             yield edit.place
 

@@ -15,6 +15,7 @@ import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from functools import cached_property
 from itertools import product
 from math import prod
 from types import NoneType
@@ -155,9 +156,13 @@ class Vocabulary:
             message = "a policy is declared twice: " + ", ".join(p.name for p in self.policies)
             raise PackError(message)
 
+    @cached_property
+    def _unbounded(self) -> Mapping[int, tuple[Value, ...]]:
+        return {at: self.policies[at].unbounded for found in self.following.values() for at in found}
+
     def follows(self, name: str, values: Values) -> list[int]:
         """Return where values follow from a policy, unless they bound nothing."""
-        return [at for at in self.following.get(name, ()) if not self.policies[at].bounds_nothing(values[at])]
+        return [at for at in self.following.get(name, ()) if values[at] not in self._unbounded[at]]
 
     def find(self, term: Term) -> int:
         """Return the index of a term's policy.

@@ -715,11 +715,12 @@ class Policy(Term):
             return False
         return after < before if self.stronger == "higher" else after > before
 
-    def bounds_nothing(self, value: Value) -> bool:
-        """Whether a value that follows from several endpoints is its default, or no limit."""
+    @property
+    def unbounded(self) -> tuple[Value, ...]:
+        """The values of one that follows from several endpoints that bound nothing: its default, and no limit."""
         if not self.together:
-            return False
-        return value == INFINITE or (isinstance(self.default, str) and value == self.domain.parse(self.default))
+            return ()
+        return (INFINITE, self.domain.parse(self.default)) if isinstance(self.default, str) else (INFINITE,)
 
     def spelling(self, value: Plain) -> str | None:
         """Return a text that is read back as exactly this value; None where there is no such text."""

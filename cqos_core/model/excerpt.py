@@ -87,7 +87,7 @@ def exact(places: Iterable[Place], sources: Mapping[str, bytes]) -> dict[Place, 
             by_source.setdefault(place.source, []).append(place)
     for name, wanted in by_source.items():
         lines = _lines(sources[name])
-        if _is_xml(lines.text):
+        if is_xml(lines.text):
             found |= _find(wanted, lines)
         else:
             found |= {place: _key(place, lines) for place in wanted if _names_key(place)}
@@ -139,7 +139,7 @@ def span(place: Place, sources: Mapping[str, bytes]) -> Excerpt | None:
         width = len(text.strip())
     else:
         start = min(place.column - 1, len(text))
-        width = (_xml_width if _is_xml(lines.text) else _yaml_width)(lines, place.line, start)
+        width = (_xml_width if is_xml(lines.text) else _yaml_width)(lines, place.line, start)
     return _cut(Excerpt(place.line, text, start + 1, max(1, min(width, len(text) - start))))
 
 
@@ -148,7 +148,9 @@ def _lines(data: bytes) -> Lines:
     return Lines(decode(data))
 
 
-def _is_xml(text: str) -> bool:
+def is_xml(source: bytes | str) -> bool:
+    """Whether a source, or its text, is XML."""
+    text = source if isinstance(source, str) else decode(source[:_WIDEST])
     return text[:_WIDEST].lstrip().startswith("<")
 
 

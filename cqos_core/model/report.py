@@ -6,13 +6,14 @@ spelling of the YAML form, so nothing here needs a rule pack to be understood.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from html import escape
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
     from typing import Protocol
 
     from cqos_core.model.system import Place, Role
@@ -22,6 +23,48 @@ if TYPE_CHECKING:
 
         def text(self, obj: str) -> object:
             """Write something."""
+
+
+_T = TypeVar("_T")
+
+
+class _Later(Sequence[_T]):
+    """Items that are computed when they are first read; equal to the tuple of them, and pickled as that."""
+
+    __slots__ = ("_compute", "_items")
+
+    def __init__(self, compute: Callable[[], Iterable[_T]]) -> None:
+        self._compute: Callable[[], Iterable[_T]] | None = compute
+        self._items: tuple[_T, ...] = ()
+
+    def _all(self) -> tuple[_T, ...]:
+        if self._compute is not None:
+            self._items = tuple(self._compute())
+            self._compute = None
+        return self._items
+
+    def __getitem__(self, index: Any) -> Any:
+        return self._all()[index]
+
+    def __len__(self) -> int:
+        return len(self._all())
+
+    def __eq__(self, other: object) -> bool:
+        return self._all() == (other._all() if isinstance(other, _Later) else other)
+
+    def __hash__(self) -> int:
+        return hash(self._all())
+
+    def __repr__(self) -> str:
+        return repr(self._all())
+
+    def __reduce__(self) -> tuple[type, tuple[tuple[_T, ...]]]:
+        return tuple, (self._all(),)
+
+
+def later(compute: Callable[[], Iterable[_T]]) -> tuple[_T, ...]:
+    """Return the items that ``compute`` makes, which is called when they are first read; it must be pure."""
+    return cast("tuple[_T, ...]", _Later(compute))
 
 
 class Word(str, Enum):
@@ -168,7 +211,7 @@ class Finding:
         topic: the signal's topic, or None.
         verdict: what it does to its pairs: ``incompatible``, ``unknown``, or None where it does not touch the verdict.
         sides: primary first (the requesting side); the other sides are context.
-        remedies: ranked, may be empty.
+        remedies: ranked, may be empty; they are computed when they are first read.
         notes: short further sentences: the order of the values, what the verdict depends on, worlds.
         because: the rule's reason. `clause`: where the standard says so.
         pairs: how many pairs this finding speaks of (0 for endpoint findings).

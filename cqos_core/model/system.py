@@ -8,7 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
-from typing import Final, Literal
+from typing import TYPE_CHECKING, Final, Literal
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 Role = Literal["publisher", "subscriber"]
 PUBLISHER: Role = "publisher"
@@ -17,8 +20,17 @@ MESSAGE: Final = "message"
 """The kind of an endpoint that is one of a topic, and no end of a service or an action."""
 
 
+class _Constant:
+    """What never changes is its own copy."""
+
+    __slots__ = ()
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self
+
+
 @dataclass(frozen=True, slots=True)
-class Place:
+class Place(_Constant):
     """Where something was stated.
 
     Attributes:
@@ -62,7 +74,7 @@ class Cases:
 
 
 @dataclass(frozen=True, slots=True)
-class Setting:
+class Setting(_Constant):
     """One stated value, as text in YAML flow spelling (``reliable``, ``2s``, ``[a, b]``, ``{sec: 2, nsec: 0}``).
 
     Attributes:
@@ -86,7 +98,7 @@ EVERY_OTHER: Final = "*"
 
 
 @dataclass(frozen=True, slots=True)
-class Room:
+class Room(_Constant):
     """Where a file has room for further settings; the inserter of its format knows how to add them.
 
     Attributes:
@@ -105,7 +117,7 @@ class Room:
 
 
 @dataclass(frozen=True, slots=True)
-class Scope:
+class Scope(_Constant):
     """Which endpoints take a profile where it is named, and what of it.
 
     Attributes:
@@ -140,7 +152,7 @@ EVERYBODY: Final = Scope()
 
 
 @dataclass(frozen=True, slots=True)
-class ProfileRef:
+class ProfileRef(_Constant):
     """A profile or preset used by name, where it was named, and who takes it there."""
 
     name: str
