@@ -392,9 +392,13 @@ def test_a_system_without_endpoints_says_so():
 
 
 def test_fixes_are_computed_when_they_are_read(monkeypatch):
-    asked = []
-    found = fixes.remedies
-    monkeypatch.setattr(findings, "remedies", lambda *given: asked.append(given) or found(*given))
+    asked: list[object] = []
+
+    def counted(*given: Any) -> Any:
+        asked.append(given)
+        return fixes.remedies(*given)
+
+    monkeypatch.setattr(findings, "remedies", counted)
     text = b"{cqos: 1, protocol: ros2, participants: {a: {publishes: {t: sensor_data}}, b: {subscribes: {t: {}}}}}"
     report = check(text)
     assert report.findings
