@@ -3,10 +3,11 @@
 import gc
 import sys
 import time
+from copy import copy
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cqos_core.language.expression import (
@@ -20,8 +21,10 @@ from cqos_core.language.expression import (
     Compare,
     Holds,
     Literal,
+    Node,
     Not,
     Or,
+    Sentence,
     Term,
     Test,
     all_equal,
@@ -29,6 +32,8 @@ from cqos_core.language.expression import (
     call,
     ceil,
     count,
+    define,
+    definitions,
     first,
     greatest,
     in_,
@@ -39,11 +44,13 @@ from cqos_core.language.expression import (
     overlaps,
     own,
     parse,
+    parse_value,
     requested,
     stated,
     stated_here,
     topic,
     total,
+    unfolded,
 )
 from cqos_core.model.problems import SentenceError
 from tests.worlds import CARE, COPIES, DELAY, INTERVAL, RULES, SEALED, STAMP, STREETS
@@ -190,6 +197,52 @@ def test_what_is_written_is_what_is_read(sentence):
     assert read == sentence
     assert read.key == sentence.key
     assert str(read) == str(sentence)
+
+
+def with_names(node, draw, found):
+    """The node with names for some of its parts."""
+    bare = copy(node)
+    for name in type(node).__slots__:
+        value = getattr(node, name)
+        if isinstance(value, Node):
+            setattr(bare, name, with_names(value, draw, found))
+        elif isinstance(value, tuple):
+            setattr(bare, name, tuple(with_names(each, draw, found) for each in value))
+    if isinstance(node, Literal) or not draw(st.booleans()):
+        return bare
+    found.append(define(f"definition_{len(found)}", bare))
+    return found[-1]
+
+
+@settings(max_examples=40)
+@given(sentences, st.data())
+def test_definitions_are_read_with_the_definitions_of_the_pack(sentence, data):
+    found: list[Node] = []
+    named = with_names(sentence, data.draw, found)
+    assert named == sentence
+    assert set(definitions(named)) == {str(each) for each in found}
+    read = parse(str(named), definitions(named))
+    assert (read.key, str(read)) == (sentence.key, str(named))
+    for each in found:
+        read_part = parse if isinstance(each, Sentence) else parse_value
+        assert read_part(each.text(), definitions(named)).key == each.key
+    assert str(unfolded(named)) == str(sentence)
+
+
+def test_a_definition_prints_its_name_and_means_what_it_names():
+    resending = define("resending", COPIES * 2 + 1)
+    late = define("late", (DELAY > "1s") & (resending > 5))
+    assert str(~late | (resending * 2 < 9)) == "~late | (resending * 2 < 9)"
+    assert late.text() == '(delay > "1s") & (resending > 5)'
+    assert list(definitions(~late)) == ["late", "resending"]
+    assert ~late == ~((DELAY > "1s") & (COPIES * 2 + 1 > 5))
+    assert str(unfolded(resending * 2)) == "(copies * 2 + 1) * 2"
+
+
+@pytest.mark.parametrize("name", ["", "Late", "late.again", "not", "2nd", "late again"])
+def test_a_name_that_cannot_be_read_back_is_refused(name):
+    with pytest.raises(SentenceError, match="names no definition: use snake_case"):
+        define(name, DELAY > "1s")
 
 
 @given(sentences, sentences)

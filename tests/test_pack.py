@@ -10,7 +10,7 @@ import pytest
 
 from cqos_core.checking.pipeline import context
 from cqos_core.language.evaluate import Function
-from cqos_core.language.expression import parse
+from cqos_core.language.expression import define, parse
 from cqos_core.language.policy import (
     Anything,
     Choice,
@@ -294,6 +294,19 @@ MALFORMED: dict[str, tuple[dict[str, Any], str]] = {
     "a function with the name of one of the language": (
         {"functions": (*POST.functions, Function("overlaps", lambda: True))},
         "function `overlaps` has a name that is taken",
+    ),
+    "a definition with the name of a policy": (
+        {"rules": [forbids(define("care", CARE == "signed") & (DELAY == "1s"), code="POST301", name="a", because="b")]},
+        "`care` names a definition and a policy",
+    ),
+    "a name of two definitions": (
+        {
+            "rules": [
+                forbids(define("a", CARE == "signed"), code="POST301", name="a", because="b"),
+                forbids(define("a", CARE == "plain"), code="POST302", name="b", because="b"),
+            ]
+        },
+        '`a` is defined as `care == "signed"` and as `care == "plain"`',
     ),
     "a variant of an unknown option": ({"variants": {("mode", "raw"): POST}}, "`mode` is no option"),
 }

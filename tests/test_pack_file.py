@@ -229,6 +229,18 @@ def test_a_severity_by_option_in_a_file_is_that_of_python():
     }
 
 
+def test_definitions_in_a_file_are_those_of_python():
+    text = FILE.replace("rules:\n", 'define:\n  open: ~sealed\n  risky: (care == "insured") & open\nrules:\n', 1)
+    text = text.replace('(care == "insured") & ~sealed & stated(care)', "risky & stated(care)")
+    pack = read_pack(source(text))
+    assert [str(rule.sentence) for rule in pack.rules][3] == "risky & stated(care)"
+    assert {name: node.text() for name, node in pack.definitions.items()} == {
+        "risky": '(care == "insured") & open',
+        "open": "~sealed",
+    }
+    assert pack.rules == TWIN.rules
+
+
 def test_every_key_of_a_pack_in_a_file_means_what_it_means_in_python():
     written = read_pack(source(FILE))
     for mine, other in zip(written.policies, TWIN.policies, strict=True):
@@ -368,6 +380,11 @@ WRONG = {
         FILE.replace("offered(delay) <= requested(delay)", "offered(delays) <= requested(delay)"),
         "- requires: offered(delay)",
         "`offered(delays)` names no policy at endpoint level",
+    ),
+    "a definition that cannot be read": (
+        FILE.replace("rules:\n", "define:\n  open: not sealed\nrules:\n", 1),
+        "rules:",
+        "`define.open`: use ~(…) instead of `not`",
     ),
     "a code that is none": (
         FILE.replace("code: MAIL102", "code: M2"),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.checking.findings import Draft, Made, make
 from cqos_core.language.evaluate import bind, role_of, scope_of
-from cqos_core.language.expression import Compare, Literal, Sentence, Term, Test, parse
+from cqos_core.language.expression import Compare, Literal, Sentence, Term, Test, definitions, parse
 from cqos_core.language.name_index import NameIndex
 from cqos_core.matching.judge import ask_end
 from cqos_core.matching.topic_shape import MOST_COMBINATIONS
@@ -102,7 +102,7 @@ _RELATIONS: Final = {"exactly": "==", "at_least": ">=", "at_most": "<=", "not": 
 
 
 def _team_sentence(team_rule: TeamRule, pack: RulePack) -> Sentence:
-    parts = [parse(team_rule.sentence)] if team_rule.sentence else []
+    parts = [parse(team_rule.sentence, pack.definitions)] if team_rule.sentence else []
     parts += [_bound_sentence(required, pack) for required in team_rule.require]
     if not parts:
         raise CqosError("it requires nothing")
@@ -166,7 +166,9 @@ def _drafts(topic: Topic, check: TeamCheck) -> Iterable[Draft]:
 
 def _made(check: TeamCheck, draft: Draft) -> Made:
     one = make(draft)
-    note = f"required by check `{check.rule.name}`: {check.bound.rule.sentence}"
+    sentence = check.bound.rule.sentence
+    used = "".join(f"; {name} is {node.text()}" for name, node in definitions(sentence).items())
+    note = f"required by check `{check.rule.name}`: {sentence}{used}"
     finding = replace(
         one.finding,
         message=f"{check.rule.name}: {one.finding.message}",

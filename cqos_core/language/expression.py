@@ -10,14 +10,17 @@ What a sentence means is said in `cqos_core.language.evaluate`, how one side of 
 from __future__ import annotations
 
 import ast
+import keyword
 import re
+from copy import copy
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from cqos_core.model.problems import SentenceError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Mapping
 
 SCOPES: Final = (
     "own",
@@ -39,10 +42,11 @@ _LINE_END: Final = re.compile(r"\r\n|\r|\n")
 
 
 class Node:
-    """Anything in a sentence. Nodes are immutable; ``key`` identifies their structure."""
+    """Anything in a sentence. Nodes are immutable; ``key`` identifies their structure, ``label`` is the name of a definition."""
 
-    __slots__ = ("key",)
+    __slots__ = ("key", "label")
     key: tuple[Any, ...]
+    label: str
 
     def __hash__(self) -> int:
         """Equal structure, equal hash."""
@@ -57,6 +61,14 @@ class Node:
         """Show the text form."""
         return f"<{type(self).__name__} {self}>"
 
+    def __str__(self) -> str:
+        """Return the name that `define` gave, or the text form."""
+        return label_of(self) or self.text()
+
+    def text(self) -> str:
+        """Return the text form, with the names of definitions within it."""
+        raise NotImplementedError
+
     def children(self) -> tuple[Node, ...]:
         """Direct parts, in reading order."""
         return ()
@@ -66,6 +78,14 @@ class Node:
         yield self
         for child in self.children():
             yield from child.walk()
+
+
+def label_of(node: Node) -> str:
+    """Return the name that `define` gave a node, or nothing."""
+    return getattr(node, "label", "")
+
+
+Part = TypeVar("Part", bound=Node)
 
 
 class Sentence(Node):
@@ -162,7 +182,7 @@ class Literal(Operand):
         self.value = value
         self.key = ("literal", type(value).__name__, value)
 
-    def __str__(self) -> str:
+    def text(self) -> str:
         """Double-quoted text, or the number, ``True`` or ``False``."""
         if isinstance(self.value, str):
             return _quote(self.value)
@@ -180,7 +200,7 @@ class Term(Operand):
         self.name = name
         self.key = ("term", scope, name)
 
-    def __str__(self) -> str:
+    def text(self) -> str:
         """``offered(reliability)``, or the bare name for ``own``."""
         return self.name if self.scope == "own" else f"{self.scope}({self.name})"
 
@@ -201,13 +221,13 @@ class Arithmetic(Operand):
         """Both operands."""
         return (self.left, self.right)
 
-    def __str__(self) -> str:
+    def text(self) -> str:
         """Text form with as few parentheses as Python's precedence allows, left-associative."""
         left, right = str(self.left), str(self.right)
         if self.op == "*":
             left = f"({left})" if _is_sum(self.left) else left
-            right = f"({right})" if isinstance(self.right, Arithmetic) else right
-        elif isinstance(self.right, Arithmetic) and self.right.op == "+":
+            right = f"({right})" if isinstance(self.right, Arithmetic) and not label_of(self.right) else right
+        elif _is_sum(self.right):
             right = f"({right})"
         return f"{left} {self.op} {right}"
 
@@ -228,7 +248,7 @@ class Apply(Operand):
         """The arguments."""
         return self.args
 
-    def __str__(self) -> str:
+    def text(self) -> str:
         """``name(a, b)``."""
         return f"{self.name}({', '.join(map(str, self.args))})"
 
@@ -249,7 +269,7 @@ class Compare(Sentence):
         """Both operands."""
         return (self.left, self.right)
 
-    def __str__(self) -> str:
+    def text(self) -> str:
         """``left <op> right``."""
         return f"{self.left} {self.op} {self.right}"
 
@@ -269,7 +289,7 @@ class And(Sentence):
         """Both parts."""
         return (self.left, self.right)
 
-    def __str__(self) -> str:
+    def text(self) -> str:
         """``left & right``, parts in parentheses where Python needs them."""
         left = str(self.left) if isinstance(self.left, And) else _part(self.left)
         return f"{left} & {_part(self.right)}"
@@ -290,7 +310,7 @@ class Or(Sentence):
         """Both parts."""
         return (self.left, self.right)
 
-    def __str__(self) -> str:
+    def text(self) -> str:
         """``left | right``, parts in parentheses where Python needs them."""
         left = str(self.left) if isinstance(self.left, Or) else _part(self.left)
         return f"{left} | {_part(self.right)}"
@@ -310,9 +330,13 @@ class Not(Sentence):
         """The negated sentence."""
         return (self.part,)
 
-    def __str__(self) -> str:
+    def text(self) -> str:
         """``~part``."""
-        sum_of_flags = isinstance(self.part, Holds) and isinstance(self.part.operand, Arithmetic)
+        sum_of_flags = (
+            isinstance(self.part, Holds)
+            and isinstance(self.part.operand, Arithmetic)
+            and not label_of(self.part.operand)
+        )
         return f"~({self.part})" if sum_of_flags else f"~{_part(self.part)}"
 
 
@@ -330,7 +354,7 @@ class Holds(Sentence):
         """The flag."""
         return (self.operand,)
 
-    def __str__(self) -> str:
+    def text(self) -> str:
         """The operand itself."""
         return str(self.operand)
 
@@ -352,7 +376,7 @@ class Test(Sentence):
         """The arguments."""
         return self.args
 
-    def __str__(self) -> str:
+    def text(self) -> str:
         """``name(a, b)``."""
         return f"{self.name}({', '.join(map(str, self.args))})"
 
@@ -410,11 +434,11 @@ def _quote(text: str) -> str:
 
 
 def _is_sum(node: Operand) -> bool:
-    return isinstance(node, Arithmetic) and node.op == "+"
+    return isinstance(node, Arithmetic) and node.op == "+" and not label_of(node)
 
 
 def _part(sentence: Sentence) -> str:
-    bare = isinstance(sentence, (Holds, Test, Not))
+    bare = bool(label_of(sentence)) or isinstance(sentence, (Holds, Test, Not))
     return str(sentence) if bare else f"({sentence})"
 
 
@@ -435,6 +459,43 @@ def as_sentence(value: object) -> Sentence:
     if not isinstance(value, Operand) or isinstance(value, Literal):
         raise SentenceError(f"`{value}` is no sentence: compare it with something")
     return Holds(value)
+
+
+_DEFINED: Final = re.compile(r"[a-z][a-z0-9_]*")
+
+
+def define(name: str, part: Part) -> Part:
+    """Name a part of conditions: they print the name, and its definition once. It means what ``part`` means."""
+    if not _DEFINED.fullmatch(name) or keyword.iskeyword(name):
+        raise SentenceError(f"`{name}` names no definition: use snake_case, and no word of Python")
+    defined = Term(part.scope, part.name) if isinstance(part, Term) else copy(part)  # a policy cannot change
+    defined.label = name
+    return defined  # type: ignore[return-value]
+
+
+def definitions(*conditions: Node) -> dict[str, Node]:
+    """Return the definitions that conditions use, by name, each before those that it uses itself."""
+    found: dict[str, Node] = {}
+    for condition in conditions:
+        for node in condition.walk():
+            if label_of(node):
+                found.setdefault(node.label, node)
+    return found
+
+
+def unfolded(node: Part) -> Part:
+    """Return a condition without names of definitions, so that its text needs none."""
+    if not node.children() and not label_of(node):
+        return node
+    bare = copy(node)
+    bare.label = ""
+    for name in type(node).__slots__:
+        value = getattr(node, name)
+        if isinstance(value, Node):
+            setattr(bare, name, unfolded(value))
+        elif isinstance(value, tuple):
+            setattr(bare, name, tuple(map(unfolded, value)))
+    return bare
 
 
 def _scoped(scope: str) -> Callable[[Term | str], Term]:
@@ -533,8 +594,9 @@ _COMPARISONS: Final = {ast.Lt: "<", ast.LtE: "<=", ast.Eq: "==", ast.NotEq: "!="
 class _Reader:
     """Translates Python's syntax tree into nodes."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str, definitions: Mapping[str, Node]) -> None:
         self.text = text
+        self.definitions = definitions
         self.depth = 0
 
     def fail(self, message: str, node: ast.expr) -> SentenceError:
@@ -581,6 +643,8 @@ class _Reader:
                 return Literal(value)
             case ast.UnaryOp(op=ast.USub(), operand=ast.Constant(value=int() as value)) if not isinstance(value, bool):
                 return Literal(-value)
+            case ast.Name(id=name) if name in self.definitions:
+                return self.definitions[name]
             case ast.Name() | ast.Attribute():
                 return Term("own", self.name(node))
             case ast.UnaryOp(op=ast.Invert(), operand=inner):
@@ -648,22 +712,22 @@ def _line_start(text: str, line: int | None) -> int:
     return starts[min(line or 1, len(starts)) - 1]
 
 
-def parse(text: str) -> Sentence:
-    """Read the text form of a sentence.
+def parse(text: str, definitions: Mapping[str, Node] = MappingProxyType({})) -> Sentence:
+    """Read the text form of a sentence, which may use ``definitions`` by name.
 
     Raises:
         SentenceError: with the offset of the fault; the text is at most 10,000 characters and 60 levels deep.
     """
-    return _Reader(text).sentence(_tree(text))
+    return _Reader(text, definitions).sentence(_tree(text))
 
 
-def parse_value(text: str) -> Sentence | Operand:
+def parse_value(text: str, definitions: Mapping[str, Node] = MappingProxyType({})) -> Sentence | Operand:
     """Read the text form of a sentence, or of a value such as ``offered(deadline)``.
 
     Raises:
         SentenceError: as `parse` does.
     """
-    read = _Reader(text).node(_tree(text))
+    read = _Reader(text, definitions).node(_tree(text))
     return read if isinstance(read, Operand) else as_sentence(read)
 
 

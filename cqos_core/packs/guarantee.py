@@ -14,7 +14,7 @@ from operator import and_
 from typing import TYPE_CHECKING, Final, Literal
 
 from cqos_core.language.expression import Literal as Constant
-from cqos_core.language.expression import Sentence, as_sentence, in_, offered, overlaps, requested
+from cqos_core.language.expression import Sentence, as_sentence, define, in_, offered, overlaps, requested
 from cqos_core.language.policy import INFINITE, NEED, Count, Duration, Flag, Names, Policy, normalise
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.packs.rule import Rule
@@ -277,12 +277,13 @@ def gives(
     if survives != LINK and not faults:
         raise ValueError(f"`{survives}` is none of {', '.join((*_SEVERAL, *FAULTS))}")
     if faults:
-        silent |= reduce(and_, (~_befalls(fault) for fault in faults))
+        spared = define(f"need_not_survive_{survives}", reduce(and_, (~_befalls(fault) for fault in faults)))
+        silent = define(f"{word}_{spared}", silent | spared)
     amount = "" if about.kind == "holds" else f" {{requested need.{word}}}"
     after = _AFTER.get(survives, f" after a {survives.replace('_', ' ')}")
     met = what if what is None or isinstance(what, Sentence) else about.enough(what)
     if "link_outage" in faults and met is not None:
-        met &= OUTAGE < "infinite"
+        met &= define("outage_is_stated", OUTAGE < "infinite")
     does = "may not" if doubt else "does not"
     return Rule(
         silent if met is None else silent | met,
@@ -335,7 +336,7 @@ def unstated(rules: Iterable[Rule], unaffected: Iterable[Unaffected]) -> Iterato
                 continue
             yield gives(
                 word,
-                OUTAGE < "infinite" if known else None,
+                define("outage_is_stated", OUTAGE < "infinite") if known else None,
                 survives=fault,
                 doubt=True,
                 code=NOT_STATED,

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 from cqos_core.language.evaluate import Bound, Function, Vocabulary, bind, role_of, scope_of
-from cqos_core.language.expression import in_, option
+from cqos_core.language.expression import definitions, in_, option, unfolded
 from cqos_core.language.policy import BOTH, ENDPOINT, LEVELS, NEED, Anything, Policy, is_plain, normalise
 from cqos_core.model.problems import PackError, SentenceError
 from cqos_core.model.system import Setting
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.language.evaluate import Use
-    from cqos_core.language.expression import Operand
+    from cqos_core.language.expression import Node, Operand
     from cqos_core.language.policy import Plain, Value
     from cqos_core.model.codes import CodeInfo
     from cqos_core.model.logs import About, Misfit
@@ -540,6 +540,11 @@ class RulePack:
                 found.setdefault(bound.rule.guarantee, []).append(bound)
         return {word: tuple(rules) for word, rules in found.items()}
 
+    @cached_property
+    def definitions(self) -> Mapping[str, Node]:
+        """The definitions that its conditions use, by name: what `cqos_core.language.expression.parse` reads them with."""
+        return definitions(*(bound.rule.sentence for bound in self.bound_rules))
+
     def find(self, level: str, name: str, dialect: Dialect | None = None) -> int | None:
         """Index of the policy that ``name`` spells at ``level``, or None."""
         word = normalise(name)
@@ -631,7 +636,9 @@ def describe_rule(bound: BoundRule) -> dict[str, Any]:
         "kind": rule.kind,
         "scope": bound.scope,
         "role": bound.role,
-        "sentence": str(rule.sentence),
+        "sentence": str(unfolded(rule.sentence)),
+        "condition": str(rule.sentence),
+        "definitions": {name: node.text() for name, node in definitions(rule.sentence).items()},
         "severity": bound.severity,
         "severity_by": {"option": bound.option.name, "severities": bound.severities}
         if "" not in bound.severities

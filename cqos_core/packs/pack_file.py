@@ -15,7 +15,7 @@ from cqos_core.importers.reading import Reading, did_you_mean, listed
 from cqos_core.importers.tree import MappingNode, SequenceNode, flag, is_null, whole_number
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.language.evaluate import terms
-from cqos_core.language.expression import parse, parse_value
+from cqos_core.language.expression import define, parse, parse_value
 from cqos_core.language.policy import (
     Anything,
     ByOption,
@@ -38,10 +38,11 @@ from cqos_core.packs.pack import Convention, Dialect, Meeting, Preset, RulePack
 from cqos_core.packs.rule import Rule
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from cqos_core.importers.source import Source
     from cqos_core.importers.tree import Node
+    from cqos_core.language.expression import Node as Part
     from cqos_core.packs.rule import SeverityName
 
 Scalar: TypeAlias = str | int | bool
@@ -209,6 +210,7 @@ class PackModel(_Model):
     summary: str = ""
     source: str = ""
     policies: dict[str, PolicyModel]
+    define: dict[str, str] = Field(default_factory=dict)
     rules: list[RuleModel]
     presets: dict[str, PresetModel] = Field(default_factory=dict)
     base_preset: str | None = None
@@ -367,9 +369,15 @@ def _fields_at(location: tuple[int | str, ...]) -> tuple[str, ...]:
 def _build(model: PackModel, root: Node, reading: Reading) -> RulePack:
     problems: list[Problem] = []
     rules = []
+    defined: dict[str, Part] = {}
+    for name, text in model.define.items():
+        try:
+            defined[name] = define(name, parse_value(text, defined))
+        except SentenceError as error:
+            problems.append(Problem("CQ011", f"`define.{name}`: {error}", reading.place(_at(("define", name), root))))
     for index, each in enumerate(model.rules):
         try:
-            rules.append(_rule(each))
+            rules.append(_rule(each, defined))
         except (SentenceError, PackError) as error:
             problems.append(Problem("CQ011", str(error), reading.place(_at(("rules", index), root))))
     if problems:
@@ -428,10 +436,10 @@ def _policies_of_guarantees(model: PackModel, rules: Sequence[Rule]) -> Iterator
         yield TAKEN_EVERY
 
 
-def _guarantee(model: RuleModel, word: str) -> Rule:
+def _guarantee(model: RuleModel, word: str, defined: Mapping[str, Part]) -> Rule:
     return gives(
         word,
-        None if model.what is None else parse_value(model.what),
+        None if model.what is None else parse_value(model.what, defined),
         code=model.code,
         name=model.name,
         because=model.because,
@@ -444,15 +452,15 @@ def _guarantee(model: RuleModel, word: str) -> Rule:
     )
 
 
-def _rule(model: RuleModel) -> Rule:
+def _rule(model: RuleModel, defined: Mapping[str, Part]) -> Rule:
     if model.gives is not None:
-        return _guarantee(model, model.gives)
+        return _guarantee(model, model.gives, defined)
     kind: Literal["requires", "forbids", "meets"] = (
         "requires" if model.requires is not None else "forbids" if model.forbids is not None else "meets"
     )
     sentence = model.requires or model.forbids or model.meets or ""
     return Rule(
-        sentence=parse(sentence),
+        sentence=parse(sentence, defined),
         kind=kind,
         code=model.code,
         name=model.name,

@@ -6,14 +6,16 @@ import textwrap
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, TypeAlias
 
+from cqos_core.language.expression import definitions
 from cqos_core.language.solve import may_change
 from cqos_core.model.codes import CODES, CodeInfo, find_code
 from cqos_core.packs.pack import assumed_options, rule_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from cqos_core.language.evaluate import Use
+    from cqos_core.language.expression import Sentence
     from cqos_core.packs.pack import BoundRule, RulePack
     from cqos_core.packs.rule import Rule
 
@@ -101,11 +103,21 @@ def rule_page(bound: BoundRule, pack: RulePack, examples: Iterable[Example] = ()
         sections.append((heading, (Paragraph(introduction), Sample(example.text, "yaml"))))
     if rule.aliases:
         sections.append(("Former codes and names", (Paragraph(", ".join(rule.aliases)),)))
-    sections.append((CONDITION, (Sample(str(rule.sentence), "python"), *map(Paragraph, _meaning(bound)))))
+    sections.append((CONDITION, (*_condition(rule.sentence), *map(Paragraph, _meaning(bound)))))
     return Page(f"{rule.code} {rule.name}", tuple(sections))
 
 
 CONDITION: Final = "Condition"  # the heading of the section that Markdown folds
+
+
+def _condition(sentence: Sentence) -> Iterator[Block]:
+    """Yield a condition, then the definitions that it uses."""
+    yield Sample(str(sentence), "python")
+    if used := definitions(sentence):
+        yield Paragraph("Definitions:")
+        yield Sample("\n".join(f"{name} =\n  {node.text()}" for name, node in used.items()), "python")
+
+
 _SAMPLED: Final = frozenset({"duration", "count"})
 
 
@@ -288,7 +300,7 @@ def _block_as_markdown(block: Block) -> str:
         case Listing(items):
             return "\n".join(_item(text, _LINE) for text in items)
         case Sample(text, language):
-            return f"```{language}\n{text.rstrip()}\n```"
+            return f"```{language}\n{_wrapped(text, _LINE) if language == 'python' else text.rstrip()}\n```"
         case Grid(header, rows):
             widths = [max(map(len, column)) for column in zip(header, *rows, strict=True)]
             ruled = [header, tuple("-" * width for width in widths), *rows]
@@ -327,10 +339,17 @@ def _block_as_text(block: Block, width: int) -> str:
             return textwrap.indent(textwrap.fill(text, width - 2, break_long_words=False, break_on_hyphens=False), "  ")
         case Listing(items):
             return textwrap.indent("\n".join(_item(text, width - 2) for text in items), "  ")
-        case Sample(text):
-            return textwrap.indent(text.rstrip(), "    ")
+        case Sample(text, language):
+            shown = _wrapped(text, width - 4) if language == "python" else text.rstrip()
+            return textwrap.indent(shown, "    ")
         case Grid(header, rows):
             return textwrap.indent(_columns((header, *rows)), "    ")
+
+
+def _wrapped(text: str, width: int) -> str:
+    """Break long conditions, one a line."""
+    wrapper = textwrap.TextWrapper(width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
+    return "\n".join(map(wrapper.fill, text.splitlines()))
 
 
 def _columns(rows: Sequence[Sequence[str]]) -> str:

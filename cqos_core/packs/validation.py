@@ -6,7 +6,7 @@ import keyword
 import re
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.language.expression import OPERAND_FUNCTIONS, SCOPES, SENTENCE_FUNCTIONS
+from cqos_core.language.expression import OPERAND_FUNCTIONS, SCOPES, SENTENCE_FUNCTIONS, label_of
 from cqos_core.language.policy import (
     BOTH,
     COMBINATIONS,
@@ -33,6 +33,7 @@ from cqos_core.packs.rule import SEVERITIES
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from cqos_core.language.expression import Node
     from cqos_core.language.policy import Meaning, Policy
     from cqos_core.model.codes import CodeInfo
     from cqos_core.packs.pack import BoundRule, Dialect, Preset, RulePack
@@ -145,11 +146,27 @@ def _names(pack: RulePack) -> Iterator[Mistake]:
             other = presets.setdefault(normalise(spelling), name)
             if other != name:
                 yield Mistake(("presets", name), f"`{spelling}` names both preset `{other}` and preset `{name}`")
+    yield from _definitions(pack)
     functions: set[str] = set()
     for function in pack.functions:
         if function.name in {*SCOPES, *OPERAND_FUNCTIONS, *SENTENCE_FUNCTIONS} or function.name in functions:
             yield Mistake((), f"function `{function.name}` has a name that is taken")
         functions.add(function.name)
+
+
+def _definitions(pack: RulePack) -> Iterator[Mistake]:
+    """Yield definitions whose name means something else too."""
+    policies = {policy.name for policy in pack.policies}
+    seen: dict[str, Node] = {}
+    for rule in pack.rules:
+        for node in rule.sentence.walk():
+            name = label_of(node)
+            if name and seen.setdefault(name, node).key != node.key:
+                yield Mistake(
+                    ("rules", rule.code), f"`{name}` is defined as `{seen[name].text()}` and as `{node.text()}`"
+                )
+            if name in policies:
+                yield Mistake(("rules", rule.code), f"`{name}` names a definition and a policy")
 
 
 def _policy(policy: Policy, pack: RulePack) -> Iterator[str]:

@@ -8,6 +8,8 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from cqos_core.model.codes import CODES
+from cqos_core.packs.rule_docs import Page, Sample, as_text
+from cqos_core.plugins import load_plugins
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -33,6 +35,32 @@ def test_a_rule_says_what_it_checks_why_and_what_to_do(cqos):
     assert "offered(reliability) >= requested(reliability)" in out
     assert "Source: " in out
     assert "Change `reliability` of the publisher, or `reliability` of the subscriber." in out
+
+
+def conditions():
+    for pack_id, pack in ((pack_id, load_plugins().pack(pack_id)) for pack_id in ("dds", "mqtt", "ros2")):
+        for each in (pack, *pack.variants.values()):
+            for rule in each.rules:
+                yield f"{pack_id} {rule.code}", str(rule.sentence)
+            yield from ((f"{pack_id} {name}", node.text()) for name, node in each.definitions.items())
+
+
+def test_no_printed_condition_is_longer_than_two_lines():
+    """As ``cqos rule`` prints it, in 100 columns."""
+    printed = {name: as_text(Page("", (("", (Sample(f"  {text}", "python"),)),))) for name, text in conditions()}
+    lines = {name: text.strip().splitlines() for name, text in printed.items()}
+    assert len(lines) > 300
+    assert [name for name, each in lines.items() if len(each) > 2 or max(map(len, each)) > 100] == []
+
+
+def test_definitions_are_printed_once_below_the_condition(cqos):
+    out = cqos("rule", "MQTT105").out
+    assert '    stated(offered(qos)) & (offered(qos) == "1") & (granted == "0")\n\n  Definitions:' in out
+    assert "    granted =\n      min(requested(qos), broker(maximum_qos), broker(granted_qos))\n" in out
+    document = json.loads(cqos("rule", "MQTT105", "--format", "json").out)
+    assert document["condition"] == 'stated(offered(qos)) & (offered(qos) == "1") & (granted == "0")'
+    assert document["definitions"] == {"granted": "min(requested(qos), broker(maximum_qos), broker(granted_qos))"}
+    assert document["sentence"] == document["condition"].replace("granted ", document["definitions"]["granted"] + " ")
 
 
 def test_a_withdrawn_code_leads_to_the_rule_that_replaced_it(cqos):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Final
+from functools import reduce
+from operator import and_
+from typing import TYPE_CHECKING, Final
 
-from cqos_core.packs import all_equal, ceil, count, forbids, offered, requested, requires, stated, topic, total
+from cqos_core.packs import all_equal, ceil, count, define, forbids, offered, requested, requires, stated, topic, total
 from cqos_dds.implementations import FAST_DDS, is_on, publisher_is, subscriber_is
 from cqos_dds.policies import (
     ACCESS_SCOPE,
@@ -40,25 +42,40 @@ from cqos_dds.policies import (
     TYPE,
     TYPE_INFORMATION,
 )
-from cqos_dds.rules import (
-    KEEPS_ALL,
-)
+from cqos_dds.rules import KEEPS_ALL
+
+if TYPE_CHECKING:
+    from cqos_core.packs import Policy, Sentence
 
 # Pairs and signals ---------------------------------------------------------------------------------------------
 
 # Writers of Fast DDS are transient_local where nobody says so, which promises nothing to who comes late.
-ON_PURPOSE: Final = stated(offered(DURABILITY)) | ~publisher_is(*FAST_DDS)
-REPLAY_UNREAD: Final = (offered(DURABILITY) >= "transient_local") & (requested(DURABILITY) == "volatile")
-BOTH_DURABLE: Final = (offered(DURABILITY) >= "transient_local") & (requested(DURABILITY) >= "transient_local")
+ON_PURPOSE: Final = define("on_purpose", stated(offered(DURABILITY)) | ~publisher_is(*FAST_DDS))
+REPLAY_UNREAD: Final = define(
+    "replay_unread", (offered(DURABILITY) >= "transient_local") & (requested(DURABILITY) == "volatile")
+)
+BOTH_DURABLE: Final = define(
+    "both_durable", (offered(DURABILITY) >= "transient_local") & (requested(DURABILITY) >= "transient_local")
+)
 # Cyclone DDS keeps what late readers get by DURABILITY_SERVICE already for transient_local writers; seen by running it.
-KEPT_BY_SERVICE: Final = (offered(DURABILITY) >= "transient") | publisher_is("cyclonedds")
-STORED_ALL: Final = (KEPT_BY_SERVICE & (offered(SERVICE_HISTORY) == "keep_all")) | (
-    ~KEPT_BY_SERVICE & (offered(HISTORY) == "keep_all")
+KEPT_BY_SERVICE: Final = define("kept_by_service", (offered(DURABILITY) >= "transient") | publisher_is("cyclonedds"))
+STORED_ALL: Final = define(
+    "stored_all",
+    (KEPT_BY_SERVICE & (offered(SERVICE_HISTORY) == "keep_all"))
+    | (~KEPT_BY_SERVICE & (offered(HISTORY) == "keep_all")),
 )
-STORED_MORE_THAN_READ: Final = (KEPT_BY_SERVICE & (offered(SERVICE_DEPTH) > requested(DEPTH))) | (
-    ~KEPT_BY_SERVICE & (offered(DEPTH) > requested(DEPTH))
+STORED_MORE_THAN_READ: Final = define(
+    "stored_more_than_read",
+    (KEPT_BY_SERVICE & (offered(SERVICE_DEPTH) > requested(DEPTH)))
+    | (~KEPT_BY_SERVICE & (offered(DEPTH) > requested(DEPTH))),
 )
-STORED_LATEST: Final = (offered(DURABILITY) >= "transient_local") & ~STORED_ALL
+STORED_LATEST: Final = define("stored_latest", (offered(DURABILITY) >= "transient_local") & ~STORED_ALL)
+
+
+def alike(name: str, *policies: Policy) -> Sentence:
+    """Define that all writers of a topic offer the same of some policies."""
+    return define(f"{name}_alike", reduce(and_, (all_equal(offered(policy)) for policy in policies)))
+
 
 PAIRS: Final = (
     forbids(
@@ -132,18 +149,10 @@ PAIRS: Final = (
     ),
     forbids(
         ~(
-            all_equal(offered(RELIABILITY))
-            & all_equal(offered(DURABILITY))
-            & all_equal(offered(DEADLINE))
-            & all_equal(offered(LATENCY_BUDGET))
-            & all_equal(offered(OWNERSHIP))
-            & all_equal(offered(LIVELINESS))
-            & all_equal(offered(LEASE))
-            & all_equal(offered(DESTINATION_ORDER))
-            & all_equal(offered(ACCESS_SCOPE))
-            & all_equal(offered(COHERENT))
-            & all_equal(offered(ORDERED))
-            & all_equal(offered(DATA_REPRESENTATION))
+            alike("delivery", RELIABILITY, DURABILITY, OWNERSHIP, DATA_REPRESENTATION)
+            & alike("timing", DEADLINE, LATENCY_BUDGET, LIVELINESS, LEASE)
+            & alike("order", DESTINATION_ORDER, ACCESS_SCOPE)
+            & alike("presentation", COHERENT, ORDERED)
         ),
         code="DDS210",
         name="writers-differ",
@@ -169,8 +178,11 @@ PAIRS: Final = (
         & (count(STORED_LATEST) > 1)
         & (
             requested(DEPTH)
-            < total(offered(DEPTH), STORED_LATEST & ~KEPT_BY_SERVICE)
-            + total(offered(SERVICE_DEPTH), STORED_LATEST & KEPT_BY_SERVICE)
+            < define(
+                "replayed",
+                total(offered(DEPTH), STORED_LATEST & ~KEPT_BY_SERVICE)
+                + total(offered(SERVICE_DEPTH), STORED_LATEST & KEPT_BY_SERVICE),
+            )
         ),
         code="DDS212",
         name="depth-below-latched-writers",
@@ -198,8 +210,10 @@ PAIRS: Final = (
 
 DURABLE: Final = DURABILITY >= "transient_local"
 MANUAL: Final = LIVELINESS >= "manual_by_participant"
-RESENDING: Final = RESEND_ROUND_TRIPS * ROUND_TRIP
-LIMITED: Final = (MAX_SAMPLES < "unlimited") | (MAX_INSTANCES < "unlimited") | (MAX_PER_INSTANCE < "unlimited")
+RESENDING: Final = define("resending", RESEND_ROUND_TRIPS * ROUND_TRIP)
+LIMITED: Final = define(
+    "limited", (MAX_SAMPLES < "unlimited") | (MAX_INSTANCES < "unlimited") | (MAX_PER_INSTANCE < "unlimited")
+)
 
 ENDPOINTS: Final = (
     forbids(
@@ -371,8 +385,7 @@ ENDPOINTS: Final = (
     forbids(
         (offered(DURABILITY) >= "transient_local")
         & STORED_ALL
-        & (offered(MAX_SAMPLES) == "unlimited")
-        & (offered(MAX_PER_INSTANCE) == "unlimited"),
+        & define("no_limit", (offered(MAX_SAMPLES) == "unlimited") & (offered(MAX_PER_INSTANCE) == "unlimited")),
         code="DDS348",
         name="durable-keep-all",
         because="what each writer keeps for late readers grows without bound unless resource limits are set",
@@ -403,8 +416,10 @@ ENDPOINTS: Final = (
     ),
     forbids(
         # Of automatic liveliness samples are no sign, and Cyclone DDS takes each sample for one before it filters.
-        (requested(TIME_BASED_FILTER) > 0)
-        & (requested(LEASE) < requested(TIME_BASED_FILTER))
+        define(
+            "lease_under_filter",
+            (requested(TIME_BASED_FILTER) > 0) & (requested(LEASE) < requested(TIME_BASED_FILTER)),
+        )
         & (requested(LIVELINESS) == "manual_by_topic")
         & ~subscriber_is("cyclonedds"),
         code="DDS351",

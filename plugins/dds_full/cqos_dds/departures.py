@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.packs import Literal, forbids, in_, offered, publisher, requested, requires, subscriber, topic
+from cqos_core.packs import Literal, define, forbids, in_, offered, publisher, requested, requires, subscriber, topic
 from cqos_dds.implementations import (
     FAST_DDS,
     IMPLEMENTATION,
@@ -38,38 +38,41 @@ from cqos_dds.policies import (
     MAX_SAMPLES,
     ORDERED,
     SERVICE_DEPTH,
-    SERVICE_HISTORY,
     SERVICE_RUNS,
 )
 from cqos_dds.rules import (
-    COHERENCE_FITS,
     DESTINATION_ORDER_FITS,
     INCONSISTENT,
     LATENCY_FITS,
     LEASE_FITS,
     LIVELINESS_FITS,
-    ORDER_FITS,
+    PRESENTATION_FITS,
     SCOPE_FITS,
+    SERVICE_KEEPS_LAST,
     takes_encoding,
 )
 
 XCDR1, XML, XCDR2 = Literal("xcdr1"), Literal("xml"), Literal("xcdr2")
 LISTED: Final = offered(DATA_REPRESENTATION)
-SEVERAL_LISTED: Final = (
-    (in_(XCDR1, LISTED) & in_(XCDR2, LISTED))
-    | (in_(XCDR1, LISTED) & in_(XML, LISTED))
-    | (in_(XCDR2, LISTED) & in_(XML, LISTED))
+LISTS_XCDR1, LISTS_XML, LISTS_XCDR2 = (
+    define(f"lists_{encoding.value}", in_(encoding, LISTED)) for encoding in (XCDR1, XML, XCDR2)
+)
+SEVERAL_LISTED: Final = define(
+    "several_listed",
+    (LISTS_XCDR1 & LISTS_XCDR2) | (LISTS_XCDR1 & LISTS_XML) | (LISTS_XCDR2 & LISTS_XML),
 )
 
 # What they refuse, or let pass, in a pair -----------------------------------------------------------------------
 
 # Dust DDS wants equal flags of presentation, and compares leases of equal kinds the wrong way round.
-DUST_ALONE_REFUSES: Final = (
-    (offered(COHERENT) > requested(COHERENT))
-    | (offered(ORDERED) > requested(ORDERED))
-    | ((offered(LIVELINESS) == requested(LIVELINESS)) & (offered(LEASE) < requested(LEASE)))
+DUST_ALONE_REFUSES: Final = define(
+    "dust_alone_refuses",
+    define(
+        "offers_more_presentation", (offered(COHERENT) > requested(COHERENT)) | (offered(ORDERED) > requested(ORDERED))
+    )
+    | ((offered(LIVELINESS) == requested(LIVELINESS)) & (offered(LEASE) < requested(LEASE))),
 )
-DUST_ALONE_ACCEPTS: Final = LIVELINESS_FITS & ~LEASE_FITS
+DUST_ALONE_ACCEPTS: Final = define("dust_alone_accepts", LIVELINESS_FITS & ~LEASE_FITS)
 ONE_END_REFUSES: Final = (
     "{{publisher}} and {{subscriber}} do not fit in {}, which only one of their implementations looks at"
 )
@@ -77,7 +80,10 @@ DISAGREEING: Final = "where nothing else keeps them apart, one end counts itself
 
 PAIRS: Final = (
     requires(
-        ~either_is("dust") | ((offered(COHERENT) == requested(COHERENT)) & (offered(ORDERED) == requested(ORDERED))),
+        ~either_is("dust")
+        | define(
+            "presentation_equal", (offered(COHERENT) == requested(COHERENT)) & (offered(ORDERED) == requested(ORDERED))
+        ),
         code="DDS120",
         name="presentation-differs-on-dust",
         because="Dust DDS wants coherent and ordered access equal on both sides",
@@ -102,7 +108,7 @@ PAIRS: Final = (
         severity="note",
     ),
     forbids(
-        only_one_is(*NO_PRESENTATION) & ~(SCOPE_FITS & COHERENCE_FITS & ORDER_FITS),
+        only_one_is(*NO_PRESENTATION) & ~(SCOPE_FITS & PRESENTATION_FITS),
         code="DDS221",
         name="presentation-compared-by-one-end",
         says=ONE_END_REFUSES.format("presentation"),
@@ -185,8 +191,7 @@ ENDPOINTS: Final = (
     forbids(
         publisher_is(*FAST_DDS)
         & (offered(LIVELINESS) < "manual_by_topic")
-        & (offered(LEASE) < "infinite")
-        & (offered(LEASE) <= offered(ANNOUNCEMENT_PERIOD)),
+        & define("lease_too_short", (offered(LEASE) < "infinite") & (offered(LEASE) <= offered(ANNOUNCEMENT_PERIOD))),
         code="DDS323",
         name="lease-under-announcement-period-on-fastdds",
         because=INCONSISTENT
@@ -246,8 +251,8 @@ ENDPOINTS: Final = (
     forbids(
         publisher_is("cyclonedds")
         & (offered(DURABILITY) == "transient_local")
-        & (offered(SERVICE_HISTORY) == "keep_last")
-        & ((offered(HISTORY) == "keep_all") | (offered(SERVICE_DEPTH) < offered(DEPTH))),
+        & SERVICE_KEEPS_LAST
+        & define("stores_less", (offered(HISTORY) == "keep_all") | (offered(SERVICE_DEPTH) < offered(DEPTH))),
         code="DDS353",
         name="stored-depth-under-history-on-cyclonedds",
         says="{endpoint} with history {history} and depth {history.depth} stores {durability_service.history_depth} of each instance for late readers",

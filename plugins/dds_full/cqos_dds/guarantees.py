@@ -17,6 +17,7 @@ from cqos_core.packs import (
     Unaffected,
     as_sentence,
     ceil,
+    define,
     gives,
     offered,
     publisher,
@@ -59,6 +60,7 @@ from cqos_dds.policies import (
     SIZE,
     TIME_BASED_FILTER,
 )
+from cqos_dds.rules import SERVICE_KEEPS_LAST, SERVICE_LIMIT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -69,37 +71,51 @@ LATE_JOIN: Final = requested(WORDS["late_join"].need)
 OFFLINE: Final = requested(WORDS["offline"].need)
 MAX_GAP: Final = requested(WORDS["max_gap"].need)
 
-RELIABLE: Final = (offered(RELIABILITY) == "reliable") & (requested(RELIABILITY) == "reliable")
+RELIABLE: Final = define("reliable", (offered(RELIABILITY) == "reliable") & (requested(RELIABILITY) == "reliable"))
 # Without a service, Fast DDS and OpenDDS keep in the writer's process what they would hand to it.
-IN_WRITER: Final = (offered(DURABILITY) == "transient_local") | publisher_is(*FAST_DDS, "opendds")
-KEPT: Final = BOTH_DURABLE & (IN_WRITER | SERVICE_RUNS)
-OUTLIVES: Final = (offered(DURABILITY) >= "transient") & (requested(DURABILITY) >= "transient") & SERVICE_RUNS
-RESENT_IN: Final = ceil(RESEND_ROUND_TRIPS * ROUND_TRIP, topic(PERIOD)) + DEPTH_MARGIN
+IN_WRITER: Final = define("in_writer", (offered(DURABILITY) == "transient_local") | publisher_is(*FAST_DDS, "opendds"))
+KEPT: Final = define("kept", BOTH_DURABLE & (IN_WRITER | SERVICE_RUNS))
+OUTLIVES: Final = define(
+    "outlives", (offered(DURABILITY) >= "transient") & (requested(DURABILITY) >= "transient") & SERVICE_RUNS
+)
+RESENT_IN: Final = define("resent_in", ceil(RESEND_ROUND_TRIPS * ROUND_TRIP, topic(PERIOD)) + DEPTH_MARGIN)
 # What the program has not taken yet waits in the reader's history too, and a keep_last one replaces it.
-WAITING: Final = ceil(RESEND_ROUND_TRIPS * ROUND_TRIP + requested(TAKEN_EVERY), topic(PERIOD)) + DEPTH_MARGIN
+WAITING: Final = define(
+    "waiting", ceil(RESEND_ROUND_TRIPS * ROUND_TRIP + requested(TAKEN_EVERY), topic(PERIOD)) + DEPTH_MARGIN
+)
 # The silence is as long as the outage and what is left of a period before and after it.
-SILENCE: Final = OUTAGE + topic(PERIOD) + topic(PERIOD)
-STILL_MATCHED: Final = (publisher(PARTICIPANT_LEASE) > SILENCE) & (subscriber(PARTICIPANT_LEASE) > SILENCE)
+SILENCE: Final = define("silence", OUTAGE + topic(PERIOD) + topic(PERIOD))
+STILL_MATCHED: Final = define(
+    "still_matched", (publisher(PARTICIPANT_LEASE) > SILENCE) & (subscriber(PARTICIPANT_LEASE) > SILENCE)
+)
 ONE_OF_EACH: Final = "which other writers write the instance is not seen in one pair"
+
+
+def instance_limit(side: Callable[[Policy], Term]) -> Operand:
+    """Define how many samples of an instance one side may hold."""
+    return define(f"{side.__name__}_most", side(MAX_PER_INSTANCE))
 
 
 def has_room(side: Callable[[Policy], Term], samples: Operand) -> Sentence:
     """Say that the history of one side has room for some samples of an instance, within its limits."""
-    last = (side(HISTORY) == "keep_last") & (side(DEPTH) >= samples)
-    every = (side(HISTORY) == "keep_all") & (side(MAX_PER_INSTANCE) >= samples)
-    return (last | every) & (side(MAX_SAMPLES) >= samples)
+    called = side.__name__
+    last = define(f"{called}_last_suffice", (side(HISTORY) == "keep_last") & (side(DEPTH) >= samples))
+    every = define(f"{called}_all_suffice", (side(HISTORY) == "keep_all") & (side(MAX_PER_INSTANCE) >= samples))
+    return define(f"{called}_history_has_room", (last | every) & (side(MAX_SAMPLES) >= samples))
 
 
-def spans(side: Callable[[Policy], Term], time: Operand) -> Sentence:
+def spans(side: Callable[[Policy], Term], time: Operand, spanned: str) -> Sentence:
     """Say that the history of one side has room for what is written of an instance in some time, within its limits."""
-    last = (side(HISTORY) == "keep_last") & lasts(side(DEPTH), time)
-    every = (side(HISTORY) == "keep_all") & lasts(side(MAX_PER_INSTANCE), time)
-    return (last | every) & lasts(side(MAX_SAMPLES), time)
+    called = side.__name__
+    last = (side(HISTORY) == "keep_last") & lasts(f"{called}_depth_spans_{spanned}", side(DEPTH), time)
+    every = (side(HISTORY) == "keep_all") & lasts(f"{called}_instance_spans_{spanned}", instance_limit(side), time)
+    limit = lasts(f"{called}_limit_spans_{spanned}", side(MAX_SAMPLES), time)
+    return define(f"{called}_history_spans_{spanned}", (last | every) & limit)
 
 
-def lasts(samples: Term, time: Operand) -> Sentence:
-    """Say that so many samples are what is written of an instance in some time."""
-    return (samples == "unlimited") | (samples * topic(PERIOD) >= time)
+def lasts(name: str, samples: Operand, time: Operand) -> Sentence:
+    """Define that so many samples are what is written of an instance in some time."""
+    return define(name, (samples == "unlimited") | (samples * topic(PERIOD) >= time))
 
 
 def within_limits(side: Callable[[Policy], Term]) -> Sentence:
@@ -107,25 +123,44 @@ def within_limits(side: Callable[[Policy], Term]) -> Sentence:
     none = (
         (side(MAX_SAMPLES) == "unlimited")
         & (side(MAX_INSTANCES) == "unlimited")
-        & (side(MAX_PER_INSTANCE) == "unlimited")
+        & (instance_limit(side) == "unlimited")
     )
-    return none | ((side(HISTORY) == "keep_last") & ~as_sentence(topic(KEYED)))
+    called = side.__name__
+    replaces = (side(HISTORY) == "keep_last") & ~as_sentence(topic(KEYED))
+    return define(f"{called}_never_full", define(f"{called}_unlimited", none) | replaces)
 
 
 # Limits of the durability service do not bind what Cyclone DDS keeps; seen by running it.
-UNBOUND: Final = publisher_is("cyclonedds")
-SERVICE_HAS_ROOM: Final = (
-    ((offered(SERVICE_HISTORY) == "keep_last") & (offered(SERVICE_DEPTH) >= LATE_JOIN))
-    | ((offered(SERVICE_HISTORY) == "keep_all") & ((offered(SERVICE_MAX_PER_INSTANCE) >= LATE_JOIN) | UNBOUND))
-) & ((offered(SERVICE_MAX_SAMPLES) >= LATE_JOIN) | UNBOUND)
-STORE_HAS_ROOM: Final = (KEPT_BY_SERVICE & SERVICE_HAS_ROOM) | (~KEPT_BY_SERVICE & has_room(offered, LATE_JOIN))
-SERVICE_SPANS: Final = (
-    ((offered(SERVICE_HISTORY) == "keep_last") & lasts(offered(SERVICE_DEPTH), OFFLINE))
-    | ((offered(SERVICE_HISTORY) == "keep_all") & (lasts(offered(SERVICE_MAX_PER_INSTANCE), OFFLINE) | UNBOUND))
-) & (lasts(offered(SERVICE_MAX_SAMPLES), OFFLINE) | UNBOUND)
-STORE_SPANS: Final = (KEPT_BY_SERVICE & SERVICE_SPANS) | (~KEPT_BY_SERVICE & spans(offered, OFFLINE))
-STORE_KEEPS_ALL: Final = (KEPT_BY_SERVICE & (offered(SERVICE_HISTORY) == "keep_all")) | (
-    ~KEPT_BY_SERVICE & (offered(HISTORY) == "keep_all")
+SERVICE_KEEPS_ALL: Final = define("service_keeps_all", offered(SERVICE_HISTORY) == "keep_all")
+UNBOUND: Final = define("unbound", publisher_is("cyclonedds"))
+SERVICE_HAS_ROOM: Final = define(
+    "service_has_room",
+    (
+        define("service_last_suffice", SERVICE_KEEPS_LAST & (offered(SERVICE_DEPTH) >= LATE_JOIN))
+        | (
+            SERVICE_KEEPS_ALL
+            & define("service_all_suffice", (offered(SERVICE_MAX_PER_INSTANCE) >= LATE_JOIN) | UNBOUND)
+        )
+    )
+    & ((offered(SERVICE_MAX_SAMPLES) >= LATE_JOIN) | UNBOUND),
+)
+STORE_HAS_ROOM: Final = define(
+    "store_has_room", (KEPT_BY_SERVICE & SERVICE_HAS_ROOM) | (~KEPT_BY_SERVICE & has_room(offered, LATE_JOIN))
+)
+SERVICE_SPANS: Final = define(
+    "service_spans",
+    (
+        (SERVICE_KEEPS_LAST & lasts("service_depth_spans_absence", offered(SERVICE_DEPTH), OFFLINE))
+        | (SERVICE_KEEPS_ALL & (lasts("service_instance_spans_absence", SERVICE_LIMIT, OFFLINE) | UNBOUND))
+    )
+    & (lasts("service_limit_spans_absence", offered(SERVICE_MAX_SAMPLES), OFFLINE) | UNBOUND),
+)
+STORE_SPANS: Final = define(
+    "store_spans", (KEPT_BY_SERVICE & SERVICE_SPANS) | (~KEPT_BY_SERVICE & spans(offered, OFFLINE, "absence"))
+)
+STORE_KEEPS_ALL: Final = define(
+    "store_keeps_all",
+    (KEPT_BY_SERVICE & SERVICE_KEEPS_ALL) | (~KEPT_BY_SERVICE & (offered(HISTORY) == "keep_all")),
 )
 # Bytes that no reader has acknowledged, up to which a writer of Cyclone DDS never waits: the mark begins at 30 kB, grows to 500 kB, and
 # each time that samples are sent again falls, to 1 kB at the lowest. Seen by running it: the first write timed out at 42 kB.
@@ -267,7 +302,10 @@ LOSS_FREE: Final = (
     ),
     gives(
         "loss_free",
-        (requested(AUTOPURGE_NOWRITER) == "infinite") & (requested(AUTOPURGE_DISPOSED) == "infinite"),
+        define(
+            "never_purged",
+            (requested(AUTOPURGE_NOWRITER) == "infinite") & (requested(AUTOPURGE_DISPOSED) == "infinite"),
+        ),
         doubt=True,
         code="DDS513",
         name="loss-by-autopurge",
@@ -321,10 +359,12 @@ ARRIVAL: Final = (
         "ordered",
         ~as_sentence(topic(KEYED))
         | (
-            as_sentence(offered(ORDERED))
-            & as_sentence(requested(ORDERED))
-            & (offered(ACCESS_SCOPE) >= "topic")
-            & (requested(ACCESS_SCOPE) >= "topic")
+            define(
+                "ordered_access",
+                as_sentence(offered(ORDERED))
+                & as_sentence(requested(ORDERED))
+                & define("of_topic", (offered(ACCESS_SCOPE) >= "topic") & (requested(ACCESS_SCOPE) >= "topic")),
+            )
             & ~either_is(*FAST_DDS)
         ),
         code="DDS518",
@@ -436,7 +476,7 @@ LATE: Final = (
     ),
     gives(
         "offline",
-        spans(requested, OFFLINE),
+        spans(requested, OFFLINE, "absence"),
         code="DDS529",
         name="offline-longer-than-history",
         because="of what was written meanwhile the reader keeps no more than its history",
@@ -475,7 +515,7 @@ LATE: Final = (
 )
 
 # A filter lets the first sample through that comes after its separation, unless it holds none back at all.
-PASSES: Final = requested(TIME_BASED_FILTER) <= topic(PERIOD)
+PASSES: Final = define("passes", requested(TIME_BASED_FILTER) <= topic(PERIOD))
 
 TIME: Final = (
     gives(
@@ -492,8 +532,10 @@ TIME: Final = (
         RELIABLE
         & (
             (offered(DEADLINE) + requested(TIME_BASED_FILTER) <= MAX_GAP)
-            | (topic(PERIOD) + requested(TIME_BASED_FILTER) <= MAX_GAP)
-            | (PASSES & (topic(PERIOD) <= MAX_GAP))
+            | define(
+                "period_within_gap",
+                (topic(PERIOD) + requested(TIME_BASED_FILTER) <= MAX_GAP) | (PASSES & (topic(PERIOD) <= MAX_GAP)),
+            )
         ),
         code="DDS534",
         name="gap-not-bounded",
@@ -504,7 +546,11 @@ TIME: Final = (
     gives(
         "max_gap",
         (offered(OWNERSHIP) == "exclusive")
-        & ((offered(LEASE) <= MAX_GAP) | (publisher(PARTICIPANT_LEASE) <= MAX_GAP) | (requested(DEADLINE) <= MAX_GAP)),
+        & define(
+            "failover_within_gap",
+            define("lease_within_gap", (offered(LEASE) <= MAX_GAP) | (publisher(PARTICIPANT_LEASE) <= MAX_GAP))
+            | (requested(DEADLINE) <= MAX_GAP),
+        ),
         survives="publisher_restart",
         code="DDS535",
         name="gap-while-writer-restarts",
@@ -547,8 +593,8 @@ TIME: Final = (
 # What a broken link costs: shorter than the participant leases, both ends stay matched and lost samples are sent again;
 # longer, the match ends, and begins anew as for a late reader. All of it was seen by running Cyclone DDS and Fast DDS; a
 # reader of Fast DDS remembers how far it had got.
-WRITTEN_AGAIN: Final = topic(PERIOD) < "infinite"
-NEVER_EXPIRES: Final = offered(LIFESPAN) == "infinite"
+WRITTEN_AGAIN: Final = define("written_again", topic(PERIOD) < "infinite")
+NEVER_EXPIRES: Final = define("never_expires", offered(LIFESPAN) == "infinite")
 # Seen by running both with a lifespan of 100 ms and a program that takes every 500 ms.
 EXPIRED: Final = (
     gives(
@@ -604,7 +650,7 @@ OVER_AN_OUTAGE: Final = (
     ),
     gives(
         "loss_free",
-        (STILL_MATCHED & spans(offered, SILENCE)) | (~STILL_MATCHED & STORE_KEEPS_ALL),
+        (STILL_MATCHED & spans(offered, SILENCE, "silence")) | (~STILL_MATCHED & STORE_KEEPS_ALL),
         survives="link_outage",
         code="DDS542",
         name="outage-longer-than-writer-keeps",
@@ -614,7 +660,8 @@ OVER_AN_OUTAGE: Final = (
     ),
     gives(
         "loss_free",
-        (requested(HISTORY) == "keep_all") | (STILL_MATCHED & lasts(requested(DEPTH), SILENCE)),
+        (requested(HISTORY) == "keep_all")
+        | (STILL_MATCHED & lasts("requested_depth_spans_silence", requested(DEPTH), SILENCE)),
         survives="link_outage",
         code="DDS543",
         name="outage-longer-than-reader-keeps",
@@ -626,7 +673,7 @@ OVER_AN_OUTAGE: Final = (
         "loss_free",
         ~publisher_is("cyclonedds")
         | (offered(MAX_BLOCKING_TIME) == "infinite")
-        | ((topic(SIZE) + CYCLONE_ADDS) * ceil(SILENCE, topic(PERIOD)) <= CYCLONE_HOLDS),
+        | define("below_watermark", (topic(SIZE) + CYCLONE_ADDS) * ceil(SILENCE, topic(PERIOD)) <= CYCLONE_HOLDS),
         survives="link_outage",
         doubt=True,
         code="DDS544",

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.packs import Choice, OneOf, Policy, in_, publisher, subscriber
+from cqos_core.packs import Choice, OneOf, Policy, define, in_, publisher, subscriber
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from cqos_core.packs import Sentence
 
 FAST_DDS: Final = ("fastdds_2_9", "fastdds_3_1", "fastdds_3_6")
@@ -69,31 +71,38 @@ NO_LIVELINESS_KIND: Final = ("rustdds",)
 NO_REPRESENTATION: Final = ("fastdds_2_9", "rustdds")
 
 
+def _listed(names: Iterable[str]) -> str:
+    """Return implementations as part of a name, all versions of Fast DDS in one word."""
+    every = set(FAST_DDS) <= set(names)
+    return "_or_".join(dict.fromkeys("fastdds" if every and name in FAST_DDS else name for name in names))
+
+
 def publisher_is(*names: str) -> Sentence:
     """The publisher's implementation is one of these."""
-    return in_(publisher(IMPLEMENTATION), *names)
+    return define(f"publisher_is_{_listed(names)}", in_(publisher(IMPLEMENTATION), *names))
 
 
 def subscriber_is(*names: str) -> Sentence:
     """The subscriber's implementation is one of these."""
-    return in_(subscriber(IMPLEMENTATION), *names)
+    return define(f"subscriber_is_{_listed(names)}", in_(subscriber(IMPLEMENTATION), *names))
 
 
 def is_on(*names: str) -> Sentence:
     """The endpoint's own implementation is one of these."""
-    return in_(IMPLEMENTATION, *names)
+    return define(f"is_on_{_listed(names)}", in_(IMPLEMENTATION, *names))
 
 
 def both_are(*names: str) -> Sentence:
     """Both ends are of these implementations."""
-    return publisher_is(*names) & subscriber_is(*names)
+    return define(f"both_are_{_listed(names)}", publisher_is(*names) & subscriber_is(*names))
 
 
 def either_is(*names: str) -> Sentence:
     """At least one end is of these implementations."""
-    return publisher_is(*names) | subscriber_is(*names)
+    return define(f"either_is_{_listed(names)}", publisher_is(*names) | subscriber_is(*names))
 
 
 def only_one_is(*names: str) -> Sentence:
     """One end is of these implementations and the other is not."""
-    return (publisher_is(*names) & ~subscriber_is(*names)) | (subscriber_is(*names) & ~publisher_is(*names))
+    one, other = publisher_is(*names), subscriber_is(*names)
+    return define(f"one_is_{_listed(names)}", (one & ~other) | (other & ~one))

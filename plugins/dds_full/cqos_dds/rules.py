@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.packs import (
     call,
+    define,
     first,
     forbids,
     in_,
@@ -89,13 +90,17 @@ DESTINATION_ORDER_FITS: Final = offered(DESTINATION_ORDER) >= requested(DESTINAT
 SCOPE_FITS: Final = offered(ACCESS_SCOPE) >= requested(ACCESS_SCOPE)
 COHERENCE_FITS: Final = offered(COHERENT) >= requested(COHERENT)
 ORDER_FITS: Final = offered(ORDERED) >= requested(ORDERED)
-ENCODING_FITS: Final = in_(first(offered(DATA_REPRESENTATION)), requested(DATA_REPRESENTATION))
-SOME_ENCODING_FITS: Final = overlaps(offered(DATA_REPRESENTATION), requested(DATA_REPRESENTATION))
+PRESENTATION_FITS: Final = define("sets_and_order_fit", COHERENCE_FITS & ORDER_FITS)
+ENCODING_FITS: Final = define("encoding_fits", in_(first(offered(DATA_REPRESENTATION)), requested(DATA_REPRESENTATION)))
+SOME_ENCODING_FITS: Final = define(
+    "some_encoding_fits", overlaps(offered(DATA_REPRESENTATION), requested(DATA_REPRESENTATION))
+)
 
 
 def takes_encoding(end_is: Callable[..., Sentence]) -> Sentence:
     """One end takes the pair for a match, as far as encodings go."""
-    return ENCODING_FITS | (end_is("opendds") & SOME_ENCODING_FITS) | end_is(*NO_REPRESENTATION)
+    takes = ENCODING_FITS | (end_is("opendds") & SOME_ENCODING_FITS) | end_is(*NO_REPRESENTATION)
+    return define(f"{end_is.__name__.removesuffix('_is')}_takes_encoding", takes)
 
 
 REQUEST_OFFER: Final = (
@@ -190,7 +195,8 @@ REQUEST_OFFER: Final = (
 INCONSISTENT: Final = "it cannot be created, because "
 KEEPS_LAST: Final = HISTORY == "keep_last"
 KEEPS_ALL: Final = HISTORY == "keep_all"
-SERVICE_KEEPS_LAST: Final = offered(SERVICE_HISTORY) == "keep_last"
+SERVICE_KEEPS_LAST: Final = define("service_keeps_last", offered(SERVICE_HISTORY) == "keep_last")
+SERVICE_LIMIT: Final = define("service_limit", offered(SERVICE_MAX_PER_INSTANCE))
 CHECKS_SERVICE: Final = ~publisher_is(*FAST_DDS)
 
 CREATION: Final = (
@@ -250,7 +256,7 @@ CREATION: Final = (
         creation=True,
     ),
     forbids(
-        SERVICE_KEEPS_LAST & (offered(SERVICE_DEPTH) > offered(SERVICE_MAX_PER_INSTANCE)) & CHECKS_SERVICE,
+        SERVICE_KEEPS_LAST & (offered(SERVICE_DEPTH) > SERVICE_LIMIT) & CHECKS_SERVICE,
         code="DDS307",
         name="service-depth-over-limit",
         because=INCONSISTENT + "the durability service is to keep more of an instance than its limits allow",
@@ -259,9 +265,7 @@ CREATION: Final = (
         creation=True,
     ),
     forbids(
-        (offered(SERVICE_MAX_PER_INSTANCE) < "unlimited")
-        & (offered(SERVICE_MAX_SAMPLES) < offered(SERVICE_MAX_PER_INSTANCE))
-        & CHECKS_SERVICE,
+        (SERVICE_LIMIT < "unlimited") & (offered(SERVICE_MAX_SAMPLES) < SERVICE_LIMIT) & CHECKS_SERVICE,
         code="DDS308",
         name="service-max-samples-under-max-per-instance",
         because=INCONSISTENT + "the durability service may hold more samples of one instance than in all",
@@ -296,8 +300,12 @@ CREATION: Final = (
 
 # Who meets whom -----------------------------------------------------------------------------------------------
 
-PUBLISHER_MEETS: Final = call("partitions_meet", offered(PARTITION), requested(PARTITION), publisher(IMPLEMENTATION))
-SUBSCRIBER_MEETS: Final = call("partitions_meet", offered(PARTITION), requested(PARTITION), subscriber(IMPLEMENTATION))
+PUBLISHER_MEETS: Final = define(
+    "publisher_meets", call("partitions_meet", offered(PARTITION), requested(PARTITION), publisher(IMPLEMENTATION))
+)
+SUBSCRIBER_MEETS: Final = define(
+    "subscriber_meets", call("partitions_meet", offered(PARTITION), requested(PARTITION), subscriber(IMPLEMENTATION))
+)
 
 MEETING: Final = (
     meets(

@@ -48,7 +48,8 @@ def test_partitions_alone_have_no_column_form():
 
 def test_every_sentence_has_a_text_form():
     for rule in PACK.rules:
-        assert parse(str(rule.sentence)) == rule.sentence
+        read = parse(str(rule.sentence), PACK.definitions)
+        assert (read, str(read)) == (rule.sentence, str(rule.sentence))
 
 
 # The tables are derived from the sentences, under `standard`.

@@ -17,6 +17,7 @@ from cqos_core.packs import (
     as_sentence,
     broker,
     call,
+    define,
     gives,
     least,
     offered,
@@ -43,7 +44,6 @@ from cqos_mqtt.policies import (
     PERSISTENCE,
     QOS,
     QUEUE_LASTS,
-    QUEUED,
     QUEUED_BYTES,
     QUEUES_QOS0,
     RECEIVE_MAXIMUM,
@@ -61,55 +61,71 @@ from cqos_mqtt.policies import (
     WILL_DELAY,
     WILL_TOPIC,
 )
-from cqos_mqtt.rules import EFFECTIVE, GRANTED, in_3_1_1, keeps_session
+from cqos_mqtt.rules import EFFECTIVE, GRANTED, ROOM, in_3_1_1, keeps_session
 
 OFFLINE: Final = requested(WORDS["offline"].need)
 LATE_JOIN: Final = requested(WORDS["late_join"].need)
 MAX_AGE: Final = requested(WORDS["max_age"].need)
 LIVENESS: Final = requested(WORDS["liveness"].need)
 
-GETS_RETAINED: Final = offered(RETAIN) & (requested(RETAIN_HANDLING) != "do_not_send") & ~requested(SHARED)
-COMES_BACK: Final = keeps_session(subscriber) & ~subscriber(CLEAN)
+GETS_RETAINED: Final = define(
+    "gets_retained", offered(RETAIN) & (requested(RETAIN_HANDLING) != "do_not_send") & ~requested(SHARED)
+)
+COMES_BACK: Final = define("comes_back", keeps_session(subscriber) & ~subscriber(CLEAN))
 # A Will is sent by the broker, so no session of its client matters to it.
-SENDER_COMES_BACK: Final = offered(IS_WILL) | (keeps_session(publisher) & ~publisher(CLEAN))
+SENDER_COMES_BACK: Final = define(
+    "sender_comes_back", offered(IS_WILL) | (keeps_session(publisher) & ~publisher(CLEAN))
+)
 # In 3.1.1 a session that is kept has no end of its own, but a broker may put one to it (3.1.2.4).
-WAITS_LONG_ENOUGH: Final = (OFFLINE <= broker(BROKER_SESSION_EXPIRY)) & (
-    in_3_1_1(subscriber) | (OFFLINE <= subscriber(SESSION_EXPIRY))
+WAITS_LONG_ENOUGH: Final = define(
+    "waits_long_enough",
+    (OFFLINE <= broker(BROKER_SESSION_EXPIRY)) & (in_3_1_1(subscriber) | (OFFLINE <= subscriber(SESSION_EXPIRY))),
 )
-BRIDGES_OUTAGE: Final = (OUTAGE <= broker(BROKER_SESSION_EXPIRY)) & (
-    in_3_1_1(subscriber) | (OUTAGE <= subscriber(SESSION_EXPIRY))
+BRIDGES_OUTAGE: Final = define(
+    "bridges_outage",
+    (OUTAGE <= broker(BROKER_SESSION_EXPIRY)) & (in_3_1_1(subscriber) | (OUTAGE <= subscriber(SESSION_EXPIRY))),
 )
-SENDER_BRIDGES_OUTAGE: Final = offered(IS_WILL) | (
-    (OUTAGE <= broker(BROKER_SESSION_EXPIRY)) & (in_3_1_1(publisher) | (OUTAGE <= publisher(SESSION_EXPIRY)))
+SESSION_LASTS: Final = define("session_lasts", COMES_BACK & BRIDGES_OUTAGE)
+SENDER_BRIDGES_OUTAGE: Final = define(
+    "sender_bridges_outage",
+    offered(IS_WILL)
+    | ((OUTAGE <= broker(BROKER_SESSION_EXPIRY)) & (in_3_1_1(publisher) | (OUTAGE <= publisher(SESSION_EXPIRY)))),
 )
-NOT_REPLAYED: Final = (
+NOT_REPLAYED: Final = define(
+    "not_replayed",
     ~offered(RETAIN)
     | (requested(RETAIN_HANDLING) == "do_not_send")
-    | (COMES_BACK & (requested(RETAIN_HANDLING) == "send_if_new"))
+    | (COMES_BACK & (requested(RETAIN_HANDLING) == "send_if_new")),
 )
 # A client whose session goes on need not subscribe again, so only a client with a new session certainly gets what is retained.
-FOUND_AGAIN: Final = (GETS_RETAINED & ~COMES_BACK) | (COMES_BACK & (EFFECTIVE >= "1"))
+FOUND_AGAIN: Final = define("found_again", (GETS_RETAINED & ~COMES_BACK) | (COMES_BACK & (EFFECTIVE >= "1")))
 SAVED_AT_ONCE: Final = broker(AUTOSAVE) == "0s"
-ROOM: Final = least(subscriber(RECEIVE_MAXIMUM), broker(INFLIGHT)) + broker(QUEUED)
 # A broker replaces the keep alive of 5.0 only: to a client of 3.1.1 it cannot say so, and Mosquitto leaves it; seen by
 # running it.
-PINGS_EVERY: Final = least(publisher(KEEP_ALIVE), broker(SERVER_KEEP_ALIVE))
-PINGS: Final = (publisher(KEEP_ALIVE) < "infinite") | (~in_3_1_1(publisher) & (PINGS_EVERY < "infinite"))
+PINGS_EVERY: Final = define("pings_every", least(publisher(KEEP_ALIVE), broker(SERVER_KEEP_ALIVE)))
+PINGS: Final = define(
+    "pings", (publisher(KEEP_ALIVE) < "infinite") | (~in_3_1_1(publisher) & (PINGS_EVERY < "infinite"))
+)
 # What was published meanwhile comes at once after the break. Mosquitto 2.0.11 drops messages of QoS 2 beyond its own window, which
 # 3.1.1 cannot announce; seen by running it.
-FEW_AT_ONCE: Final = (
-    (offered(QOS) != "2") | ~in_3_1_1(publisher) | offered(IS_WILL) | (publisher(SENDS_AT_ONCE) <= broker(INFLIGHT))
+FEW_AT_ONCE: Final = define(
+    "few_at_once",
+    (offered(QOS) != "2") | ~in_3_1_1(publisher) | offered(IS_WILL) | (publisher(SENDS_AT_ONCE) <= broker(INFLIGHT)),
 )
-NEVER_EXPIRES: Final = (offered(EXPIRY) == "infinite") | in_3_1_1(publisher)
-TAKEN_IN_TIME: Final = NEVER_EXPIRES | (requested(TAKEN_EVERY) <= offered(EXPIRY))
+NEVER_EXPIRES: Final = define("never_expires", (offered(EXPIRY) == "infinite") | in_3_1_1(publisher))
+TAKEN_IN_TIME: Final = define("taken_in_time", NEVER_EXPIRES | (requested(TAKEN_EVERY) <= offered(EXPIRY)))
 # The Will comes after one and a half keep alives, what the broker needs to notice, and the delay of the Will, which the end of
 # the session cuts short. All of it twice.
-TOLD_AFTER: Final = (
-    3 * PINGS_EVERY + 2 * broker(NOTICES_LATER) + 2 * least(publisher(WILL_DELAY), publisher(SESSION_EXPIRY))
+KEEP_ALIVE_NOTICED: Final = define("keep_alive_noticed", 3 * publisher(KEEP_ALIVE) + 2 * broker(NOTICES_LATER))
+WILL_SENT_AFTER: Final = define(
+    "will_sent_after",
+    3 * PINGS_EVERY + 2 * broker(NOTICES_LATER) + 2 * least(publisher(WILL_DELAY), publisher(SESSION_EXPIRY)),
 )
-TOLD_IN_TIME: Final = (
-    in_3_1_1(publisher) & (3 * publisher(KEEP_ALIVE) + 2 * broker(NOTICES_LATER) <= 2 * LIVENESS)
-) | (~in_3_1_1(publisher) & (TOLD_AFTER <= 2 * LIVENESS))
+NOTICED_IN_TIME: Final = define(
+    "noticed_in_time",
+    (in_3_1_1(publisher) & (KEEP_ALIVE_NOTICED <= 2 * LIVENESS))
+    | (~in_3_1_1(publisher) & (WILL_SENT_AFTER <= 2 * LIVENESS)),
+)
 
 SHARES: Final = "each message goes to one member of a share group only"
 FORGETS: Final = "the broker loses its sessions and messages when it is restarted without persistence"
@@ -288,7 +304,7 @@ GUARANTEES: Final = (
         "loss_free",
         ~requested(PACED)
         | (requested(BURSTS) == 0)
-        | ((requested(BURSTS) <= ROOM) & (requested(BURST_BYTES) < broker(QUEUED_BYTES))),
+        | define("burst_fits", (requested(BURSTS) <= ROOM) & (requested(BURST_BYTES) < broker(QUEUED_BYTES))),
         code="MQTT706",
         name="burst-overflows-queue",
         because="more may come at once, on all topics of the client together, than the broker keeps for a connected client",
@@ -334,8 +350,7 @@ GUARANTEES: Final = (
     ),
     gives(
         "latest",
-        (GETS_RETAINED & ~(COMES_BACK & BRIDGES_OUTAGE))
-        | (COMES_BACK & BRIDGES_OUTAGE & (EFFECTIVE >= "1") & (OUTAGE <= requested(QUEUE_LASTS))),
+        (GETS_RETAINED & ~SESSION_LASTS) | (SESSION_LASTS & (EFFECTIVE >= "1") & (OUTAGE <= requested(QUEUE_LASTS))),
         survives="link_outage",
         code="MQTT320",
         name="latest-lost-in-outage",
@@ -734,7 +749,7 @@ GUARANTEES: Final = (
     ),
     gives(
         "liveness",
-        ~PINGS | TOLD_IN_TIME,
+        ~PINGS | NOTICED_IN_TIME,
         code="MQTT506",
         name="liveness-too-slow",
         because="the broker notices a loss after one and a half keep alives at the earliest, and sends the Will after its delay",

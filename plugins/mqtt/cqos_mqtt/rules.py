@@ -20,6 +20,7 @@ from cqos_core.packs import (
     by_option,
     call,
     count,
+    define,
     forbids,
     greatest,
     least,
@@ -100,18 +101,19 @@ if TYPE_CHECKING:
     from cqos_core.packs import Operand, Sentence, Term
 
 # The core of MQTT: what a subscription is granted, and with which guarantee a message arrives.
-GRANTED: Final = least(requested(QOS), broker(MAXIMUM_QOS), broker(GRANTED_QOS))
-EFFECTIVE: Final = least(GRANTED, greatest(offered(QOS), broker(UPGRADES)))
+GRANTED: Final = define("granted", least(requested(QOS), broker(MAXIMUM_QOS), broker(GRANTED_QOS)))
+EFFECTIVE: Final = define("effective", least(GRANTED, greatest(offered(QOS), broker(UPGRADES))))
 
 
 def in_3_1_1(side: Callable[[Term], Operand]) -> Sentence:
     """The connection speaks the older version."""
-    return side(VERSION) == "3.1.1"
+    return define(f"{side.__name__}_in_3_1_1", side(VERSION) == "3.1.1")
 
 
 def keeps_session(side: Callable[[Term], Operand]) -> Sentence:
     """The broker keeps the session of this connection while it is away."""
-    return (in_3_1_1(side) & ~side(CLEAN)) | ((side(VERSION) == "5.0") & (side(SESSION_EXPIRY) > "0s"))
+    in_5_0 = (side(VERSION) == "5.0") & (side(SESSION_EXPIRY) > "0s")
+    return define(f"{side.__name__}_keeps_session", (in_3_1_1(side) & ~side(CLEAN)) | in_5_0)
 
 
 # How severe the loss of a QoS is that was stated, and that no stated need asks for.
@@ -171,9 +173,9 @@ DELIVERY: Final = (
 REFUSED: Final = "the broker ends the connection, because "
 
 # Packets are counted whole, with fixed header, topic and properties; what else a program may add is not known here.
-TO_BROKER: Final = offered(PAYLOAD) + offered(ENVELOPE_TO_BROKER)
+TO_BROKER: Final = define("to_broker", offered(PAYLOAD) + offered(ENVELOPE_TO_BROKER))
 _PACKET_ID: Final = 2
-FROM_BROKER: Final = offered(PAYLOAD) + offered(ENVELOPE) + offered(PROPERTIES)
+FROM_BROKER: Final = define("from_broker", offered(PAYLOAD) + offered(ENVELOPE) + offered(PROPERTIES))
 
 CAPABILITIES: Final = (
     requires(
@@ -266,9 +268,10 @@ CAPABILITIES: Final = (
     requires(
         in_3_1_1(subscriber)
         | (subscriber(PACKET_SIZE) == "unlimited")
-        | (
+        | define(
+            "fits_subscriber",
             (FROM_BROKER <= subscriber(PACKET_SIZE))
-            & ((EFFECTIVE == "0") | (FROM_BROKER + _PACKET_ID <= subscriber(PACKET_SIZE)))
+            & ((EFFECTIVE == "0") | (FROM_BROKER + _PACKET_ID <= subscriber(PACKET_SIZE))),
         ),
         code="MQTT210",
         name="message-too-big-for-subscriber",
@@ -382,9 +385,12 @@ SESSIONS: Final = (
         & (
             (participant(SESSION_EXPIRY) > "0s")
             | (participant(WILL_DELAY) > "0s")
-            | (participant(RECEIVE_MAXIMUM) < WIDEST_WINDOW)
-            | (participant(PACKET_SIZE) < "unlimited")
-            | (participant(ALIASES) > 0)
+            | define(
+                "states_limits",
+                (participant(RECEIVE_MAXIMUM) < WIDEST_WINDOW)
+                | (participant(PACKET_SIZE) < "unlimited")
+                | (participant(ALIASES) > 0),
+            )
         ),
         code="MQTT411",
         name="connection-field-not-in-3-1-1",
@@ -584,6 +590,8 @@ FILTERS: Final = (
 
 SMALL_WINDOW: Final = 10
 
+ROOM: Final = define("room", least(subscriber(RECEIVE_MAXIMUM), broker(INFLIGHT)) + broker(QUEUED))
+
 FLOW: Final = (
     forbids(
         (requested(QOS) >= "1") & (subscriber(RECEIVE_MAXIMUM) < SMALL_WINDOW),
@@ -609,8 +617,8 @@ FLOW: Final = (
         & requested(PACED)
         & (EFFECTIVE >= "1")
         & (
-            (requested(BURSTS) > least(subscriber(RECEIVE_MAXIMUM), broker(INFLIGHT)) + broker(QUEUED))
-            | ((requested(BURSTS) > 0) & (requested(BURST_BYTES) >= broker(QUEUED_BYTES)))
+            (requested(BURSTS) > ROOM)
+            | define("burst_over_bytes", (requested(BURSTS) > 0) & (requested(BURST_BYTES) >= broker(QUEUED_BYTES)))
         ),
         code="MQTT704",
         name="queue-overflow",

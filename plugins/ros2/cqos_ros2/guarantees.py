@@ -19,6 +19,7 @@ from cqos_core.packs import (
     Unaffected,
     as_sentence,
     ceil,
+    define,
     gives,
     in_,
     offered,
@@ -52,30 +53,35 @@ OFFLINE: Final = requested(WORDS["offline"].need)
 MAX_AGE: Final = WORDS["max_age"]
 MAX_GAP: Final = requested(WORDS["max_gap"].need)
 
-BETWEEN_BRIDGES: Final = publisher(RMW) == "zenoh_bridge"
-OVER_ZENOH: Final = (publisher(RMW) == "zenoh") | BETWEEN_BRIDGES
-FROM_MICRO_ROS: Final = publisher(RMW) == "micro_ros"
+BETWEEN_BRIDGES: Final = define("between_bridges", publisher(RMW) == "zenoh_bridge")
+OVER_ZENOH: Final = define("over_zenoh", (publisher(RMW) == "zenoh") | BETWEEN_BRIDGES)
+FROM_MICRO_ROS: Final = define("from_micro_ros", publisher(RMW) == "micro_ros")
 RELAY: Final = ("zenoh", "zenoh_bridge", "micro_ros")
-STRAIGHT: Final = ~in_(publisher(RMW), *RELAY) & ~in_(subscriber(RMW), *RELAY)
+STRAIGHT: Final = define("straight", ~in_(publisher(RMW), *RELAY) & ~in_(subscriber(RMW), *RELAY))
 
-RELIABLE: Final = (offered(RELIABILITY) == "reliable") & (requested(RELIABILITY) == "reliable")
-DELIVERED: Final = RELIABLE | OVER_ZENOH
-KEPT: Final = (offered(DURABILITY) == "transient_local") & (requested(DURABILITY) == "transient_local")
+RELIABLE: Final = define("reliable", (offered(RELIABILITY) == "reliable") & (requested(RELIABILITY) == "reliable"))
+DELIVERED: Final = define("delivered", RELIABLE | OVER_ZENOH)
+KEPT: Final = define("kept", (offered(DURABILITY) == "transient_local") & (requested(DURABILITY) == "transient_local"))
 # Zenoh keeps `depth` samples for late subscriptions whatever the history is.
-KEEPS_ALL: Final = (offered(HISTORY) == "keep_all") & ~OVER_ZENOH
-WAITS: Final = (offered(RELIABILITY) == "reliable") & (offered(HISTORY) == "keep_all")
-NEVER_DROPPED: Final = (
+KEEPS_ALL: Final = define("keeps_all", (offered(HISTORY) == "keep_all") & ~OVER_ZENOH)
+WAITS: Final = define("waits", (offered(RELIABILITY) == "reliable") & (offered(HISTORY) == "keep_all"))
+NEVER_DROPPED: Final = define(
+    "never_dropped",
     ~OVER_ZENOH
     | (BETWEEN_BRIDGES & (offered(RELIABILITY) == "reliable"))
-    | (~BETWEEN_BRIDGES & (WAITS | (RELIABLE & KEPT)))
+    | (~BETWEEN_BRIDGES & (WAITS | (RELIABLE & KEPT))),
 )
-RESENT_IN: Final = ceil(RESEND_ROUND_TRIPS * ROUND_TRIP, topic(PERIOD)) + DEPTH_MARGIN
+RESENT_IN: Final = define("resent_in", ceil(RESEND_ROUND_TRIPS * ROUND_TRIP, topic(PERIOD)) + DEPTH_MARGIN)
 
 # What the program has not taken yet waits in the subscription's history too, and a keep_last one replaces it.
-WAITING: Final = ceil(RESEND_ROUND_TRIPS * ROUND_TRIP + requested(TAKEN_EVERY), topic(PERIOD)) + DEPTH_MARGIN
+WAITING: Final = define(
+    "waiting", ceil(RESEND_ROUND_TRIPS * ROUND_TRIP + requested(TAKEN_EVERY), topic(PERIOD)) + DEPTH_MARGIN
+)
 # The silence is as long as the outage and what is left of a period before and after it.
-SILENCE: Final = OUTAGE + topic(PERIOD) + topic(PERIOD)
-STILL_MATCHED: Final = (publisher(PARTICIPANT_LEASE) > SILENCE) & (subscriber(PARTICIPANT_LEASE) > SILENCE)
+SILENCE: Final = define("silence", OUTAGE + topic(PERIOD) + topic(PERIOD))
+STILL_MATCHED: Final = define(
+    "still_matched", (publisher(PARTICIPANT_LEASE) > SILENCE) & (subscriber(PARTICIPANT_LEASE) > SILENCE)
+)
 
 RMW_ZENOH: Final = "rmw_zenoh, docs/design.md and rmw_publisher_data.cpp"
 DROPPED: Final = (
@@ -254,7 +260,8 @@ LATE: Final = (
     ),
     gives(
         "offline",
-        spans(KEEPS_ALL, offered(DEPTH), OFFLINE) & spans(requested(HISTORY) == "keep_all", requested(DEPTH), OFFLINE),
+        define("publisher_spans_absence", spans(KEEPS_ALL, offered(DEPTH), OFFLINE))
+        & define("subscription_spans_absence", spans(requested(HISTORY) == "keep_all", requested(DEPTH), OFFLINE)),
         code="ROS517",
         name="offline-longer-than-history",
         because="no more than the history of both ends is kept of what is sent meanwhile",
@@ -293,7 +300,7 @@ TIME: Final = (
     gives(
         "liveness",
         WORDS["liveness"].enough(offered(LEASE))
-        | (~OVER_ZENOH & WORDS["liveness"].enough(publisher(PARTICIPANT_LEASE))),
+        | define("node_lease_suffices", ~OVER_ZENOH & WORDS["liveness"].enough(publisher(PARTICIPANT_LEASE))),
         code="ROS521",
         name="loss-of-publisher-unnoticed",
         because="a publisher counts as alive until its lease, or that of its node's participant, has run out",
@@ -409,8 +416,8 @@ LATER: Final = (
 # What a broken link costs: shorter than the participant leases, both ends stay matched and lost samples are sent again;
 # longer, the match ends, and begins anew as for a late subscription.
 ENDS_MATCH: Final = "DDSI-RTPS 2.5, 8.5.3.2; DDS 1.4, 2.2.3.4"
-SENT_AGAIN: Final = topic(PERIOD) < "infinite"
-NEVER_EXPIRES: Final = (offered(LIFESPAN) == "infinite") | FROM_MICRO_ROS
+SENT_AGAIN: Final = define("sent_again", topic(PERIOD) < "infinite")
+NEVER_EXPIRES: Final = define("never_expires", (offered(LIFESPAN) == "infinite") | FROM_MICRO_ROS)
 EXPIRED: Final = (
     gives(
         "max_age",
@@ -465,7 +472,8 @@ OVER_AN_OUTAGE: Final = (
     ),
     gives(
         "loss_free",
-        (STILL_MATCHED & spans(offered(HISTORY) == "keep_all", offered(DEPTH), SILENCE)) | (~STILL_MATCHED & KEEPS_ALL),
+        (STILL_MATCHED & define("spans_silence", spans(offered(HISTORY) == "keep_all", offered(DEPTH), SILENCE)))
+        | (~STILL_MATCHED & KEEPS_ALL),
         survives="link_outage",
         code="ROS541",
         name="outage-longer-than-publisher-keeps",

@@ -10,19 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.packs import (
-    ENDPOINT,
-    Anything,
-    Duration,
-    PerRole,
-    by_option,
-    flow,
-    offered,
-    publisher,
-    requested,
-    requires,
-    subscriber,
-)
+from cqos_core.packs import ENDPOINT, Anything, Duration, PerRole, by_option, define, flow, offered, requested, requires
 from cqos_ros2.policies import (
     DEADLINE,
     DURABILITY,
@@ -35,10 +23,9 @@ from cqos_ros2.policies import (
     POLICIES,
     RELIABILITY,
     REPORTED_UNKNOWN,
-    RMW,
     choice,
 )
-from cqos_ros2.rules import NAMES, REQUEST_OFFER
+from cqos_ros2.rules import BOTH_BRIDGES, BOTH_ON_ZENOH, NAMES, REQUEST_OFFER
 
 if TYPE_CHECKING:
     from cqos_core.packs import ByOption, Meaning, Plain, Policy, Sentence
@@ -128,23 +115,22 @@ RAW_POLICIES: Final = tuple(RAW.get(p.name, p) if p.level == ENDPOINT else p for
 
 
 def _raw_durations_fit(policy: Policy) -> Sentence:
-    return (requested(policy) == 0) | ((offered(policy) != 0) & (offered(policy) <= requested(policy)))
+    fits = (requested(policy) == 0) | ((offered(policy) != 0) & (offered(policy) <= requested(policy)))
+    return define(f"{policy.name}_fits", fits)
 
 
-BETWEEN_BRIDGES: Final = (publisher(RMW) == "zenoh_bridge") & (subscriber(RMW) == "zenoh_bridge")
-ON_ZENOH: Final = (publisher(RMW) == "zenoh") & (subscriber(RMW) == "zenoh")
 DURATIONS: Final = {"ROS103": _raw_durations_fit(DEADLINE), "ROS105": _raw_durations_fit(LEASE)}
 RAW_RULES: Final = (
     *(
         replace(
             rule,
-            sentence=ON_ZENOH | BETWEEN_BRIDGES | DURATIONS.get(rule.code, rule.sentence),
+            sentence=BOTH_ON_ZENOH | BOTH_BRIDGES | DURATIONS.get(rule.code, rule.sentence),
             clause="rmw_dds_common, qos_profile_check_compatible",
         )
         for rule in REQUEST_OFFER
     ),
     requires(
-        ~(ON_ZENOH & (offered(DURABILITY) == "transient_local") & (requested(DURABILITY) == "volatile")),
+        ~(BOTH_ON_ZENOH & (offered(DURABILITY) == "transient_local") & (requested(DURABILITY) == "volatile")),
         code="ROS201",
         name="history-not-requested",
         because="the publisher keeps samples for late subscriptions, but this one does not ask for them",

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from functools import reduce
 from operator import or_
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from cqos_core.packs import (
     all_equal,
     ceil,
+    define,
     forbids,
     in_,
     matches,
@@ -58,6 +59,11 @@ from cqos_ros2.policies import (
     TOPIC_TYPE,
     TYPE,
 )
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from cqos_core.packs import Policy, Sentence, Term
 
 CONCEPT: Final = "ROS 2 concepts, Quality of Service settings"
 COMPATIBILITY: Final = f"{CONCEPT}, compatibilities"
@@ -104,8 +110,18 @@ REQUEST_OFFER: Final = (
 
 # ROS2xx: pairs and signals that connect, but not as one may think ------------------------------------------
 
-REPLAY_UNREAD: Final = (offered(DURABILITY) >= "transient_local") & (requested(DURABILITY) == "volatile")
-BOTH_DURABLE: Final = (offered(DURABILITY) >= "transient_local") & (requested(DURABILITY) >= "transient_local")
+REPLAY_UNREAD: Final = define(
+    "replay_unread", (offered(DURABILITY) >= "transient_local") & (requested(DURABILITY) == "volatile")
+)
+BOTH_DURABLE: Final = define(
+    "both_durable", (offered(DURABILITY) >= "transient_local") & (requested(DURABILITY) >= "transient_local")
+)
+
+
+def replays(side: Callable[[Policy], Term]) -> Sentence:
+    """Define that one side takes part in replays to late subscriptions, with a depth."""
+    return define(f"{side.__name__}_replays", (side(HISTORY) == "keep_last") & (side(DURABILITY) >= "transient_local"))
+
 
 PAIRS: Final = (
     forbids(
@@ -139,15 +155,8 @@ PAIRS: Final = (
         fixes=("depth",),
     ),
     forbids(
-        (
-            requested(DEPTH) * subscriber(BRIDGE_CACHE)
-            < total(
-                offered(DEPTH),
-                (offered(DURABILITY) >= "transient_local") & (offered(HISTORY) == "keep_last"),
-            )
-        )
-        & (requested(HISTORY) == "keep_last")
-        & (requested(DURABILITY) >= "transient_local")
+        (requested(DEPTH) * subscriber(BRIDGE_CACHE) < total(offered(DEPTH), replays(offered)))
+        & replays(requested)
         & (subscriber(RMW) != "zenoh_bridge")  # which hands on what comes and keeps nothing
         & topic(ACCUMULATED),
         code="ROS204",
@@ -175,8 +184,7 @@ PAIRS: Final = (
             all_equal(offered(RELIABILITY))
             & all_equal(offered(DURABILITY))
             & all_equal(offered(DEADLINE))
-            & all_equal(offered(LIVELINESS))
-            & all_equal(offered(LEASE))
+            & define("liveliness_alike", all_equal(offered(LIVELINESS)) & all_equal(offered(LEASE)))
         ),
         code="ROS205",
         name="publishers-differ",
@@ -192,7 +200,7 @@ PAIRS: Final = (
 
 DURABLE: Final = DURABILITY >= "transient_local"
 MANUAL: Final = LIVELINESS >= "manual_by_node"
-RESENDING: Final = RESEND_ROUND_TRIPS * ROUND_TRIP
+RESENDING: Final = define("resending", RESEND_ROUND_TRIPS * ROUND_TRIP)
 
 ENDPOINTS: Final = (
     forbids(
@@ -261,9 +269,12 @@ ENDPOINTS: Final = (
         & (
             stated(RELIABILITY, "best_available")
             | stated(DURABILITY, "best_available")
-            | stated(DEADLINE, "best_available")
-            | stated(LIVELINESS, "best_available")
-            | stated(LEASE, "best_available")
+            | define(
+                "best_available_times",
+                stated(DEADLINE, "best_available")
+                | stated(LIVELINESS, "best_available")
+                | stated(LEASE, "best_available"),
+            )
         ),
         code="ROS306",
         name="best-available-distro",
@@ -449,6 +460,11 @@ ENDPOINTS: Final = (
 
 # ROS4xx: names, and who meets whom -------------------------------------------------------------------------
 
+BOTH_ON_ZENOH: Final = define("both_on_zenoh", (publisher(RMW) == "zenoh") & (subscriber(RMW) == "zenoh"))
+BOTH_BRIDGES: Final = define(
+    "both_zenoh_bridges", (publisher(RMW) == "zenoh_bridge") & (subscriber(RMW) == "zenoh_bridge")
+)
+
 NAMES: Final = (
     meets(
         publisher(DOMAIN) == subscriber(DOMAIN),
@@ -458,8 +474,8 @@ NAMES: Final = (
         clause="ROS 2 concepts, The ROS_DOMAIN_ID",
     ),
     meets(
-        ((publisher(RMW) == "zenoh") & (subscriber(RMW) == "zenoh"))
-        | ((publisher(RMW) == "zenoh_bridge") & (subscriber(RMW) == "zenoh_bridge"))
+        BOTH_ON_ZENOH
+        | BOTH_BRIDGES
         | ~(in_(publisher(RMW), "zenoh", "zenoh_bridge") | in_(subscriber(RMW), "zenoh", "zenoh_bridge")),
         code="ROS402",
         name="transport-split",

@@ -907,6 +907,26 @@ class Rule(_message.Message):
 
     DESCRIPTOR: _descriptor.Descriptor
 
+    @_typing.final
+    class DefinitionsEntry(_message.Message):
+        DESCRIPTOR: _descriptor.Descriptor
+
+        KEY_FIELD_NUMBER: _builtins.int
+        VALUE_FIELD_NUMBER: _builtins.int
+        key: _builtins.str
+        value: _builtins.str
+        def __init__(
+            self,
+            *,
+            key: _builtins.str = ...,
+            value: _builtins.str = ...,
+        ) -> None: ...
+        _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+        def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+        _ClearFieldArgType: _TypeAlias = _typing.Literal["key", b"key", "value", b"value"]  # noqa: Y015
+        def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+        def WhichOneof(self, oneof_group: _Never) -> None: ...
+
     CODE_FIELD_NUMBER: _builtins.int
     NAME_FIELD_NUMBER: _builtins.int
     KIND_FIELD_NUMBER: _builtins.int
@@ -923,6 +943,8 @@ class Rule(_message.Message):
     GUARANTEE_FIELD_NUMBER: _builtins.int
     SURVIVES_FIELD_NUMBER: _builtins.int
     SEVERITY_BY_FIELD_NUMBER: _builtins.int
+    CONDITION_FIELD_NUMBER: _builtins.int
+    DEFINITIONS_FIELD_NUMBER: _builtins.int
     KIND_VALUE_FIELD_NUMBER: _builtins.int
     SCOPE_VALUE_FIELD_NUMBER: _builtins.int
     ROLE_VALUE_FIELD_NUMBER: _builtins.int
@@ -956,6 +978,8 @@ class Rule(_message.Message):
     """The guarantee that it takes away where its sentence is false, if it is about one."""
     survives: _builtins.str
     """The fault that the guarantee then survives."""
+    condition: _builtins.str
+    """The sentence with the names of `definitions`, for people."""
     kind_value: Global___RuleKind.ValueType
     """`kind`, as a number."""
     scope_value: Global___RuleScope.ValueType
@@ -978,6 +1002,10 @@ class Rule(_message.Message):
     def severity_by(self) -> Global___SeverityByOption:
         """How its severity depends on an option, if it does."""
 
+    @_builtins.property
+    def definitions(self) -> _containers.ScalarMap[_builtins.str, _builtins.str]:
+        """What these names stand for, by name."""
+
     def __init__(
         self,
         *,
@@ -997,6 +1025,8 @@ class Rule(_message.Message):
         guarantee: _builtins.str | None = ...,
         survives: _builtins.str | None = ...,
         severity_by: Global___SeverityByOption | None = ...,
+        condition: _builtins.str = ...,
+        definitions: _abc.Mapping[_builtins.str, _builtins.str] | None = ...,
         kind_value: Global___RuleKind.ValueType = ...,
         scope_value: Global___RuleScope.ValueType = ...,
         role_value: _report_pb2.Role.ValueType = ...,
@@ -1005,7 +1035,7 @@ class Rule(_message.Message):
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee", "_role", b"_role", "_survives", b"_survives", "guarantee", b"guarantee", "role", b"role", "severity_by", b"severity_by", "survives", b"survives"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee", "_role", b"_role", "_survives", b"_survives", "aliases", b"aliases", "because", b"because", "clause", b"clause", "code", b"code", "column_form", b"column_form", "guarantee", b"guarantee", "guarantee_value", b"guarantee_value", "help", b"help", "kind", b"kind", "kind_value", b"kind_value", "name", b"name", "role", b"role", "role_value", b"role_value", "scope", b"scope", "scope_value", b"scope_value", "sentence", b"sentence", "severity", b"severity", "severity_by", b"severity_by", "survives", b"survives", "survives_value", b"survives_value", "table", b"table"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee", "_role", b"_role", "_survives", b"_survives", "aliases", b"aliases", "because", b"because", "clause", b"clause", "code", b"code", "column_form", b"column_form", "condition", b"condition", "definitions", b"definitions", "guarantee", b"guarantee", "guarantee_value", b"guarantee_value", "help", b"help", "kind", b"kind", "kind_value", b"kind_value", "name", b"name", "role", b"role", "role_value", b"role_value", "scope", b"scope", "scope_value", b"scope_value", "sentence", b"sentence", "severity", b"severity", "severity_by", b"severity_by", "survives", b"survives", "survives_value", b"survives_value", "table", b"table"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__guarantee: _TypeAlias = _typing.Literal["guarantee"]  # noqa: Y015
     _WhichOneofArgType__guarantee: _TypeAlias = _typing.Literal["_guarantee", b"_guarantee"]  # noqa: Y015
