@@ -27,6 +27,11 @@ protocol: mqtt
 participants:
   panel: {broker: "broker:1883", subscribes: {farm/weather: {qos: 1, needs: {loss_free: true}}}}
 """
+VALVE: Final = """cqos: 1
+protocol: mqtt
+participants:
+  valve: {broker: "home:1883", subscribes: {room/1/valve: {qos: 1, needs: {loss_free: true}}}}
+"""
 ADDED: Final = {
     "RViz": (
         "rviz_and_parameters",
@@ -141,6 +146,35 @@ ADDED: Final = {
         },
         "station.yaml",
         "\n    bindings: {mqtt: {qos: 1}}\n",
+    ),
+    "a Thing Description": (
+        "lamp_thing",
+        {
+            "lamp.td.json": {', "mqv:qos": "1", "mqv:retain": true}': "}"},
+            "app.yaml": {"{lamp/state: {qos: 1}}": "{lamp/state: {qos: 1, needs: {loss_free: true}}}"},
+        },
+        "lamp.td.json",
+        '"mqv:filter": "lamp/state", "mqv:qos": 1}',
+    ),
+    "Node-RED": (
+        "heating_flows.json",
+        {
+            "heating_flows.json": {'"topic": "room/1/valve", "qos": "1"': '"topic": "room/1/valve", "qos": ""'},
+            "valve.yaml": {"": VALVE},
+        },
+        "heating_flows.json",
+        '"topic": "room/1/valve", "qos": "1", "retain": "true"',
+    ),
+    "Node-RED, not stated": (
+        "heating_flows.json",
+        {
+            "heating_flows.json": {
+                '"topic": "room/1/valve", "qos": "1", "retain": "true", "broker": "b1"': '"topic": "room/1/valve", "broker": "b1"'
+            },
+            "valve.yaml": {"": VALVE},
+        },
+        "heating_flows.json",
+        '"broker": "b1", "wires": [], "qos": "1"}',
     ),
     "a bridge of Mosquitto": (
         "barn_bridge",

@@ -32,6 +32,8 @@ _DECLINED = {"asyncapi": "cqos_mqtt.importers.detect:declines_asyncapi"}
 _INSERTERS = {
     "asyncapi": "cqos_mqtt.importers.editing:insert_bindings",
     "mosquitto": "cqos_mqtt.importers.editing:state_directives",
+    "node_red": "cqos_mqtt.importers.editing:state_fields",
+    "wot": "cqos_mqtt.importers.editing:insert_terms",
 }
 _READ = (
     ("asyncapi", "AsyncAPI 2.x and 3.x documents with MQTT servers", _DOCUMENTS),

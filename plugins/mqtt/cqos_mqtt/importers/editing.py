@@ -1,11 +1,11 @@
-"""Adds settings to AsyncAPI documents, and directives to mosquitto.conf; comments and layout stay."""
+"""Adds settings to AsyncAPI documents, Thing Descriptions, flows of Node-RED and mosquitto.conf; comments and layout stay."""
 
 from __future__ import annotations
 
 import re
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.editing import difference, insert_nested
+from cqos_core.importers.editing import difference, insert, insert_nested, state
 from cqos_core.model.encoding import Lines
 from cqos_core.packs import INFINITE, Duration
 
@@ -23,6 +23,10 @@ BINDINGS: Final = {
     "retain_as_published": "x-retainAsPublished",
 }
 """The field of an MQTT binding in AsyncAPI for a policy, of those whose values are written alike."""
+TERMS: Final = {"qos": "mqv:qos", "retain": "mqv:retain"}
+"""The term of a form in a Thing Description for a policy."""
+FIELDS: Final = {"no_local": "nl", "qos": "qos", "retain": "retain", "retain_as_published": "rap"}
+"""The field of a node of Node-RED for a policy, of those whose values are written alike."""
 _ROUTE: Final = re.compile(
     r'(?P<head>\s*topic\s+(?:"[^"]*"|\S+)(?:\s+(?P<way>in|out|both))?)(?:\s+(?P<qos>[012])(?=\s|$))?'
 )
@@ -31,6 +35,16 @@ _ROUTE: Final = re.compile(
 def insert_bindings(text: str, place: Place, settings: Mapping[str, str]) -> Replacement | None:
     """Add fields to the MQTT binding of the operation or server at ``place``."""
     return insert_nested(text, place, ("bindings", "mqtt"), {BINDINGS[name]: value for name, value in settings.items()})
+
+
+def insert_terms(text: str, place: Place, settings: Mapping[str, str]) -> Replacement | None:
+    """Add terms to the form at ``place``."""
+    return insert(text, place, {TERMS[name]: value for name, value in settings.items()}, typed=True)
+
+
+def state_fields(text: str, place: Place, settings: Mapping[str, str]) -> Replacement | None:
+    """State fields of the node at ``place``."""
+    return state(text, place, {FIELDS[name]: value for name, value in settings.items()})
 
 
 def state_directives(text: str, place: Place, settings: Mapping[str, str]) -> Replacement | None:

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import collector_paused, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Room, Setting
 from cqos_mqtt.importers.document import Document, stated, truth
+from cqos_mqtt.importers.editing import FIELDS
 
 if TYPE_CHECKING:
     from cqos_core.importers.source import ReadContext, Source
@@ -157,13 +158,16 @@ class _Reader(Document):
                     ("rh", "retain_handling", "0"),
                 )
                 settings |= self._stated(node, options)
-            self.endpoint(client, SUBSCRIBER, topic, where, settings, presets=("node_red_in",), label=label)
+            policies = tuple(policy for policy in FIELDS if policy != "retain" and (in_5_0 or policy == "qos"))
+            room = Room(self.place(node), policies, restated=True)
+            self.endpoint(client, SUBSCRIBER, topic, where, settings, presets=("node_red_in",), label=label, room=room)
             return
         fields = (("qos", "qos", _DEFAULT_OUT), ("retain", "retain", "false"))
         settings = self._stated(node, fields)
         if in_5_0:
             settings |= self._stated(node, (("expiry", "message_expiry_interval", ""),))
-        self.endpoint(client, PUBLISHER, topic, where, settings, presets=("node_red_out",), label=label)
+        room = Room(self.place(node), ("qos", "retain"), restated=True)
+        self.endpoint(client, PUBLISHER, topic, where, settings, presets=("node_red_out",), label=label, room=room)
 
     def _stated(self, node: MappingNode, fields: tuple[tuple[str, str, str], ...]) -> Settings:
         """Return what is set to something else than the default."""

@@ -12,8 +12,9 @@ from urllib.parse import unquote, urlsplit
 
 from cqos_core.importers.reading import collector_paused, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Room, Setting
 from cqos_mqtt.importers.document import Document, levels, stated
+from cqos_mqtt.importers.editing import TERMS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -40,7 +41,7 @@ _DEFAULT_OPS: Final = {
     "actions": ("invokeaction",),
     "events": ("subscribeevent",),
 }
-_TERMS: Final = {"mqv:qos": "qos", "mqv:retain": "retain"}
+_TERMS: Final = {term: policy for policy, term in TERMS.items()}
 """Terms of a form that hold QoS, with their policies."""
 _OTHER_TERMS: Final = frozenset(("mqv:filter", "mqv:topic", "mqv:controlPacket"))
 _SCHEMES: Final = ("mqtt", "mqtts", "mqtt+ws", "mqtt+wss", "mqtt+tcp", "mqtts+tcp")
@@ -141,7 +142,7 @@ class _Reader(Document):
         if packet == "subscribe":
             if retain is not None:
                 settings["retain"] = self.setting(retain)
-            self.endpoint(client, PUBLISHER, topic, where, settings)
+            self.endpoint(client, PUBLISHER, topic, where, settings, room=Room(self.place(form), tuple(TERMS)))
             return
         needs: Settings = {}
         if isinstance(qos, ScalarNode):
