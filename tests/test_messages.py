@@ -18,10 +18,10 @@ from cqos_core.remote.messages import (
     report_message,
     report_value,
     system_message,
-    system_problems,
     system_value,
     to_message,
 )
+from cqos_core.remote.request_problems import system_problems
 from tests.laws.systems import BOTH, systems
 
 EXAMPLES = [
@@ -138,7 +138,9 @@ def test_every_kind_of_value_in_a_system_comes_back():
         },
         topics={"t": s.Topic("t", stated, external=True, protocol="dds", place=place), "u": s.Topic("u")},
         participants={
-            "n": s.Participant("n", "ros2", stated, {"b": "x", "a": "y"}, True, ("m",), "n$", "N", place),
+            "n": s.Participant(
+                "n", "ros2", stated, {"b": "x", "a": "y"}, True, ("m",), "n$", "N", place, groups={"publishers": place}
+            ),
             "m": s.Participant("m"),
         },
         endpoints=[

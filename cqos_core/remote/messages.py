@@ -9,9 +9,8 @@ from __future__ import annotations
 import re
 from contextlib import suppress
 from dataclasses import MISSING, fields
-from datetime import date
 from functools import cache, lru_cache
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.message import Message
@@ -22,13 +21,12 @@ from cqos_core.analysis import differences
 from cqos_core.language.policy import Names
 from cqos_core.model import problems, report, system
 from cqos_core.model.memory import LONGEST_REMEMBERED
-from cqos_core.model.pattern import PatternError, pattern
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Severity, Verdict
-from cqos_core.model.system import NAMED, Setting
+from cqos_core.model.system import Setting
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping
 
     from google.protobuf.descriptor import Descriptor, EnumDescriptor, EnumValueDescriptor
 
@@ -38,36 +36,13 @@ _Convert: TypeAlias = "Callable[[Any], Any]"
 _KINDS: Final[Mapping[str, type[Any]]] = {
     name: vars(module)[name]
     for module, names in (
-        (
-            report,
-            (
-                *("Report", "Group", "Finding", "Side", "Fact", "Remedy", "Edit"),
-                *("PairReport", "PolicyComparison", "Guarantee", "GuaranteeCell", "HopReport", "Assumption"),
-            ),
-        ),
-        (
-            system,
-            (
-                *(
-                    "System",
-                    "Profile",
-                    "ProfileRef",
-                    "Scope",
-                    "Topic",
-                    "Endpoint",
-                    "Overlay",
-                    "Participant",
-                    "Broker",
-                    "Bridge",
-                    "Room",
-                    "Route",
-                ),
-                *("Bound", "TeamRule", "Acceptance", "ImportNote", "Place"),
-            ),
-        ),
-        (problems, ("Problem",)),
+        (report, "Report Group Finding Side Fact Remedy Edit PairReport PolicyComparison Assumption"),
+        (report, "Guarantee GuaranteeCell HopReport"),
+        (system, "System Profile ProfileRef Scope Topic Endpoint Overlay Participant Broker Bridge Room Route Bound"),
+        (system, "TeamRule Acceptance ImportNote Place"),
+        (problems, "Problem"),
     )
-    for name in names
+    for name in names.split()
 } | {
     "Diff": differences.Diff,
     "MissingEndpoint": differences.Missing,
@@ -76,13 +51,6 @@ _KINDS: Final[Mapping[str, type[Any]]] = {
 }
 _TYPED: Final[Mapping[str, Callable[[str], Any]]] = {"Verdict": Verdict, "Severity": Severity, "Side": differences.Side}
 _STATED: Final = "_stated"
-
-
-class FieldProblem(NamedTuple):
-    """What is wrong with one field of a request."""
-
-    field: str
-    description: str
 
 
 # --- to messages ---
@@ -202,6 +170,10 @@ def _map_writer(field: FieldDescriptor, text: _Convert) -> _Convert:
     if value.enum_type is not None:
         numbers = _numbers(value.enum_type)
         return lambda found: {text(name): numbers[item] for name, item in found.items()}
+    if value.message_type is not None and value.message_type.name in _KINDS:
+        nested: Any = GetMessageClass(value.message_type)
+        write = _writer(nested, text)
+        return lambda found: {text(name): write(item) for name, item in found.items()}
     if value.message_type is not None:  # options by pack
         return lambda found: {
             text(name): system_pb2.Options(settings=_texts(settings, text), settings_stated=_stated(settings, text))
@@ -466,6 +438,8 @@ def _map_reader(value: FieldDescriptor) -> _Convert:
     if value.enum_type is not None:
         words = _words(value.enum_type)
         return lambda found: {name: Verdict(words[found[name]] or Verdict.UNKNOWN) for name in sorted(found)}
+    if value.message_type is not None and value.message_type.name in _KINDS:
+        return lambda found: {name: from_message(found[name]) for name in sorted(found)}
     if value.message_type is not None:
         return lambda found: {
             name: settings_value(found[name].settings, found[name].settings_stated) for name in sorted(found)
@@ -504,152 +478,3 @@ def _setting(text: str) -> Setting:
 
 # Few texts make up most systems.
 _remembered_setting = lru_cache(maxsize=16_384)(Setting)
-
-
-# --- what may be wrong with a system that somebody sends ---
-
-_BOTH_ROLES: Final = (report_pb2.ROLE_PUBLISHER, report_pb2.ROLE_SUBSCRIBER)
-_SEVERITIES: Final = (report_pb2.SEVERITY_ERROR, report_pb2.SEVERITY_WARNING, report_pb2.SEVERITY_NOTE)
-_LEVELS: Final = ("error", "warning", "note", "off")
-_BOUNDS: Final = ("exactly", "at_least", "at_most", "one_of", "not")
-
-
-def system_problems(message: system_pb2.System, path: str = "system") -> Iterator[FieldProblem]:
-    """Yield what no importer would have let pass, each with the path of its field."""
-    known = {each.id for each in message.participants}
-    for field, found in message.ListFields():
-        name = field.name
-        if name == "endpoints":
-            for index, endpoint in enumerate(found):
-                yield from endpoint_problems(endpoint, known, f"{path}.endpoints[{index}]")
-        elif name in NAMED:
-            for index, entry in enumerate(found):
-                yield from named_problems(entry, f"{path}.{name}[{index}]")
-            yield from _repeated(found, NAMED[name], f"{path}.{name}")
-    yield from part_problems(message, path)
-
-
-def named_problems(message: Any, path: str) -> Iterator[FieldProblem]:
-    """Yield what is wrong with a participant, profile, topic, broker or bridge."""
-    key = _NEEDED.get(type(message))
-    if key is not None and not getattr(message, key):
-        yield FieldProblem(f"{path}.{key}", f"{'an id' if key == 'id' else 'a name'} is needed")
-    if isinstance(message, system_pb2.Bridge):
-        for index, route in enumerate(message.routes):
-            yield from _route_problems(route, f"{path}.routes[{index}]")
-
-
-# A topic may be without a name, which is reported.
-_NEEDED: Final[Mapping[type[Any], str]] = {
-    system_pb2.Participant: "id",
-    system_pb2.Profile: "name",
-    system_pb2.Bridge: "id",
-}
-
-
-def _repeated(entries: Any, key: str, path: str) -> Iterator[FieldProblem]:
-    seen: set[str] = set()
-    for index, entry in enumerate(entries):
-        name = getattr(entry, key)
-        if name in seen:
-            yield FieldProblem(f"{path}[{index}].{key}", f"`{name}` is there already")
-        seen.add(name)
-
-
-def endpoint_problems(message: system_pb2.Endpoint, participants: set[str], path: str) -> Iterator[FieldProblem]:
-    """Yield what is wrong with an endpoint, whose participant must be one of ``participants``."""
-    if not message.id:
-        yield FieldProblem(f"{path}.id", "an id is needed")
-    if message.role not in _BOTH_ROLES:
-        needed = "a role is needed: ROLE_PUBLISHER or ROLE_SUBSCRIBER"
-        yield FieldProblem(f"{path}.role", _unknown_number(message.role) if message.role else needed)
-    if not message.participant or message.participant not in participants:
-        said = f"`{message.participant}` is none of the participants" if message.participant else "an id is needed"
-        yield FieldProblem(f"{path}.participant", said)
-
-
-def _route_problems(message: system_pb2.Route, path: str) -> Iterator[FieldProblem]:
-    """Yield what is wrong with a route; that a participant is not there is a finding of the check."""
-    for end, role in (("source", report_pb2.ROLE_SUBSCRIBER), ("target", report_pb2.ROLE_PUBLISHER)):
-        side = getattr(message, end)
-        if side.role != role:
-            yield FieldProblem(
-                f"{path}.{end}.role", f"{report_pb2.Role.Name(role)} is needed: a bridge {_DOES[role]} it"
-            )
-        if not side.participant:
-            yield FieldProblem(f"{path}.{end}.participant", "an id is needed")
-    for field in ("only", "but"):
-        for index, text in enumerate(getattr(message, field)):
-            try:
-                pattern(text)
-            except PatternError as error:
-                told = f"it cannot be read as a regular expression: {error}"
-                yield FieldProblem(f"{path}.{field}[{index}]", told)
-
-
-_DOES: Final = {report_pb2.ROLE_SUBSCRIBER: "subscribes to", report_pb2.ROLE_PUBLISHER: "publishes"}
-
-
-def _unknown_number(number: int) -> str:
-    return f"{number} is no role: 1 is ROLE_PUBLISHER, 2 is ROLE_SUBSCRIBER"
-
-
-def part_problems(message: Any, path: str) -> Iterator[FieldProblem]:
-    """Yield what is wrong with what has no name in a system, or in a message that holds such a part alone."""
-    for field, found in message.ListFields():
-        find = _OF_PARTS.get(field.name)
-        if find is not None:
-            yield from find(found, f"{path}.{field.name}")
-
-
-def _overlay_problems(overlays: Sequence[system_pb2.Overlay], path: str) -> Iterator[FieldProblem]:
-    for index, overlay in enumerate(overlays):
-        if overlay.role and overlay.role not in _BOTH_ROLES:
-            yield FieldProblem(f"{path}[{index}].role", _unknown_number(overlay.role))
-
-
-def _check_problems(checks: Sequence[system_pb2.TeamRule], path: str) -> Iterator[FieldProblem]:
-    for index, rule in enumerate(checks):
-        for place, bound in enumerate(rule.require):
-            where = f"{path}[{index}].require[{place}]"
-            if bound.relation not in _BOUNDS:
-                yield FieldProblem(f"{where}.relation", f"`{bound.relation}` is none of {', '.join(_BOUNDS)}")
-            if not bound.values:
-                yield FieldProblem(f"{where}.values", "a value is needed")
-
-
-def _accept_problems(accept: Sequence[system_pb2.Acceptance], path: str) -> Iterator[FieldProblem]:
-    for index, accepted in enumerate(accept):
-        if not accepted.because:
-            yield FieldProblem(f"{path}[{index}].because", "a reason is needed")
-        if accepted.HasField("until") and not _is_date(accepted.until):
-            yield FieldProblem(f"{path}[{index}].until", f"`{accepted.until}` is no date such as 2027-01-31")
-
-
-def _is_date(text: str) -> bool:
-    try:
-        date.fromisoformat(text)
-    except ValueError:
-        return False
-    return True
-
-
-def _severity_problems(severities: Mapping[str, str], path: str) -> Iterator[FieldProblem]:
-    for name, level in severities.items():
-        if level not in _LEVELS:
-            yield FieldProblem(f"{path}[{name}]", f"`{level}` is none of {', '.join(_LEVELS)}")
-
-
-def _note_problems(notes: Sequence[system_pb2.ImportNote], path: str) -> Iterator[FieldProblem]:
-    for index, note in enumerate(notes):
-        if note.severity not in _SEVERITIES:
-            yield FieldProblem(f"{path}[{index}].severity", "a severity is needed")
-
-
-_OF_PARTS: Final[Mapping[str, Callable[[Any, str], Iterator[FieldProblem]]]] = {
-    "overlays": _overlay_problems,
-    "checks": _check_problems,
-    "accept": _accept_problems,
-    "severities": _severity_problems,
-    "notes": _note_problems,
-}

@@ -23,15 +23,8 @@ from cqos_core.inputs.loading import Given, read_together
 from cqos_core.inputs.merging import merge
 from cqos_core.model.problems import CqosError, InputError, Problem
 from cqos_core.plugins import load_plugins
-from cqos_core.remote.messages import (
-    FieldProblem,
-    list_text,
-    pair_message,
-    report_message,
-    system_problems,
-    system_value,
-    to_message,
-)
+from cqos_core.remote.messages import list_text, pair_message, report_message, system_value, to_message
+from cqos_core.remote.request_problems import FieldProblem, system_problems
 from cqos_core.service.refusal import TOO_LARGE, Refused, too_much, unfit
 
 if TYPE_CHECKING:

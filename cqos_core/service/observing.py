@@ -11,7 +11,7 @@ import sys
 import threading
 import time
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.problems import CqosError
 
@@ -87,8 +87,8 @@ def tell(level: int, event: str, **told: object) -> None:
     log.log(level, event, extra={"told": told})
 
 
-class Meter(Protocol):
-    """Counts calls."""
+class Meter:
+    """Counts calls: this one nothing, and others what they override."""
 
     def begun(self, method: str) -> None:
         """Note that a call began."""
@@ -112,32 +112,7 @@ class Meter(Protocol):
         """Note why a call was refused."""
 
 
-class NoMeter:
-    """Counts nothing."""
-
-    def begun(self, method: str) -> None:
-        """Note nothing."""
-
-    def ended(self, method: str, code: str, seconds: float) -> None:
-        """Note nothing."""
-
-    def worker_ended(self) -> None:
-        """Note nothing."""
-
-    def sessions(self, more: int) -> None:
-        """Note nothing."""
-
-    def bytes(self, more: int) -> None:
-        """Note nothing."""
-
-    def queue(self, depth: Callable[[], int]) -> None:
-        """Note nothing."""
-
-    def refused(self, reason: str) -> None:
-        """Note nothing."""
-
-
-class PrometheusMeter:
+class PrometheusMeter(Meter):
     """Counts for Prometheus."""
 
     def __init__(self) -> None:
@@ -286,7 +261,7 @@ class Observer:
 
 def _meter(settings: Settings) -> Meter:
     if settings.metrics is None:
-        return NoMeter()
+        return Meter()
     try:
         return PrometheusMeter()
     except ImportError:

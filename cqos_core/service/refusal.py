@@ -8,7 +8,8 @@ from google.protobuf import duration_pb2
 from google.rpc import code_pb2, error_details_pb2, status_pb2
 
 from cqos.v1 import report_pb2
-from cqos_core.remote.messages import FieldProblem, to_message
+from cqos_core.remote.messages import to_message
+from cqos_core.remote.request_problems import FieldProblem
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -17,7 +17,7 @@ import pytest
 from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.remote.client import ServiceError
 from cqos_core.service.callers import Callers
-from cqos_core.service.observing import NoMeter
+from cqos_core.service.observing import Meter
 from cqos_core.service.refusal import Refused
 from cqos_core.service.settings import Limits
 from tests.service.running import serving
@@ -107,7 +107,7 @@ def test_a_call_whose_workers_are_killed_twice_says_so():
 
 
 def test_bytes_of_requests_are_counted_as_they_come_and_given_back():
-    callers = Callers(Limits(message_bytes=100, total_bytes=400, inline_bytes=10, share=0.5), NoMeter())
+    callers = Callers(Limits(message_bytes=100, total_bytes=400, inline_bytes=10, share=0.5), Meter())
     with contextlib.ExitStack() as stack:
         one, other, third = (stack.enter_context(callers.calling(name)) for name in ("one", "other", "third"))
         for _ in range(2):
@@ -136,7 +136,7 @@ def test_bytes_of_requests_are_counted_as_they_come_and_given_back():
 
 
 def test_one_message_is_always_taken_however_small_the_share():
-    callers = Callers(Limits(message_bytes=100, total_bytes=100, share=0.01), NoMeter())
+    callers = Callers(Limits(message_bytes=100, total_bytes=100, share=0.01), Meter())
     with callers.calling("one") as one, callers.holding(one) as hold:
         hold(100)
 

@@ -32,8 +32,9 @@ from cqos_core.model.system import (
     TeamRule,
     Topic,
 )
-from cqos_core.remote.client import AsyncClient, PairQuestion, RemoteSession, ServiceError, SessionLostError, followed
+from cqos_core.remote.client import AsyncClient, PairQuestion, RemoteSession, ServiceError, SessionLostError
 from cqos_core.remote.messages import report_message
+from cqos_core.remote.sessions import followed
 from cqos_core.service.sessions import EditSession, difference
 from tests.test_messages import reports
 from tests.test_session import Editing

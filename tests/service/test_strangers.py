@@ -18,7 +18,7 @@ from google.rpc import error_details_pb2, status_pb2
 from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.remote.client import Client, ServiceError
 from cqos_core.service.callers import Budget, Callers
-from cqos_core.service.observing import NoMeter
+from cqos_core.service.observing import Meter
 from cqos_core.service.refusal import Refused
 from cqos_core.service.settings import Limits, read_tokens
 from tests.benchmarks.attacks import ATTACKS, attacking, polite, reached, renaming
@@ -101,7 +101,7 @@ def test_time_of_the_serving_process_is_given_back_as_it_goes_by():
 
 
 def test_who_has_many_calls_under_way_is_answered_by_workers():
-    callers = Callers(Limits(), NoMeter())
+    callers = Callers(Limits(), Meter())
     with contextlib.ExitStack() as stack:
         for number in range(1, 7):
             caller = stack.enter_context(callers.calling("a"))
@@ -113,7 +113,7 @@ def test_who_has_many_calls_under_way_is_answered_by_workers():
 
 
 def test_watching_health_takes_no_place_of_calls():
-    callers = Callers(Limits(calls=2, share=1), NoMeter())
+    callers = Callers(Limits(calls=2, share=1), Meter())
     with contextlib.ExitStack() as stack:
         for _ in range(16):
             stack.enter_context(callers.watching("a"))

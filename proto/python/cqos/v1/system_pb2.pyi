@@ -907,6 +907,27 @@ class Participant(_message.Message):
         def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
         def WhichOneof(self, oneof_group: _Never) -> None: ...
 
+    @_typing.final
+    class GroupsEntry(_message.Message):
+        DESCRIPTOR: _descriptor.Descriptor
+
+        KEY_FIELD_NUMBER: _builtins.int
+        VALUE_FIELD_NUMBER: _builtins.int
+        key: _builtins.str
+        @_builtins.property
+        def value(self) -> _report_pb2.Place: ...
+        def __init__(
+            self,
+            *,
+            key: _builtins.str = ...,
+            value: _report_pb2.Place | None = ...,
+        ) -> None: ...
+        _HasFieldArgType: _TypeAlias = _typing.Literal["value", b"value"]  # noqa: Y015
+        def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+        _ClearFieldArgType: _TypeAlias = _typing.Literal["key", b"key", "value", b"value"]  # noqa: Y015
+        def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+        def WhichOneof(self, oneof_group: _Never) -> None: ...
+
     ID_FIELD_NUMBER: _builtins.int
     PROTOCOL_FIELD_NUMBER: _builtins.int
     SETTINGS_FIELD_NUMBER: _builtins.int
@@ -918,6 +939,7 @@ class Participant(_message.Message):
     LABEL_FIELD_NUMBER: _builtins.int
     PLACE_FIELD_NUMBER: _builtins.int
     ROOM_FIELD_NUMBER: _builtins.int
+    GROUPS_FIELD_NUMBER: _builtins.int
     id: _builtins.str
     """Unique in the system."""
     protocol: _builtins.str
@@ -952,6 +974,10 @@ class Participant(_message.Message):
     def room(self) -> Global___Room:
         """As that of endpoints."""
 
+    @_builtins.property
+    def groups(self) -> _containers.MessageMap[_builtins.str, _report_pb2.Place]:
+        """Words under which it groups endpoints (`publishers`), each with its place."""
+
     def __init__(
         self,
         *,
@@ -966,10 +992,11 @@ class Participant(_message.Message):
         label: _builtins.str | None = ...,
         place: _report_pb2.Place | None = ...,
         room: Global___Room | None = ...,
+        groups: _abc.Mapping[_builtins.str, _report_pb2.Place] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "label", b"label", "place", b"place", "protocol", b"protocol", "room", b"room", "template", b"template"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "external", b"external", "id", b"id", "label", b"label", "place", b"place", "protocol", b"protocol", "remap", b"remap", "room", b"room", "settings", b"settings", "settings_stated", b"settings_stated", "starts_after", b"starts_after", "template", b"template"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_label", b"_label", "_protocol", b"_protocol", "_template", b"_template", "external", b"external", "groups", b"groups", "id", b"id", "label", b"label", "place", b"place", "protocol", b"protocol", "remap", b"remap", "room", b"room", "settings", b"settings", "settings_stated", b"settings_stated", "starts_after", b"starts_after", "template", b"template"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__label: _TypeAlias = _typing.Literal["label"]  # noqa: Y015
     _WhichOneofArgType__label: _TypeAlias = _typing.Literal["_label", b"_label"]  # noqa: Y015
