@@ -1,13 +1,18 @@
 """Law: ROS 2 and DDS say the same of the same values, whether both ends are nodes, both are programs, or one of each."""
 
+import re
 from typing import Any
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core import check
+from cqos_core.language.expression import unfolded
 from cqos_core.model.report import Report
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Role, Setting, System
+from cqos_dds.pack import PACK as DDS
+from cqos_ros2.pack import PACK as ROS2
 from cqos_ros2.wire import WIRE
 
 DURATIONS = ["1ns", "999999999ns", "1s", "1000000001ns", "1h", "infinite"]
@@ -107,3 +112,29 @@ def test_each_rule_of_request_and_offer_is_reached_on_each_topic():
         found = verdicts(judged({**fine, **change}, fine, "cyclonedds"))
         assert set(found) == {"nodes", "node_first", "node_last", "programs"}
         assert all(each == ("incompatible", {SAME_RULE[code]}) for each in found.values()), (code, found)
+
+
+SAME_CONDITION = {
+    **{f"ROS10{number}": f"DDS10{number}" for number in range(1, 4)},
+    "ROS202": "DDS202",
+    "ROS310": "DDS340",
+    "ROS316": "DDS339",
+    "ROS318": "DDS341",
+    "ROS319": "DDS343",
+    "ROS321": "DDS345",
+    "ROS401": "DDS401",
+    "ROS505": "DDS505",
+    "ROS506": "DDS506",
+    "ROS509": "DDS516",
+    "ROS522": "DDS538",
+    "ROS545": "DDS547",
+    "ROS546": "DDS548",
+}
+OWN_NAMES = {wire: own for own, wire in (*WIRE.translations(), *WIRE.options.items(), *WIRE.facts.items())}
+
+
+@pytest.mark.parametrize(("ours", "theirs"), SAME_CONDITION.items())
+def test_a_rule_of_both_packs_has_one_condition(ours, theirs):
+    """The packs do not import each other, so this holds their common rules together."""
+    one, other = (str(unfolded(pack.rule(code).sentence)) for pack, code in ((ROS2, ours), (DDS, theirs)))
+    assert re.sub(r"[a-z_.]+", lambda word: OWN_NAMES.get(word[0], word[0]), other) == one
