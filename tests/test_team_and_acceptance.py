@@ -10,10 +10,28 @@ import pytest
 
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.pipeline import context
+from cqos_core.language.expression import define
 from cqos_core.language.policy import Flag, Policy
 from cqos_core.model.system import Acceptance, Bound, Participant, TeamRule
 from cqos_core.packs.pack import Preset, RulePack
-from tests.worlds import CONTEXT, POST, box, checked, codes, only, place, profile, reader, settings, world, writer
+from cqos_core.packs.rule import forbids
+from tests.worlds import (
+    CARE,
+    CONTEXT,
+    DELAY,
+    POST,
+    SEALED,
+    box,
+    checked,
+    codes,
+    only,
+    place,
+    profile,
+    reader,
+    settings,
+    world,
+    writer,
+)
 
 if TYPE_CHECKING:
     from cqos_core.model.report import Report
@@ -34,6 +52,14 @@ def bound(policy: str, relation: Relation, *values: str) -> Bound:
 def speaks(rule: TeamRule, **stated: Any) -> bool:
     """Whether a check speaks of a writer with these settings."""
     return "CQ605" in codes(checked(writer("box", **stated), reader("box"), checks=[rule]))
+
+
+def test_a_check_may_use_the_definitions_of_the_pack():
+    risky = define("risky", (CARE == "insured") & ~SEALED)
+    pack = replace(POST, rules=(forbids(risky & (DELAY < "1s"), code="POST301", name="a", because="b"),))
+    stated = [writer("box", care="insured"), reader("box")]
+    found = only(checked(*stated, checks=[check(sentence="~risky")], where=context([pack])), "CQ605")
+    assert found.notes[0] == 'required by check `ours`: ~risky; risky is (care == "insured") & ~sealed'
 
 
 # Checks: each bound on both sides of its boundary
