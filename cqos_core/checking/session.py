@@ -192,7 +192,7 @@ class Session(Edits):
         """Do one edit; those of endpoints touch their topics only, after others all endpoints are resolved again.
 
         Raises:
-            KeyError: the system has nothing of the name that is to be removed.
+            KeyError: the system has no entry of the name to remove.
             InputError: the endpoint cannot be checked.
         """
         verb, _, what = kind.partition("_")

@@ -102,7 +102,7 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
     type=click.IntRange(1, 256),
     default=_LIMITS.workers,
     show_default=True,
-    help="Processes of each of them for documents and large models, so that these keep nobody waiting.",
+    help="Processes of each of them for documents and large models, so that these block no other call.",
 )
 @click.option(
     "--session-workers",
@@ -134,7 +134,7 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
     type=click.FloatRange(0, 1),
     default=_LIMITS.share,
     show_default=True,
-    help="Part of the calls, their bytes and the sessions that one caller may have; callers are told apart by token, certificate or "
+    help="Part of the calls, their bytes and the sessions that one caller may have; the service identifies callers by token, certificate or "
     "address.",
 )
 @click.option(
@@ -186,7 +186,7 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
     type=click.Choice(["json", "text"]),
     default=_DEFAULTS.log_format,
     show_default=True,
-    help="Of what is told on standard error.",
+    help="Of the log on standard error.",
 )
 @debug_option
 def serve(**given: Any) -> None:

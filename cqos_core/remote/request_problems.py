@@ -94,8 +94,7 @@ def _route_problems(message: system_pb2.Route, path: str) -> Iterator[FieldProbl
             try:
                 pattern(text)
             except PatternError as error:
-                told = f"it cannot be read as a regular expression: {error}"
-                yield FieldProblem(f"{path}.{field}[{index}]", told)
+                yield FieldProblem(f"{path}.{field}[{index}]", f"it is no regular expression: {error}")
 
 
 _DOES: Final = {report_pb2.ROLE_SUBSCRIBER: "subscribes to", report_pb2.ROLE_PUBLISHER: "publishes"}

@@ -228,7 +228,7 @@ def split_inputs(inputs: Sequence[File | System]) -> tuple[System | None, list[F
 
 
 class Questions:
-    """The requests of a stream of pairs; gRPC would tell nobody what whoever makes the questions raises."""
+    """The requests of a stream of pairs; they keep an exception of the iterator, which gRPC swallows."""
 
     def __init__(self, questions: Iterable[PairQuestion]) -> None:
         self._questions = questions

@@ -66,8 +66,8 @@ class _Changes(Edits):
         kind = response.WhichOneof("outcome")
         if kind == "refusal":
             fields = field_problems(response.refusal)
-            told = "; ".join(f"{each.field}: {each.description}" for each in fields)
-            raise ServiceError("INVALID_ARGUMENT", told, fields)
+            message = "; ".join(f"{each.field}: {each.description}" for each in fields)
+            raise ServiceError("INVALID_ARGUMENT", message, fields)
         self.judged = response.judged
         if kind == "report" or self._told is None:
             self._told = report_value(response.report)

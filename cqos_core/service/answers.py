@@ -77,8 +77,8 @@ def _answered(method: str, request: Any, most_endpoints: int) -> Message:
     except RecursionError:
         raise Refused("INVALID_ARGUMENT", "values are nested too deep, which is refused") from None
     except InputError as error:  # bridges make too much of what was read
-        told = "\n".join(str(each) for each in error.problems)
-        raise Refused("RESOURCE_EXHAUSTED", told, documents=error.problems, reason=TOO_LARGE) from None
+        text = "\n".join(str(each) for each in error.problems)
+        raise Refused("RESOURCE_EXHAUSTED", text, documents=error.problems, reason=TOO_LARGE) from None
 
 
 def most_endpoints(most: int) -> Context:
@@ -156,8 +156,8 @@ def get_rule(request: catalogue_pb2.GetRuleRequest, _most: int) -> catalogue_pb2
 
     found = rule_message(request.code, request.revision)
     if found is None:
-        told = f"no installed rule pack has a rule `{request.code[:60]}`"
-        raise Refused("NOT_FOUND", told, [FieldProblem("code", told)])
+        text = f"no installed rule pack has a rule `{request.code[:60]}`"
+        raise Refused("NOT_FOUND", text, [FieldProblem("code", text)])
     return found
 
 
@@ -254,9 +254,9 @@ def explain(request: check_pb2.ExplainRequest, most: int) -> check_pb2.ExplainRe
     except InputError:
         raise
     except CqosError as error:
-        told = str(error)
-        field = "publisher" if f"`{request.publisher}`" in told or not request.publisher else "subscriber"
-        raise unfit([FieldProblem(field, told)]) from None
+        text = str(error)
+        field = "publisher" if f"`{request.publisher}`" in text or not request.publisher else "subscriber"
+        raise unfit([FieldProblem(field, text)]) from None
     return check_pb2.ExplainResponse(revision=request.revision, report=pair_message(report))
 
 
@@ -359,8 +359,8 @@ def read_documents(
         else:
             systems.append(result)
     if problems:
-        told = f"{problems[0]}" + (f" (and {len(problems) - 1} more)" if len(problems) > 1 else "")
-        raise Refused("INVALID_ARGUMENT", told, fields, problems)
+        text = f"{problems[0]}" + (f" (and {len(problems) - 1} more)" if len(problems) > 1 else "")
+        raise Refused("INVALID_ARGUMENT", text, fields, problems)
     routes = sum(len(bridge.routes) for system in systems for bridge in system.bridges.values())
     bounded(sum(len(system.endpoints) for system in systems) + 2 * routes, most, f"{path}documents")
     options: Mapping[str, Mapping[str, str]] = {

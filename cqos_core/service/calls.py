@@ -110,7 +110,7 @@ class Calls:
         return self._names.get(name) or (f"token {name[:8]}" if name in self.settings.tokens else name)
 
     def holding(self, caller: Caller) -> AbstractContextManager[Callable[[int], None]]:
-        """Count the bytes of a request that comes in pieces; what is yielded is told how many have come.
+        """Count the bytes of a request that comes in pieces; call what is yielded with the number that came.
 
         Raises:
             Refused: there are too many under way.
@@ -214,7 +214,7 @@ class Calls:
                     data = await heard.next()
             finally:
                 self.observer.meter.sessions(-1)
-                # Whoever went away shall not keep its place.
+                # A caller that is gone keeps no place.
                 await asyncio.shield(asyncio.ensure_future(session.close()))
 
     async def _here(self, caller: Caller, work: Callable[[], bytes]) -> bytes:
@@ -244,7 +244,7 @@ def _stream_ended(why: str) -> Refused:
 
 
 class _Heard:
-    """The messages of a stream, as long as the service runs and somebody sends any."""
+    """The messages of a stream, as long as the service runs and the caller sends any."""
 
     def __init__(
         self, requests: AsyncIterator[bytes], draining: asyncio.Event, limits: Limits, ended: Callable[[str], Refused]
@@ -329,7 +329,7 @@ def _varint(number: int) -> bytes:
 
 
 def failure(error: BaseException, request_id: str) -> Refused:
-    """Return what a caller hears of a fault of ours; whoever runs the service reads the rest in its log."""
+    """Return what a caller gets of an internal error; the log of the service has the rest."""
     trace = str(error) if isinstance(error, FailedError) else "".join(traceback.format_exception(error))
     tell(logging.ERROR, "internal error", request_id=request_id, traceback=trace)
     return Refused("INTERNAL", f"internal error; the service's log has it under request id {request_id}")

@@ -1,7 +1,6 @@
-"""Whose turn it is, where many callers want what there are few of: whoever has used least of it.
+"""Fair scheduler: gives a free worker to the caller with the least accumulated usage.
 
-Callers are served by the time that they used, not by the number of their calls, so that one who sends many large ones keeps
-nobody waiting who sends a small one now and then.
+It counts time, not calls. So a caller that sends many large calls delays no caller that sends a small one now and then.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ class _Share(Generic[T]):
     Attributes:
         waiting: its calls that have no turn yet, each with the number of its arrival.
         using: how many of the things it has at the moment.
-        spent: seconds for which it used any, reckoned from where others were when it came.
+        spent: seconds for which it used any, from where others were when it came.
         seen: when it last began or ended something.
     """
 
@@ -53,7 +52,7 @@ class Turns(Generic[T]):
         """Hand out ``things``, which ``restore`` makes ready after each use, to as many as may wait; None: any number."""
         self._free = list(things)[::-1]
         self._restore = restore
-        # Where there are several, others than the one who comes all the time find one free.
+        # A caller that floods leaves one free for others, if there are several.
         self._most_using = max(len(self._free) - 1, 1)
         self._most_waiting = most_waiting
         self._waiting = 0
@@ -88,7 +87,7 @@ class Turns(Generic[T]):
         for name in [n for n, each in self._shares.items() if each.idle and each.seen < now - _REMEMBERED_SECONDS]:
             del self._shares[name]
         share = self._shares.setdefault(caller, _Share(self._served, now))
-        if share.idle:  # nobody saves up turns while away
+        if share.idle:  # an absent caller saves up no turns
             share.spent = max(share.spent, self._served)
         share.seen = now
         return share
@@ -116,10 +115,10 @@ class Turns(Generic[T]):
         return turn.result()
 
     def _make_room(self, share: _Share[T]) -> None:
-        """Let nobody fill all places: whoever has most of them loses one to whoever has fewer.
+        """Evict the newest queued call of the caller with the longest queue.
 
         Raises:
-            Refused: that is the one who comes now.
+            Refused: that is the caller of this call.
         """
         if self._most_waiting is None or self._waiting < self._most_waiting:
             return
@@ -133,8 +132,8 @@ class Turns(Generic[T]):
             )
         _, last = most.waiting.pop()
         self._waiting -= 1
-        told = f"{len(most.waiting)} more calls of yours wait, and others need a place, too; send fewer at a time"
-        last.set_exception(Refused("RESOURCE_EXHAUSTED", told, reason=CALLER_QUOTA))
+        message = f"{len(most.waiting)} more calls of yours wait, and others need a place, too; send fewer at a time"
+        last.set_exception(Refused("RESOURCE_EXHAUSTED", message, reason=CALLER_QUOTA))
 
     def _hand_out(self) -> None:
         while self._free:
@@ -157,7 +156,7 @@ class Turns(Generic[T]):
         began = asyncio.get_running_loop().time()
         await asyncio.wait({doing})
         if not doing.cancelled():
-            doing.exception()  # whoever asked has gone perhaps, and nobody else looks at it
+            doing.exception()  # the caller may be gone; an exception that is not read is logged
         await self._restore(thing)
         share.spent += asyncio.get_running_loop().time() - began
         self._give_back(share, thing)

@@ -1,4 +1,4 @@
-"""What is told about calls: structured logs, metrics, spans. Never what is in them, nor any credential."""
+"""Observation of calls: structured logs, metrics, spans. They hold no content of calls and no credential."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 log = logging.getLogger("cqos_core.service")
 REQUEST_ID: Final = "x-request-id"
 ALWAYS: Final = 60
-"""The level of what is told whatever the level is: that the service begins and ends."""
-# What else may have something to say, which whoever reads the lines would stumble over in another form.
+"""The level of events that every level logs: the service begins and ends."""
+# Other loggers, whose lines get the same form.
 _OTHERS: Final = ("asyncio", "grpc", "opentelemetry", "uvicorn")
 _LAST_SPANS_SECONDS: Final = 3.0
 _GIVEN_ID: Final = re.compile(r"[A-Za-z0-9._:/+=-]{1,128}")
@@ -37,15 +37,15 @@ class JsonLines(logging.Formatter):
 
     def format(self, record: logging.LogRecord) -> str:
         """Write time, level, what happened, and what belongs to it."""
-        told: dict[str, Any] = {
+        fields: dict[str, Any] = {
             "time": _time(record),
             "level": _level(record),
             "event": record.getMessage(),
-            **getattr(record, "told", {}),
+            **getattr(record, "fields", {}),
         }
         if record.exc_info:
-            told["traceback"] = self.formatException(record.exc_info)
-        return json.dumps(told, ensure_ascii=True, default=str)
+            fields["traceback"] = self.formatException(record.exc_info)
+        return json.dumps(fields, ensure_ascii=True, default=str)
 
 
 class PlainLines(logging.Formatter):
@@ -53,9 +53,11 @@ class PlainLines(logging.Formatter):
 
     def format(self, record: logging.LogRecord) -> str:
         """Write it in one line, and a traceback below it."""
-        told = " ".join(f"{name}={value}" for name, value in getattr(record, "told", {}).items() if name != "traceback")
-        line = f"{_time(record)} {_level(record):7} {record.getMessage()} {told}".rstrip()
-        trace = getattr(record, "told", {}).get("traceback", "")
+        fields = " ".join(
+            f"{name}={value}" for name, value in getattr(record, "fields", {}).items() if name != "traceback"
+        )
+        line = f"{_time(record)} {_level(record):7} {record.getMessage()} {fields}".rstrip()
+        trace = getattr(record, "fields", {}).get("traceback", "")
         if record.exc_info:
             trace = self.formatException(record.exc_info)
         return f"{line}\n{trace}".rstrip()
@@ -82,9 +84,9 @@ def start_logging(level: str, form: str) -> None:
         logger.propagate = False
 
 
-def tell(level: int, event: str, **told: object) -> None:
+def tell(level: int, event: str, **fields: object) -> None:
     """Log an event with what belongs to it."""
-    log.log(level, event, extra={"told": told})
+    log.log(level, event, extra={"fields": fields})
 
 
 class Meter:
@@ -215,7 +217,7 @@ class Watch:
         self._meter.refused(refused.reason or refused.code)
         self.end(refused.code, size, **({"reason": refused.reason} if refused.reason else {}))
 
-    def end(self, code: str, size: int = 0, **told: object) -> None:
+    def end(self, code: str, size: int = 0, **fields: object) -> None:
         """Tell how it ended."""
         seconds = time.perf_counter() - self._began
         self._meter.ended(self._method, code, seconds)
@@ -234,7 +236,7 @@ class Watch:
                 peer=self._peer,
                 bytes_in=self.size,
                 bytes_out=size,
-                **told,
+                **fields,
             )
 
 
@@ -285,7 +287,7 @@ def _tracer() -> Any:
 
 
 def end_tracing() -> None:
-    """Send what is still waiting, to a collector that answers soon; whoever ends the service waits for no other."""
+    """Send what is still waiting, to a collector that answers soon; the end of the service waits for no other."""
     from opentelemetry import trace
 
     shutdown = getattr(trace.get_tracer_provider(), "shutdown", lambda: None)

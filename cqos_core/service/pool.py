@@ -59,7 +59,7 @@ class SpentError(LostError):
 
 
 class FailedError(Exception):
-    """A call raised what nobody had expected; the text is its traceback."""
+    """A call raised an unexpected exception; the text is its traceback."""
 
 
 class Process:
@@ -75,7 +75,7 @@ class Process:
     async def call(self, frame: frames.Frame, seconds: float) -> bytes:
         """Let it answer, within the time that is left.
 
-        The answer has to be awaited even if the caller goes away: whoever comes next must not get it.
+        The answer has to be awaited even if the caller goes away: the next caller must not get it.
 
         Raises:
             Refused: the call is refused.
@@ -144,7 +144,7 @@ class Process:
         await self.end()
 
     async def _died(self, process: asyncio.subprocess.Process) -> LostError:
-        """Say how a process ended that nobody ended; one that is killed meanwhile would not tell."""
+        """Return how a process ended by itself; if it is killed meanwhile, its exit code is lost."""
         if self._closed:
             return _service_ends()
         with suppress(TimeoutError):
@@ -190,7 +190,7 @@ class Pool:
     """Workers for calls without memory."""
 
     def __init__(self, limits: Limits, lost: Callable[[str], None] = lambda _why: None) -> None:
-        """Keep as many as the limits allow; ``lost`` is told of each that had to be ended, and why."""
+        """Keep as many as the limits allow; call ``lost`` with the reason for each that had to be ended."""
         self._limits = limits
         self._lost = lost
         self._all = [Process(limits) for _ in range(limits.workers)]

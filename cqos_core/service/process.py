@@ -49,8 +49,8 @@ async def serve_here(
     started: Callable[[dict[str, str]], None] = lambda _addresses: None,
     ending: asyncio.Event | None = None,
 ) -> None:
-    """Serve in this process, until a signal or ``ending`` says to end; ``started`` is told the addresses."""
-    # gRPC is slow to import, and whoever only asks for help needs none of it.
+    """Serve in this process, until a signal or ``ending`` says to end; call ``started`` with the addresses."""
+    # gRPC is slow to import, and help needs none of it.
     from cqos_core.service.calls import Calls
     from cqos_core.service.native import NativeDoor
 
@@ -77,7 +77,7 @@ async def serve_here(
             await web.start()
         tell(ALWAYS, "serving", **addresses, pid=os.getpid(), tls=settings.encrypted)
         if settings.tokens and not settings.encrypted:
-            tell(logging.WARNING, "tokens without TLS can be read by whoever is on the way")
+            tell(logging.WARNING, "others on the network can read tokens without TLS")
         started(addresses)
         await ending.wait()
         tell(ALWAYS, "draining", leaving=settings.leaving, grace=settings.grace)
@@ -133,7 +133,7 @@ def _serve_metrics(address: str) -> tuple[str, Callable[[], None]]:
 def _supervise(settings: Settings) -> None:
     """Keep so many processes running, which share the port."""
     with ExitStack() as stack:
-        # Held, not listened on: so that all get the same port, and nobody else does.
+        # Held, not listened on: so that all get the same port, and no other program does.
         settings = replace(settings, listen=_held(stack, settings.listen))
         if settings.web is not None:
             settings = replace(settings, web=_held(stack, settings.web))
@@ -211,7 +211,7 @@ def _forget_metrics(number: int) -> None:
 
 
 async def _serve_while_held(settings: Settings) -> None:
-    """Serve as long as there is who started this process: one that is killed leaves nobody behind who has its port."""
+    """Serve until the parent process exits, so that no orphan keeps the port."""
     ending, loop, held = asyncio.Event(), asyncio.get_running_loop(), sys.stdin.fileno()
 
     def gone() -> None:

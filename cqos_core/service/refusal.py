@@ -144,7 +144,7 @@ def _clipped(message: str) -> str:
 
 
 def unfit(fields: Sequence[FieldProblem]) -> Refused:
-    """Return the refusal of a request of which some fields are wrong."""
+    """Return the refusal of a request with wrong fields."""
     listed = "; ".join(f"{each.field}: {each.description}" for each in fields[:3])
     more = f"; and {len(fields) - 3} more" if len(fields) > 3 else ""  # noqa: PLR2004
     return Refused("INVALID_ARGUMENT", listed + more, fields)

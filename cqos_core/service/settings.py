@@ -33,7 +33,7 @@ class Limits:
         endpoints: of one system.
         seconds: for one answer.
         inline_bytes: requests up to this size are answered in the process that serves; larger ones, and documents, by
-            workers, so that they keep nobody waiting.
+            workers, so that they block no other call.
         workers: processes for those.
         waiting: calls that may wait for a worker.
         worker_memory: bytes that a worker may use (Linux); 0: any.
@@ -125,7 +125,7 @@ class Settings:
         """Refuse what would be unsafe or could not work.
 
         Raises:
-            CqosError: in words for whoever starts the service.
+            CqosError: with what to change.
         """
         for name, address in (("--listen", self.listen), ("--web", self.web), ("--metrics", self.metrics)):
             if address is not None:
@@ -144,7 +144,7 @@ class Settings:
         for name, address in (("--listen", self.listen), ("--web", self.web)):
             if address is not None and not is_loopback(split_address(name, address)[0]):
                 raise CqosError(
-                    f"{name} {address} can be reached from other machines, and nobody would be asked for credentials: "
+                    f"{name} {address} can be reached from other machines, and the service would ask for no credentials: "
                     "give --token-file or --tls-client-ca, or say --allow-anonymous"
                 )
 

@@ -1,7 +1,7 @@
 """The door for browsers: Connect and gRPC-Web on one HTTP port, around the same `Calls`.
 
 Browsers have no streams of requests, so that only calls of one message are there; a modeler in a browser sends its whole
-model with a revision. Over HTTP 1.1, which is spoken here, nothing else would work for anybody.
+model with a revision. HTTP 1.1 allows no more.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ class _Exchange:
         self._hold(size)
 
     def read(self) -> None:
-        """Forget its body, of which there is a message now."""
+        """Forget its body, which is a message now."""
         self._reading.close()
 
     def end(self) -> None:
@@ -204,8 +204,8 @@ class _Application(ConnectASGIApplication[Any]):
             try:
                 message = await asyncio.wait_for(receive(), until - asyncio.get_running_loop().time())
             except asyncio.TimeoutError:
-                told = f"the request did not come within {self._seconds:g} seconds"
-                raise ConnectError(Code.DEADLINE_EXCEEDED, told) from None
+                text = f"the request did not come within {self._seconds:g} seconds"
+                raise ConnectError(Code.DEADLINE_EXCEEDED, text) from None
             more = message.get("more_body", False)
             try:
                 exchange.came(len(message.get("body", b"")))
@@ -238,16 +238,16 @@ def _unspoken(scope: Any) -> JSONResponse | None:
         kind = dict(scope["headers"]).get(b"content-type", b"").partition(b";")[0].strip().lower().decode("latin-1")
         if kind not in _KINDS:
             said = f"`{kind[:60]}` is not spoken here" if kind else "a content-type is needed"
-            told = f"{said}: it is one of {', '.join(_KINDS)}; gRPC itself has another address (--listen)"
-            return _refusal(415, "invalid_argument", told, {"accept-post": ", ".join(_KINDS)})
+            text = f"{said}: it is one of {', '.join(_KINDS)}; gRPC itself has another address (--listen)"
+            return _refusal(415, "invalid_argument", text, {"accept-post": ", ".join(_KINDS)})
     else:
-        told = f"{method[:20]} is not taken: POST is, and GET"
-        return _refusal(405, "unimplemented", told, {"allow": "GET, POST"})
+        text = f"{method[:20]} is not taken: POST is, and GET"
+        return _refusal(405, "unimplemented", text, {"allow": "GET, POST"})
     return None
 
 
-def _refusal(status: int, code: str, told: str, headers: Mapping[str, str] | None = None) -> JSONResponse:
-    return JSONResponse({"code": code, "message": told}, status, headers)
+def _refusal(status: int, code: str, text: str, headers: Mapping[str, str] | None = None) -> JSONResponse:
+    return JSONResponse({"code": code, "message": text}, status, headers)
 
 
 class WebDoor:
@@ -270,7 +270,7 @@ class WebDoor:
             access_log=False,
             server_header=False,
             lifespan="off",
-            # Whoever calls could state any address with them.
+            # A caller could state any address with them.
             proxy_headers=False,
             backlog=1,  # so many are accepted in one turn of the loop
             timeout_keep_alive=_KEPT_SECONDS,

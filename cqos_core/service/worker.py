@@ -1,7 +1,7 @@
 """A process that answers calls which may take long: ``python -m cqos_core.service.worker``. Frames come on standard input.
 
-It ends when its input does, or when a call took all memory that it may have: what it remembers is given back then, and
-nobody is told anything that was made with too little. It is ended by its caller when a call takes too long.
+It ends when its input does. It also ends when a call took all memory that it may have: that frees its caches, and no answer
+made with too little memory goes out. Its caller ends it when a call takes too long.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Worker:
             return frames.Frame(frames.REFUSED, call.number, refused.status().SerializeToString())
         except MemoryError:
             raise
-        except Exception:  # noqa: BLE001 - the service tells whoever runs it, and its caller nothing
+        except Exception:  # noqa: BLE001 - the log gets it, and the caller no details
             # Extensions make errors of their own of it, protobuf a DecodeError.
             if _nearly_all_used(self._memory):
                 raise MemoryError from None
@@ -95,7 +95,7 @@ def main(arguments: list[str]) -> None:
     # Ctrl-C in a terminal reaches all its processes; the service ends its workers itself.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _bound(memory)
-    # What anybody prints must not come between frames.
+    # Printed text must not come between frames.
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as answers:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
         with suppress(BrokenPipeError):  # the service is gone

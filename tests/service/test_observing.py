@@ -157,7 +157,7 @@ def test_an_id_that_could_forge_a_line_is_replaced(given):
 
 def test_lines_are_one_line_each_whatever_stands_in_them():
     record = logging.LogRecord("n", logging.ERROR, "f", 1, "call", None, None)
-    record.told = {"peer": "a\nb", "traceback": "one\ntwo"}
+    record.fields = {"peer": "a\nb", "traceback": "one\ntwo"}
     line = JsonLines().format(record)
     assert "\n" not in line
     assert json.loads(line)["peer"] == "a\nb"

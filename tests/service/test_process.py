@@ -49,7 +49,7 @@ OTHER = "another-token-that-is-known"
 @pytest.mark.parametrize("address", ["0.0.0.0:0", "[::]:0", "192.0.2.1:50051", "example.org:50051"])
 def test_an_address_that_others_reach_needs_credentials(option, address, capsys):
     assert main(["serve", "--no-config", option, address]) == 2
-    assert "nobody would be asked for credentials" in capsys.readouterr().err
+    assert "the service would ask for no credentials" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
