@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 from cqos_core.formatters import terminal, wording
 from cqos_core.formatters.places import Places
 from cqos_core.model.remarks import plural
+from cqos_core.model.report import Side
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     from cqos_core.formatters.style import Style
     from cqos_core.model.excerpt import Excerpt
-    from cqos_core.model.report import Fact, Finding, Report, Side
+    from cqos_core.model.report import Fact, Finding, Report
     from cqos_core.model.system import Place
 
 _FACTS = 3  # a side with more values than this names the others without an excerpt
@@ -121,6 +122,8 @@ class _Mark:
     policy: str
     text: str
     excerpt: Excerpt | None
+    side: Side
+    pen: _Pen
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,6 +132,10 @@ class _Pen:
 
     underline: str
     role: str
+
+
+def _leftmost(excerpts: Iterable[Excerpt]) -> Excerpt:
+    return min(excerpts, key=lambda excerpt: excerpt.column)
 
 
 class _Page:
@@ -146,8 +153,7 @@ class _Page:
         """Yield the lines of one finding."""
         yield self._title(finding)
         yield from self._paragraph("", "", finding.message)
-        for number, side in enumerate(finding.sides):
-            yield from self._side(side, _Pen("^", finding.severity) if number == 0 else _Pen("-", "frame"), number)
+        yield from self._sides(finding)
         for sentence in wording.helps(finding):
             yield from self._paragraph("help:", "help", sentence)
         for sentence in (*_notes(finding), *self._said.fresh(finding.notes)):
@@ -175,59 +181,80 @@ class _Page:
             lead = self._paint(label, role) + " " if label and number == 0 else " " * hang
             yield f"{self._indent}{lead}{line}"
 
-    def _side(self, side: Side, pen: _Pen, number: int) -> Iterator[str]:
-        marks = [self._mark(side, fact, place) for fact, place in _stated(side)]
-        for index, (_, together) in enumerate(groupby(marks, key=self._line_of)):
-            # Editors and people go to the first place; all others are beside it.
-            yield from self._place("-->" if index == number == 0 else ":::", side, list(together), pen)
+    def _sides(self, finding: Finding) -> Iterator[str]:
+        """Yield where all sides stand, and each line with every mark under it that fits in one view of the line."""
+        blocks: list[list[_Mark]] = []
+        for number, side in enumerate(finding.sides):
+            pen = _Pen("^", finding.severity) if number == 0 else _Pen("-", "frame")
+            for mark in (self._mark(side, pen, fact, place) for fact, place in _stated(side)):
+                if blocks and self._in_one_view([*blocks[-1], mark]):
+                    blocks[-1].append(mark)
+                else:
+                    blocks.append([mark])
+        for number, block in enumerate(blocks):
+            by_side = [list(same) for _, same in groupby(block, key=lambda mark: id(mark.side))]
+            for index, marks in enumerate(by_side):
+                # Editors and people go to the first place; all others are beside it.
+                yield from self._location("-->" if number == index == 0 else ":::", marks)
+            if block[0].excerpt is not None:
+                yield from self._excerpt(block)
+            following = blocks[number + 1][0].side if number + 1 < len(blocks) else None
+            for marks in by_side:
+                if marks[0].side is not following:
+                    yield from self._rest(marks[0].side)
+
+    def _rest(self, side: Side) -> Iterator[str]:
         pointed = _pointed(side)
         if rest := [fact for fact in side.facts if fact not in pointed]:
             values = ", ".join(f"{fact.policy} {wording.value(fact)}" for fact in rest)
             yield from self._paragraph("  =", "frame", f"also {values}")
 
-    def _mark(self, side: Side, fact: Fact | None, place: Place | None) -> _Mark:
+    def _mark(self, side: Side, pen: _Pen, fact: Fact | None, place: Place | None) -> _Mark:
         excerpt = None if place is None else self._places.excerpt(place)
         exact = None if place is None else self._places.exact(place)
         if fact is None:
-            return _Mark(exact, "", side.label, excerpt)
-        return _Mark(exact, fact.policy, _saying(side.label, fact, excerpt), excerpt)
+            return _Mark(exact, "", side.label, excerpt, side, pen)
+        return _Mark(exact, fact.policy, _saying(side.label, fact, excerpt), excerpt, side, pen)
 
-    def _line_of(self, mark: _Mark) -> object:
-        """What marks share that are drawn under one line: of one too long to be shown whole, those at one value only."""
-        if mark.excerpt is None or mark.place is None:
-            return id(mark)
-        long = _Line(mark.excerpt.text).width > self._room
-        return mark.place.source, mark.excerpt.line, mark.excerpt.text, mark.excerpt.column if long else None
+    def _in_one_view(self, marks: Sequence[_Mark]) -> bool:
+        """Whether all marks are on one line, and in one view of it where it is too long to be shown whole."""
+        excerpts = [mark.excerpt for mark in marks if mark.excerpt is not None]
+        lines = {(mark.place.source, mark.excerpt.line) for mark in marks if mark.place and mark.excerpt}
+        texts = {excerpt.text for excerpt in excerpts}
+        if len(excerpts) < len(marks) or len(lines) > 1 or len(texts) > 1:
+            return False
+        _, right = _Line(excerpts[0].text).window(_leftmost(excerpts), self._room)
+        return all(excerpt.column - 1 + excerpt.width <= right for excerpt in excerpts)
 
-    def _place(self, arrow: str, side: Side, marks: list[_Mark], pen: _Pen) -> Iterator[str]:
-        """Yield the location of one or more marks, then their line with every mark under it."""
+    def _location(self, arrow: str, marks: Sequence[_Mark]) -> Iterator[str]:
+        """Yield where one side stands, with the policies of its marks."""
         first = marks[0]
         policies = ", ".join(mark.policy for mark in marks if mark.policy)
-        who = wording.listed(side.members) + (f" . {policies}" if policies else "")
+        who = wording.listed(first.side.members) + (f" . {policies}" if policies else "")
         where = "" if first.place is None else wording.position(first.place)
         said = first.text if first.excerpt is None else ""
         parts = [part for part in map(terminal.clean, (where, who, said)) if part]
         if parts:  # what is said of the whole system stands nowhere
             yield f"{self._indent}{self._paint(arrow, 'frame')} {'  '.join(parts)}"
-        if first.excerpt is not None:
-            yield from self._excerpt(first.excerpt, marks, pen)
 
     def excerpt(self, excerpt: Excerpt) -> Iterator[str]:
         """Yield the line of something that is wrong, underlined."""
-        yield from self._excerpt(excerpt, [_Mark(None, "", "", excerpt)], _Pen("^", "error"))
+        yield from self._excerpt([_Mark(None, "", "", excerpt, Side("system", ()), _Pen("^", "error"))])
 
-    def _excerpt(self, excerpt: Excerpt, marks: list[_Mark], pen: _Pen) -> Iterator[str]:
+    def _excerpt(self, marks: Sequence[_Mark]) -> Iterator[str]:
         bar = self._paint(f"{self._indent} |", "frame")
+        excerpt = _leftmost([mark.excerpt for mark in marks if mark.excerpt is not None])
         line = _Line(excerpt.text)
         left, right = line.window(excerpt, self._room)
+        several = len({mark.policy for mark in marks}) > 1
         yield bar
         number = self._paint(f"{excerpt.line:>{len(self._indent)}} |", "frame")
         yield f"{number} {line.cut(left, right)}".rstrip()
         for mark, marked in ((mark, mark.excerpt) for mark in marks if mark.excerpt is not None):
-            about = terminal.clean(f"{mark.policy} {mark.text}" if len(marks) > 1 else mark.text)
+            about = terminal.clean(f"{mark.policy} {mark.text}" if several else mark.text)
             before, length = line.underline(marked, left, right)
-            for row in _sign(before, pen.underline * length, about, self._room):
-                yield f"{bar} {' ' * (len(row) - len(row.lstrip()))}{self._paint(row.lstrip(), pen.role)}"
+            for row in _sign(before, mark.pen.underline * length, about, self._room):
+                yield f"{bar} {' ' * (len(row) - len(row.lstrip()))}{self._paint(row.lstrip(), mark.pen.role)}"
 
 
 def _sign(before: int, underline: str, about: str, room: int) -> list[str]:

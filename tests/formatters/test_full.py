@@ -232,3 +232,15 @@ participants: {a: {publishes: {/t: {deadline: 1s}}}, b: {subscribes: {/t: {}}}}
     shown = render_full(check(text), Style(sources={"<bytes>": text}, show=Severity.NOTE))
     assert "set here" in shown
     assert "period offered here" not in shown
+
+
+def test_both_sides_in_one_line_are_marked_in_one_excerpt():
+    text = (
+        "{cqos: 1, protocol: ros2, participants: {a: {publishes: {t: {reliability: best_effort}}}, "
+        "b: {subscribes: {t: {reliability: reliable}}}}}"
+    )
+    for width in (80, 100, 200):
+        report = check(text.encode())
+        shown = render_full(report, Style(width=width, sources={"<bytes>": text.encode()})).splitlines()
+        assert sum(line.startswith(" 1 | ") for line in shown) == (2 if width < 100 else 1)
+        assert sum("^^^^^^^^" in line for line in shown) == sum("-----------" in line for line in shown) == 1
