@@ -331,12 +331,7 @@ def assemble(
         *_unknown_severities(system, context),
     ]
     if not groups:
-        count = len(resolved.endpoints)
-        message = f"no publisher meets a subscriber among {plural(count, 'endpoint')}, so nothing was compared"
-        # Where all partners are elsewhere, that is what one expects.
-        tried = system.partial or system.hypothetical
-        expected = tried or (count and all(endpoint.external for endpoint in resolved.endpoints))
-        plain.append(core_finding("CQ404", message, severity=Severity.NOTE if expected else None))
+        plain.append(_nothing_compared(system, resolved))
     made += [Made(finding, ("own", index), frozenset()) for index, finding in enumerate(plain)]
     if system.hypothetical:
         own = frozenset(
@@ -368,6 +363,15 @@ def assemble(
         hypothetical=hypothetical,
         assumed=assumed,
     )
+
+
+def _nothing_compared(system: System, resolved: ResolvedSystem) -> Finding:
+    """Report that no endpoint has a partner; where all partners are elsewhere, that is expected."""
+    count = len(resolved.endpoints)
+    message = f"no publisher meets a subscriber among {plural(count, 'endpoint')}, so nothing was compared"
+    tried = system.partial or system.hypothetical
+    expected = tried or (count and all(endpoint.external for endpoint in resolved.endpoints))
+    return core_finding("CQ404", message, severity=Severity.NOTE if expected else None)
 
 
 def _tried(finding: Finding) -> Finding:

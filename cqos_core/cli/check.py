@@ -31,7 +31,7 @@ from cqos_core.model.report import Severity
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.analysis.baseline import Baseline
     from cqos_core.cli.reading import Reader
@@ -171,8 +171,6 @@ def check(
       cqos check a.yaml --format full --format sarif --output cqos.sarif
       cat a.yaml | cqos check - --stdin-name a.yaml
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
-    if each and together:
-        raise click.UsageError("--each and --together exclude each other.", ctx)
     if isinstance(ctx.obj, Run):
         ctx.obj.silent = quiet
     reader = prepare(reading, paths)
@@ -180,13 +178,10 @@ def check(
     sinks = pair_sinks(ctx, formats, outputs, _default_format(config))
     check_targets("--output", (sink.path for sink in sinks if sink.path != STDOUT), paths)
     check_targets("--write-baseline", [] if write_baseline is None else [write_baseline], paths)
-    shown = show or config.show
     wishes = Wishes(
-        grouping="each" if each else "together" if together else "",
-        show=max(
-            (_SHOW[each] for each in shown if each in _SHOW), key=lambda each: each.rank, default=Severity.WARNING
-        ),
-        not_checked=_NOT_CHECKED in shown,
+        grouping=_grouping(ctx, each=each, together=together),
+        show=_loudest(show or config.show),
+        not_checked=_NOT_CHECKED in (show or config.show),
         fail_on=fail_on,
         require_pairs=require_pairs,
         counted=counted(select, ignore, reader.context),
@@ -201,10 +196,25 @@ def check(
     work = _Check(reader, wishes, _known(baseline or config.baseline, write_baseline), server)
     work.fixing = "diff" if show_diff else "write" if fix else ""
     work.run(paths)
-    if show_diff:
-        emit("".join(work.diffs))
-        sinks = [sink for sink in sinks if sink.path != STDOUT]
-    ctx.exit(work.finish(sinks))
+    ctx.exit(work.finish(_after_diffs(sinks, work.diffs) if show_diff else sinks))
+
+
+def _after_diffs(sinks: list[Sink], diffs: Iterable[str]) -> list[Sink]:
+    """Print diffs, and return the sinks that are left: standard output is taken."""
+    emit("".join(diffs))
+    return [sink for sink in sinks if sink.path != STDOUT]
+
+
+def _grouping(ctx: click.Context, *, each: bool, together: bool) -> str:
+    if each and together:
+        raise click.UsageError("--each and --together exclude each other.", ctx)
+    return "each" if each else "together" if together else ""
+
+
+def _loudest(shown: Iterable[str]) -> Severity:
+    """Return down to which severity findings are shown."""
+    named = (_SHOW[each] for each in shown if each in _SHOW)
+    return max(named, key=lambda each: each.rank, default=Severity.WARNING)
 
 
 def _refuse_fixing(ctx: click.Context, paths: Sequence[str], other: str | None) -> None:

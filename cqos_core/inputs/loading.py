@@ -349,32 +349,42 @@ def load_paths(
                     later[position] = file
                     continue
                 else:
-                    outcomes[position] = Outcome(
-                        file,
-                        read_source(
-                            source,
-                            importer,
-                            switches,
-                            opener=no_files if source.name == STDIN_NAME else open_file,
-                            protocol=protocol(file.path) if callable(protocol) else protocol,
-                            beside=beside or (),
-                            family=families.get(shares_names(source, importer)),
-                        ),
-                    )
+                    meant = protocol(file.path) if callable(protocol) else protocol
+                    relatives = families.get(shares_names(source, importer))
+                    outcomes[position] = _read_file(file, source, importer, switches, meant, beside or (), relatives)
             except InputError as error:
                 outcomes[position] = Outcome(file, problems=error.problems)
             done += 1
             step(done, len(found.files))
         waiting = later
         beside = protocols_of(each.system for each in outcomes.values() if each.system is not None) if later else None
-    parts = _parts({each.file.path: each.system for each in outcomes.values() if each.system is not None})
-    for _, each in sorted(outcomes.items()):
+    _divide([each for _, each in sorted(outcomes.items())], loaded)
+    return loaded
+
+
+def _read_file(
+    file: File,
+    source: Source,
+    importer: str | None,
+    switches: Mapping[str, Mapping[str, str]] | None,
+    protocol: str | None,
+    beside: Collection[str],
+    family: Family | None,
+) -> Outcome:
+    opener = no_files if source.name == STDIN_NAME else open_file
+    system = read_source(source, importer, switches, opener=opener, protocol=protocol, beside=beside, family=family)
+    return Outcome(file, system)
+
+
+def _divide(outcomes: Sequence[Outcome], loaded: Loaded) -> None:
+    """Add outcomes to what is loaded; files that others include are parts of those."""
+    parts = _parts({each.file.path: each.system for each in outcomes if each.system is not None})
+    for each in outcomes:
         whole = parts.get(os.path.realpath(each.file.path))
         if whole is None:
             loaded.outcomes.append(each)
         else:
             loaded.parts[each.file.path] = whole
-    return loaded
 
 
 def _open(file: File, plugins: Plugins, importer: str | None) -> Source | None:

@@ -135,11 +135,7 @@ class Reader:
                 message = f"{owner} states `{pack.policies[index].name}` twice, as {found[index].text} and as {text}"
                 self.say("CQ209", message, setting.place, role, members)
             found[index] = Stated(text, setting, name)
-        for name, setting in misread.items():
-            meant = near_policies(pack, levels, name)
-            unclear = Setting("", setting.place, f"`{name}` is not understood")
-            every = every_policy(pack, levels, unclear, "CQ202")
-            found = {**found, **{i: every[i] for i in meant}} if meant else {**every, **found}
+        found = _with_unclear(found, misread, pack, levels)
         for setting in not_known:
             found = {**every_policy(pack, levels, setting), **found}
         return found, ("CQ202",) if misread or refused else ()
@@ -296,3 +292,15 @@ def every_policy(pack: RulePack, levels: tuple[str, ...], setting: Setting, code
         for index, policy in enumerate(pack.policies)
         if policy.level in levels and _may_be_stated(policy)
     }
+
+
+def _with_unclear(
+    found: dict[int, Stated], misread: Mapping[str, Setting], pack: RulePack, levels: tuple[str, ...]
+) -> dict[int, Stated]:
+    """Add that the policies are not known which names that spell none may have been meant for."""
+    for name, setting in misread.items():
+        meant = near_policies(pack, levels, name)
+        unclear = Setting("", setting.place, f"`{name}` is not understood")
+        every = every_policy(pack, levels, unclear, "CQ202")
+        found = {**found, **{i: every[i] for i in meant}} if meant else {**every, **found}
+    return found

@@ -449,28 +449,10 @@ class Resolver:
         overlays: tuple[int, ...],
     ) -> tuple[QosProfile, tuple[Layer, ...]]:
         pack = participant.pack
-        dialect = pack.dialects.get(endpoint.dialect, pack.dialects.get("yaml"))
         owner = f"{endpoint.role} `{identifier}`"
-        overlay, overlay_unread = self.reader.recognise(
-            pack, (ENDPOINT,), endpoint.overlay, dialect, f"overlay of {owner}", endpoint.role, [identifier]
-        )
-        explicit, unread = self.reader.recognise(
-            pack, (ENDPOINT,), endpoint.settings, dialect, owner, endpoint.role, [identifier]
-        )
-        type_index = pack.find(ENDPOINT, "type")
-        if endpoint.type is not None and type_index is not None:
-            explicit.setdefault(type_index, Stated(endpoint.type, Setting(endpoint.type, endpoint.place)))
-        written = Layer("explicit", explicit, here=True, unread=unread)
-        layers = [
-            Layer("overlay", overlay, here=True, unread=overlay_unread),
-            written,
-            *self.profiles.layers(endpoint.profiles, pack, user, participant),
-        ]
-        if pack.base_preset is not None and not endpoint.observed:
-            settings = preset_settings(pack.base_preset, pack)
-            origin = f"preset {pack.base_preset}"
-            layers.append(Layer(origin, settings, counts_as_stated=False, assumed=True))
-        layers, possible = self.overlays.lay(layers, overlays, participant)
+        own = self._own_layers(endpoint, identifier, participant, user, owner)
+        written = own[1]
+        layers, possible = self.overlays.lay(own, overlays, participant)
         needs = self._needs(endpoint, pack, owner, identifier)
         values: list[Any] = []
         words: list[Written | None] = []
@@ -517,6 +499,32 @@ class Resolver:
         found = (*beside, *layers, needs)
         unread = tuple(code for layer in (*found, *topic_layers) for code in layer.unread)
         return intern(pack, (*values, *words), (*participant.surroundings.unread, *unread)), found
+
+    def _own_layers(
+        self, endpoint: Endpoint, identifier: str, participant: ResolvedParticipant, user: User, owner: str
+    ) -> list[Layer]:
+        """What is stated for an endpoint, the strongest first: an overlay, its own settings, profiles, the base preset."""
+        pack = participant.pack
+        dialect = pack.dialects.get(endpoint.dialect, pack.dialects.get("yaml"))
+        overlay, overlay_unread = self.reader.recognise(
+            pack, (ENDPOINT,), endpoint.overlay, dialect, f"overlay of {owner}", endpoint.role, [identifier]
+        )
+        explicit, unread = self.reader.recognise(
+            pack, (ENDPOINT,), endpoint.settings, dialect, owner, endpoint.role, [identifier]
+        )
+        type_index = pack.find(ENDPOINT, "type")
+        if endpoint.type is not None and type_index is not None:
+            explicit.setdefault(type_index, Stated(endpoint.type, Setting(endpoint.type, endpoint.place)))
+        layers = [
+            Layer("overlay", overlay, here=True, unread=overlay_unread),
+            Layer("explicit", explicit, here=True, unread=unread),
+            *self.profiles.layers(endpoint.profiles, pack, user, participant),
+        ]
+        if pack.base_preset is not None and not endpoint.observed:
+            settings = preset_settings(pack.base_preset, pack)
+            origin = f"preset {pack.base_preset}"
+            layers.append(Layer(origin, settings, counts_as_stated=False, assumed=True))
+        return layers
 
     def _needs(self, endpoint: Endpoint, pack: RulePack, owner: str, identifier: str) -> Layer:
         """What the application of an endpoint needs, as far as the pack gives such guarantees."""
