@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from copy import deepcopy
-from dataclasses import replace
-from os import PathLike, fspath
-from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from os import PathLike
+from typing import TYPE_CHECKING
 
 from cqos_core.checking.checker import Context, check_system
 from cqos_core.checking.explanation import explain_pair
@@ -16,18 +13,13 @@ from cqos_core.checking.pipeline import (
     as_text,
     context,
     exact_places,
-    faults,
-    faults_of,
     pair_system,
     with_options,
 )
 from cqos_core.checking.trial import tried_out
-from cqos_core.importers.source import Source, no_files
-from cqos_core.inputs.files import open_file, read_path
-from cqos_core.inputs.loading import Given, load_paths, read_together
-from cqos_core.inputs.merging import merge
+from cqos_core.inputs.reading import Input, faults, faults_of, read, source_of
 from cqos_core.language.policy import INFINITE
-from cqos_core.model.problems import CqosError, InputError, Problem
+from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.report import Edit
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, System
@@ -40,58 +32,6 @@ if TYPE_CHECKING:
     from cqos_core.analysis.differences import Diff
     from cqos_core.model.report import PairReport, Remedy, Report
     from cqos_core.packs.pack import RulePack
-
-Input: TypeAlias = "str | PathLike[str] | bytes | System"
-
-
-def read(*inputs: Input, importer: str | None = None, protocol: str | None = None) -> System:
-    """Read paths, directories, bytes or ready systems into one system; the format is detected.
-
-    ``protocol`` is meant where an input states none. Systems are copied, the caller's stay as they are.
-
-    Raises:
-        InputError: with every problem of every input.
-    """
-    found: dict[int, list[System]] = {}
-    given: dict[int, Given] = {}
-    problems: dict[int, Sequence[Problem]] = {}
-    for position, each in enumerate(inputs):
-        if isinstance(each, System):
-            if wrong := faults(each):
-                problems[position] = wrong
-                continue
-            found[position] = [replace(deepcopy(each), protocol=each.protocol or protocol)]
-            continue
-        try:
-            if not isinstance(each, bytes) and Path(each).is_dir():
-                loaded = load_paths([fspath(each)], importer, protocol=protocol)
-                problems[position] = loaded.problems
-                found[position] = [system for _, system in loaded.systems]
-            else:
-                opener = no_files if isinstance(each, bytes) else open_file
-                given[position] = Given(_source(inputs, position), opener)
-        except InputError as error:
-            problems[position] = error.problems
-    others = [system for systems in found.values() for system in systems]
-    results = read_together([*given.values()], importer, protocol=protocol, others=others)
-    for position, result in zip(given, results, strict=True):
-        if isinstance(result, System):
-            found[position] = [result]
-        else:
-            problems[position] = result.problems
-    told = [problem for position in sorted(problems) for problem in problems[position]]
-    if told or not any(found.values()):
-        raise InputError(told or [Problem("CQ003", "there is nothing to read")])
-    return merge([system for position in sorted(found) for system in found[position]])
-
-
-def _source(inputs: Sequence[Input], position: int) -> Source:
-    """Open a file, or give bytes a name that no others have."""
-    data = inputs[position]
-    if not isinstance(data, bytes):
-        return read_path(fspath(data))  # type: ignore[arg-type]
-    number = sum(isinstance(other, bytes) for other in inputs[: position + 1])
-    return Source("<bytes>" if number == 1 else f"<bytes {number}>", data)
 
 
 def check(
@@ -149,7 +89,7 @@ def apply(inputs: Input | Sequence[Input], fixes: Iterable[Remedy | Edit], *, im
     sources = opened_sources([read(*each, importer=importer)], edits)
     for position, one in enumerate(each):
         if isinstance(one, bytes):
-            source = _source(each, position)
+            source = source_of(each, position)
             sources[source.name] = source.data
     return apply_edits(sources, edits, importer)
 

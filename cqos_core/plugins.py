@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 
     import click
 
-    from cqos_core.exporters.contract import Writer
     from cqos_core.formatters.style import Style
     from cqos_core.importers.source import Claim, Inserter, Reader
     from cqos_core.model.report import Report
+    from cqos_core.packs.export import Writer
     from cqos_core.packs.pack import RulePack
 
 GROUP: Final = "cqos"

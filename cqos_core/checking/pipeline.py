@@ -13,10 +13,8 @@ from cqos_core.checking.checker import Context
 from cqos_core.language.policy import INFINITE, Names
 from cqos_core.matching.routes import MOST_ENDPOINTS
 from cqos_core.model.codes import find_code
-from cqos_core.model.problems import CqosError, Problem
-from cqos_core.model.remarks import suggestion
+from cqos_core.model.problems import CqosError
 from cqos_core.model.report import later
-from cqos_core.model.spelling import Known
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System
 from cqos_core.model.system import Topic as StatedTopic
 from cqos_core.plugins import load_plugins
@@ -65,38 +63,6 @@ def _most_endpoints() -> int:
     if not re.fullmatch("[1-9][0-9]{0,11}", given):
         raise CqosError(f"{MOST_ENDPOINTS_VARIABLE} is `{given[:40]}`, expected a number of endpoints from 1")
     return int(given)
-
-
-def faults(system: System) -> list[Problem]:
-    """Say what is wrong with a system that a program put together, such as importers never make it."""
-    known = Known(system.participants)
-    found = [problem for endpoint in system.endpoints for problem in faults_of(endpoint, system.participants, known)]
-    for name, each in system.participants.items():
-        if each.id != name:
-            found.append(Problem("CQ011", f"participant `{each.id}` is kept under another id, `{name}`", each.place))
-        found += _no_settings(f"participant `{name}`", each.settings, each.place)
-    return found
-
-
-def faults_of(
-    endpoint: Endpoint, participants: Mapping[str, Participant], known: Known | None = None
-) -> Iterator[Problem]:
-    """Say what is wrong with an endpoint: its participant is missing, it has no role, or what it states is no setting."""
-    name, where = f"endpoint `{endpoint.id}`", endpoint.place
-    if endpoint.participant not in participants:
-        message = f"{name} belongs to participant `{endpoint.participant}`, which is not there"
-        yield Problem("CQ011", message, where, suggestion(endpoint.participant, known or Known(participants)))
-    if endpoint.role not in {PUBLISHER, SUBSCRIBER}:
-        yield Problem("CQ011", f"{name} has the role `{endpoint.role}`", where, f"allowed: {PUBLISHER}, {SUBSCRIBER}")
-    for settings in (endpoint.settings, endpoint.overlay, endpoint.needs):
-        yield from _no_settings(name, settings, where)
-
-
-def _no_settings(name: str, settings: Mapping[str, object], where: Place | None) -> Iterator[Problem]:
-    for setting, value in settings.items():
-        if not isinstance(value, Setting):
-            message = f"`{setting}` of {name} is {value!r}, which is no `Setting`"
-            yield Problem("CQ009", message, where, "settings hold their text: `Setting('reliable')`")
 
 
 def with_options(

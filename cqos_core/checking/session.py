@@ -11,10 +11,11 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.checking.checker import Context, assemble, check_system
-from cqos_core.checking.pipeline import SettingValue, as_text, context, exact_places, faults, faults_of
+from cqos_core.checking.pipeline import SettingValue, as_text, context, exact_places
 from cqos_core.checking.team import bind_checks, words_asked
 from cqos_core.checking.topic import TopicResult, check_topic
 from cqos_core.checking.trial import tried_out
+from cqos_core.inputs.reading import faults, faults_of
 from cqos_core.matching.bridging import bridge_findings, linked
 from cqos_core.matching.pairing import naming_endpoints
 from cqos_core.matching.routes import expanded

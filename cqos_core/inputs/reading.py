@@ -1,0 +1,105 @@
+"""Inputs of any kind as one system: paths, bytes, and systems that programs put together, which are checked for faults."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from dataclasses import replace
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from cqos_core.importers.source import Source, no_files
+from cqos_core.inputs.files import open_file, read_path
+from cqos_core.inputs.loading import Given, load_paths, read_together
+from cqos_core.inputs.merging import merge
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.remarks import suggestion
+from cqos_core.model.spelling import Known
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+Input: TypeAlias = "str | PathLike[str] | bytes | System"
+
+
+def read(*inputs: Input, importer: str | None = None, protocol: str | None = None) -> System:
+    """Read paths, directories, bytes or ready systems into one system; the format is detected.
+
+    ``protocol`` is meant where an input states none. Systems are copied, the caller's stay as they are.
+
+    Raises:
+        InputError: with every problem of every input.
+    """
+    found: dict[int, list[System]] = {}
+    given: dict[int, Given] = {}
+    problems: dict[int, Sequence[Problem]] = {}
+    for position, each in enumerate(inputs):
+        if isinstance(each, System):
+            if wrong := faults(each):
+                problems[position] = wrong
+                continue
+            found[position] = [replace(deepcopy(each), protocol=each.protocol or protocol)]
+            continue
+        try:
+            if not isinstance(each, bytes) and Path(each).is_dir():
+                loaded = load_paths([fspath(each)], importer, protocol=protocol)
+                problems[position] = loaded.problems
+                found[position] = [system for _, system in loaded.systems]
+            else:
+                opener = no_files if isinstance(each, bytes) else open_file
+                given[position] = Given(source_of(inputs, position), opener)
+        except InputError as error:
+            problems[position] = error.problems
+    others = [system for systems in found.values() for system in systems]
+    results = read_together([*given.values()], importer, protocol=protocol, others=others)
+    for position, result in zip(given, results, strict=True):
+        if isinstance(result, System):
+            found[position] = [result]
+        else:
+            problems[position] = result.problems
+    told = [problem for position in sorted(problems) for problem in problems[position]]
+    if told or not any(found.values()):
+        raise InputError(told or [Problem("CQ003", "there is nothing to read")])
+    return merge([system for position in sorted(found) for system in found[position]])
+
+
+def source_of(inputs: Sequence[Input], position: int) -> Source:
+    """Open a file, or give bytes a name that no others have."""
+    data = inputs[position]
+    if not isinstance(data, bytes):
+        return read_path(fspath(data))  # type: ignore[arg-type]
+    number = sum(isinstance(other, bytes) for other in inputs[: position + 1])
+    return Source("<bytes>" if number == 1 else f"<bytes {number}>", data)
+
+
+def faults(system: System) -> list[Problem]:
+    """Say what is wrong with a system that a program put together, such as importers never make it."""
+    known = Known(system.participants)
+    found = [problem for endpoint in system.endpoints for problem in faults_of(endpoint, system.participants, known)]
+    for name, each in system.participants.items():
+        if each.id != name:
+            found.append(Problem("CQ011", f"participant `{each.id}` is kept under another id, `{name}`", each.place))
+        found += _no_settings(f"participant `{name}`", each.settings, each.place)
+    return found
+
+
+def faults_of(
+    endpoint: Endpoint, participants: Mapping[str, Participant], known: Known | None = None
+) -> Iterator[Problem]:
+    """Say what is wrong with an endpoint: its participant is missing, it has no role, or what it states is no setting."""
+    name, where = f"endpoint `{endpoint.id}`", endpoint.place
+    if endpoint.participant not in participants:
+        message = f"{name} belongs to participant `{endpoint.participant}`, which is not there"
+        yield Problem("CQ011", message, where, suggestion(endpoint.participant, known or Known(participants)))
+    if endpoint.role not in {PUBLISHER, SUBSCRIBER}:
+        yield Problem("CQ011", f"{name} has the role `{endpoint.role}`", where, f"allowed: {PUBLISHER}, {SUBSCRIBER}")
+    for settings in (endpoint.settings, endpoint.overlay, endpoint.needs):
+        yield from _no_settings(name, settings, where)
+
+
+def _no_settings(name: str, settings: Mapping[str, object], where: Place | None) -> Iterator[Problem]:
+    for setting, value in settings.items():
+        if not isinstance(value, Setting):
+            message = f"`{setting}` of {name} is {value!r}, which is no `Setting`"
+            yield Problem("CQ009", message, where, "settings hold their text: `Setting('reliable')`")

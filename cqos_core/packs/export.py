@@ -1,0 +1,58 @@
+"""What an exporter is given and what it returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from cqos_core.model.system import System
+    from cqos_core.packs.pack import RulePack
+
+
+@dataclass(frozen=True, slots=True)
+class ExportContext:
+    """What a writer may use beside the system.
+
+    Attributes:
+        find_pack: returns the rule pack of an id, or None.
+        default_protocol: judges endpoints for which the system states none.
+        settings: of the exporter, by name; each has a value that the exporter allows.
+        changed: ids of endpoints and policies that were changed to mend the system, which has the changes already; an
+            exporter of settings writes nothing else then. None: everything is to be written.
+    """
+
+    find_pack: Callable[[str], RulePack | None]
+    default_protocol: str | None = None
+    settings: Mapping[str, str] = field(default_factory=dict)
+    changed: frozenset[tuple[str, str]] | None = None
+
+    def wants(self, endpoint_id: str, policy: str | None = None) -> bool:
+        """Whether an endpoint, or one policy of it, is to be written."""
+        if self.changed is None:
+            return True
+        return any(endpoint == endpoint_id and policy in {None, name} for endpoint, name in self.changed)
+
+
+@dataclass(frozen=True, slots=True)
+class Exported:
+    """What a writer wrote.
+
+    Attributes:
+        text: the whole file.
+        expressed: how many endpoints, or topics, are in it; 0: nothing of the system could be expressed.
+        notes: what the form cannot say and was left out, one sentence each.
+    """
+
+    text: str
+    expressed: int
+    notes: tuple[str, ...] = ()
+
+
+class Writer(Protocol):
+    """Writes a system down in one form."""
+
+    def __call__(self, system: System, context: ExportContext) -> Exported:
+        """Return the file; neither ``system`` nor anything in it is changed."""
