@@ -309,14 +309,9 @@ class _Line:
         return before, max(1, self._starts[last] - self._starts[first])
 
 
-_ELSEWHERE = frozenset({"topic", "option", "convention"})
-"""Where values come from that no end of a pair offers or requests."""
-
-
 def _saying(label: str, fact: Fact, excerpt: Excerpt | None) -> str:
     """What to write at a value: the value itself only where it cannot be read from what is underlined."""
-    if label and fact.origin.partition(" ")[0] in _ELSEWHERE:
-        label = "set here"
+    label = wording.label(label, fact)
     if excerpt is not None and _reads(excerpt, fact.value):
         return ", ".join(part for part in (label, wording.origin(fact)) if part)
     value = wording.value(fact)

@@ -215,9 +215,9 @@ def _region(lines: Lines, start: int, end: int) -> Json:
 
 def _stated(side: Side) -> Iterator[tuple[Place, str]]:
     who = wording.listed(side.members) or side.role
-    label = f", {side.label}" if side.label else ""
     for fact in side.facts:
         if (place := fact.place or side.place) is not None:
-            yield place, f"{who}: {fact.policy} {wording.value(fact)}{label}"
+            label = wording.label(side.label, fact)
+            yield place, f"{who}: {fact.policy} {wording.value(fact)}{label and f', {label}'}"
     if not side.facts and side.place is not None:
-        yield side.place, f"{who}{label}"
+        yield side.place, f"{who}{side.label and f', {side.label}'}"

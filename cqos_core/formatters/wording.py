@@ -48,6 +48,15 @@ def origin(fact: Fact) -> str:
     return f"{_ORIGINS.get(kind, kind)} {name}".rstrip()
 
 
+_ELSEWHERE = ("topic", "option", "convention", "settled by ")
+"""How origins of values begin that no end of a pair offers or requests."""
+
+
+def label(side: str, fact: Fact) -> str:
+    """What a side says of one of its values: ``offered here``, but ``set here`` of one that is not its own."""
+    return "set here" if side and fact.origin.startswith(_ELSEWHERE) else side
+
+
 def value(fact: Fact) -> str:
     """The value, with its origin unless it was stated outright: ``reliable (from profile response)``."""
     return f"{fact.value} ({origin(fact)})" if origin(fact) else fact.value

@@ -3,11 +3,13 @@
 import json
 from functools import partial
 
+import pytest
+
 from cqos_core import check
 from cqos_core.analysis.applying import replacements_of
 from cqos_core.formatters.sarif import render_sarif
 from cqos_core.formatters.style import Style
-from cqos_core.model.report import Finding, Report, Severity, Side, Verdict
+from cqos_core.model.report import Fact, Finding, Report, Severity, Side, Verdict
 from cqos_core.model.system import Place
 
 
@@ -62,3 +64,13 @@ def test_fixes_are_changes_of_the_files(tmp_path):
 
 def test_without_files_there_are_no_fixes():
     assert "fixes" not in run(Style())["results"][0]
+
+
+@pytest.mark.parametrize("origin", ["topic", "option", "convention of /tf", "settled by all endpoints"])
+def test_a_value_that_no_end_states_is_offered_by_none(origin):
+    place = Place("f.yaml", 1)
+    fact = Fact("period", "1s", origin, Place("f.yaml", 2))
+    side = Side("publisher", ("a",), "offered here", (fact, Fact("depth", "1", "explicit", place)), place)
+    finding = Finding("X101", "a-rule", Severity.ERROR, "m", sides=(side,))
+    text = render_sarif(Report(Verdict.INCOMPATIBLE, findings=(finding,)), Style())
+    assert f"a: period 1s ({origin}), set here" in text.replace("from option", "option")
