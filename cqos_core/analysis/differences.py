@@ -16,7 +16,7 @@ from cqos_core.exporters.contract import ExportContext, judged
 from cqos_core.language.policy import ENDPOINT, Depends, is_plain, normalise
 from cqos_core.matching.pairing import bucket, group
 from cqos_core.matching.peer_values import settle
-from cqos_core.model.report import Word
+from cqos_core.model.report import TextEnum
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -33,7 +33,7 @@ _CLOSEST: Final = 64
 """So many endpoints of one topic and kind are matched by how little they differ; of more it would take too long."""
 
 
-class Side(Word):
+class Side(TextEnum):
     """Which of the two systems."""
 
     A = "a"

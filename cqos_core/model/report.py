@@ -67,7 +67,7 @@ def later(compute: Callable[[], Iterable[_T]]) -> tuple[_T, ...]:
     return cast("tuple[_T, ...]", _Later(compute))
 
 
-class Word(str, Enum):
+class TextEnum(str, Enum):
     """A closed set of texts: `enum.StrEnum`, which Python 3.10 does not have."""
 
     def __str__(self) -> str:
@@ -77,7 +77,7 @@ class Word(str, Enum):
         return format(self.value, spec)
 
 
-class Verdict(Word):
+class Verdict(TextEnum):
     """The answer for one pair, and for a report the worst of its pairs."""
 
     COMPATIBLE = "compatible"
@@ -93,7 +93,7 @@ class Verdict(Word):
 _VERDICTS = (Verdict.COMPATIBLE, Verdict.UNKNOWN, Verdict.INCOMPATIBLE)
 
 
-class Severity(Word):
+class Severity(TextEnum):
     """How loud a finding speaks (DESIGN 7)."""
 
     ERROR = "error"
