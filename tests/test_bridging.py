@@ -16,7 +16,7 @@ from cqos_core.checking.pipeline import context
 from cqos_core.checking.session import Session
 from cqos_core.language.expression import as_sentence, offered, requested
 from cqos_core.language.policy import FromPeers
-from cqos_core.matching.derived_guarantees import Given, over
+from cqos_core.matching.derived_guarantees import DerivedGuarantees, over
 from cqos_core.model.problems import InputError
 from cqos_core.model.system import Bridge, Endpoint, Participant, Route
 from cqos_core.packs.guarantee import NEEDS, RELAYED, WORDS, gives
@@ -289,7 +289,7 @@ HOPS = st.fixed_dictionaries(
         name: VALUES.get(word.kind, st.none() | st.sampled_from([word.nothing, 1, 5, 10**9]))
         for name, word in WORDS.items()
     }
-).map(lambda values: [Given(WORDS[name], value) for name, value in values.items()])
+).map(lambda values: [DerivedGuarantees(WORDS[name], value) for name, value in values.items()])
 
 
 def better(word, value, than):

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cqos_core as cqos
-from cqos_core.analysis.differences import Side, compare
+from cqos_core.analysis.differences import ComparedSide, compare
 from tests.worlds import CONTEXT, POST, box, participant, profile, reader, world, writer
 
 SEEN = {"observed": True}
@@ -73,7 +73,7 @@ def test_endpoints_of_one_side():
     a = world(writer("t", "w/t"), reader("t", "r/t"), writer("only_a", "w/a"))
     b = world(writer("t", "w/t"), writer("t", "x/t"), reader("t", "r/t"), reader("only_b", "r/b"))
     found = diff(a, b)
-    assert missing(found) == [(Side.A, "w/a"), (Side.B, "r/b"), (Side.B, "x/t")]
+    assert missing(found) == [(ComparedSide.A, "w/a"), (ComparedSide.B, "r/b"), (ComparedSide.B, "x/t")]
     assert (found.matched, values(found), found.not_compared) == (2, [], ())
 
 
@@ -101,13 +101,15 @@ def test_what_was_not_looked_at_is_not_missing():
     design = world(writer("t", "w/t"), reader("t", "r/t"), writer("u", "w/u"))
     seen = world(writer("t", "w/t", more=SEEN), writer("more", "x/more", more=SEEN))
     found = diff(design, seen)
-    assert missing(found) == [(Side.B, "x/more")]
+    assert missing(found) == [(ComparedSide.B, "x/more")]
     assert found.not_compared == (
         "1 endpoint of A: B was observed and does not mention their topics",
         "1 endpoint of A: B was observed and reports no subscribers at all",
     )
     both = world(writer("t", "w/t", more=SEEN), reader("t", "someone/t", more=SEEN))
-    assert missing(diff(world(writer("t", "w/t"), reader("t", "r/t"), reader("t", "s/t")), both)) == [(Side.A, "s/t")]
+    assert missing(diff(world(writer("t", "w/t"), reader("t", "r/t"), reader("t", "s/t")), both)) == [
+        (ComparedSide.A, "s/t")
+    ]
 
 
 def test_others_may_be_on_an_external_topic():
@@ -147,7 +149,7 @@ def test_topics_can_be_chosen():
 
 def test_what_nobody_judges_is_not_compared():
     a = world(writer("t", "w/t", copies=1), protocol="nobody's")
-    assert missing(diff(a, world(writer("t", "w/t", copies=2)))) == [(Side.B, "w/t")]
+    assert missing(diff(a, world(writer("t", "w/t", copies=2)))) == [(ComparedSide.B, "w/t")]
     assert diff(a, a).matched == 0
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from cqos_core.language.evaluate import (
     MAXIMUM_WORLDS,
     Function,
-    Outcome,
+    RuleAnswer,
     Signal,
     Vocabulary,
     Written,
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 UNKNOWN = Anything("nobody knows")
 
 
-def judged(text: str, a: Any = None, b: Any = None, signal: Signal | None = None) -> Outcome:
+def judged(text: str, a: Any = None, b: Any = None, signal: Signal | None = None) -> RuleAnswer:
     bound = bind(parse(text), WORDS)
     sides = values(a), values(b)
     return bound.judge(*sides) if signal is None else bound.judge(*sides, signal)
@@ -210,12 +210,12 @@ def depends(on, *cases):
 
 def test_both_ends_vary_together():
     both = {"care": depends("post.carrier", 0, 1, 2)}
-    assert judged("offered(care) >= requested(care)", both, both) == Outcome(True)
+    assert judged("offered(care) >= requested(care)", both, both) == RuleAnswer(True)
 
 
 def test_where_assumptions_differ_each_has_its_answer():
     outcome = judged("offered(care) >= requested(care)", {"care": depends("post.carrier", 0, 1)}, {"care": 1})
-    assert outcome == Outcome(None, (("post.carrier=x", False), ("post.carrier=y", True)))
+    assert outcome == RuleAnswer(None, (("post.carrier=x", False), ("post.carrier=y", True)))
 
 
 def test_independent_assumptions_are_crossed():
@@ -224,8 +224,8 @@ def test_independent_assumptions_are_crossed():
 
 
 def test_an_assumption_that_makes_no_difference_is_not_mentioned():
-    assert judged("care >= 'plain'", {"care": depends("a", 0, 1)}) == Outcome(True)
-    assert judged("care >= 'signed'", {"care": depends("a", 1, 2)}) == Outcome(True)
+    assert judged("care >= 'plain'", {"care": depends("a", 0, 1)}) == RuleAnswer(True)
+    assert judged("care >= 'signed'", {"care": depends("a", 1, 2)}) == RuleAnswer(True)
 
 
 def test_a_world_may_leave_its_case_open():
@@ -246,9 +246,9 @@ def test_beyond_a_handful_of_worlds_values_are_sets():
         " & (topic(interval) == '1s') & topic(urgent) & (option(year) == 'y2000')"
     )
     assert 2 ** len(names) > MAXIMUM_WORLDS
-    assert judged(everything, many, many) == Outcome(None)
-    assert judged(f"{everything} & (care == 'insured')", many, many) == Outcome(False)
-    assert judged(f"({everything}) | (copies <= 1)", many, many) == Outcome(True)
+    assert judged(everything, many, many) == RuleAnswer(None)
+    assert judged(f"{everything} & (care == 'insured')", many, many) == RuleAnswer(False)
+    assert judged(f"({everything}) | (copies <= 1)", many, many) == RuleAnswer(True)
 
 
 def test_a_value_in_a_world():

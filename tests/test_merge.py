@@ -8,7 +8,7 @@ from typing import Any
 from cqos_core.api import check
 from cqos_core.importers.source import Source
 from cqos_core.inputs.files import SentFiles
-from cqos_core.inputs.loading import Given, read_together
+from cqos_core.inputs.loading import GivenSource, read_together
 from cqos_core.inputs.merging import merge
 from cqos_core.model.system import Acceptance, Bridge, Broker, Overlay, Participant, Route, System, TeamRule
 from tests.worlds import POST, box, codes, only, participant, place, profile, reader, settings, world, writer
@@ -167,6 +167,8 @@ def test_a_source_that_another_one_includes_is_read_as_part_of_that():
     part = Source("part.yaml", b"cqos: 1\nparticipants: {r: {subscribes: {box: {}}}}\n")
     files = SentFiles([main, part])
     for given in ([main, part], [part, main]):
-        read = [each for each in read_together([Given(each, files) for each in given]) if isinstance(each, System)]
+        read = [
+            each for each in read_together([GivenSource(each, files) for each in given]) if isinstance(each, System)
+        ]
         assert merge(read) in read
         assert {endpoint.participant for endpoint in merge(read).endpoints} == {"w", "r"}

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.analysis.edits import edited, replacements
 from cqos_core.importers.source import Source
 from cqos_core.inputs.files import open_file, read_path, write_whole
-from cqos_core.inputs.loading import Given, read_together, recognise
+from cqos_core.inputs.loading import GivenSource, read_together, recognise
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import InputError
 from cqos_core.model.report import Edit, Severity, Verdict
@@ -136,7 +136,7 @@ def read_texts(
         source = open_file(name, relative_to)
         return replace(source, data=texts.get(source.name, source.data))
 
-    given = [Given(opener(name, ""), opener) for name in names]
+    given = [GivenSource(opener(name, ""), opener) for name in names]
     found = read_together(given, importer, switches, protocol=protocol)
     problems = [problem for each in found if isinstance(each, InputError) for problem in each.problems]
     if problems:

@@ -26,7 +26,7 @@ VERSION: Final = 1
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class BaselineEntry:
     """One known finding.
 
     Attributes:
@@ -49,7 +49,7 @@ class Entry:
         """All rules that the finding is of."""
         return self.more_codes | {self.code}
 
-    def covers(self, other: Entry) -> bool:
+    def covers(self, other: BaselineEntry) -> bool:
         """Whether ``other``, a finding of today, was known when this entry was written."""
         if not other.codes <= self.codes or self.file not in {None, other.file}:
             return False
@@ -62,7 +62,7 @@ class Entry:
         named = [*(("topic", topic) for topic in self.topics), *(("member", member) for member in self.members)]
         return [(code, *name) for code in self.codes for name in named or [("message", self.message)]]
 
-    def _as_narrow(self, other: Entry) -> bool:
+    def _as_narrow(self, other: BaselineEntry) -> bool:
         """Whether the finding names at least as much as the entry: one without a topic is about something else."""
         return bool(other.topics) == bool(self.topics) and bool(other.members) == bool(self.members)
 
@@ -72,9 +72,9 @@ class Baseline:
     """The content of a baseline file, and which of its entries were met."""
 
     path: str
-    entries: tuple[Entry, ...]
-    _met: set[Entry] = field(default_factory=set)
-    _filed: dict[tuple[str, ...], list[Entry]] = field(default_factory=dict)
+    entries: tuple[BaselineEntry, ...]
+    _met: set[BaselineEntry] = field(default_factory=set)
+    _filed: dict[tuple[str, ...], list[BaselineEntry]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for entry in self.entries:
@@ -110,9 +110,9 @@ def name_of(file: str, baseline: str) -> str:
         return Path(os.path.realpath(file)).as_posix()
 
 
-def entry_of(finding: Finding, file: str | None = None) -> Entry:
+def entry_of(finding: Finding, file: str | None = None) -> BaselineEntry:
     """Return what a baseline keeps of a finding."""
-    return Entry(
+    return BaselineEntry(
         code=finding.code,
         topics=frozenset(
             topic
@@ -142,7 +142,7 @@ def write_baseline(path: str, reports: Iterable[tuple[str | None, Report]]) -> s
     return json.dumps({"baseline": VERSION, "findings": listed}, indent=2) + "\n"
 
 
-def _as_json(entry: Entry) -> dict[str, Any]:
+def _as_json(entry: BaselineEntry) -> dict[str, Any]:
     return {
         "code": entry.code,
         "topics": sorted(entry.topics),
@@ -174,7 +174,7 @@ def read_baseline(path: str, data: bytes) -> Baseline:
     return Baseline(path, tuple(_entry(path, index, stated) for index, stated in enumerate(findings)))
 
 
-def _entry(path: str, index: int, stated: object) -> Entry:
+def _entry(path: str, index: int, stated: object) -> BaselineEntry:
     where = f"findings[{index}]"
     if not isinstance(stated, dict):
         raise _unfit(path, f"`{where}` is no object")
@@ -187,7 +187,7 @@ def _entry(path: str, index: int, stated: object) -> Entry:
     for key, names in lists.items():
         if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
             raise _unfit(path, f"`{where}.{key}` is no list of texts")
-    return Entry(
+    return BaselineEntry(
         code=stated["code"],
         topics=frozenset(stated["topics"]),
         members=frozenset(stated["endpoints"]),

@@ -33,7 +33,7 @@ _CLOSEST: Final = 64
 """So many endpoints of one topic and kind are matched by how little they differ; of more it would take too long."""
 
 
-class Side(TextEnum):
+class ComparedSide(TextEnum):
     """Which of the two systems."""
 
     A = "a"
@@ -61,7 +61,7 @@ class Named:
 class Missing:
     """An endpoint that only one of the systems has, ``only_in``."""
 
-    only_in: Side
+    only_in: ComparedSide
     endpoint: Named
 
 
@@ -117,7 +117,7 @@ _Pairs: TypeAlias = list[tuple[_End, _End]]
 
 
 @dataclass(slots=True)
-class _Known:
+class _KnownValues:
     """What one system says.
 
     Attributes:
@@ -128,7 +128,7 @@ class _Known:
         external: names of topics on which others than its own endpoints may be.
     """
 
-    side: Side
+    side: ComparedSide
     slots: dict[_Slot, list[_End]] = field(default_factory=dict)
     observed: bool = False
     topics: set[tuple[str, str]] = field(default_factory=set)
@@ -141,19 +141,23 @@ def compare(a: System, b: System, context: Context, topics: Sequence[str] = (), 
 
     ``topics`` are shell patterns of the topics to compare, all if there are none, and ``ignored`` of those not to compare.
     """
-    known_a, known_b = (_known(system, side, context, topics, ignored) for side, system in ((Side.A, a), (Side.B, b)))
+    known_a, known_b = (
+        _known(system, side, context, topics, ignored) for side, system in ((ComparedSide.A, a), (ComparedSide.B, b))
+    )
     found = _Comparison(known_a, known_b)
     for slot in sorted({*known_a.slots, *known_b.slots}):
         found.slot(known_a.slots.get(slot, []), known_b.slots.get(slot, []))
     return found.result()
 
 
-def _known(system: System, side: Side, context: Context, topics: Sequence[str], ignored: Sequence[str]) -> _Known:
+def _known(
+    system: System, side: ComparedSide, context: Context, topics: Sequence[str], ignored: Sequence[str]
+) -> _KnownValues:
     """Sort what a system says; what no pack judges is not compared."""
     plain = _without_variants(system, context)
     endpoints = judged(plain, ExportContext(context.find_pack, context.default_protocol)).endpoints
     settled = _settled(part for each in endpoints for part in each.parts)
-    known = _Known(side, observed=bool(endpoints) and all(each.endpoint.observed for each in endpoints))
+    known = _KnownValues(side, observed=bool(endpoints) and all(each.endpoint.observed for each in endpoints))
     known.external = {_bare(name) for name, topic in system.topics.items() if topic.external}
     for each in endpoints:
         if not each.parts or each.parts[0].key is None:
@@ -215,14 +219,14 @@ def _end(each: Judged, settled: Mapping[int, QosProfile]) -> _End:
 class _Comparison:
     """Compares slot by slot."""
 
-    def __init__(self, a: _Known, b: _Known) -> None:
+    def __init__(self, a: _KnownValues, b: _KnownValues) -> None:
         self.a, self.b = a, b
         self.designed = not (a.observed or b.observed)
         self.missing: list[Missing] = []
         self.different: list[Different] = []
         self.matched = 0
         self.by_topic = 0
-        self.unknown: dict[tuple[Side, str], set[str]] = {}
+        self.unknown: dict[tuple[ComparedSide, str], set[str]] = {}
 
     def slot(self, a: Iterable[_End], b: Iterable[_End]) -> None:
         """Match the endpoints of one topic and kind within their participants, then those that are left over."""
@@ -247,7 +251,7 @@ class _Comparison:
         for a, b in pairs:
             self.different += _differences(a, b)
 
-    def rest(self, ends: Iterable[_End], here: _Known, there: _Known) -> None:
+    def rest(self, ends: Iterable[_End], here: _KnownValues, there: _KnownValues) -> None:
         """Report endpoints that are only here, where they would be there if they existed."""
         for end in ends:
             why = _why_not(end, here, there)
@@ -271,7 +275,7 @@ class _Comparison:
         )
 
 
-def _why_not(end: _End, here: _Known, there: _Known) -> str | None:
+def _why_not(end: _End, here: _KnownValues, there: _KnownValues) -> str | None:
     """Why it says nothing that an endpoint is only here; None where it does."""
     protocol, topic, kind = end.slot
     other = there.side.upper()

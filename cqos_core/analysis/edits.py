@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from cqos_core.model.system import Place
 
 
-class Edited(NamedTuple):
+class EditedText(NamedTuple):
     """A source with edits applied, and the edits that could not be, each with the reason."""
 
     data: bytes
     left: tuple[tuple[Edit, str], ...] = ()
 
 
-def edited(source: Source, edits: Iterable[Edit], inserter: Callable[[], Inserter | None]) -> Edited:
+def edited(source: Source, edits: Iterable[Edit], inserter: Callable[[], Inserter | None]) -> EditedText:
     """Apply edits to one source; layout and comments stay.
 
     Args:
@@ -44,10 +44,10 @@ def edited(source: Source, edits: Iterable[Edit], inserter: Callable[[], Inserte
         text = text[: change.start] + change.text + text[change.end :]
     mark = data[: len(data) - len(decode(data).encode(encoding, "replace"))]
     try:
-        return Edited(mark + text.encode(encoding), tuple(left))
+        return EditedText(mark + text.encode(encoding), tuple(left))
     except UnicodeEncodeError:
         reason = f"the file is written in {encoding}, which has no such character"
-        return Edited(data, tuple((edit, reason) for edit in dict.fromkeys(edits)))
+        return EditedText(data, tuple((edit, reason) for edit in dict.fromkeys(edits)))
 
 
 def replacements(

@@ -63,11 +63,11 @@ def explain_alone(occurrences: Iterable[Occurrence], context: Context) -> list[E
 
 def explain_misfits(occurrences: Iterable[Occurrence], system: System, context: Context) -> list[Explained]:
     """Explain what programs say by the pairs of a system."""
-    known = _Known(endpoints_of(system, context), check_system(system, context))
+    known = _KnownEnds(endpoints_of(system, context), check_system(system, context))
     return [_explained(each, known, context) for each in occurrences]
 
 
-class _Known:
+class _KnownEnds:
     """A checked system, by what programs name in it.
 
     Attributes:
@@ -98,7 +98,7 @@ def _topic_names(endpoint: Resolved) -> Iterable[str | None]:
     return dict.fromkeys([None, endpoint.key, endpoint.shown, endpoint.endpoint.topic, *ends])
 
 
-def _explained(occurrence: Occurrence, known: _Known, context: Context) -> Explained:
+def _explained(occurrence: Occurrence, known: _KnownEnds, context: Context) -> Explained:
     misfit = occurrence.misfit
     rules = rules_over(misfit, context.find_pack(misfit.protocol))
     on_topic = known.endpoints.get((misfit.protocol, misfit.topic))
@@ -138,7 +138,7 @@ def _opposite(role: str) -> str:
     return SUBSCRIBER if role == PUBLISHER else PUBLISHER
 
 
-def _pairs(publishers: set[str], subscribers: set[str], known: _Known) -> tuple[Pair, ...]:
+def _pairs(publishers: set[str], subscribers: set[str], known: _KnownEnds) -> tuple[Pair, ...]:
     groups = {number: group for name in publishers for number, group in known.groups.get(name, ())}
     found = [
         Pair(group.topic, publisher, subscriber, group.verdict)
@@ -153,7 +153,7 @@ def _pairs(publishers: set[str], subscribers: set[str], known: _Known) -> tuple[
     return tuple(certain or found)
 
 
-def _findings(pairs: Sequence[Pair], known: _Known) -> tuple[Finding, ...]:
+def _findings(pairs: Sequence[Pair], known: _KnownEnds) -> tuple[Finding, ...]:
     """Return the findings about any of the pairs that are not compatible, in the order of the report."""
     offering, requesting = (
         {number: finding for name in names for number, finding in known.findings.get(name, ())}

@@ -12,7 +12,7 @@ from cqos_core.bpmn.endpoints import Endpoints
 from cqos_core.bpmn.events import read_events
 from cqos_core.bpmn.messages import read_messages
 from cqos_core.bpmn.participants import read_participants
-from cqos_core.bpmn.reading import Reading
+from cqos_core.bpmn.reading import DiagramReading
 from cqos_core.bpmn.signals import read_signals
 from cqos_core.bpmn.unread import report_unread
 from cqos_core.bpmn.words import read_system_words
@@ -46,7 +46,7 @@ def read(source: Source, context: ReadContext) -> System:
     root = parse_xml(source)
     require_bpmn(root, source)
     document = Document(root, source.name)
-    reading = Reading(document)
+    reading = DiagramReading(document)
     reading.system.sources[source.name] = source.data
     read_system_words(reading)
     endpoints = Endpoints(reading, read_participants(reading))

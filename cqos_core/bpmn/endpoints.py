@@ -17,15 +17,15 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from cqos_core.bpmn.lost import Unknown
-    from cqos_core.bpmn.participants import Participants
-    from cqos_core.bpmn.reading import Reading
+    from cqos_core.bpmn.participants import Pools
+    from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.bpmn.words import Child
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Participant, Role, Settings
 
 
 @dataclass(frozen=True, slots=True)
-class Meeting:
+class EventTopic:
     """Where an element meets others.
 
     Attributes:
@@ -46,7 +46,7 @@ class Meeting:
 class Endpoints:
     """Adds endpoints to the system and knows which elements have become some."""
 
-    def __init__(self, reading: Reading, participants: Participants) -> None:
+    def __init__(self, reading: DiagramReading, participants: Pools) -> None:
         """Begin with no endpoints."""
         self._reading = reading
         self._participants = participants
@@ -58,7 +58,7 @@ class Endpoints:
         """Say whether endpoints were made of ``element``, or knowingly not made."""
         return element in self._used
 
-    def add(self, element: Element, role: Role, meetings: Sequence[Meeting]) -> None:
+    def add(self, element: Element, role: Role, meetings: Sequence[EventTopic]) -> None:
         """Add an endpoint of ``element`` for each meeting and each participant that runs its process."""
         self._used.add(element)
         meetings = list({meeting.topic: meeting for meeting in meetings}.values())  # one signal twice is one endpoint
@@ -84,7 +84,7 @@ class Endpoints:
             replace(found, endpoint=name) for found in acceptances(self._reading, children) for name in ids
         ]
 
-    def _add(self, stated: Endpoint, meeting: Meeting, participant: Participant, *, is_first: bool) -> None:
+    def _add(self, stated: Endpoint, meeting: EventTopic, participant: Participant, *, is_first: bool) -> None:
         wanted = stated.id or f"{participant.id}/{stated.role}/{meeting.topic or '-'}"
         endpoint = replace(
             stated,
@@ -106,7 +106,7 @@ class Endpoints:
             self._reading.note("CQ031", message, self._reading.document.place(element, "@id"))
 
 
-def _read(reading: Reading, element: Element, role: Role, extensions: list[Child]) -> Endpoint:
+def _read(reading: DiagramReading, element: Element, role: Role, extensions: list[Child]) -> Endpoint:
     """Return what ``element`` states as an endpoint that has no topic and no participant yet."""
     place = reading.document.place(element)
     lost = [*reading.lost.children(extensions, ON_EVENTS), *reading.lost.settings(element)]
@@ -130,7 +130,7 @@ def _read(reading: Reading, element: Element, role: Role, extensions: list[Child
     )
 
 
-def _needs(reading: Reading, extensions: list[Child]) -> Settings:
+def _needs(reading: DiagramReading, extensions: list[Child]) -> Settings:
     """Return what the application requires; what is half written requires something that is not known."""
     needs = {}
     for child in extensions:

@@ -21,12 +21,12 @@ from cqos_core.model.system import EVERY_OTHER, Setting
 if TYPE_CHECKING:
     from cqos_core.bpmn.endpoints import Endpoints
     from cqos_core.bpmn.lost import Unknown
-    from cqos_core.bpmn.reading import Reading
+    from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.bpmn.signals import Signals
     from cqos_core.importers.xml_source import Element
 
 
-def read_events(reading: Reading, endpoints: Endpoints, signals: Signals) -> None:
+def read_events(reading: DiagramReading, endpoints: Endpoints, signals: Signals) -> None:
     """Add an endpoint for every signal definition of every event, wherever the event is nested."""
     document = reading.document
     for event in document.nodes:
@@ -45,7 +45,7 @@ def read_events(reading: Reading, endpoints: Endpoints, signals: Signals) -> Non
         endpoints.add(event, role, meetings)
 
 
-def _report_dangling(reading: Reading, event: Element) -> None:
+def _report_dangling(reading: DiagramReading, event: Element) -> None:
     for reference in event.iterchildren(DEFINITION_REFERENCE):
         name = reference.text or ""
         if look_up(reading.document.definitions, name, reference) is None:
@@ -54,7 +54,7 @@ def _report_dangling(reading: Reading, event: Element) -> None:
             reading.note("CQ032", message, place, endpoint=identity(event))
 
 
-def _lost(reading: Reading, event: Element, definition: Element) -> list[Unknown]:
+def _lost(reading: DiagramReading, event: Element, definition: Element) -> list[Unknown]:
     """Return the QoS on a signal definition, which is not read there."""
     stated = read_qos(reading, definition, extension_children(definition))
     if profile := word(definition, "profile"):

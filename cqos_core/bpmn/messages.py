@@ -20,7 +20,7 @@ from cqos_core.bpmn.document import (
     identity,
     look_up,
 )
-from cqos_core.bpmn.endpoints import Meeting
+from cqos_core.bpmn.endpoints import EventTopic
 from cqos_core.bpmn.names import fold, is_computed, shown
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
@@ -28,16 +28,16 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from cqos_core.bpmn.endpoints import Endpoints
-    from cqos_core.bpmn.reading import Reading
+    from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Role
 
 _ENDS: tuple[tuple[Role, str], ...] = ((PUBLISHER, "sourceRef"), (SUBSCRIBER, "targetRef"))
 
 
-def read_messages(reading: Reading, endpoints: Endpoints) -> None:
+def read_messages(reading: DiagramReading, endpoints: Endpoints) -> None:
     """Add a publisher for what sends and a subscriber for what receives a message."""
-    meetings: dict[tuple[Element, Role], dict[str | None, Meeting]] = {}
+    meetings: dict[tuple[Element, Role], dict[str | None, EventTopic]] = {}
     for node, role, meeting in (*_of_flows(reading), *_of_nodes(reading)):
         known = meetings.setdefault((node, role), {})
         # A flow says more than the node alone: a black box on its other side.
@@ -46,7 +46,7 @@ def read_messages(reading: Reading, endpoints: Endpoints) -> None:
         endpoints.add(node, role, list(found.values()))
 
 
-def _of_flows(reading: Reading) -> Iterator[tuple[Element, Role, Meeting]]:
+def _of_flows(reading: DiagramReading) -> Iterator[tuple[Element, Role, EventTopic]]:
     flows = reading.document.all(MESSAGE_FLOW)
     nodes = _nodes(reading, flows)
     for flow in flows:
@@ -61,7 +61,7 @@ def _of_flows(reading: Reading) -> Iterator[tuple[Element, Role, Meeting]]:
                 yield end, role, meeting
 
 
-def _nodes(reading: Reading, flows: list[Element]) -> dict[str, Element]:
+def _nodes(reading: DiagramReading, flows: list[Element]) -> dict[str, Element]:
     """Return everything that a flow may begin or end at, by id."""
     wanted = _ends_of(flows)
     nodes: dict[str, Element] = {}
@@ -78,17 +78,17 @@ def _ends_of(flows: list[Element]) -> set[str]:
     return references | {reference.rpartition(":")[2] for reference in references}
 
 
-def _meeting_of_flow(reading: Reading, flow: Element, ends: list[Element]) -> Meeting:
+def _meeting_of_flow(reading: DiagramReading, flow: Element, ends: list[Element]) -> EventTopic:
     """Return the flow's topic: its message, the message of one of its ends, its own name, its id."""
     external = any(end.tag == PARTICIPANT for end in ends) or len(ends) < len(_ENDS)
     messages = (_message(reading, element) for element in (flow, *ends))
     message = next((found for found in messages if found is not None), None)
     name = fold(message.get("name")) if message is not None else ""
     name = name or fold(flow.get("name")) or identity(flow) or ""
-    return Meeting(_fixed(reading, flow, name), type=_type(reading, message), external=external)
+    return EventTopic(_fixed(reading, flow, name), type=_type(reading, message), external=external)
 
 
-def _of_nodes(reading: Reading) -> Iterator[tuple[Element, Role, Meeting]]:
+def _of_nodes(reading: DiagramReading) -> Iterator[tuple[Element, Role, EventTopic]]:
     """Yield what sends and receives a message that it names itself, with or without a flow."""
     connected = _ends_of(reading.document.all(MESSAGE_FLOW))
     for node in reading.document.nodes:
@@ -101,21 +101,21 @@ def _of_nodes(reading: Reading) -> Iterator[tuple[Element, Role, Meeting]]:
             yield (
                 node,
                 ROLES[str(node.tag)],
-                Meeting(_fixed(reading, node, name), type=_type(reading, message)),
+                EventTopic(_fixed(reading, node, name), type=_type(reading, message)),
             )
         else:
             text = "no message flow and no message with a name leads here, so there is no topic and nothing is paired"
             reading.note("CQ049", text, reading.document.place(node), endpoint=identity(node))
 
 
-def _message(reading: Reading, element: Element) -> Element | None:
+def _message(reading: DiagramReading, element: Element) -> Element | None:
     """Return the message that a flow or task refers to itself, and an event by its definition."""
     holders = (element, *reading.document.event_definitions(element, MESSAGE_DEFINITION))
     found = (reading.document.find(MESSAGE, holder.get("messageRef") or "", holder) for holder in holders)
     return next((message for message in found if message is not None), None)
 
 
-def _fixed(reading: Reading, element: Element, name: str) -> str | None:
+def _fixed(reading: DiagramReading, element: Element, name: str) -> str | None:
     """Return ``name`` unless only the engine can compute it."""
     if name and is_computed(name):
         message = f"the topic `{shown(name)}` is known at run time only, so nothing is paired on it"
@@ -124,7 +124,7 @@ def _fixed(reading: Reading, element: Element, name: str) -> str | None:
     return name or None
 
 
-def _type(reading: Reading, message: Element | None) -> str | None:
+def _type(reading: DiagramReading, message: Element | None) -> str | None:
     if message is None:
         return None
     definition = reading.document.find(ITEM_DEFINITION, message.get("itemRef") or "", message)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Container, Iterable
 
     from cqos_core.bpmn.lost import Unknown
-    from cqos_core.bpmn.reading import Reading
+    from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Settings
 
@@ -33,7 +33,7 @@ _OWN_WORDS = ("protocol", "external")
 
 
 @dataclass(slots=True)
-class Participants:
+class Pools:
     """Who takes part.
 
     Attributes:
@@ -48,11 +48,11 @@ class Participants:
     lost: dict[str, list[Unknown]]
 
 
-def read_participants(reading: Reading) -> Participants:
+def read_participants(reading: DiagramReading) -> Pools:
     """Add every participant to the system; a process without a pool is one, and so is a pool without a process."""
     document = reading.document
     unique = Unique()
-    found = Participants({}, {}, {})
+    found = Pools({}, {}, {})
     around = [
         any_policy
         for element in (document.root, *document.all(COLLABORATION))
@@ -86,7 +86,7 @@ def read_participants(reading: Reading) -> Participants:
     return found
 
 
-def _any_policy(reading: Reading, element: Element, words: Iterable[str]) -> list[Unknown]:
+def _any_policy(reading: DiagramReading, element: Element, words: Iterable[str]) -> list[Unknown]:
     """Return what nothing reads on ``element``: a profile, a protocol or an option may set any policy of an endpoint."""
     lost = [*reading.lost.children(extension_children(element), words), *reading.lost.settings(element, ours=True)]
     if element is reading.document.root and qos_attributes(element).keys() - {"protocol"}:
@@ -96,7 +96,7 @@ def _any_policy(reading: Reading, element: Element, words: Iterable[str]) -> lis
     return [(EVERY_OTHER, setting) for _, setting in lost[:1]]
 
 
-def _calls(reading: Reading, shown_by_pools: Container[Element]) -> dict[Element, list[Element]]:
+def _calls(reading: DiagramReading, shown_by_pools: Container[Element]) -> dict[Element, list[Element]]:
     """Return which processes each process calls, as far as no pool shows them: they run in the caller's participants."""
     document = reading.document
     calls: dict[Element, list[Element]] = {}
@@ -108,7 +108,7 @@ def _calls(reading: Reading, shown_by_pools: Container[Element]) -> dict[Element
 
 
 def _hand_on(
-    reading: Reading,
+    reading: DiagramReading,
     of_process: dict[Element, list[Participant]],
     calls: dict[Element, list[Element]],
     callers: list[Element],
@@ -127,7 +127,7 @@ def _hand_on(
                 reading.count_copies(len(of_process[caller]), process)
 
 
-def _add(reading: Reading, element: Element, unique: Unique) -> Participant:
+def _add(reading: DiagramReading, element: Element, unique: Unique) -> Participant:
     name = fold(element.get("name"))
     wanted = identity(element) or name or split(str(element.tag))[1]
     participant = Participant(
@@ -146,7 +146,7 @@ def _add(reading: Reading, element: Element, unique: Unique) -> Participant:
     return participant
 
 
-def _process(reading: Reading, element: Element) -> Element | None:
+def _process(reading: DiagramReading, element: Element) -> Element | None:
     """Return the process that a pool shows, None for a black box."""
     reference = element.get("processRef")
     if not reference:
@@ -158,14 +158,14 @@ def _process(reading: Reading, element: Element) -> Element | None:
     return process
 
 
-def _settings(reading: Reading, element: Element) -> Settings:
+def _settings(reading: DiagramReading, element: Element) -> Settings:
     settings = qos_settings(reading, element, _OWN_WORDS)
     children = qos_children(reading, element, ON_PARTICIPANTS)
     settings |= {name: setting for _, name, setting in options(reading, children, "")}
     return settings
 
 
-def _inherit(reading: Reading, process: Element, pools: list[Participant]) -> None:
+def _inherit(reading: DiagramReading, process: Element, pools: list[Participant]) -> None:
     """Give the pools of a process what is stated on the process; what is stated on the pool wins."""
     protocol = word(process, "protocol")
     settings = _settings(reading, process)

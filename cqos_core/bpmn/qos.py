@@ -15,7 +15,7 @@ from cqos_core.model.system import Cases, Setting
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.bpmn.reading import Reading
+    from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.bpmn.words import Child
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Settings
@@ -32,7 +32,7 @@ _ROS = f"{{{NAMESPACES['ros']}}}"
 _ENGINES = ("camunda", "zeebe")
 
 
-def read_qos(reading: Reading, element: Element, extensions: list[Child]) -> Settings:
+def read_qos(reading: DiagramReading, element: Element, extensions: list[Child]) -> Settings:
     """Return the QoS stated on ``element``, each value as text under the name it was written with.
 
     Attributes win over ``qos:policy``, and that over Camunda properties. Values that disagree are reported.
@@ -78,7 +78,9 @@ def message_type(element: Element, extensions: list[Child]) -> str | None:
     return next((text.strip() for text in stated if text and text.strip()), None)
 
 
-def _compare(reading: Reading, name: str, before: tuple[str, Setting, str], setting: Setting, source: str) -> None:
+def _compare(
+    reading: DiagramReading, name: str, before: tuple[str, Setting, str], setting: Setting, source: str
+) -> None:
     _, other, other_source = before
     if setting.place is not None and not same_value(other.text, setting.text):
         message = (
@@ -88,7 +90,7 @@ def _compare(reading: Reading, name: str, before: tuple[str, Setting, str], sett
         reading.note("CQ039", message, setting.place, endpoint=setting.place.element)
 
 
-def _policy_settings(reading: Reading, extensions: list[Child]) -> Iterator[tuple[str, Setting]]:
+def _policy_settings(reading: DiagramReading, extensions: list[Child]) -> Iterator[tuple[str, Setting]]:
     """Yield what FaMe writes: attributes without a namespace; its ``type`` and ``value`` repeat one of them."""
     for child in extensions:
         if not child.is_word("policy"):
@@ -101,7 +103,7 @@ def _policy_settings(reading: Reading, extensions: list[Child]) -> Iterator[tupl
             yield name, Setting(value, child.place(reading, path))
 
 
-def _property_settings(reading: Reading, extensions: list[Child]) -> Iterator[tuple[str, Setting]]:
+def _property_settings(reading: DiagramReading, extensions: list[Child]) -> Iterator[tuple[str, Setting]]:
     for name, value, child in _properties(extensions):
         if key(name) in POLICIES:
             yield name, Setting(value, child.place(reading, "value"))

@@ -23,7 +23,7 @@ MOST_COPIES: Final = 100_000
 _ENDING = re.compile(r"(\.bpmn20)?\.(bpmn2?|xml)$", re.IGNORECASE)
 
 
-class Reading:
+class DiagramReading:
     """The system under construction and everything there is to say about its source."""
 
     def __init__(self, document: Document) -> None:

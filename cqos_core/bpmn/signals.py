@@ -6,14 +6,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.bpmn.document import ITEM_DEFINITION, SIGNAL, identity, nth, split
-from cqos_core.bpmn.endpoints import Meeting
+from cqos_core.bpmn.endpoints import EventTopic
 from cqos_core.bpmn.names import POLICIES, fold, is_computed, key, same_value, shown
 from cqos_core.bpmn.words import ON_SIGNALS, acceptances, extension_children, flag, qos_children, qos_settings
 from cqos_core.model.system import Topic
 
 if TYPE_CHECKING:
     from cqos_core.bpmn.lost import Unknown
-    from cqos_core.bpmn.reading import Reading
+    from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Place, Settings
 
@@ -23,12 +23,12 @@ _INSTANCE_SCOPES = {"processInstance"}
 class Signals:
     """Tells for every signal event what its topic is."""
 
-    def __init__(self, reading: Reading, lost: dict[str, dict[str, Unknown]]) -> None:
+    def __init__(self, reading: DiagramReading, lost: dict[str, dict[str, Unknown]]) -> None:
         """Use the signals of the document that is being read, and what is ``lost`` on them: by name, by policy."""
         self._reading = reading
         self._lost = lost
 
-    def meeting(self, event: Element, definition: Element) -> Meeting | None:
+    def meeting(self, event: Element, definition: Element) -> EventTopic | None:
         """Return where ``event`` meets others by one of its signal definitions.
 
         The topic is the signal's name, else the event's own, else none. None is returned where the signal never
@@ -55,24 +55,24 @@ class Signals:
             return self._guess(event, f"refers to `{shown(reference)}`, a signal without a name")
         if is_computed(name):
             return self._computed(event, name)
-        return Meeting(name, type=self._type(signal), lost=tuple(self._lost.get(name, {}).values()))
+        return EventTopic(name, type=self._type(signal), lost=tuple(self._lost.get(name, {}).values()))
 
-    def _guess(self, event: Element, why: str) -> Meeting:
+    def _guess(self, event: Element, why: str) -> EventTopic:
         name = fold(event.get("name"))
         if not name:
             message = f"the event {why} and has no name itself, so it has no topic and is not paired"
             self._note(event, "CQ033", message, "choose a signal for the event, and give the signal a name")
-            return Meeting(None)
+            return EventTopic(None)
         if is_computed(name):
             return self._computed(event, name)
         message = f"the event {why}; its own name `{shown(name)}` is taken for the topic"
         self._note(event, "CQ034", message, "choose a signal for the event")
-        return Meeting(name, is_guess=True)
+        return EventTopic(name, is_guess=True)
 
-    def _computed(self, event: Element, expression: str) -> Meeting:
+    def _computed(self, event: Element, expression: str) -> EventTopic:
         message = f"the topic `{shown(expression)}` is known at run time only, so the event is not paired"
         self._note(event, "CQ036", message, "choose a signal with a fixed name")
-        return Meeting(None)
+        return EventTopic(None)
 
     def _type(self, signal: Element) -> str | None:
         definition = self._reading.document.find(ITEM_DEFINITION, signal.get("structureRef") or "", signal)
@@ -89,7 +89,7 @@ class Signals:
         self._reading.note(code, message, place, advice=advice, endpoint=identity(event))
 
 
-def read_signals(reading: Reading) -> Signals:
+def read_signals(reading: DiagramReading) -> Signals:
     """Add to the system what is stated on signals, and report signals that are one although they look like two."""
     by_name: dict[str, Element] = {}
     ids: set[str] = set()
@@ -112,7 +112,7 @@ def read_signals(reading: Reading) -> Signals:
     return Signals(reading, lost)
 
 
-def _read_topic(reading: Reading, signal: Element, name: str) -> list[Unknown]:
+def _read_topic(reading: DiagramReading, signal: Element, name: str) -> list[Unknown]:
     """Add the facts and acceptances that a signal states, and return the QoS on it, which is not read there."""
     place = reading.document.place(signal)
     stated = qos_settings(reading, signal, ("external",))
@@ -140,7 +140,7 @@ def _read_topic(reading: Reading, signal: Element, name: str) -> list[Unknown]:
     return lost
 
 
-def _merge(reading: Reading, settings: Settings, facts: Settings, place: Place) -> None:
+def _merge(reading: DiagramReading, settings: Settings, facts: Settings, place: Place) -> None:
     for name, setting in facts.items():
         before = settings.setdefault(name, setting)
         if not same_value(before.text, setting.text):

@@ -10,13 +10,13 @@ from cqos_core.bpmn.words import extension_children, qos_attributes
 
 if TYPE_CHECKING:
     from cqos_core.bpmn.endpoints import Endpoints
-    from cqos_core.bpmn.reading import Reading
+    from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.importers.xml_source import Element
 
 _SWITCH = "to read message flows as topics, set the importer switch `bpmn.message_flows=true`"
 
 
-def report_unread(reading: Reading, endpoints: Endpoints, *, with_messages: bool) -> None:
+def report_unread(reading: DiagramReading, endpoints: Endpoints, *, with_messages: bool) -> None:
     """Report QoS on what is no endpoint, imports, and message flows that are not switched on."""
     document = reading.document
     for element in document.all(IMPORT):
@@ -43,7 +43,7 @@ def report_unread(reading: Reading, endpoints: Endpoints, *, with_messages: bool
         reading.note("CQ040", cause, place, advice=help_text, endpoint=place.element)
 
 
-def _report_node(reading: Reading, node: Element, advice: str) -> None:
+def _report_node(reading: DiagramReading, node: Element, advice: str) -> None:
     local = split(str(node.tag))[1]
     message = f"this `{local}` states QoS but neither throws nor catches a signal, so its QoS is not checked"
     reading.note("CQ040", message, reading.document.place(node), advice=advice)

@@ -18,7 +18,7 @@ from cqos_core.model.system import Acceptance, Place, Setting
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Iterator
 
-    from cqos_core.bpmn.reading import Reading
+    from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Settings
 
@@ -53,12 +53,12 @@ class Child:
         """Say whether it is ``word`` in the namespace ``http://qos``."""
         return self.prefix == "qos" and self.word == word
 
-    def place(self, reading: Reading, attribute: str | None = None) -> Place:
+    def place(self, reading: DiagramReading, attribute: str | None = None) -> Place:
         """Return where the element or one of its attributes stands."""
         path = f"{self.path}/@{attribute}" if attribute else self.path
         return reading.document.place(self.element, path, self.owner)
 
-    def required(self, reading: Reading, *names: str) -> list[str] | None:
+    def required(self, reading: DiagramReading, *names: str) -> list[str] | None:
         """Return the values of attributes; None, and a note for each that is missing, unless all are there."""
         values = [(self.element.get(name) or "").strip() for name in names]
         for name, value in zip(names, values, strict=True):
@@ -100,7 +100,7 @@ ON_MODELS = ("option", "accept")
 
 
 def qos_children(
-    reading: Reading, owner: Element, words: Iterable[str], children: Iterable[Child] | None = None
+    reading: DiagramReading, owner: Element, words: Iterable[str], children: Iterable[Child] | None = None
 ) -> list[Child]:
     """Return the ``qos:`` children of ``owner`` that are one of ``words``; report the others.
 
@@ -126,7 +126,7 @@ def qos_attributes(element: Element) -> dict[str, str]:
     return {name[len(QOS) :]: value for name, value in element.items() if name.startswith(QOS)}
 
 
-def qos_settings(reading: Reading, element: Element, own: Container[str]) -> Settings:
+def qos_settings(reading: DiagramReading, element: Element, own: Container[str]) -> Settings:
     """Return the attributes in the namespace ``http://qos`` that are none of C-QoS's ``own`` words here."""
     at = reading.document.place(element)
     return {
@@ -141,7 +141,7 @@ def word(element: Element, name: str) -> str | None:
     return (element.get(f"{QOS}{name}") or "").strip() or None
 
 
-def flag(reading: Reading, element: Element, name: str) -> bool | None:
+def flag(reading: DiagramReading, element: Element, name: str) -> bool | None:
     """Return an attribute that is true or false, None where it is not stated."""
     text = word(element, name)
     if text is None:
@@ -152,7 +152,7 @@ def flag(reading: Reading, element: Element, name: str) -> bool | None:
     return _FLAGS.get(text)
 
 
-def acceptances(reading: Reading, children: Iterable[Child]) -> Iterator[Acceptance]:
+def acceptances(reading: DiagramReading, children: Iterable[Child]) -> Iterator[Acceptance]:
     """Yield the ``qos:accept`` among ``children``; whom they concern is the caller's to say."""
     for child in children:
         values = child.required(reading, "rule", "because") if child.word == "accept" else None
@@ -161,7 +161,7 @@ def acceptances(reading: Reading, children: Iterable[Child]) -> Iterator[Accepta
             yield Acceptance(values[0], values[1], until=until, place=child.place(reading, "rule"))
 
 
-def _is_date(reading: Reading, child: Child, until: str | None) -> bool:
+def _is_date(reading: DiagramReading, child: Child, until: str | None) -> bool:
     try:
         if until is not None:
             date.fromisoformat(until)
@@ -172,7 +172,9 @@ def _is_date(reading: Reading, child: Child, until: str | None) -> bool:
     return True
 
 
-def options(reading: Reading, children: Iterable[Child], protocol: str | None) -> Iterator[tuple[str, str, Setting]]:
+def options(
+    reading: DiagramReading, children: Iterable[Child], protocol: str | None
+) -> Iterator[tuple[str, str, Setting]]:
     """Yield protocol, name and value of each ``qos:option``; where it names no protocol, ``protocol`` is meant."""
     for child in children:
         if child.word != "option":
@@ -184,7 +186,7 @@ def options(reading: Reading, children: Iterable[Child], protocol: str | None) -
             yield whose, values[0], Setting(values[1], child.place(reading, "value"))
 
 
-def read_system_words(reading: Reading) -> None:
+def read_system_words(reading: DiagramReading) -> None:
     """Read what is stated on ``definitions`` and collaborations: the protocol, options, acceptances."""
     document, system = reading.document, reading.system
     system.protocol = word(document.root, "protocol")

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
     from cqos_core.checking.checker import Context
     from cqos_core.matching.delivery_paths import Pair
-    from cqos_core.matching.derived_guarantees import Given
+    from cqos_core.matching.derived_guarantees import DerivedGuarantees
     from cqos_core.model.report import Finding, Report
     from cqos_core.model.system import System
     from cqos_core.packs.rule import Rule
@@ -234,7 +234,7 @@ def _pair_report(topic: Topic, verdict: Verdict, further: Sequence[Finding]) -> 
     )
 
 
-def _told(given: Iterable[Given], faults: Collection[str]) -> tuple[Guarantee, ...]:
+def _told(given: Iterable[DerivedGuarantees], faults: Collection[str]) -> tuple[Guarantee, ...]:
     return tuple(
         Guarantee(
             each.word.name,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cqos_core.checking.findings import Draft, Made, headline, make, sides_of, subject
 from cqos_core.checking.team import TeamCheck, team_findings
-from cqos_core.language.evaluate import Outcome
+from cqos_core.language.evaluate import RuleAnswer
 from cqos_core.language.relation import positions
 from cqos_core.matching.bridge_reachability import connected
 from cqos_core.matching.judge import Violation, judge_pair
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from cqos_core.language.name_index import NameIndex
     from cqos_core.matching.pairing import EndpointGroup, Topic
-    from cqos_core.matching.topic_shape import Apart, Judged, Outline, Row
+    from cqos_core.matching.topic_shape import Apart, Outline, Row, ShapeResult
     from cqos_core.packs.pack import BoundRule
     from cqos_core.resolving.resolved import Resolved
 
@@ -130,7 +130,7 @@ def _group(topic: Topic, row: Row) -> Group:
     )
 
 
-def _splits(topic: Topic, judged: Judged) -> list[Made]:
+def _splits(topic: Topic, judged: ShapeResult) -> list[Made]:
     """Report what keeps endpoints apart: each that is left alone by it, and once a topic where nobody is."""
     met_by_any = 0
     for met in judged.met:
@@ -196,7 +196,7 @@ class _Split:
         example = (publishers[0].only([publishers[0].first]), subscribers[0].only([subscribers[0].first]))
         return Draft(
             topic,
-            Violation(self.bound, Outcome(result=False)),
+            Violation(self.bound, RuleAnswer(result=False)),
             dict.fromkeys(publishers),
             dict.fromkeys(subscribers),
             tags=self.tags,

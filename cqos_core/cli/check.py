@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.analysis.baseline import Baseline
-    from cqos_core.cli.reading import Reader
+    from cqos_core.cli.reading import InputReader
     from cqos_core.cli.selection import Counted
     from cqos_core.cli.sinks import Sink
     from cqos_core.cli.units import Unit
@@ -261,7 +261,7 @@ class _Check:
         empty: what to say of paths in which something was expected, and nothing could be checked.
     """
 
-    reader: Reader
+    reader: InputReader
     wishes: Wishes
     known: Baseline | None
     server: str | None = None
@@ -314,7 +314,7 @@ class _Check:
         self.sources |= {**reader.config.sources, **system.sources}
         self.reports.append(_Checked(unit.path, report, reader.config))
 
-    def _judged(self, system: System, reader: Reader, step: Callable[[int, int], None]) -> Report:
+    def _judged(self, system: System, reader: InputReader, step: Callable[[int, int], None]) -> Report:
         """Check one system, here or where --server says."""
         if self.server is None:
             return check_system(system, reader.context, step)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from typing import Literal
 
     from cqos_core.analysis.system_fixes import Mended
-    from cqos_core.cli.reading import Reader
+    from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import ImportNote, System
     from cqos_core.plugins import ExporterInfo
 
@@ -120,7 +120,7 @@ def _settings(info: ExporterInfo, stated: Iterable[str]) -> dict[str, str]:
     return chosen
 
 
-def _mended(system: System, reader: Reader, remedies: Literal["first", "configuration"] | None) -> Mended | None:
+def _mended(system: System, reader: InputReader, remedies: Literal["first", "configuration"] | None) -> Mended | None:
     if remedies is None:
         return None
     from cqos_core.analysis.system_fixes import mend
@@ -129,7 +129,7 @@ def _mended(system: System, reader: Reader, remedies: Literal["first", "configur
 
 
 def _export(
-    info: ExporterInfo, system: System, reader: Reader, settings: dict[str, str], mended: Mended | None
+    info: ExporterInfo, system: System, reader: InputReader, settings: dict[str, str], mended: Mended | None
 ) -> Exported:
     """Let the exporter write.
 

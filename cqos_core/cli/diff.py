@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from cqos_core.analysis.differences import Side, compare
+from cqos_core.analysis.differences import ComparedSide, compare
 from cqos_core.cli.parameters import color_option, debug_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from cqos_core.analysis.differences import Diff, Different, Missing, Named
-    from cqos_core.cli.reading import Reader
+    from cqos_core.cli.reading import InputReader
     from cqos_core.formatters.terminal import Paint
     from cqos_core.model.report import Fact
     from cqos_core.model.system import Place, System
@@ -104,7 +104,7 @@ def diff(
     ctx.exit(_UNUSABLE if empty else _DIFFERENT if _counts(found, fail_on) else _SAME)
 
 
-def _read(reader: Reader, path: str, color: str) -> System | None:
+def _read(reader: InputReader, path: str, color: str) -> System | None:
     """Read one side; None, after saying why, where that cannot be done."""
     loaded = reader.load([path])
     say_problems(loaded.problems, color)
@@ -216,8 +216,8 @@ def _different(each: Different, at: Mapping[Place, Place]) -> dict[str, Any]:
     return {
         "policy": each.policy,
         **_about(each.a),
-        Side.A.value: {**_end(each.a, at), **_value(each.value_a, at)},
-        Side.B.value: {**_end(each.b, at), **_value(each.value_b, at)},
+        ComparedSide.A.value: {**_end(each.a, at), **_value(each.value_a, at)},
+        ComparedSide.B.value: {**_end(each.b, at), **_value(each.value_b, at)},
     }
 
 

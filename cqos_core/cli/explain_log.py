@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from cqos_core.analysis.runtime_logs import Explained
-    from cqos_core.cli.reading import Reader, ReadingOptions
+    from cqos_core.cli.reading import InputReader, ReadingOptions
     from cqos_core.model.logs import About, Misfit, Occurrence
     from cqos_core.model.system import System
 
@@ -76,7 +76,7 @@ def explain_log(
     ctx.exit(_FOUND if explained else _CLEAN)
 
 
-def _read(log: str, reader: Reader) -> tuple[list[Occurrence], int]:
+def _read(log: str, reader: InputReader) -> tuple[list[Occurrence], int]:
     readers = list(_readers(reader))
     try:
         if log == STDIN:
@@ -90,7 +90,7 @@ def _read(log: str, reader: Reader) -> tuple[list[Occurrence], int]:
         raise CqosError(f"{log}: cannot be read: {reason}") from None
 
 
-def _readers(reader: Reader) -> Iterable[Callable[[str], Iterable[Misfit | About]]]:
+def _readers(reader: InputReader) -> Iterable[Callable[[str], Iterable[Misfit | About]]]:
     packs = (reader.context.find_pack(pack_id) for pack_id in load_plugins().packs)
     return (pack.read_log for pack in packs if pack is not None)
 

@@ -10,13 +10,13 @@ from cqos_core.cli.streams import write_bytes
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from cqos_core.cli.reading import Reader
+    from cqos_core.cli.reading import InputReader
     from cqos_core.cli.units import Unit
     from cqos_core.model.report import Report
     from cqos_core.model.system import System
 
 
-class Outcome(NamedTuple):
+class FixOutcome(NamedTuple):
     """The system and the report after fixes, what changed as a diff, and what to say of it."""
 
     system: System
@@ -25,7 +25,9 @@ class Outcome(NamedTuple):
     notes: tuple[str, ...]
 
 
-def fixed(unit: Unit, system: System, reader: Reader, counted: Callable[[Report], Report], *, write: bool) -> Outcome:
+def fixed(
+    unit: Unit, system: System, reader: InputReader, counted: Callable[[Report], Report], *, write: bool
+) -> FixOutcome:
     """Apply fixes to the files of a system, in memory or, with ``write``, in place.
 
     Raises:
@@ -45,4 +47,4 @@ def fixed(unit: Unit, system: System, reader: Reader, counted: Callable[[Report]
     verb = "fixed" if write else "would fix"
     notes = [f"{verb} {finding.code}: {remedy.text}" for finding, remedy in done.applied]
     notes += [f"not fixed, {finding.code} on `{finding.topic or '-'}`: {reason}" for finding, reason in done.left]
-    return Outcome(read({**system.sources, **done.edited.texts}), done.report, done.edited.diff(), tuple(notes))
+    return FixOutcome(read({**system.sources, **done.edited.texts}), done.report, done.edited.diff(), tuple(notes))

@@ -136,7 +136,7 @@ def reading_options(command: Callable[..., R]) -> Callable[..., R]:
 
 
 @dataclass(frozen=True, slots=True)
-class Reader:
+class InputReader:
     """Reads paths as the command line and the configuration ask, and lays over the systems what these say.
 
     Attributes:
@@ -148,7 +148,7 @@ class Reader:
     config: Config
     context: Context
     switches: Mapping[str, Mapping[str, str]]
-    _nearest: dict[str, Reader] = field(default_factory=dict)
+    _nearest: dict[str, InputReader] = field(default_factory=dict)
 
     @property
     def protocol(self) -> str | None:
@@ -179,7 +179,7 @@ class Reader:
         systems = read_texts(files, texts, self.options.importer, self.switches, self.protocol)
         return tried_out(self.whole(systems), self.protocol)
 
-    def nearest(self, path: str) -> Reader:
+    def nearest(self, path: str) -> InputReader:
         """Return the reader under the configuration that is nearest to ``path``; this one where the caller chose one.
 
         Raises:
@@ -212,7 +212,7 @@ class Reader:
         return system
 
 
-def prepare(options: ReadingOptions, paths: Sequence[str]) -> Reader:
+def prepare(options: ReadingOptions, paths: Sequence[str]) -> InputReader:
     """Check what the command line and the configuration say about reading, before anything is read.
 
     Raises:
@@ -222,7 +222,7 @@ def prepare(options: ReadingOptions, paths: Sequence[str]) -> Reader:
     return _reader(options, _config(options, paths), _switches(options))
 
 
-def _reader(options: ReadingOptions, config: Config, switches: Mapping[str, Mapping[str, str]]) -> Reader:
+def _reader(options: ReadingOptions, config: Config, switches: Mapping[str, Mapping[str, str]]) -> InputReader:
     packs = read_packs((*config.packs, *options.pack_files))
     protocol = options.protocol or config.protocol
     where = context(packs, protocol)
@@ -232,7 +232,7 @@ def _reader(options: ReadingOptions, config: Config, switches: Mapping[str, Mapp
         raise _refused(source, f"there is no rule pack `{protocol}`{nearest(protocol, known)}")
     for assumption in options.assumptions:
         _check_assumption(assumption, where, known)
-    return Reader(options, config, where, switches)
+    return InputReader(options, config, where, switches)
 
 
 def _config(options: ReadingOptions, paths: Sequence[str]) -> Config:

@@ -29,7 +29,7 @@ _LABEL = 50  # cells that what is said at a value gets, even if it then begins l
 
 def render_full(report: Report, style: Style) -> str:
     """Return the report as text for a person at a terminal of ``style.width`` columns; the verdict is its last line."""
-    said = _Said()
+    said = _Shown()
     blocks: list[str] = []
     apart: list[str] = []  # of several systems, each with its verdict
     for one in report.parts or (report,):
@@ -53,12 +53,12 @@ def render_excerpt(place: Place, style: Style) -> str:
     excerpt = places.excerpt(place)
     if excerpt is None:
         return ""
-    page = _Page(style, places, max(2, len(str(excerpt.line))), _Said())
+    page = _Page(style, places, max(2, len(str(excerpt.line))), _Shown())
     return "\n".join(page.excerpt(excerpt))
 
 
 @dataclass(slots=True)
-class _Said:
+class _Shown:
     """What is read once in a run; below it, the code is reminder enough."""
 
     reasons: set[tuple[str, str]] = field(default_factory=set)
@@ -141,7 +141,7 @@ def _leftmost(excerpts: Iterable[Excerpt]) -> Excerpt:
 class _Page:
     """Draws findings; everything it is given passes `terminal.clean` before it is measured."""
 
-    def __init__(self, style: Style, places: Places, gutter: int, said: _Said) -> None:
+    def __init__(self, style: Style, places: Places, gutter: int, said: _Shown) -> None:
         self._style = style
         self._said = said
         self._paint = terminal.paint(color=style.color)

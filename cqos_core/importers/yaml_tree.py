@@ -136,7 +136,7 @@ class _RefusedError(Exception):
 
 
 @dataclass(slots=True, eq=False)
-class _Open:
+class _OpenNode:
     """A list or map that is still being read: what came so far, and what it counts for if it is repeated."""
 
     node: SequenceNode | MappingNode | None
@@ -166,12 +166,12 @@ class _Composer:
         self.size = 0
         self.repeated = 0
         self.peak = 0
-        self.stack: list[_Open] = []
+        self.stack: list[_OpenNode] = []
 
     def compose(self, next_event: Callable[[], Any]) -> None:
         """Read events to the end of the stream; what the parser raises goes through."""
         templates = self.tree.templates
-        top = _Open(None, [])
+        top = _OpenNode(None, [])
         items = top.items
         stack = self.stack
         while True:
@@ -209,19 +209,19 @@ class _Composer:
                 break
         self.tree.documents += [node for node in items if not is_null(node)]
 
-    def open(self, node: MappingNode | SequenceNode, tag: str | None, anchor: str | None) -> _Open:
+    def open(self, node: MappingNode | SequenceNode, tag: str | None, anchor: str | None) -> _OpenNode:
         """Begin a list or map."""
         if len(self.stack) > DEEPEST:
             self.refuse(f"lists and maps are nested deeper than {DEEPEST} here", node)
         if tag is not None:
             self.collection_tag(node, tag)
-        opened = _Open(node, [], anchor, self.size, self.peak)
+        opened = _OpenNode(node, [], anchor, self.size, self.peak)
         if anchor is not None:
             self.anchors[anchor] = _Anchored()
         self.peak = len(self.stack)
         return opened
 
-    def close(self, opened: _Open, line: int) -> None:
+    def close(self, opened: _OpenNode, line: int) -> None:
         """End a list or map before ``line``: put together what it holds."""
         node = opened.node
         self.size += 1

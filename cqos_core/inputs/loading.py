@@ -128,7 +128,7 @@ def read_source(
 
 
 @dataclass(frozen=True, slots=True)
-class Given:
+class GivenSource:
     """A source, and what opens the files that it includes."""
 
     source: Source
@@ -136,7 +136,7 @@ class Given:
 
 
 def read_together(
-    given: Sequence[Given],
+    given: Sequence[GivenSource],
     importer: str | None = None,
     switches: Mapping[str, Mapping[str, str]] | None = None,
     *,
@@ -187,7 +187,7 @@ def _parts(read: Mapping[str, System]) -> dict[str, str]:
 
 
 def included_files(
-    given: Sequence[Given], importer: str | None = None, *, protocol: str | None = None
+    given: Sequence[GivenSource], importer: str | None = None, *, protocol: str | None = None
 ) -> tuple[Source, ...]:
     """Return every file that sources include, for whoever sends them to where their disk is not.
 
@@ -211,7 +211,7 @@ def included_files(
 
         return open_included
 
-    asking = [Given(each.source, remembering(each.opener)) for each in given]
+    asking = [GivenSource(each.source, remembering(each.opener)) for each in given]
     failed = [each for each in read_together(asking, importer, protocol=protocol) if isinstance(each, InputError)]
     if missing and failed:
         raise InputError([problem for error in failed for problem in error.problems])
@@ -267,7 +267,7 @@ def default_protocol(importer: str, plugins: Plugins) -> str | None:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class FileOutcome:
     """What reading one file gave: a system, or what is wrong with it."""
 
     file: File
@@ -287,7 +287,7 @@ class Loaded:
         unsearched: problems of directories that cannot be searched.
     """
 
-    outcomes: list[Outcome] = field(default_factory=list)
+    outcomes: list[FileOutcome] = field(default_factory=list)
     skipped: int = 0
     not_searched: tuple[str, ...] = ()
     parts: dict[str, str] = field(default_factory=dict)
@@ -329,7 +329,7 @@ def load_paths(
     plugins = load_plugins()
     found = find_files(paths, plugins, importer, excluded)
     loaded = Loaded(skipped=found.skipped, not_searched=tuple(found.not_searched), unsearched=tuple(found.problems))
-    outcomes: dict[int, Outcome] = {}
+    outcomes: dict[int, FileOutcome] = {}
     waiting = dict(enumerate(found.files))
     done = 0
     beside: frozenset[str] | None = None  # not known while there are files that say it themselves
@@ -353,7 +353,7 @@ def load_paths(
                     relatives = families.get(shares_names(source, importer))
                     outcomes[position] = _read_file(file, source, importer, switches, meant, beside or (), relatives)
             except InputError as error:
-                outcomes[position] = Outcome(file, problems=error.problems)
+                outcomes[position] = FileOutcome(file, problems=error.problems)
             done += 1
             step(done, len(found.files))
         waiting = later
@@ -370,13 +370,13 @@ def _read_file(
     protocol: str | None,
     beside: Collection[str],
     family: Family | None,
-) -> Outcome:
+) -> FileOutcome:
     opener = no_files if source.name == STDIN_NAME else open_file
     system = read_source(source, importer, switches, opener=opener, protocol=protocol, beside=beside, family=family)
-    return Outcome(file, system)
+    return FileOutcome(file, system)
 
 
-def _divide(outcomes: Sequence[Outcome], loaded: Loaded) -> None:
+def _divide(outcomes: Sequence[FileOutcome], loaded: Loaded) -> None:
     """Add outcomes to what is loaded; files that others include are parts of those."""
     parts = _parts({each.file.path: each.system for each in outcomes if each.system is not None})
     for each in outcomes:

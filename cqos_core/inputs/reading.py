@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from cqos_core.importers.source import Source, no_files
 from cqos_core.inputs.files import open_file, read_path
-from cqos_core.inputs.loading import Given, load_paths, read_together
+from cqos_core.inputs.loading import GivenSource, load_paths, read_together
 from cqos_core.inputs.merging import merge
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.remarks import suggestion
@@ -32,7 +32,7 @@ def read(*inputs: Input, importer: str | None = None, protocol: str | None = Non
         InputError: with every problem of every input.
     """
     found: dict[int, list[System]] = {}
-    given: dict[int, Given] = {}
+    given: dict[int, GivenSource] = {}
     problems: dict[int, Sequence[Problem]] = {}
     for position, each in enumerate(inputs):
         if isinstance(each, System):
@@ -48,7 +48,7 @@ def read(*inputs: Input, importer: str | None = None, protocol: str | None = Non
                 found[position] = [system for _, system in loaded.systems]
             else:
                 opener = no_files if isinstance(each, bytes) else open_file
-                given[position] = Given(source_of(inputs, position), opener)
+                given[position] = GivenSource(source_of(inputs, position), opener)
         except InputError as error:
             problems[position] = error.problems
     others = [system for systems in found.values() for system in systems]

@@ -190,7 +190,7 @@ class Use:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class RuleAnswer:
     """What a sentence amounts to: True, False or None, and under which assumption what, where it depends on any."""
 
     result: bool | None
@@ -225,7 +225,7 @@ class Bound:
     sides: tuple[tuple[int, ...], tuple[int, ...]] = field(init=False, repr=False, default=((), ()))
     own: tuple[int, ...] = field(init=False, repr=False, default=())
     aggregated: tuple[int, ...] = field(init=False, repr=False, default=())
-    memory: dict[Values, Outcome] = field(init=False, repr=False, compare=False, default_factory=dict)
+    memory: dict[Values, RuleAnswer] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         """Number everything the sentence reads: values and how they were written, options on both sides."""
@@ -260,14 +260,14 @@ class Bound:
         """Whether everything the sentence may read of ``values`` is known."""
         return all(type(values[use.index]) in _PLAIN for use in self.uses)
 
-    def judge(self, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> Outcome:
+    def judge(self, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> RuleAnswer:
         """Judge two value tuples, each assumption in play taken apart (at most 64 worlds, set reasoning beyond)."""
         if (
             not self.aggregate_uses
             and all(type(b[use.index] if use.second else a[use.index]) in _PLAIN for use in self.uses)
             and (a is b or all(a[index] == b[index] for index in self.options))
         ):
-            return Outcome(self.plain(a, b, NO_SIGNAL))
+            return RuleAnswer(self.plain(a, b, NO_SIGNAL))
         if self.aggregate_uses:
             return self._over_worlds(a, b, signal)
         # What is open is open alike for many endpoints (an option that nobody set), so answers are remembered.
@@ -279,20 +279,20 @@ class Bound:
             outcome = self.memory[key] = self._over_worlds(a, b, signal)
         return outcome
 
-    def _over_worlds(self, a: Values, b: Values, signal: Signal) -> Outcome:
+    def _over_worlds(self, a: Values, b: Values, signal: Signal) -> RuleAnswer:
         variables = self._variables(a, b, signal)
         worlds = 1
         for cases in variables.values():
             worlds *= len(cases)
         if worlds == 1 or worlds > MAXIMUM_WORLDS:
-            return Outcome(self.open(*_settle_all(a, b, signal, {}, self.indices)))
+            return RuleAnswer(self.open(*_settle_all(a, b, signal, {}, self.indices)))
         results = []
         for chosen in product(*variables.values()):
             world = dict(zip(variables, chosen, strict=True))
             label = ", ".join(f"{name}={case}" for name, case in world.items())
             results.append((label, self.open(*_settle_all(a, b, signal, world, self.indices))))
         distinct = {result for _, result in results}
-        return Outcome(distinct.pop()) if len(distinct) == 1 else Outcome(None, tuple(results))
+        return RuleAnswer(distinct.pop()) if len(distinct) == 1 else RuleAnswer(None, tuple(results))
 
     def _variables(self, a: Values, b: Values, signal: Signal) -> dict[str, tuple[str, ...]]:
         found: dict[str, tuple[str, ...]] = {}
@@ -972,8 +972,8 @@ __all__ = [
     "Bound",
     "Function",
     "Judge",
-    "Outcome",
     "Range",
+    "RuleAnswer",
     "Signal",
     "Use",
     "Value",

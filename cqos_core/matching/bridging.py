@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Plain, Policy, Value
     from cqos_core.matching.delivery_paths import Way
-    from cqos_core.matching.derived_guarantees import Given
+    from cqos_core.matching.derived_guarantees import DerivedGuarantees
     from cqos_core.matching.hops import Topics
     from cqos_core.matching.routes import Link
     from cqos_core.model.report import Finding
@@ -513,5 +513,5 @@ def _repeated(hops: Sequence[Hop], by_topic: Topics) -> Iterator[Finding]:
         )
 
 
-def _is_given(given: Iterable[Given], name: str) -> bool:
+def _is_given(given: Iterable[DerivedGuarantees], name: str) -> bool:
     return any(each.word.name == name and each.value is not None and not each.nothing for each in given)

@@ -46,7 +46,7 @@ class Cell:
 
 
 @dataclass(frozen=True, slots=True)
-class Given:
+class DerivedGuarantees:
     """One guarantee of a pair, or of a path.
 
     Attributes:
@@ -109,7 +109,7 @@ def derive(publisher: QosProfile, subscriber: QosProfile) -> tuple[tuple[str, st
 
 
 @lru_cache(maxsize=_CACHE)
-def give(publisher: QosProfile, subscriber: QosProfile) -> tuple[Given, ...]:
+def give(publisher: QosProfile, subscriber: QosProfile) -> tuple[DerivedGuarantees, ...]:
     """Return all guarantees of which the pack says anything, in the order of the words."""
     rules = publisher.pack.guaranteed
     return tuple(
@@ -119,7 +119,7 @@ def give(publisher: QosProfile, subscriber: QosProfile) -> tuple[Given, ...]:
     )
 
 
-def _give(word: Word, rules: Sequence[BoundRule], publisher: QosProfile, subscriber: QosProfile) -> Given:
+def _give(word: Word, rules: Sequence[BoundRule], publisher: QosProfile, subscriber: QosProfile) -> DerivedGuarantees:
     index = publisher.pack.vocabulary.indices[NEED, RESTARTS_IN.name]
     restarts = _names(publisher.values[index]), _names(subscriber.values[index])
 
@@ -135,7 +135,7 @@ def _give(word: Word, rules: Sequence[BoundRule], publisher: QosProfile, subscri
         return replace(cell, proven=proven, derived=derived)
 
     cells = {LINK: under(), **{fault: under(fault) for fault in FAULTS}}
-    return Given(word, cells[LINK].value, cells[LINK].lost, cells)
+    return DerivedGuarantees(word, cells[LINK].value, cells[LINK].lost, cells)
 
 
 def _names(value: Value) -> tuple[str, ...]:
@@ -247,7 +247,7 @@ def _candidates(bound: BoundRule, use: Use, publisher: QosProfile, asking: tuple
             yield from (case for _, case in value.cases)
 
 
-def over(hops: Sequence[Sequence[Given]], *, carried: bool) -> list[Given]:
+def over(hops: Sequence[Sequence[DerivedGuarantees]], *, carried: bool) -> list[DerivedGuarantees]:
     """Put the guarantees of the hops of a path together, per fault; a hop never improves what the others give.
 
     Args:
@@ -255,7 +255,7 @@ def over(hops: Sequence[Sequence[Given]], *, carried: bool) -> list[Given]:
         carried: whether every bridge between them carries liveliness on.
     """
     by_word = {
-        name: [next((given for given in hop if given.word is word), Given(word, None)) for hop in hops]
+        name: [next((given for given in hop if given.word is word), DerivedGuarantees(word, None)) for hop in hops]
         for name, word in WORDS.items()
     }
     return [
@@ -265,7 +265,9 @@ def over(hops: Sequence[Sequence[Given]], *, carried: bool) -> list[Given]:
     ]
 
 
-def _over(word: Word, hops: Sequence[Given], latest: Sequence[Given], *, carried: bool) -> Given:
+def _over(
+    word: Word, hops: Sequence[DerivedGuarantees], latest: Sequence[DerivedGuarantees], *, carried: bool
+) -> DerivedGuarantees:
     if len(hops) == 1:
         return hops[0]
     lost = tuple(rule for given in hops for rule in given.lost)
@@ -277,7 +279,7 @@ def _over(word: Word, hops: Sequence[Given], latest: Sequence[Given], *, carried
     connected = under(LINK)
     lost = lost if connected in {None, word.nothing} else ()
     cells = {LINK: Cell(connected, lost), **{fault: Cell(under(fault)) for fault in FAULTS}}
-    return Given(word, connected, lost, cells)
+    return DerivedGuarantees(word, connected, lost, cells)
 
 
 def _weakest(word: Word, values: Sequence[int | None]) -> int | None:

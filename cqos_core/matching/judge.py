@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.language.evaluate import NO_SIGNAL, Outcome, Signal
+from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer, Signal
 from cqos_core.language.policy import Anything, Depends
 from cqos_core.model.report import Verdict
 
@@ -30,7 +30,7 @@ class Violation:
     """
 
     bound: BoundRule
-    outcome: Outcome
+    outcome: RuleAnswer
     failed: str | None = None
 
     @property
@@ -45,14 +45,14 @@ class Violation:
 
 
 @dataclass(frozen=True, slots=True)
-class Judgement:
+class PairJudgement:
     """The verdict of one pair of profiles, and the rules that spoke, by code."""
 
     verdict: Verdict
     spoken: tuple[Violation, ...] = ()
 
 
-FITS: Final = Judgement(Verdict.COMPATIBLE)
+FITS: Final = PairJudgement(Verdict.COMPATIBLE)
 
 
 def ask(bound: BoundRule, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> Violation | None:
@@ -86,7 +86,7 @@ def _answer(bound: BoundRule, a: Values, b: Values, signal: Signal = NO_SIGNAL) 
     except MemoryError:  # which says nothing of the rule, and must not be remembered as if it did
         raise
     except Exception as error:  # noqa: BLE001 - a pack's own function may raise anything; the rest must be judged
-        return Violation(bound, Outcome(None), f"{type(error).__name__}: {error}")
+        return Violation(bound, RuleAnswer(None), f"{type(error).__name__}: {error}")
 
 
 def verdict_by(rule: Rule, *, unknown: bool) -> Verdict:
@@ -121,7 +121,7 @@ def undecided_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosPr
 
 
 @lru_cache(maxsize=_CACHE)
-def judge_pair(publisher: QosProfile, subscriber: QosProfile) -> Judgement:
+def judge_pair(publisher: QosProfile, subscriber: QosProfile) -> PairJudgement:
     """Judge two profiles that meet, by the rules of pairs alone."""
     spoken: list[Violation] = []
     refused: bool | None = None
@@ -135,7 +135,7 @@ def judge_pair(publisher: QosProfile, subscriber: QosProfile) -> Judgement:
         each = ask(bound, publisher.values, subscriber.values)
         if each is not None:
             spoken.append(each)
-    return Judgement(worst(map(verdict_of, spoken)), tuple(spoken)) if spoken else FITS
+    return PairJudgement(worst(map(verdict_of, spoken)), tuple(spoken)) if spoken else FITS
 
 
 def passed_over(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> bool:

@@ -46,7 +46,7 @@ def settle(topic: Topic) -> None:
             members.profile = members.profile.with_values(changes)
 
 
-class _Way(NamedTuple):
+class _PeerWay(NamedTuple):
     """How a group takes a value, and the values of the peers that are stated to be there before it."""
 
     taken: FromPeers
@@ -94,12 +94,12 @@ class _Settling:
         known = [*dict.fromkeys(self.value(each, index) for each in before)]
         ways = dict.fromkeys(self._way(each, index) for each in opened)
         # What a peer that takes its value from us has when it was there first: that without us.
-        others = [*dict.fromkeys(combine(policy, *way) if isinstance(way, _Way) else way for way in ways)]
+        others = [*dict.fromkeys(combine(policy, *way) if isinstance(way, _PeerWay) else way for way in ways)]
         last = combine(policy, taken, [*dict.fromkeys((*known, *others))])
         if taken.waits and (taken.peers == "any" or len({*known, *others}) == 1):
             return last
         first = combine(policy, taken, known)
-        elsewhere = (self._elsewhere(index, *way) for way in ways if isinstance(way, _Way))
+        elsewhere = (self._elsewhere(index, *way) for way in ways if isinstance(way, _PeerWay))
         between = {combine(policy, taken, [*known, each]) for each in chain(others, *elsewhere)} - {first, last}
         if first == last and not between:
             return first
@@ -117,12 +117,12 @@ class _Settling:
         named = {f"another order that gives {policy.format(each)}": each for each in between}
         return Depends(START_ORDER, (*ordered, *sorted(named.items(), key=itemgetter(0))))
 
-    def _way(self, peer: EndpointGroup, index: int) -> Value | _Way:
+    def _way(self, peer: EndpointGroup, index: int) -> Value | _PeerWay:
         """The value of a peer, or the way in which it takes it."""
         taken: Value = peer.profile.values[index]
         if not isinstance(taken, FromPeers):
             return taken
-        return _Way(taken, tuple(dict.fromkeys(self.value(each, index) for each in self._peers(peer)[0])))
+        return _PeerWay(taken, tuple(dict.fromkeys(self.value(each, index) for each in self._peers(peer)[0])))
 
     def _peers(self, members: EndpointGroup) -> tuple[list[EndpointGroup], list[EndpointGroup]]:
         """The peers of a group that are stated to be there before it, and those whose order is open."""

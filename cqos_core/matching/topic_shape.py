@@ -14,7 +14,7 @@ from operator import or_
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language import relation
-from cqos_core.language.evaluate import NO_SIGNAL, Outcome, Signal
+from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer, Signal
 from cqos_core.language.policy import Depends
 from cqos_core.language.relation import positions, related
 from cqos_core.matching.judge import (
@@ -121,7 +121,7 @@ class Row(NamedTuple):
     codes: tuple[str, ...]
 
 
-class Judged(NamedTuple):
+class ShapeResult(NamedTuple):
     """What rules say of a shape.
 
     Attributes:
@@ -137,7 +137,7 @@ class Judged(NamedTuple):
     outlines: tuple[Outline, ...]
 
 
-def judge_shape(shape: Shape) -> Judged:
+def judge_shape(shape: Shape) -> ShapeResult:
     """Judge a shape; nobody may change the result, which others share."""
     if len(shape.publishers) + len(shape.subscribers) > _REMEMBERED_GROUPS:
         return _judge(shape)
@@ -235,7 +235,7 @@ class _Pairs:
 _Outlines = dict[tuple[Any, ...], Outline]
 
 
-def _judge(shape: Shape) -> Judged:
+def _judge(shape: Shape) -> ShapeResult:
     outlines: _Outlines = {}
     both = shape.publishers and shape.subscribers
     pairs = _met(shape) if both else _Pairs([0] * len(shape.publishers), segments=[{} for _ in shape.publishers])
@@ -246,7 +246,7 @@ def _judge(shape: Shape) -> Judged:
     if both:
         _pair_rules(shape, pairs, outlines)
     _endpoint_rules(shape, outlines)
-    return Judged(tuple(pairs.met), tuple(pairs.kept_apart), _rows(pairs), tuple(outlines.values()))
+    return ShapeResult(tuple(pairs.met), tuple(pairs.kept_apart), _rows(pairs), tuple(outlines.values()))
 
 
 _remembered = lru_cache(maxsize=_REMEMBERED)(_judge)
@@ -392,7 +392,7 @@ def _spoken(shape: Shape, bound: BoundRule, columns: Classes) -> Iterator[_Row]:
 
 def _few(bound: BoundRule, rows: Iterable[_Row], columns: Classes) -> Iterator[_Said]:
     """Pass the first combinations on, and then per publisher class one that stands for the others."""
-    certain = Violation(bound, Outcome(bound.rule.kind == "forbids"))
+    certain = Violation(bound, RuleAnswer(bound.rule.kind == "forbids"))
     later = []
     left = MOST_COMBINATIONS
     for publishers, mask, others in rows:

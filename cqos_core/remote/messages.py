@@ -49,7 +49,11 @@ _KINDS: Final[Mapping[str, type[Any]]] = {
     "DifferentValue": differences.Different,
     "ComparedEndpoint": differences.Named,
 }
-_TYPED: Final[Mapping[str, Callable[[str], Any]]] = {"Verdict": Verdict, "Severity": Severity, "Side": differences.Side}
+_TYPED: Final[Mapping[str, Callable[[str], Any]]] = {
+    "Verdict": Verdict,
+    "Severity": Severity,
+    "Side": differences.ComparedSide,
+}
 _STATED: Final = "_stated"
 
 

@@ -25,7 +25,7 @@ from cqos.v1 import (
 from cqos_core.checking.pipeline import as_text
 from cqos_core.importers.source import Source, no_files
 from cqos_core.inputs.files import open_file, read_path
-from cqos_core.inputs.loading import Given, included_files
+from cqos_core.inputs.loading import GivenSource, included_files
 from cqos_core.inputs.reading import read
 from cqos_core.model.problems import CqosError, InputError, Problem
 from cqos_core.model.system import System
@@ -161,14 +161,14 @@ def _documents(
         InputError: some are missing, or there are none; with what is wrong with the others as well.
     """
     files = list(files)
-    given: list[Given] = []
+    given: list[GivenSource] = []
     try:
         for each in files:
             if isinstance(each, bytes):
                 number = sum(known.opener is no_files for known in given) + 1
-                given.append(Given(Source("<bytes>" if number == 1 else f"<bytes {number}>", each)))
+                given.append(GivenSource(Source("<bytes>" if number == 1 else f"<bytes {number}>", each)))
             else:
-                given.append(Given(read_path(os.fspath(each)), open_file))
+                given.append(GivenSource(read_path(os.fspath(each)), open_file))
     except InputError:  # the library tells what is wrong with all of them
         read(*files, importer=importer, protocol=protocol)
         raise

@@ -19,7 +19,7 @@ from cqos_core.checking.pipeline import context, exact_places, with_options
 from cqos_core.checking.trial import tried_out
 from cqos_core.importers.source import Source
 from cqos_core.inputs.files import SentFiles
-from cqos_core.inputs.loading import Given, read_together
+from cqos_core.inputs.loading import GivenSource, read_together
 from cqos_core.inputs.merging import merge
 from cqos_core.model.problems import CqosError, InputError, Problem
 from cqos_core.plugins import load_plugins
@@ -351,7 +351,7 @@ def read_documents(
     systems: list[System] = []
     problems: list[Problem] = []
     fields: list[FieldProblem] = []
-    results = read_together([Given(each, opener) for each in sources], importer, switches, protocol=protocol)
+    results = read_together([GivenSource(each, opener) for each in sources], importer, switches, protocol=protocol)
     for index, result in enumerate(results):
         if isinstance(result, InputError):
             problems += result.problems

@@ -27,7 +27,7 @@ class EditSession:
         """Wait for the first message."""
         self._most = most_endpoints
         self._session: Session | None = None
-        self._known = _Known(System())
+        self._known = _OpenSession(System())
         self._told: report_pb2.Report | None = None
         self._revision = 0
 
@@ -72,7 +72,7 @@ class EditSession:
 
     def _open(self, system: System) -> None:
         self._session = Session(system, most_endpoints=self._most)
-        self._known = _Known(system)
+        self._known = _OpenSession(system)
 
     def _change(self, session: Session, changes: session_pb2.Changes) -> None:
         """Do all of the changes, or none.
@@ -110,7 +110,7 @@ class EditSession:
         self._told, self._revision = whole, revision
 
 
-class _Known:
+class _OpenSession:
     """What a system has by name, so that a change can be refused before anything is changed."""
 
     def __init__(self, system: System) -> None:
@@ -123,8 +123,8 @@ class _Known:
         """How many endpoints there are, two for each route of a bridge among them."""
         return len(self.endpoints) + 2 * sum(self.routes.values())
 
-    def copy(self) -> _Known:
-        made = _Known(System())
+    def copy(self) -> _OpenSession:
+        made = _OpenSession(System())
         made.endpoints, made.routes = dict(self.endpoints), dict(self.routes)
         made.names = {kind: set(names) for kind, names in self.names.items()}
         return made

@@ -72,7 +72,7 @@ class _Sent(NamedTuple):
     data: bytes
 
 
-class _Form:
+class _WebForm:
     """Takes and gives bytes as they are: what is large is decoded where it is answered."""
 
     def __init__(self, *, json: bool) -> None:
@@ -179,7 +179,7 @@ class _Application(ConnectASGIApplication[Any]):
             endpoints=_endpoints,
             interceptors=[_Admission(calls)],
             read_max_bytes=calls.limits.message_bytes,
-            codecs=[_Form(json=False), _Form(json=True)],
+            codecs=[_WebForm(json=False), _WebForm(json=True)],
         )
         self._seconds = calls.limits.seconds
         self._beginning = asyncio.Lock()

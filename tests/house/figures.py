@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ast
 import json
+import subprocess
 import sys
 from collections import Counter, defaultdict
 from functools import cache
@@ -115,6 +116,12 @@ def crossed() -> int:
     return sum(name.startswith(str(CORE)) for name in seen)
 
 
+def _crossed_afresh() -> int:
+    """Return `crossed` of a process in which nothing was checked before."""
+    command = [sys.executable, "-c", "from tests.house import figures; print(figures.crossed())"]
+    return int(subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, check=True, text=True).stdout)
+
+
 def figures() -> dict[str, int]:
     """Return everything that may not rise."""
     core, packs = modules()
@@ -134,7 +141,7 @@ def figures() -> dict[str, int]:
         "modules over 500 lines": sum(lines(file) > 500 for file in everything),
         "lines of the longest function": max(length for file in everything for length in functions(file).values()),
         "functions over 60 lines": sum(length > 60 for file in everything for length in functions(file).values()),
-        "files that check_pair crosses": crossed(),
+        "files that check_pair crosses": _crossed_afresh(),
         "class names used twice": len(twice()),
     }
 

@@ -20,11 +20,11 @@ from tests.test_guarantee import RANK, Pair, needs, pairs, some
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cqos_core.matching.derived_guarantees import Given
+    from cqos_core.matching.derived_guarantees import DerivedGuarantees
     from cqos_core.packs.guarantee import Word
 
 
-def given_by(pair: Pair, **options: str) -> Sequence[Given]:
+def given_by(pair: Pair, **options: str) -> Sequence[DerivedGuarantees]:
     """What a pair gives."""
     pack = pair["packs"][0]
     stated = {**pair["options"], **options}

@@ -9,7 +9,7 @@ import pytest
 
 from cqos_core import check, read
 from cqos_core.inputs.files import SentFiles, open_file, read_path
-from cqos_core.inputs.loading import Given, included_files, read_together
+from cqos_core.inputs.loading import GivenSource, included_files, read_together
 from cqos_core.model.problems import InputError
 from cqos_core.model.report import Severity
 from cqos_mqtt.importers import detect
@@ -452,11 +452,11 @@ include_dir conf.d
 def test_the_files_of_a_folder_are_sent_along_to_a_service(tmp_path):
     own, _ = included(tmp_path, a="max_queued_messages 7\n")
     path = str(tmp_path / "mosquitto.conf")
-    given = [Given(read_path(path), open_file)]
+    given = [GivenSource(read_path(path), open_file)]
     sent = SentFiles([each.source for each in given] + list(included_files(given)))
-    (there,) = read_together([Given(given[0].source, sent)])
+    (there,) = read_together([GivenSource(given[0].source, sent)])
     assert there == own
-    (without,) = read_together([Given(given[0].source, SentFiles([given[0].source]))])
+    (without,) = read_together([GivenSource(given[0].source, SentFiles([given[0].source]))])
     assert [each.code for each in without.notes] == ["MQTT944"]
 
 
