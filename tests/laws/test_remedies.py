@@ -70,6 +70,8 @@ def test_a_remedy_does_what_it_says(words: Vocabulary, data):
         for remedy in finding.remedies:
             if not set(remedy.members) <= {endpoint.id for endpoint in system.endpoints}:
                 continue  # a part of a service, which has no settings of its own
+            if " of topic " in remedy.text:
+                continue  # a change of the topic; the law over fixes as text applies it
             after = check_system(applied(system, remedy, pack), WHERE)
             assert not speaks_of(after, finding.code) & affected(finding, remedy) & speaks_of(before, finding.code)
             if remedy.mends is None:
