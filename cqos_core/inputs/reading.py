@@ -58,9 +58,9 @@ def read(*inputs: Input, importer: str | None = None, protocol: str | None = Non
             found[position] = [result]
         else:
             problems[position] = result.problems
-    told = [problem for position in sorted(problems) for problem in problems[position]]
-    if told or not any(found.values()):
-        raise InputError(told or [Problem("CQ003", "there is nothing to read")])
+    all_problems = [problem for position in sorted(problems) for problem in problems[position]]
+    if all_problems or not any(found.values()):
+        raise InputError(all_problems or [Problem("CQ003", "there is nothing to read")])
     return merge([system for position in sorted(found) for system in found[position]])
 
 

@@ -20,8 +20,8 @@ class ExportContext:
         find_pack: returns the rule pack of an id, or None.
         default_protocol: judges endpoints for which the system states none.
         settings: of the exporter, by name; each has a value that the exporter allows.
-        changed: ids of endpoints and policies that were changed to mend the system, which has the changes already; an
-            exporter of settings writes nothing else then. None: everything is to be written.
+        changed: ids of endpoints and policies that fixes changed; the system has the changes already. An exporter of
+            settings writes nothing else then. None: it writes everything.
     """
 
     find_pack: Callable[[str], RulePack | None]
@@ -30,7 +30,7 @@ class ExportContext:
     changed: frozenset[tuple[str, str]] | None = None
 
     def wants(self, endpoint_id: str, policy: str | None = None) -> bool:
-        """Whether an endpoint, or one policy of it, is to be written."""
+        """Return whether to write an endpoint, or one policy of it."""
         if self.changed is None:
             return True
         return any(endpoint == endpoint_id and policy in {None, name} for endpoint, name in self.changed)
