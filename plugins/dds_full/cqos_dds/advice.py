@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
 # Pairs and signals ---------------------------------------------------------------------------------------------
 
-# Writers of Fast DDS are transient_local where nobody says so, which promises nothing to who comes late.
+# Writers of Fast DDS are transient_local by default, which promises nothing to a late joiner.
 ON_PURPOSE: Final = define("on_purpose", stated(offered(DURABILITY)) | ~publisher_is(*FAST_DDS))
 REPLAY_UNREAD: Final = define(
     "replay_unread", (offered(DURABILITY) >= "transient_local") & (requested(DURABILITY) == "volatile")
@@ -143,7 +143,7 @@ PAIRS: Final = (
         code="DDS207",
         name="latched-topic-volatile",
         says="latched topic `{topic}` is volatile on both sides, {publisher} and {subscriber}: who starts late gets nothing",
-        because="the topic is written once and read later, and nobody keeps what was written",
+        because="the topic is written once and read later, and no endpoint keeps the samples",
         clause="DDS 1.4, 2.2.3.4",
         help="both sides of a latched topic are durable",
     ),
@@ -424,7 +424,7 @@ ENDPOINTS: Final = (
         & ~subscriber_is("cyclonedds"),
         code="DDS351",
         name="lease-under-separation",
-        because="a writer may leave out for the reader what its filter drops, and then shows no sign of life within the lease",
+        because="a writer may leave out for the reader what its filter drops, and then asserts no liveliness within the lease",
         clause="DDS 1.4, 2.2.3.11 and 2.2.3.12; of Cyclone DDS by running it",
         severity="note",
         fixes=("time_based_filter", "liveliness.lease_duration"),

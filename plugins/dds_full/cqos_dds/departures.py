@@ -1,6 +1,6 @@
 """Where implementations depart from the standard, and what comes of it where two of them meet.
 
-Each end judges a pair by itself. Where only one of them refuses, both are told: the pair does not work, and the status of
+Each end judges a pair by itself. Where only one of them refuses, the finding names both: the pair does not work, and the status of
 the other end says that it does.
 """
 

@@ -1,7 +1,7 @@
 """What a reader really gets in DDS, one sentence for each condition; see `cqos_core.packs.guarantee` for the words.
 
 A guarantee holds where all its sentences do. They are asked only where a reader says by ``needs:`` that its application
-counts on the guarantee. Depth, period, deadline and filter are per instance, and so are the guarantees that rest on them.
+requires the guarantee. Depth, period, deadline and filter are per instance, and so are the guarantees that rest on them.
 What other writers of the topic do is not seen in one pair: where that decides, the answer is in doubt.
 """
 
@@ -189,7 +189,7 @@ LATEST: Final = (
         survives="subscriber_restart",
         code="DDS502",
         name="latest-not-kept",
-        because="what was written before a reader starts reaches it only if both ends are durable and somebody keeps it",
+        because="what was written before a reader starts reaches it only if both ends are durable and an endpoint or service keeps it",
         clause="DDS 1.4, 2.2.3.4",
         help=DURABLE,
     ),
@@ -318,7 +318,7 @@ LOSS_FREE: Final = (
         survives="subscriber_restart",
         code="DDS514",
         name="loss-while-reader-restarts",
-        because="what is written meanwhile arrives later only if both ends are durable and somebody keeps it",
+        because="what is written meanwhile arrives later only if both ends are durable and an endpoint or service keeps it",
         clause="DDS 1.4, 2.2.3.4",
         help=DURABLE,
     ),
@@ -382,7 +382,7 @@ LATE: Final = (
         KEPT & RELIABLE,
         code="DDS519",
         name="late-join-not-kept",
-        because="samples from before are replayed only between ends that are both durable and reliable, and if somebody keeps them",
+        because="samples from before are replayed only between ends that are both durable and reliable, and if an endpoint or service keeps them",
         clause="DDS 1.4, 2.2.3.4",
         help=DURABLE,
     ),
@@ -460,7 +460,7 @@ LATE: Final = (
         KEPT & RELIABLE,
         code="DDS527",
         name="offline-not-kept",
-        because="what is written while a reader is away reaches it later only if both ends are durable and reliable, and somebody keeps it",
+        because="what is written while a reader is away reaches it later only if both ends are durable and reliable, and an endpoint or service keeps it",
         clause="DDS 1.4, 2.2.3.4",
         help=DURABLE,
     ),

@@ -33,7 +33,7 @@ TOPIC_WRITER_READER: Final = ("topic", "writer", "reader")
 TOPIC_WRITER: Final = ("topic", "writer")
 GROUPS: Final = ("publisher", "subscriber")
 
-# What an implementation does not have at all; what it has and does not compare is said by the rules.
+# What an implementation does not have at all; the rules state what it has and does not compare.
 NOT_IN_FAST_DDS: Final = {"implementation": dict.fromkeys(FAST_DDS, "no")}
 NOT_IN_RUSTDDS: Final = {"implementation": {"rustdds": "no"}}
 
@@ -119,7 +119,7 @@ LEASE: Final = Policy(
     "liveliness.lease_duration",
     duration(),
     "infinite",
-    "After how long without a sign of life a writer counts as lost.",
+    "The time without a liveliness assertion after which a writer counts as lost.",
     "DDS 1.4, 2.2.3.11",
     aliases=("lease_duration", "liveliness_lease_duration"),
     promise=True,
@@ -219,7 +219,7 @@ PARTITION: Final = Policy(
     Names(),
     "[]",
     "Names of the partitions an endpoint is in, with `*`, `?` and `[abc]` as wildcards; an empty list is the one "
-    "partition without a name. Ends that share no partition do not meet, and nobody is told.",
+    "partition without a name. Ends that share no partition do not match, and no status reports it.",
     "DDS 1.4, 2.2.3.13",
     aliases=("partition.name", "partitions"),
     enforced=NOT_IN_RUSTDDS,

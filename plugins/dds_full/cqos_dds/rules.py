@@ -4,7 +4,7 @@ How to read them: `offered` is the writer's value or that of its publisher, `req
 and a bare policy is that of the endpoint itself. `requires` speaks where its sentence is false, `forbids` only where it is
 certainly true, and where a `meets` sentence is false two endpoints of one topic never meet. Values have the order of the
 standard, so that `>=` is "at least as strong as". `both_are(...)` is about implementations that do not compare a policy:
-only where both ends are such does nobody refuse.
+only where both ends are such does neither refuse.
 
 What implementations do beyond the standard is in `departures`, what connects but may surprise in `advice`.
 """
@@ -115,28 +115,28 @@ REQUEST_OFFER: Final = (
         DURABILITY_FITS,
         code="DDS102",
         name="durability-weaker-than-requested",
-        because="what is written is kept for late readers for a shorter time than the reader counts on",
+        because="the offered durability is weaker than the requested one: samples are kept for late joiners for a shorter time",
         clause="DDS 1.4, 2.2.3.4",
     ),
     requires(
         DEADLINE_FITS,
         code="DDS103",
         name="deadline-longer-than-requested",
-        because="the writer promises samples less often than the reader counts on",
+        because="the offered deadline is longer than the requested one",
         clause="DDS 1.4, 2.2.3.7",
     ),
     requires(
         LIVELINESS_FITS | both_are(*NO_LIVELINESS_KIND),
         code="DDS104",
         name="liveliness-weaker-than-requested",
-        because="the reader wants a sign of life from nearer to the program than the writer gives one",
+        because="the offered liveliness kind is weaker than the requested one (automatic < manual_by_participant < manual_by_topic)",
         clause="DDS 1.4, 2.2.3.11",
     ),
     requires(
         LEASE_FITS | both_are("dust"),
         code="DDS105",
         name="lease-longer-than-requested",
-        because="the writer shows that it is alive less often than the reader counts on",
+        because="the offered liveliness lease_duration is longer than the requested one",
         clause="DDS 1.4, 2.2.3.11",
     ),
     requires(
@@ -204,7 +204,7 @@ CREATION: Final = (
         requested(DEADLINE) >= requested(TIME_BASED_FILTER),
         code="DDS301",
         name="deadline-under-separation",
-        because=INCONSISTENT + "its filter drops the samples that its deadline counts on",
+        because=INCONSISTENT + "its filter drops the samples that its deadline requires",
         clause="DDS 1.4, 2.2.3.7 and 2.2.3.12",
         creation=True,
     ),

@@ -1,7 +1,7 @@
 """What a subscription really gets over MQTT, one sentence for each condition; see `cqos_core.packs.guarantee` for the words.
 
 Publication, broker and subscription decide together. A guarantee holds where all its sentences do. They are asked only
-where a subscription says by ``needs:`` that its application counts on the guarantee; its QoS alone is no need.
+where a subscription says by ``needs:`` that its application requires the guarantee; its QoS alone is no need.
 """
 
 from __future__ import annotations
@@ -593,7 +593,7 @@ GUARANTEES: Final = (
         NEVER_EXPIRES | (topic(PERIOD) <= offered(EXPIRY)),
         code="MQTT306",
         name="retained-may-expire",
-        because="the retained message may expire before the next one comes, and then there is none",
+        because="the retained message may expire before the next one comes, so a late joiner may get none",
         clause="MQTT 5.0, MQTT-3.3.2-5",
     ),
     gives(
@@ -732,7 +732,7 @@ GUARANTEES: Final = (
         topic(PERIOD),
         code="MQTT504",
         name="gap-not-bounded",
-        because="MQTT promises no deadline, so there is only the period of the publisher to count on",
+        because="MQTT promises no deadline, so only the period of the publisher bounds the gap",
         clause="C-QoS, deadlines over MQTT",
         help="state `period` of the topic",
     ),

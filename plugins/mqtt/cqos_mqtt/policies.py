@@ -667,7 +667,7 @@ QUEUED: Final = Policy(
     "max_queued_messages",
     unlimited(0),
     None,
-    "How many messages it keeps for a client that is absent or slow; what comes then is dropped, and the publisher is not told.",
+    "How many messages it keeps for a client that is absent or slow; further messages are dropped, and the publisher gets no report.",
     level="broker",
     stronger="higher",
 )
@@ -748,7 +748,7 @@ COMMAND: Final = Policy(
     "command",
     Flag(),
     "false",
-    "Messages are orders, which must not be carried out again when somebody subscribes later.",
+    "Messages are orders, which must not be carried out again for a later subscription.",
     level="topic",
 )
 
@@ -775,7 +775,7 @@ IMPLIED_NEEDS: Final = Policy(
     "implied_needs",
     Choice("off", "note", "warning", ordered=False),
     "note",
-    "What a QoS that somebody stated counts for where no need is stated: nothing, a note, or a warning.",
+    "What a stated QoS counts for where no requirement is stated: nothing, a note, or a warning.",
     level="option",
 )
 

@@ -1,6 +1,6 @@
 """Presets: brokers as they come, and the messages of Sparkplug B.
 
-A broker's limits are those of its defaults; whoever configures it otherwise states so beside the preset.
+A broker's limits are those of its defaults; a broker with other limits states them beside the preset.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from cqos_core.packs import Preset
 
 
 def a_broker(doc: str, *aliases: str, **limits: str) -> Preset:
-    """Write one broker: what it can do, and where that is said."""
+    """Write one broker: what it can do, and its clause."""
     return Preset(limits, doc, aliases=aliases, level="broker")
 
 
@@ -87,8 +87,8 @@ SPARKPLUG: Final = {
 }
 
 NODE_RED: Final = {
-    "node_red_in": Preset({"qos": "2"}, "A node `mqtt in` of Node-RED that nobody changed."),
-    "node_red_out": Preset({"qos": "0", "retain": "false"}, "A node `mqtt out` of Node-RED that nobody changed."),
+    "node_red_in": Preset({"qos": "2"}, "A node `mqtt in` of Node-RED as it is created."),
+    "node_red_out": Preset({"qos": "0", "retain": "false"}, "A node `mqtt out` of Node-RED as it is created."),
 }
 
 BRIDGES: Final = {

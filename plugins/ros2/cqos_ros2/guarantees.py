@@ -1,7 +1,7 @@
 """What a subscription really gets in ROS 2, one sentence for each condition; see `cqos_core.packs.guarantee` for the words.
 
 A guarantee holds where all its sentences do. They are asked only where a subscription says by ``needs:`` that its
-application counts on the guarantee.
+application requires the guarantee.
 
 Over Zenoh it is not reliability that a sample arrives by (it goes over TCP), but that it is not dropped where a link is
 congested: a reliable publisher waits there only with keep_all, and one that is transient_local sends again from its cache.

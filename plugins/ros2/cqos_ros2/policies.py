@@ -56,7 +56,7 @@ MARKED: Final = {2**63 - 2: "best_available"}
 # What a bridge does that copies a policy (domain_bridge): it waits for the publishers that it relays, asks them for as
 # much as all of them offer, and offers the same on its other side.
 FROM_PUBLISHERS: Final = "from_publishers"
-# The same with the subscriptions that it serves, or with whoever is there first (the bridges of Zenoh): it then copies one
+# The same with the subscriptions that it serves, or with the endpoint that is there first (the bridges of Zenoh): it then copies one
 # of them, and that remains.
 FROM_SUBSCRIBERS: Final = "from_subscribers"
 FROM_FIRST: Final = "from_first"
@@ -220,7 +220,7 @@ LEASE: Final = Policy(
     "liveliness_lease_duration",
     duration(MARKED),
     "infinite",
-    "After how long without a sign of life a publisher counts as lost.",
+    "The time without a liveliness assertion after which a publisher counts as lost.",
     "DDS 1.4, 2.2.3.11",
     aliases=("lease_duration", "leaseDuration", "lease", "liveliness_lease", "livelinessLeaseDuration"),
     words={**UNSPECIFIED, "best_available": PERIOD_OF_PEERS, **copied("infinite")},

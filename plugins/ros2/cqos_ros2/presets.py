@@ -49,7 +49,7 @@ def spellings(name: str, *more: str) -> tuple[str, ...]:
 PRESETS: Final = {
     "default": preset(
         "keep_last", 10, "reliable", "volatile",
-        doc="What a publisher or subscription gets when nothing else is said.",
+        doc="What a publisher or subscription gets by default.",
         aliases=spellings("default", "default_qos"),
     ),
     "sensor_data": preset(

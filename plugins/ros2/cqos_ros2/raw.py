@@ -35,7 +35,7 @@ _SECOND: Final = 1_000_000_000
 COPIED: Final[dict[str, Anything]] = {
     FROM_PUBLISHERS: Anything("the bridge takes it from the publishers on its other side"),
     FROM_SUBSCRIBERS: Anything("the bridge takes it from the subscriptions that it serves"),
-    FROM_FIRST: Anything("the bridge takes it from whoever is there first"),
+    FROM_FIRST: Anything("the bridge takes it from the endpoint that is there first"),
 }
 _WORDS: Final[dict[str, Meaning]] = {
     "unspecified": "{sec: 0, nsec: 0}",

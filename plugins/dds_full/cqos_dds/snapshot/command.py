@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from cqos_dds.snapshot.seen import Seen
 
-_NOBODY: Final = 2
+_EMPTY: Final = 2
 _HIGHEST_DOMAIN: Final = 232
 
 
@@ -37,7 +37,7 @@ def snapshot() -> None:
 
 
 @snapshot.command(
-    epilog="Exit codes: 0 written; 2 wrong usage, nobody is there, or Cyclone DDS is missing or cannot join; 3 internal "
+    epilog="Exit codes: 0 written; 2 wrong usage, no participant in the domain, or Cyclone DDS is missing or cannot join; 3 internal "
     "error."
 )
 @click.option(
@@ -76,7 +76,7 @@ def dds(ctx: click.Context, *, domain: int, seconds: float, output: str | None, 
             severity="error",
             choice=color,
         )
-        ctx.exit(_NOBODY)
+        ctx.exit(_EMPTY)
     say(f"domain {domain}: {found} seen in {looked:.1f} s", severity="note", choice=color)
     plugins = load_plugins()
     system = system_of(seen, with_ros=ros.PROTOCOL in plugins.packs)
@@ -89,7 +89,7 @@ def dds(ctx: click.Context, *, domain: int, seconds: float, output: str | None, 
 
 
 def _look(domain: int, seconds: float, color: str) -> tuple[Seen, float]:
-    """Look for some time, or until somebody interrupts; return who is there at the end, and how long it took."""
+    """Look for some time, or until interrupted; return the participants at the end, and how long it took."""
     try:
         from cqos_dds.snapshot.discovery import Discovery
     except ImportError as error:

@@ -131,7 +131,7 @@ CONFIGURED: Final = (
         "displays-not-enabled",
         "note",
         "An RViz configuration has displays that are not enabled.",
-        "They subscribe to nothing until somebody enables them, so they are not checked.",
+        "They subscribe to nothing until they are enabled, so they are not checked.",
     ),
     CodeInfo(
         "ROS941",
