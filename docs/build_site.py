@@ -16,7 +16,7 @@ from urllib.parse import unquote, urlsplit
 from lxml import html
 
 import cqos_core
-from cqos_core.packs import pack
+from cqos_core import packs
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -63,18 +63,13 @@ def reference() -> str:
     """Return the page of the library: every public name, from its docstring."""
     parts = ["# API reference", "Every public name of the library. [The library](library.md) shows them at work."]
     parts += ["## For programs", *described("cqos_core", cqos_core.__all__)]
-    parts += ["## For authors of packs", *described(pack.__name__, pack_names())]
+    parts += ["## For authors of packs", *described("cqos_core.packs", packs.__all__)]
     return "\n\n".join(parts) + "\n"
 
 
 def described(module: str, names: Iterable[str]) -> Iterator[str]:
     """Yield what mkdocstrings replaces by the docstrings of ``names``."""
     return (f"::: {module}.{name}" for name in sorted(names) if not name.startswith("_"))
-
-
-def pack_names() -> list[str]:
-    """Return the public classes and functions of the module that packs are made with."""
-    return [name for name, value in vars(pack).items() if getattr(value, "__module__", "") == pack.__name__]
 
 
 # Links --------------------------------------------------------------------------------------------------------------

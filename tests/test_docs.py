@@ -204,6 +204,12 @@ def test_every_page_is_in_the_index():
     assert pages == {page for page in pages if f"]({page})" in index}
 
 
+def test_contributors_find_every_file_that_is_named():
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    named = re.findall(r"`((?:plugins|docs|tests|cqos_core)/[\w./]*)`", text)
+    assert [name for name in named if not (ROOT / name).exists()] == []
+
+
 def test_every_example_is_described():
     text = (ROOT / "examples" / "README.md").read_text(encoding="utf-8")
     names = {path.name for path in (ROOT / "examples").iterdir()} - {"README.md"}
