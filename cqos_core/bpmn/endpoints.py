@@ -66,7 +66,7 @@ class Endpoints:
             return
         process = self._reading.document.process_of(element)
         if process is None:
-            message = "this stands outside of every process, so there is nobody who throws or catches it"
+            message = "this stands outside of every process, so no participant throws or catches it"
             self._reading.note("CQ046", message, self._reading.document.place(element))
             return
         self._report_duplicate(element)

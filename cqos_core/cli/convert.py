@@ -30,7 +30,7 @@ _MOST_NOTES: Final = 50
 
 
 @click.command(
-    epilog="Exit codes: 0 written, or nothing to mend; 2 wrong usage, input that cannot be read, or nothing of it can be "
+    epilog="Exit codes: 0 written, or nothing to fix; 2 wrong usage, input that cannot be read, or nothing of it can be "
     "expressed; 3 internal error."
 )
 @click.argument("paths", nargs=-1, required=True, metavar="PATH...")
@@ -46,7 +46,7 @@ _MOST_NOTES: Final = 50
 @click.option(
     "--remedies",
     type=click.Choice(["first", "configuration"]),
-    help="Mend the system before it is written: for each error the first remedy, or the first that needs no change of "
+    help="Fix the system before it is written: for each error the first remedy, or the first that needs no change of "
     "the program. Forms that hold nothing but settings get only what was changed.",
 )
 @reading_options
@@ -180,7 +180,7 @@ def _say_mended(mended: Mended, color: str) -> bool:
         count = plural(len(mended.left), "error")
         say(f"no such remedy is known for {count}, so nothing is written", severity="warning", choice=color)
     else:
-        say("there is no error to mend, so nothing is written", severity="note", choice=color)
+        say("there is no error to fix, so nothing is written", severity="note", choice=color)
     return False
 
 

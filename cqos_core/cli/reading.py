@@ -103,7 +103,7 @@ _OPTIONS = (
         "--stdin-name",
         metavar="NAME",
         default=STDIN_NAME,
-        help="What to call standard input (the path `-`) in messages. A path lets it include files beside that.",
+        help="What to call standard input (the path `-`) in messages. A path lets it include files of that folder.",
     ),
     click.option(
         "--exclude",

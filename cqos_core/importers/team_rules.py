@@ -85,7 +85,7 @@ class _Bounds(Shape[tuple[Bound, ...]]):
         return {**named({"anyOf": [bare, related]}), "minProperties": 1}
 
 
-BECAUSE: Final = Key("because", TEXT, "The reason, for whoever reads this later.", required=True)
+BECAUSE: Final = Key("because", TEXT, "The reason, for later readers.", required=True)
 
 
 def _lists_values(node: Node) -> bool:

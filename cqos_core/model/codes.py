@@ -105,7 +105,7 @@ _READING = (
         "missing-key",
         "error",
         "Something lacks a key that it cannot do without.",
-        "Checks and exceptions without a reason, for instance, are not understood by whoever meets them later.",
+        "Checks and exceptions without a reason, for instance, are not understood later.",
     ),
     CodeInfo(
         "CQ011",
@@ -126,7 +126,7 @@ _READING = (
         "duplicate-endpoint-id",
         "error",
         "Two endpoints have the same id, and at least one of them was given it.",
-        "Ids are what exceptions, baselines and `cqos explain` go by.",
+        "Exceptions, baselines and `cqos explain` use ids.",
     ),
     CodeInfo(
         "CQ014",
@@ -146,7 +146,7 @@ _READING = (
         "CQ016",
         "too-many-instances",
         "error",
-        "The instances multiply to more than anybody could look at.",
+        "The instances multiply beyond what a person can review.",
         "Fewer instances show the same faults: copies of one thing differ in their names only.",
     ),
     CodeInfo(
@@ -202,7 +202,7 @@ _READING = (
         "profiles-tried-alone",
         "note",
         "There are profiles and no endpoints, so each profile is tried as a publisher and a subscriber that meet.",
-        "What can be told of a profile alone is told: whether its endpoints can be created, and whether two that share it fit.",
+        "C-QoS reports what it can decide for a profile alone: whether its endpoints can be created, and whether two that share it fit.",
         help="check it together with the system that uses it to see what its endpoints really get",
     ),
     CodeInfo(
@@ -226,14 +226,14 @@ _READING = (
         "warning",
         "A reference names an element that is not in the file.",
         "Other files are not searched for it.",
-        help="mend the reference, or add what it names",
+        help="fix the reference, or add what it names",
     ),
     CodeInfo(
         "CQ033",
         "signal-without-name",
         "warning",
         "A signal event has neither a signal with a name nor a name of its own, so it has no topic.",
-        "Without a topic nobody can meet it; it is not checked.",
+        "Without a topic it matches no endpoint; it is not checked.",
     ),
     CodeInfo(
         "CQ034",
@@ -313,7 +313,7 @@ _READING = (
         "import-not-followed",
         "note",
         "The model imports another file, which is not opened.",
-        "What stands in the other file meets nobody here.",
+        "What stands in the other file matches no endpoint here.",
         help="give the files together",
     ),
     CodeInfo(
@@ -328,7 +328,7 @@ _READING = (
         "CQ046",
         "event-outside-process",
         "warning",
-        "A signal event stands outside of every process, so nobody throws or catches it.",
+        "A signal event stands outside of every process, so no participant throws or catches it.",
     ),
     CodeInfo(
         "CQ047",
@@ -355,8 +355,8 @@ _MODEL = (
         "CQ201",
         "protocol-without-pack",
         "warning",
-        "No installed rule pack judges this protocol, so its endpoints are paired with nobody.",
-        "What nobody knows the rules of cannot be judged.",
+        "No installed rule pack judges this protocol, so its endpoints are in no pair.",
+        "Without rules there is no verdict.",
         help="install the plugin that brings the pack; `cqos packs` lists those that are there",
     ),
     CodeInfo(
@@ -386,7 +386,7 @@ _MODEL = (
         "setting-ignored",
         "warning",
         "A setting is stated that the middleware in use ignores, so it promises nothing.",
-        "Whoever reads the design will count on it.",
+        "Readers of the design will rely on it.",
         help="take it away, or use a middleware that honours it",
     ),
     CodeInfo(
@@ -410,7 +410,7 @@ _MODEL = (
         "unknown-option-value",
         "warning",
         "An option has a value that the rule pack does not know; the nearest it knows stands in.",
-        "What is said rests on the value that stands in.",
+        "The verdict rests on the value that stands in.",
         help="check the spelling; a newer rule pack may know the value",
     ),
     CodeInfo(
@@ -441,7 +441,7 @@ _MODEL = (
         "profile-cycle",
         "error",
         "Profiles are based on each other in a circle.",
-        "What a profile sets cannot be told while it rests on itself.",
+        "What a profile sets is unknown while it rests on itself.",
         help="break the circle, which the message shows",
     ),
     CodeInfo(
@@ -505,7 +505,7 @@ _MODEL = (
         "publisher-without-subscriber",
         "note",
         "Nobody in the system subscribes to what this endpoint publishes.",
-        "What it sends reaches nobody.",
+        "What it sends reaches no subscriber.",
         help="mark the topic or participant `external: true` if its subscriber is elsewhere",
     ),
     CodeInfo(
@@ -565,8 +565,8 @@ _MODEL = (
         "bridge-gives-less",
         "note",
         "A bridge gets more than those behind it do: values that are not lost before it may be lost behind it.",
-        "Nobody says that an application counts on it, so it is no error.",
-        help="state by `needs:` what an application counts on; it is then an error that says what to change",
+        "No requirement states that an application needs it, so it is no error.",
+        help="state by `needs:` what an application requires; it is then an error that says what to change",
     ),
     CodeInfo(
         "CQ505",

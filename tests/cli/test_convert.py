@@ -85,7 +85,7 @@ def test_only_what_was_changed_and_nodes_take_by_default(cqos):
 def test_nothing_to_mend(cqos, files):
     done = cqos("convert", "fits.yaml", "--to", "qos_overrides", "--remedies", "first", "--output", "out.yaml")
     assert (done.code, done.out) == (0, "")
-    assert done.err == "note: there is no error to mend, so nothing is written\n"
+    assert done.err == "note: there is no error to fix, so nothing is written\n"
     assert not (files / "out.yaml").exists()
 
 
