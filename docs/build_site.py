@@ -25,7 +25,18 @@ ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build" / "docs"
 SOURCE = BUILD / "source"
 SITE = BUILD / "site"
-COPIED = ("*.md", "LICENSE", "CITATION.cff", "dev.py", "docs/**/*", "examples/**/*", "deploy/**/*", "proto/cqos/**/*")
+COPIED = (
+    "*.md",
+    "LICENSE",
+    "CITATION.cff",
+    "dev.py",
+    "docs/**/*",
+    "examples/**/*",
+    "deploy/**/*",
+    "proto/cqos/**/*",
+    "cqos_core/**/*.py",
+    "plugins/*/cqos_*/**/*.py",
+)
 
 
 def main() -> int:
