@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import os
+import sys
 from typing import TYPE_CHECKING
 
 from hypothesis import HealthCheck, settings
 
 if TYPE_CHECKING:
     import pytest
+
+if sys.version_info < (3, 11):
+    import tomli
+
+    sys.modules["tomllib"] = tomli  # the tests read the files of the project with it
 
 # No deadline: how long one example takes says nothing here, machines differ and coverage doubles it.
 settings.register_profile("base", deadline=None, suppress_health_check=[HealthCheck.too_slow], print_blob=True)

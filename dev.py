@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Sets the project up in .venv and runs it. Needs nothing but Python 3.11 or newer.
+"""Sets the project up in .venv and runs it. Needs nothing but Python 3.10 or newer.
 
 python3 dev.py demo             check two example diagrams, one that fits and one that does not
 python3 dev.py test [ARGS]      all checks: lint, types, import contracts, tests (ARGS go to pytest; --cov adds coverage)
@@ -17,8 +17,8 @@ python3 dev.py setup            only set up (the others do that by themselves, w
 import sys
 
 # First of all, and in words that any Python 3 understands: the rest of this file does not run on an older one.
-if sys.version_info < (3, 11):
-    sys.exit("dev.py: this is Python %d.%d, the tests and tools of C-QoS need 3.11 or newer" % sys.version_info[:2])  # noqa: UP031
+if sys.version_info < (3, 10):  # noqa: UP036 - said before anything fails
+    sys.exit("dev.py: this is Python %d.%d, C-QoS needs 3.10 or newer" % sys.version_info[:2])  # noqa: UP031
 
 import hashlib
 import importlib.util
@@ -28,8 +28,19 @@ import re
 import shutil
 import subprocess
 import time
-import tomllib
 from pathlib import Path
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:  # the pip that comes with Python brings a reader of TOML
+    import ensurepip
+
+    bundled = [
+        *Path(ensurepip.__file__).parent.glob("_bundled/pip-*.whl"),
+        *Path("/usr/share/python-wheels").glob("pip-*.whl"),
+    ]
+    sys.path += map(str, bundled)
+    from pip._vendor import tomli as tomllib
 
 ROOT = Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
@@ -457,7 +468,9 @@ def install(*, everything: bool) -> None:
     wanted += [
         str(requirement) for group in groups.values() if everything and isinstance(group, list) for requirement in group
     ]
-    constraints = [argument for name in CONSTRAINTS for argument in ("-c", name)]
+    # Several of the versions that are pinned have left Python 3.10 behind; there, the ranges of pyproject.toml hold.
+    pinned = CONSTRAINTS if sys.version_info >= (3, 11) else ()
+    constraints = [argument for name in pinned for argument in ("-c", name)]
     with LOG.open("w", encoding="utf-8") as log:
         code = subprocess.run(
             [tool("python"), "-m", "pip", "install", *constraints, *wanted],

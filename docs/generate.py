@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 import sys
-import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +21,11 @@ from cqos_core.model.codes import CODES
 from cqos_core.packs.rule_docs import Example, code_markdown, rule_markdown
 from cqos_core.plugins import load_plugins
 from cqos_core.testing import Case, load_cases
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

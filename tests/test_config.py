@@ -197,7 +197,7 @@ class TestProblems:
                 "CQ009 cqos.toml:11: `alpha` must be a map of options, found `strict` "
                 "(options are by rule pack: `options: {PACK: {alpha: strict}}`)"
             ),
-            "CQ010 cqos.toml:18: a check needs `because` (the reason, for whoever reads this later)",
+            "CQ010 cqos.toml:18: a check needs `because` (the reason, for later readers)",
             (
                 "CQ006 cqos.toml:26: `depth` cannot be required `atleast`; did you mean `at_least`? (allowed: exactly,"
                 " at_least, at_most, one_of, not; a bare value means exactly)"

@@ -136,6 +136,12 @@ def test_plugin_has_the_version_of_the_root_and_accepts_it(plugin):
 # --- what is pinned ---
 
 
+PINNED = pytest.mark.skipif(
+    sys.version_info < (3, 11), reason="versions are pinned for Python 3.11 and newer: several have left 3.10 behind"
+)
+
+
+@PINNED
 @each_project
 def test_every_direct_dependency_is_pinned_to_a_version_it_allows(project):
     names = {metadata(other)["name"] for other in PROJECTS}
@@ -148,6 +154,7 @@ def test_every_direct_dependency_is_pinned_to_a_version_it_allows(project):
         assert exact.version in requirement.specifier, f"{requirement} does not allow {pin}"
 
 
+@PINNED
 def test_every_indirect_dependency_is_pinned():
     ours = {canonicalize_name(metadata(project)["name"]) for project in PROJECTS}
     waiting = [requirement for project in PROJECTS for requirement in requirements(project)]

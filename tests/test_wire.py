@@ -27,7 +27,7 @@ def judged(node: dict[str, Any], program: dict[str, Any], **more: Any) -> Report
 
 
 def codes(report: Report) -> list[str]:
-    return [finding.code for finding in report.findings]
+    return [code for finding in report.findings for code in (finding.code, *finding.more_codes)]
 
 
 def test_a_mixed_pair_is_judged_by_the_rules_of_the_wire():

@@ -248,13 +248,10 @@ def _remedy(
     pack = topic.pack
     policy = pack.policies[index]
     first = groups[0].first
-    if first.origin(index)[0] == "ignored by the middleware" or (
-        policy.level == "endpoint" and role not in policy.roles
-    ):
+    if policy.level == "endpoint" and role not in policy.roles:
         return []
-    meaning = policy.words.get(policy.domain.word(first.written(index) or ""))
-    if isinstance(meaning, FromPeers) and meaning.side == "first":
-        return []  # an endpoint copies this from the first peer, so no setting changes it
+    if not all(_takes(members.first, index) for members in groups):
+        return []
     weakens = any(policy.weakens(members.profile.values[index], value) for members in groups)
     changing = changing or groups
     if (
@@ -281,6 +278,15 @@ def _remedy(
             edits=edits_of((each for members in groups for each in members.endpoints), index, value),
         )
     ]
+
+
+def _takes(endpoint: Resolved, index: int) -> bool:
+    """Whether another value of a policy changes anything of an endpoint."""
+    if endpoint.origin(index)[0] == "ignored by the middleware":
+        return False
+    policy = endpoint.pack.policies[index]
+    meaning = policy.words.get(policy.domain.word(endpoint.written(index) or ""))
+    return not (isinstance(meaning, FromPeers) and meaning.side == "first")  # copied from the first peer
 
 
 def _is_promise(policy: Policy, current: Value, value: Plain, role: str) -> bool:

@@ -376,8 +376,8 @@ def test_two_importers_that_claim_one_file_are_both_named(cqos, monkeypatch):
     monkeypatch.setattr("cqos_core.importers.detect.claims_bpmn", lambda *_: True)
     done = cqos("check", "fits.yaml")
     assert done.code == 2
-    assert "two importers claim this file: `bpmn` (cqos " in done.err
-    assert "and `yaml` (cqos " in done.err
+    assert "two importers claim this file: `bpmn` (cqos-core " in done.err
+    assert "and `yaml` (cqos-core " in done.err
     assert "choose one with --from" in done.err
     assert cqos("check", "fits.yaml", "--from", "yaml").code == 0
 

@@ -152,7 +152,7 @@ def test_a_broken_plugin_is_reported_and_harms_nothing(real, plugins):
     assert "error[ROS101]" in done.out
     assert f"warning: {BROKEN}\n" in done.err
     assert "thief_plugin 1.2.3 could not be loaded" in done.err
-    assert "formatter `json`, which cqos " in done.err
+    assert "formatter `json`, which cqos-core " in done.err
     assert "`awful`" in done.err
     assert real("check", "clashes.yaml", "--quiet", **plugins) == (1, "", "")
 

@@ -13,7 +13,7 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import datetime, timezone
 from importlib import import_module
 from itertools import product
 from pathlib import Path
@@ -136,7 +136,7 @@ def record(names: Iterable[str]) -> int:
             runs = list(pool.map(lambda case, on=on: run(on, case), cases(on)))
         recorded[on] = {
             "commit": commit.stdout.strip(),
-            "date": datetime.now(UTC).date().isoformat(),
+            "date": datetime.now(timezone.utc).date().isoformat(),
             "machine": f"{platform.system()} on {platform.machine()} with {os.cpu_count()} processors",
             "by": runs[0].pop("by"),
             "runs": runs,

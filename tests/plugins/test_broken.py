@@ -22,7 +22,7 @@ LEFT_OUT = {
     "wrong_descriptor": "its `register_importers` registers FormatterInfo(name='table'",
     "bad_path": "its command `bad` has the command 'bad_path.command', where \"module:object\" is expected",
     "pack_thief": "it registers rule pack `ros2`, which cqos-ros2 0.1.0 already provides",
-    "importer_thief": "it registers importer `bpmn`, which cqos 0.1.0 already provides",
+    "importer_thief": "it registers importer `bpmn`, which cqos-core 0.1.0 already provides",
 }
 FAILING = ("malformed_pack", "failing_pack", "failing_importer", "failing_formatter", "failing_command")
 

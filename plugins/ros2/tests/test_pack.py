@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from cqos_core import check_pair, explain
+from cqos_core import check, check_pair, explain
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.pipeline import context
 from cqos_core.model.report import Report
@@ -252,3 +252,20 @@ def test_cells_proven_on_the_dds_below_say_so():
     report = explain(json.dumps(system).encode(), publisher="a/publisher/t", subscriber="b/subscriber/t")
     proven = {text for each in report.guarantees for cell in each.cells for text in cell.proven}
     assert "Cyclone DDS 11.0.1 as plain DDS" in proven
+
+
+def test_no_fix_changes_a_setting_that_a_middleware_ignores():
+    publisher = {"publishes": {"t": {}}}
+    system = {
+        "cqos": 1,
+        "protocol": "ros2",
+        "participants": {
+            "a": publisher,
+            "b": {**publisher, "rmw": "micro_ros"},
+            "c": {"subscribes": {"t": {"liveliness": "manual_by_topic"}}},
+        },
+    }
+    report = check(json.dumps(system).encode(), importer="yaml")
+    (finding,) = (each for each in report.findings if each.code == "ROS104")
+    assert set(finding.endpoints) == {"a/publisher/t", "b/publisher/t", "c/subscriber/t"}
+    assert [remedy.members for remedy in finding.remedies] == [("c/subscriber/t",)]
