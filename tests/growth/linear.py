@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 LIMIT: Final = 1.3
 """Of the exponent."""
 _TIMES: Final = 4
-_LEAST: Final = 0.07  # seconds: what costs less is not measured exactly enough to be compared
+_LEAST: Final = 0.02  # seconds: what costs less is not measured exactly enough to be compared
 _TRIES: Final = 3
 
 

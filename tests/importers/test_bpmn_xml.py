@@ -274,8 +274,10 @@ class TestHostile:
         ids=["deep", "attribute", "text"],
     )
     def test_monsters_are_refused_in_linear_time(self, replaced, start, piece, most):
+        documents = {size: MODEL.replace(replaced, start + piece * size).encode() for size in (most, 4 * most)}
+
         def refused(size: int) -> str:
-            return problem_of(MODEL.replace(replaced, start + piece * size).encode()).code
+            return problem_of(documents[size]).code
 
         assert refused(most) == "CQ002"
         assert_linear(refused, most)
