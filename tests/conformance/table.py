@@ -51,8 +51,8 @@ is whether each can be created, whether they match, and which policy Cyclone DDS
 """
 OF_DDS: Final = """## The DDS pack
 
-With `implementation: cyclonedds`. *Departures* are pairs of which Cyclone DDS and `implementation: standard` say different
-things.
+With `implementation: cyclonedds`. *Departures* are pairs on which Cyclone DDS and `implementation: standard` give different
+verdicts.
 """
 OF_ROS2: Final = """## The ROS 2 pack
 
@@ -157,7 +157,7 @@ DEPARTURE_HEADER: Final = ("offered", "requested", "standard", "Cyclone DDS")
 
 
 def _apart(one: Section) -> list[list[str]]:
-    """Return the pairs of which Cyclone DDS and the standard say different things."""
+    """Return the pairs on which Cyclone DDS and the standard give different verdicts."""
     return [
         _departure(*each)
         for each in zip(one.pairs, one.standard or (), one.seen, strict=True)

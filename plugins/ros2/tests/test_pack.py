@@ -255,7 +255,7 @@ def test_cells_proven_on_the_dds_below_say_so():
 
 
 def test_no_fix_changes_a_setting_that_a_middleware_ignores():
-    publisher = {"publishes": {"t": {}}}
+    publisher: dict[str, Any] = {"publishes": {"t": {}}}
     system = {
         "cqos": 1,
         "protocol": "ros2",
