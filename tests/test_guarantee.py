@@ -447,6 +447,22 @@ def test_what_one_missing_fact_leaves_open_is_one_finding_with_all_its_rules():
     assert (finding.pairs, finding.code, finding.more_codes) == (1, "DDS541", ("DDS542", "DDS543", "DDS544", "DDS546"))
 
 
+TWO_PROTOCOLS = """
+cqos: 1
+participants:
+  p: {protocol: dds, publishes: {a: {history.depth: 5}}}
+  s: {protocol: dds, subscribes: {a: {reliability: reliable, history.depth: 5, needs: {loss_free: true}}}}
+  rp: {protocol: ros2, publishes: {/r: {depth: 5}}}
+  rs: {protocol: ros2, subscribes: {/r: {depth: 5, needs: {loss_free: true}}}}
+"""
+
+
+def test_the_same_words_about_another_protocol_are_another_fact():
+    loud = [each for each in check(TWO_PROTOCOLS.encode()).findings if "period is not stated" in each.message]
+    assert {(each.source, each.topic) for each in loud} == {("dds", "a"), ("ros2", "/r")}
+    assert not any(each.more_topics or each.more_codes for each in loud)
+
+
 def test_a_rule_that_is_switched_off_takes_no_other_with_it():
     text = OUTAGE_NOT_STATED + "severities: {DDS541: off}\n"
     (finding,) = [each for each in check(text.encode()).findings if each.severity is not Severity.NOTE]

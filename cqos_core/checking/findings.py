@@ -406,69 +406,58 @@ def merged(findings: Sequence[Finding]) -> Finding:
 
 
 def one_per_cause(made: Sequence[Made]) -> list[Made]:
-    """Report once what one missing fact leaves open: guarantees together, or beside what else of their pairs it decides."""
-    open_: dict[tuple[Any, ...], list[Made]] = {}
-    for one in made:
-        if one.cause:
-            finding = one.finding
-            key = (one.cause, tuple(finding.worlds), finding.severity, finding.accepted)
-            open_.setdefault(key, []).append(one)
-    kept = [one for one in made if not one.cause]
-    for alike in open_.values():
-        alike.sort(key=lambda one: (bool(one.guarantee), one.finding.code))
-        hosts: dict[int, list[Made]] = {}
-        for one in alike:
-            ends = set(one.finding.endpoints)
-            also = (
-                host
-                for host, (first, *_) in hosts.items()
-                if one.guarantee and (first.guarantee or ends <= set(first.finding.endpoints))
-            )
-            hosts.setdefault(next(also, id(one)), []).append(one)
-        kept += map(_together, hosts.values())
-    return kept
+    """Report once per pair what one missing fact leaves open: guarantees together, or beside what else of it the fact decides.
+
+    A cause of the same words is the same fact only for the same endpoints of one protocol.
+    """
+    alike: dict[tuple[Any, ...], list[list[Made]]] = {}
+    kept = []
+    # Those of most endpoints come first: what is about some of them joins.
+    for one in sorted(made, key=lambda one: (bool(one.guarantee), -len(one.finding.endpoints), one.finding.code)):
+        finding = one.finding
+        if not one.cause:
+            kept.append([one])
+            continue
+        key = (
+            finding.source,
+            finding.topic,
+            finding.more_topics,
+            one.cause,
+            tuple(finding.worlds),
+            finding.severity,
+            finding.accepted,
+        )
+        known = alike.setdefault(key, [])
+        ends = set(finding.endpoints)
+        host = next((each for each in known if one.guarantee and ends <= set(each[0].finding.endpoints)), None)
+        if host is None:
+            known.append([one])
+            kept.append(known[-1])
+        else:
+            host.append(one)
+    return [_together(each) for each in kept]
 
 
 def _together(made: Sequence[Made]) -> Made:
     """Put findings of several rules that one missing fact leaves undecided together, under the code of the first."""
-    first = made[0]
     if len(made) == 1:
-        return first
-    findings = [one.finding for one in made]
-    ends = [frozenset(finding.endpoints) for finding in findings]
-    whole = merged(findings)
-    sides = tuple(
-        replace(side, facts=own.facts, place=own.place, label=own.label)
-        for side, own in zip(whole.sides, first.finding.sides, strict=True)
-    )
+        return made[0]
+    first, findings = made[0].finding, [one.finding for one in made]
     worlds = {
         label: max((finding.worlds[label] for finding in findings), key=lambda verdict: verdict.rank)
-        for label in first.finding.worlds
+        for label in first.worlds
     }
     words = list(dict.fromkeys(one.guarantee for one in made))
-    message = (
-        _guarantees_open(sides, words, _assumptions(worlds), first.cause) if first.guarantee else first.finding.message
-    )
     return replace(
-        first,
+        made[0],
         finding=replace(
-            first.finding,
-            sides=sides,
-            message=message,
-            remedies=whole.remedies,
-            # A rule that reports fewer endpoints than another reports pairs of it again.
-            pairs=sum(
-                f.pairs
-                for at, f in enumerate(findings)
-                if not any(ends[at] < e or (ends[at] == e and i < at) for i, e in enumerate(ends))
-            ),
-            more_topics=tuple(
-                sorted(
-                    {t for f in findings for t in (f.topic, *f.more_topics) if t is not None} - {first.finding.topic}
-                )
-            ),
-            more_codes=tuple(sorted({f.code for f in findings} - {first.finding.code})),
-            notes=whole.notes,
+            first,
+            message=_guarantees_open(first.sides, words, _assumptions(worlds), made[0].cause)
+            if made[0].guarantee
+            else first.message,
+            remedies=later(lambda: merged_remedies(findings)),
+            more_codes=tuple(sorted({finding.code for finding in findings} - {first.code})),
+            notes=tuple(dict.fromkeys(note for finding in findings for note in finding.notes)),
             worlds=worlds,
         ),
     )

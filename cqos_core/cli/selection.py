@@ -12,7 +12,7 @@ from cqos_core.model.codes import CODES
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from cqos_core.checking.checker import Context
     from cqos_core.model.codes import CodeInfo
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 class Counted:
     """Which findings count: those of ``selected`` rules, or of all where there are none, but not the ``ignored``.
 
-    Rules are beginnings of codes, or whole names, in lower case.
+    Rules are beginnings of codes, in lower case. A finding of several rules counts as long as one of them does.
     """
 
     selected: tuple[str, ...] = ()
@@ -37,13 +37,8 @@ class Counted:
         return replace(report, findings=tuple(filter(self._counts, report.findings)))
 
     def _counts(self, finding: Finding) -> bool:
-        selected = not self.selected or _is_of(finding, self.selected)
-        return selected and not _is_of(finding, self.ignored)
-
-
-def _is_of(finding: Finding, rules: Iterable[str]) -> bool:
-    code, name = finding.code.lower(), finding.name.lower()
-    return any(name == rule or code.startswith(rule) for rule in rules)
+        codes = (code.lower() for code in (finding.code, *finding.more_codes))
+        return any(code.startswith(self.selected or "") and not code.startswith(self.ignored) for code in codes)
 
 
 def counted(select: Sequence[str], ignore: Sequence[str], context: Context) -> Counted:
@@ -58,21 +53,24 @@ def counted(select: Sequence[str], ignore: Sequence[str], context: Context) -> C
     return Counted(_rules("--select", select, known), _rules("--ignore", ignore, known))
 
 
-def _rules(option: str, values: Sequence[str], known: Mapping[str, str]) -> tuple[str, ...]:
+def _rules(option: str, values: Sequence[str], known: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
     rules = [rule.strip() for value in values for rule in value.split(",") if rule.strip()]
     for rule in rules:
         if not any(name.startswith(rule.lower()) for name in known):
             message = f"no rule has the code or name `{rule}`{nearest(rule.lower(), known, listed=False)}"
             raise click.BadParameter(message, param_hint=f"'{option}'")
-    return tuple(known.get(rule.lower(), rule.lower()) for rule in rules)
+    return tuple(code for rule in rules for code in known.get(rule.lower(), (rule.lower(),)))
 
 
-def _known(context: Context) -> Mapping[str, str]:
-    """Map the codes and names of all rules to themselves and former ones to the code that replaced them, in lower case."""
+def _known(context: Context) -> Mapping[str, Sequence[str]]:
+    """Map the codes, names, and former codes and names of all rules to the codes that have them now, in lower case."""
     found: list[Rule | CodeInfo] = [*CODES.values()]
     for pack_id in load_plugins().packs:
         pack = context.find_pack(pack_id)
         if pack is not None:
             found += (*pack.rules, *pack.codes)
-    former = {alias.lower(): each.code.lower() for each in found for alias in each.aliases}
-    return former | {text.lower(): text.lower() for each in found for text in (each.code, each.name)}
+    known: dict[str, list[str]] = {}
+    for each in found:
+        for text in (each.code, each.name, *each.aliases):
+            known.setdefault(text.lower(), []).append(each.code.lower())
+    return known

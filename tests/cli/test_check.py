@@ -372,6 +372,26 @@ def test_message_flows_are_read_on_request(cqos):
     assert plain < short == long
 
 
+def test_a_finding_of_several_rules_counts_until_all_are_ignored(cqos):
+    Path("outage.yaml").write_text(
+        "cqos: 1\nprotocol: dds\ntopics: {t: {period: 1s, size: 8, keyed: false, external: true}}\nparticipants:\n"
+        "  p: {publishes: {t: {history: keep_all, reliability.max_blocking_time: infinite}}}\n"
+        "  s: {subscribes: {t: {reliability: reliable, history: keep_all, needs: {loss_free: true, ordered: true,"
+        " survives: [link_outage]}}}}\n",
+        encoding="utf-8",
+    )
+
+    def codes(*options):
+        done = cqos("check", "outage.yaml", "--format", "json", *options)
+        return [(each["code"], each["more_codes"]) for each in json.loads(done.out)["findings"]]
+
+    ((first, more),) = codes("--select", "DDS54")
+    assert more
+    for one in (first, *more):
+        assert codes("--select", one) == codes("--select", "DDS54", "--ignore", one) == [(first, more)]
+    assert codes("--select", "DDS54", "--ignore", ",".join((first, *more))) == []
+
+
 def test_two_importers_that_claim_one_file_are_both_named(cqos, monkeypatch):
     monkeypatch.setattr("cqos_core.importers.detect.claims_bpmn", lambda *_: True)
     done = cqos("check", "fits.yaml")
