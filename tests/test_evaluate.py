@@ -15,7 +15,7 @@ from cqos_core.language.evaluate import (
     RuleAnswer,
     Signal,
     Vocabulary,
-    Written,
+    WrittenValue,
     bind,
     in_world,
     role_of,
@@ -102,15 +102,15 @@ def test_what_sentences_mean(text, a, b, expected):
 def test_what_was_written_down_is_told_from_what_holds_by_default():
     asked = bind(stated(DELAY) & (DELAY == "infinite"), WORDS)
     assert asked.judge(values(), values()).result is False
-    assert asked.judge(values(words={"delay": Written("infinite", here=False)}), values()).result is True
+    assert asked.judge(values(words={"delay": WrittenValue("infinite", here=False)}), values()).result is True
     by_word = bind(stated(DELAY, "Unspecified"), WORDS)
-    assert by_word.judge(values(words={"delay": Written("unspecified", here=True)}), values()).result is True
-    assert by_word.judge(values(words={"delay": Written("0s", here=True)}), values()).result is False
+    assert by_word.judge(values(words={"delay": WrittenValue("unspecified", here=True)}), values()).result is True
+    assert by_word.judge(values(words={"delay": WrittenValue("0s", here=True)}), values()).result is False
     by_value = bind(stated(DELAY, "1000ms"), WORDS)
-    assert by_value.judge(values(words={"delay": Written("1s", here=True)}), values()).result is True
+    assert by_value.judge(values(words={"delay": WrittenValue("1s", here=True)}), values()).result is True
     here = bind(parse("stated_here(requested(delay))"), WORDS)
     for is_here in (True, False):
-        b = values(words={"delay": Written("1s", here=is_here)})
+        b = values(words={"delay": WrittenValue("1s", here=is_here)})
         assert here.judge(values(), b).result is is_here
         assert here.judge(b, values()).result is False
 

@@ -19,7 +19,7 @@ from cqos_core.matching.routes import MOST_ENDPOINTS, expanded
 from cqos_core.model.codes import CODES
 from cqos_core.model.remarks import core_finding, plural, suggestion
 from cqos_core.model.report import Finding, Report, Severity, Side, Verdict
-from cqos_core.model.spelling import Known, typing_errors
+from cqos_core.model.spelling import KnownNames, typing_errors
 from cqos_core.model.system import MESSAGE, PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.resolve import Resolver
 
@@ -280,7 +280,7 @@ def _starts(system: System) -> list[Finding]:
     everybody: list[Participant | Endpoint] = [*system.participants.values(), *system.endpoints]
     stating = [each for each in everybody if each.starts_after]
     known = {each.id for each in everybody} if stating else set()
-    names = Known(known)
+    names = KnownNames(known)
     findings = []
     for stated in stating:
         for name in stated.starts_after:

@@ -14,7 +14,7 @@ from cqos_core.matching.delivery_paths import DUPLICATE_FREE, Arrivals, repetiti
 from cqos_core.matching.derived_guarantees import derive, faults_between, give, over
 from cqos_core.matching.hops import Hop
 from cqos_core.matching.judge import already_told, judge_endpoint, judge_pair, of_end, undecided_meeting
-from cqos_core.matching.pairing import EndpointGroup, Topic, apart, group
+from cqos_core.matching.pairing import EndpointGroup, MatchedTopic, apart, group
 from cqos_core.matching.peer_values import settle
 from cqos_core.matching.routes import expanded
 from cqos_core.model.problems import CqosError
@@ -86,7 +86,7 @@ def explain_pair(system: System, publisher: str, subscriber: str, where: Context
     return _with_repetition(report, offering, requesting, arrivals) if hops else report
 
 
-def settled_pair(system: System, publisher: str, subscriber: str, where: Context) -> tuple[Topic, Resolver]:
+def settled_pair(system: System, publisher: str, subscriber: str, where: Context) -> tuple[MatchedTopic, Resolver]:
     """Return a topic with these two endpoints alone, their values settled among all others, and what resolved them.
 
     Raises:
@@ -103,16 +103,16 @@ def settled_pair(system: System, publisher: str, subscriber: str, where: Context
     return _pair_of(_settled(everybody), offering, requesting), resolver
 
 
-def _settled(everybody: Sequence[Resolved]) -> Topic:
+def _settled(everybody: Sequence[Resolved]) -> MatchedTopic:
     topic = group(everybody)
     settle(topic)
     return topic
 
 
-def _pair_of(topic: Topic, offering: Resolved, requesting: Resolved) -> Topic:
+def _pair_of(topic: MatchedTopic, offering: Resolved, requesting: Resolved) -> MatchedTopic:
     """Return a topic with two of its endpoints alone."""
     ends = [_only(topic.publishers, offering.id)], [_only(topic.subscribers, requesting.id)]
-    return Topic(topic.key, topic.shown, topic.pack, *ends)
+    return MatchedTopic(topic.key, topic.shown, topic.pack, *ends)
 
 
 def _with_repetition(report: PairReport, offering: Resolved, requesting: Resolved, arrivals: Arrivals) -> PairReport:
@@ -188,7 +188,7 @@ def _only(groups: Sequence[EndpointGroup], endpoint_id: str) -> EndpointGroup:
     return members.only([endpoint])
 
 
-def _pair_report(topic: Topic, verdict: Verdict, further: Sequence[Finding]) -> PairReport:
+def _pair_report(topic: MatchedTopic, verdict: Verdict, further: Sequence[Finding]) -> PairReport:
     publisher, subscriber = topic.publishers[0], topic.subscribers[0]
     reasons = apart(publisher.profile, subscriber.profile)
     judgement = judge_pair(publisher.profile, subscriber.profile)
@@ -291,7 +291,9 @@ def _path_report(
     )
 
 
-def _comparisons(topic: Topic, publisher: EndpointGroup, subscriber: EndpointGroup) -> Iterable[PolicyComparison]:
+def _comparisons(
+    topic: MatchedTopic, publisher: EndpointGroup, subscriber: EndpointGroup
+) -> Iterable[PolicyComparison]:
     """One line per endpoint policy, with the verdict of the pair rules that compare it."""
     spoken = {each.bound.rule.code: each for each in judge_pair(publisher.profile, subscriber.profile).spoken}
     rules = [

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from cqos_core.language.evaluate import Use
     from cqos_core.language.policy import Policy
     from cqos_core.matching.judge import Violation
-    from cqos_core.matching.pairing import EndpointGroup, Topic
+    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.packs.pack import BoundRule
     from cqos_core.resolving.resolved import QosProfile, Resolved
 
@@ -38,7 +38,7 @@ class Draft:
         example: one of them.
     """
 
-    topic: Topic
+    topic: MatchedTopic
     spoken: Violation
     publishers: dict[EndpointGroup, None] = field(default_factory=dict)
     subscribers: dict[EndpointGroup, None] = field(default_factory=dict)

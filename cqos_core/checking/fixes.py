@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from cqos_core.language.policy import Plain, Policy
-    from cqos_core.matching.pairing import EndpointGroup, Topic
+    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.model.system import Role
     from cqos_core.resolving.resolved import QosProfile, Resolved
 
@@ -40,7 +40,7 @@ def member_ids(groups: Iterable[EndpointGroup]) -> tuple[str, ...]:
 
 
 def remedies(
-    topic: Topic, spoken: Violation, publishers: list[EndpointGroup], subscribers: list[EndpointGroup]
+    topic: MatchedTopic, spoken: Violation, publishers: list[EndpointGroup], subscribers: list[EndpointGroup]
 ) -> tuple[Remedy, ...]:
     """Return the changes of one value that make the rule pass; the best one first."""
     bound = spoken.bound
@@ -92,7 +92,7 @@ def remedies(
 
 
 def _shared(
-    topic: Topic, spoken: Violation, publishers: list[EndpointGroup], subscribers: list[EndpointGroup]
+    topic: MatchedTopic, spoken: Violation, publishers: list[EndpointGroup], subscribers: list[EndpointGroup]
 ) -> list[Remedy]:
     """Return the changes of what the endpoints share: of their broker, or of the topic."""
     bound = spoken.bound
@@ -119,7 +119,7 @@ def _shared(
     return found
 
 
-def _sharing(topic: Topic, one: EndpointGroup, level: str) -> list[EndpointGroup]:
+def _sharing(topic: MatchedTopic, one: EndpointGroup, level: str) -> list[EndpointGroup]:
     """Return the groups of a topic for which another value holds too, where it changes for one of them."""
     broker = one.first.participant.broker
     return [
@@ -130,7 +130,7 @@ def _sharing(topic: Topic, one: EndpointGroup, level: str) -> list[EndpointGroup
 
 
 def _all_may(
-    topic: Topic, sharing: Sequence[EndpointGroup], groups: Sequence[EndpointGroup], index: int, value: Plain
+    topic: MatchedTopic, sharing: Sequence[EndpointGroup], groups: Sequence[EndpointGroup], index: int, value: Plain
 ) -> bool:
     """Whether a change of all that share a value brings no error of theirs, nor of pairs of ``groups``, that was not there."""
     policy = topic.pack.policies[index]
@@ -150,7 +150,7 @@ def _all_may(
     )
 
 
-def _pairs_of(topic: Topic, groups: Iterable[EndpointGroup]) -> Iterator[tuple[EndpointGroup, EndpointGroup]]:
+def _pairs_of(topic: MatchedTopic, groups: Iterable[EndpointGroup]) -> Iterator[tuple[EndpointGroup, EndpointGroup]]:
     """Yield the pairs of groups in which any of some takes part, each once."""
     groups = list(groups)
     senders = {id(members) for members in groups if members.first.role == PUBLISHER}
@@ -237,7 +237,7 @@ def _rank(remedy: Remedy) -> tuple[Any, ...]:
 
 
 def _remedy(
-    topic: Topic,
+    topic: MatchedTopic,
     role: Role,
     groups: list[EndpointGroup],
     index: int,
@@ -326,7 +326,9 @@ def remedy_text(
     return f"{verb} {policy} `{value}`{of} on {where}"
 
 
-def effect(topic: Topic, groups: Sequence[EndpointGroup], index: int, value: Plain) -> tuple[int | None, int | None]:
+def effect(
+    topic: MatchedTopic, groups: Sequence[EndpointGroup], index: int, value: Plain
+) -> tuple[int | None, int | None]:
     """How many pairs of the topic a change makes better, and how many worse; None where that would take too long."""
     if len(groups) * max(len(topic.publishers), len(topic.subscribers)) > _EFFECT_LIMIT or _reaches_far(groups, index):
         return None, None
@@ -354,7 +356,7 @@ def _reaches_far(groups: Iterable[EndpointGroup], index: int) -> bool:
     )
 
 
-def _required_elsewhere(topic: Topic, groups: Sequence[EndpointGroup]) -> bool:
+def _required_elsewhere(topic: MatchedTopic, groups: Sequence[EndpointGroup]) -> bool:
     """Whether a participant of changed groups, or of their partners, requires guarantees on another topic."""
     reached = (*groups, *topic.subscribers) if groups[0].first.role == PUBLISHER else groups
     return any(endpoint.participant.requiring - {topic.key} for members in reached for endpoint in members.endpoints)

@@ -23,7 +23,7 @@ from cqos_core.resolving.resolve import packs_in_use
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
-    from cqos_core.matching.pairing import Topic
+    from cqos_core.matching.pairing import MatchedTopic
     from cqos_core.model.system import Bound, System, TeamRule
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved
@@ -89,7 +89,7 @@ def _filed(rule: TeamRule) -> str:
     return next((f"{key} {where[key]}" for key in _FILED if key in where), "any")
 
 
-def _names(topic: Topic) -> Iterator[str]:
+def _names(topic: MatchedTopic) -> Iterator[str]:
     """What the checks of a topic's endpoints may be filed under."""
     yield "any"
     for endpoint in topic.endpoints:
@@ -133,13 +133,13 @@ def _bound_sentence(required: Bound, pack: RulePack) -> Sentence:
     return Compare(_RELATIONS[required.relation], term, Literal(value))
 
 
-def team_findings(topic: Topic, checks: NameIndex[TeamCheck]) -> list[Made]:
+def team_findings(topic: MatchedTopic, checks: NameIndex[TeamCheck]) -> list[Made]:
     """Judge the endpoints of one topic by the team's rules that apply to them."""
     applying = checks.matching(*dict.fromkeys(_names(topic)))
     return [_made(check, draft) for check in applying for draft in _drafts(topic, check)]
 
 
-def _drafts(topic: Topic, check: TeamCheck) -> Iterable[Draft]:
+def _drafts(topic: MatchedTopic, check: TeamCheck) -> Iterable[Draft]:
     """Judge one check: a draft per role and values, those beyond a few put together."""
     drafts: dict[tuple[Any, ...], Draft] = {}
     for role, groups in ((PUBLISHER, topic.publishers), (SUBSCRIBER, topic.subscribers)):
@@ -181,12 +181,12 @@ def _made(check: TeamCheck, draft: Draft) -> Made:
     return replace(one, finding=finding, merge_key=one.merge_key if own else ("team", check.rule.name, *one.merge_key))
 
 
-def _applies(rule: TeamRule, endpoint: Resolved, topic: Topic) -> bool:
+def _applies(rule: TeamRule, endpoint: Resolved, topic: MatchedTopic) -> bool:
     offered = _offered(endpoint, topic)
     return all(any(fnmatchcase(text, pattern) for text in offered.get(key, ())) for key, pattern in rule.where)
 
 
-def _offered(endpoint: Resolved, topic: Topic) -> dict[str, tuple[str, ...]]:
+def _offered(endpoint: Resolved, topic: MatchedTopic) -> dict[str, tuple[str, ...]]:
     """What the patterns of ``where`` are compared with."""
     stated = endpoint.endpoint
     return {

@@ -15,7 +15,7 @@ from cqos_core.matching.bridge_reachability import connected
 from cqos_core.matching.judge import Violation, judge_pair
 from cqos_core.matching.pairing import bridges_of, group
 from cqos_core.matching.peer_values import settle
-from cqos_core.matching.topic_shape import MOST_COMBINATIONS, Alike, Shape, judge_shape
+from cqos_core.matching.topic_shape import MOST_COMBINATIONS, Alike, TopicShape, judge_shape
 from cqos_core.model.codes import CODES
 from cqos_core.model.report import Finding, Group, Severity, Side, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from cqos_core.language.name_index import NameIndex
-    from cqos_core.matching.pairing import EndpointGroup, Topic
+    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.matching.topic_shape import Apart, Outline, Row, ShapeResult
     from cqos_core.packs.pack import BoundRule
     from cqos_core.resolving.resolved import Resolved
@@ -59,12 +59,12 @@ def check_topic(
     return TopicResult(tuple(groups), tuple(made), tuple([each for each in alone if not each.is_copy]))
 
 
-def shape_of(topic: Topic) -> Shape:
+def shape_of(topic: MatchedTopic) -> TopicShape:
     """Return a settled topic without names, as rules see it."""
-    return Shape(topic.pack, _alike(topic.publishers), _alike(topic.subscribers))
+    return TopicShape(topic.pack, _alike(topic.publishers), _alike(topic.subscribers))
 
 
-def verdict_between(topic: Topic, publisher: Resolved, subscriber: Resolved) -> tuple[Verdict, list[Made]]:
+def verdict_between(topic: MatchedTopic, publisher: Resolved, subscriber: Resolved) -> tuple[Verdict, list[Made]]:
     """Return the verdict of one pair of a settled topic, and what rules over the whole topic refuse of it."""
     first = next(i for i, members in enumerate(topic.publishers) if publisher.id in members.ids)
     second = next(i for i, members in enumerate(topic.subscribers) if subscriber.id in members.ids)
@@ -89,7 +89,7 @@ def _alike(groups: Sequence[EndpointGroup]) -> tuple[Alike, ...]:
     )
 
 
-def _draft(topic: Topic, outline: Outline) -> Draft:
+def _draft(topic: MatchedTopic, outline: Outline) -> Draft:
     """Put endpoints into an outline."""
     example = {
         role: (topic.publishers if role == PUBLISHER else topic.subscribers)[position]
@@ -112,7 +112,7 @@ def _at(groups: Sequence[EndpointGroup], mask: int) -> Iterator[EndpointGroup]:
     return (groups[position] for position in positions(mask))
 
 
-def _group(topic: Topic, row: Row) -> Group:
+def _group(topic: MatchedTopic, row: Row) -> Group:
     offering = [endpoint for position in row.publishers for endpoint in topic.publishers[position].endpoints]
     requesting = [endpoint for members in _at(topic.subscribers, row.subscribers) for endpoint in members.endpoints]
     owners: dict[str, int] = {}
@@ -130,7 +130,7 @@ def _group(topic: Topic, row: Row) -> Group:
     )
 
 
-def _splits(topic: Topic, judged: ShapeResult) -> list[Made]:
+def _splits(topic: MatchedTopic, judged: ShapeResult) -> list[Made]:
     """Report what keeps endpoints apart: each that is left alone by it, and once a topic where nobody is."""
     met_by_any = 0
     for met in judged.met:
@@ -189,7 +189,7 @@ class _Split:
         self.publishers[publisher] = None
         self.subscribers |= subscribers
 
-    def draft(self, topic: Topic) -> Draft:
+    def draft(self, topic: MatchedTopic) -> Draft:
         """Return it with the groups of a topic."""
         publishers = [topic.publishers[position] for position in self.publishers]
         subscribers = [topic.subscribers[position] for position in (self.first, *positions(self.subscribers))]
@@ -264,7 +264,7 @@ def _external(members: EndpointGroup) -> bool:
     return all(endpoint.external for endpoint in members.endpoints)
 
 
-def _split_finding(topic: Topic, draft: Draft, *, quiet: bool) -> Made:
+def _split_finding(topic: MatchedTopic, draft: Draft, *, quiet: bool) -> Made:
     made = make(draft)
     rule = draft.spoken.bound.rule
     publishers, subscribers = (
@@ -301,7 +301,7 @@ def _split_finding(topic: Topic, draft: Draft, *, quiet: bool) -> Made:
     return replace(made, finding=finding, merge_key=("own", object()))
 
 
-def _within_participants(topic: Topic, groups: Sequence[Group]) -> list[Made]:
+def _within_participants(topic: MatchedTopic, groups: Sequence[Group]) -> list[Made]:
     if not any(group.internal for group in groups):
         return []
     publishing = {e.endpoint.participant: e for members in topic.publishers for e in members.endpoints}

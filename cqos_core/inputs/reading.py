@@ -14,7 +14,7 @@ from cqos_core.inputs.loading import GivenSource, load_paths, read_together
 from cqos_core.inputs.merging import merge
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.remarks import suggestion
-from cqos_core.model.spelling import Known
+from cqos_core.model.spelling import KnownNames
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def source_of(inputs: Sequence[Input], position: int) -> Source:
 
 def faults(system: System) -> list[Problem]:
     """Say what is wrong with a system that a program put together, such as importers never make it."""
-    known = Known(system.participants)
+    known = KnownNames(system.participants)
     found = [problem for endpoint in system.endpoints for problem in faults_of(endpoint, system.participants, known)]
     for name, each in system.participants.items():
         if each.id != name:
@@ -85,13 +85,13 @@ def faults(system: System) -> list[Problem]:
 
 
 def faults_of(
-    endpoint: Endpoint, participants: Mapping[str, Participant], known: Known | None = None
+    endpoint: Endpoint, participants: Mapping[str, Participant], known: KnownNames | None = None
 ) -> Iterator[Problem]:
     """Say what is wrong with an endpoint: its participant is missing, it has no role, or what it states is no setting."""
     name, where = f"endpoint `{endpoint.id}`", endpoint.place
     if endpoint.participant not in participants:
         message = f"{name} belongs to participant `{endpoint.participant}`, which is not there"
-        yield Problem("CQ011", message, where, suggestion(endpoint.participant, known or Known(participants)))
+        yield Problem("CQ011", message, where, suggestion(endpoint.participant, known or KnownNames(participants)))
     if endpoint.role not in {PUBLISHER, SUBSCRIBER}:
         yield Problem("CQ011", f"{name} has the role `{endpoint.role}`", where, f"allowed: {PUBLISHER}, {SUBSCRIBER}")
     for settings in (endpoint.settings, endpoint.overlay, endpoint.needs):

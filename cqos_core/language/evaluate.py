@@ -66,19 +66,19 @@ class Range(NamedTuple):
     hi: Any
 
 
-class Written(NamedTuple):
+class WrittenValue(NamedTuple):
     """How a value was written: the normalised word, and whether it stands at the endpoint itself, not in a profile."""
 
     word: str
     here: bool
 
 
-UNREAD: Final = Written("", here=False)
+UNREAD: Final = WrittenValue("", here=False)
 """How a value was written that was not understood: perhaps not at all."""
 
 
 Values: TypeAlias = tuple[Any, ...]
-"""A value per policy of a vocabulary, then per policy a `Written` or None."""
+"""A value per policy of a vocabulary, then per policy a `WrittenValue` or None."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,7 +198,7 @@ class RuleAnswer:
 
 
 @dataclass(frozen=True, slots=True)
-class Bound:
+class BoundCondition:
     """A sentence bound to a vocabulary.
 
     Attributes:
@@ -510,7 +510,7 @@ def _overlaps(left: tuple[str, ...], right: tuple[str, ...]) -> bool:
 _MAXIMUM_RANK: Final = 1_000
 
 
-def _how(second: bool, at: int, asked: Callable[[Written | None], bool]) -> Judge:
+def _how(second: bool, at: int, asked: Callable[[WrittenValue | None], bool]) -> Judge:
     """Ask how a value was written; unknown where that was not understood."""
 
     def judge(a: Values, b: Values, s: Signal) -> bool | None:
@@ -897,7 +897,7 @@ def _first(names: tuple[str, ...]) -> str | None:
     return names[0] if names else None
 
 
-def bind(sentence: Sentence, vocabulary: Vocabulary) -> Bound:
+def bind(sentence: Sentence, vocabulary: Vocabulary) -> BoundCondition:
     """Check a sentence against a pack's policies and compile it.
 
     Raises:
@@ -906,7 +906,7 @@ def bind(sentence: Sentence, vocabulary: Vocabulary) -> Bound:
     plain = _Binder(vocabulary, open_form=False)
     opened = _Binder(vocabulary, open_form=True)
     plain_form, open_form = plain.sentence(sentence), opened.sentence(sentence)
-    return Bound(
+    return BoundCondition(
         sentence,
         vocabulary,
         # Where known values may leave the answer open, only the open form can say so.
@@ -969,7 +969,7 @@ __all__ = [
     "KNOWN",
     "MIRRORED",
     "SECOND_SCOPES",
-    "Bound",
+    "BoundCondition",
     "Function",
     "Judge",
     "Range",

@@ -28,7 +28,7 @@ from cqos_core.language.expression import And, Compare, Not, Or, Term, Test
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from cqos_core.language.evaluate import Bound, Function, Judge, Values, Vocabulary
+    from cqos_core.language.evaluate import BoundCondition, Function, Judge, Values, Vocabulary
     from cqos_core.language.expression import Node, Sentence
 
 FEW_COMBINATIONS: Final = 256
@@ -78,7 +78,7 @@ class _Sides(NamedTuple):
         return _May([true] * len(self.firsts), [false] * len(self.firsts))
 
 
-def related(bound: Bound, firsts: Sequence[Values], seconds: Sequence[tuple[Values, int]]) -> Certain | None:
+def related(bound: BoundCondition, firsts: Sequence[Values], seconds: Sequence[tuple[Values, int]]) -> Certain | None:
     """Return for which combinations the answer of a condition is certain; the others have to be judged.
 
     Args:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.language.evaluate import NO_SIGNAL, Bound, Signal, Use, Values, Vocabulary, Written
+from cqos_core.language.evaluate import NO_SIGNAL, BoundCondition, Signal, Use, Values, Vocabulary, WrittenValue
 from cqos_core.language.expression import Apply, Arithmetic, Compare, Literal, Operand, Term
 from cqos_core.language.policy import BROKER, ENDPOINT, INFINITE, TOPIC, Anything, Choice, Plain, Policy, normalise
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -42,12 +42,14 @@ def changed(values: Values, vocabulary: Vocabulary, index: int, value: Plain) ->
     policy, size = vocabulary.policies[index], vocabulary.size
     for at in vocabulary.follows(policy.name, values):
         values = (*values[:at], _FOLLOWS, *values[at + 1 :])
-    written = Written(normalise(policy.domain.format(value)), here=True) if values[size + index] is not None else None
+    written = (
+        WrittenValue(normalise(policy.domain.format(value)), here=True) if values[size + index] is not None else None
+    )
     return (*values[:index], value, *values[index + 1 : size + index], written, *values[size + index + 1 :])
 
 
 def solutions(
-    bound: Bound,
+    bound: BoundCondition,
     a: Values,
     b: Values,
     *,
@@ -122,7 +124,7 @@ def _preferred(passing: list[Plain], current: Value, policy: Policy, *, second: 
     return passing
 
 
-def _candidates(bound: Bound, use: Use, policy: Policy, a: Values, b: Values, *, second: bool) -> list[Plain]:
+def _candidates(bound: BoundCondition, use: Use, policy: Policy, a: Values, b: Values, *, second: bool) -> list[Plain]:
     """Values worth trying: all of a small domain, else those where a comparison turns."""
     domain = policy.domain
     values = dict.fromkeys(domain.candidates()) or turning_points(bound, use, a, b)
@@ -134,7 +136,7 @@ def _candidates(bound: Bound, use: Use, policy: Policy, a: Values, b: Values, *,
     return [value for value in values if domain.has(value) and policy.spelling(value) is not None]
 
 
-def turning_points(bound: Bound, use: Use, a: Values, b: Values) -> dict[Plain, None]:
+def turning_points(bound: BoundCondition, use: Use, a: Values, b: Values) -> dict[Plain, None]:
     """Return the values of one term at and around which some comparison of the sentence turns."""
     values: dict[Plain, None] = {}
     for node in bound.sentence.walk():
@@ -149,18 +151,18 @@ def turning_points(bound: Bound, use: Use, a: Values, b: Values) -> dict[Plain, 
     return values
 
 
-def _value(bound: Bound, node: Operand, beside: Operand, a: Values, b: Values) -> Plain | None:
+def _value(bound: BoundCondition, node: Operand, beside: Operand, a: Values, b: Values) -> Plain | None:
     """The plain value of an operand, a constant read as the kind of the operand ``beside`` it; None where it is open."""
     return next(_reckon(node, bound, a, b, _domain(beside, bound, None)), None)
 
 
-def _domain(node: Operand, bound: Bound, otherwise: Domain | None) -> Domain | None:
+def _domain(node: Operand, bound: BoundCondition, otherwise: Domain | None) -> Domain | None:
     """The kind of the policies within an operand."""
     term = next((part for part in node.walk() if isinstance(part, Term)), None)
     return bound.vocabulary.policies[bound.vocabulary.find(term)].domain if term is not None else otherwise
 
 
-def _reckon(node: Operand, bound: Bound, a: Values, b: Values, domain: Domain | None) -> Iterator[Plain]:
+def _reckon(node: Operand, bound: BoundCondition, a: Values, b: Values, domain: Domain | None) -> Iterator[Plain]:
     """Yield the plain value of an operand over known values, or nothing; text is read as a value of ``domain``."""
     if isinstance(node, Term):
         index = bound.vocabulary.find(node)
@@ -190,7 +192,9 @@ def _reckon(node: Operand, bound: Bound, a: Values, b: Values, domain: Domain | 
         yield -(-numbers[0] // numbers[1])
 
 
-def _isolate(node: Operand, term: Term, target: Plain | None, bound: Bound, a: Values, b: Values) -> Iterator[Plain]:
+def _isolate(
+    node: Operand, term: Term, target: Plain | None, bound: BoundCondition, a: Values, b: Values
+) -> Iterator[Plain]:
     """Yield values of ``term`` at and around which ``node`` reaches ``target``."""
     if node.key == term.key:
         if isinstance(target, int):

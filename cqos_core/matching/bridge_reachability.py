@@ -10,10 +10,10 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
     from collections.abc import Set as AbstractSet
 
-    from cqos_core.matching.pairing import Topic
+    from cqos_core.matching.pairing import MatchedTopic
 
 
-def connected(topic: Topic, met: Sequence[int]) -> list[int]:
+def connected(topic: MatchedTopic, met: Sequence[int]) -> list[int]:
     """Return per publisher group the subscriber groups that lose nothing by not meeting it, as bits.
 
     They get over bridges what it publishes, or from elsewhere all that it, as the end of a bridge, publishes anew.
@@ -39,7 +39,10 @@ def connected(topic: Topic, met: Sequence[int]) -> list[int]:
 
 
 def _reached_by_all_origins(
-    topic: Topic, behind: Mapping[int, Collection[int]], after: Sequence[AbstractSet[int]], reached: Sequence[int]
+    topic: MatchedTopic,
+    behind: Mapping[int, Collection[int]],
+    after: Sequence[AbstractSet[int]],
+    reached: Sequence[int],
 ) -> dict[int, int]:
     """Per publisher group of ends of bridges only, what everything reaches that it publishes anew, as bits."""
     here = {endpoint.bridge for source in behind for endpoint in topic.subscribers[source].endpoints}
@@ -65,7 +68,7 @@ def _reached_by_all_origins(
     return found
 
 
-def _behind(topic: Topic) -> dict[int, set[int]]:
+def _behind(topic: MatchedTopic) -> dict[int, set[int]]:
     """Per subscriber group that ends of bridges are in, the publisher groups that their other ends are in."""
     ends = {
         endpoint.bridge: index

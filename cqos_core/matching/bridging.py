@@ -19,7 +19,7 @@ from cqos_core.matching.wire import topics
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.remarks import core_finding, suggestion
 from cqos_core.model.report import Severity, Side
-from cqos_core.model.spelling import Known
+from cqos_core.model.spelling import KnownNames
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
 from cqos_core.packs.guarantee import RELAYED, RESTARTS_IN, SURVIVES, WORDS, faults_of
 from cqos_core.resolving.resolved import Layer, Stated
@@ -321,7 +321,7 @@ def bridge_findings(system: System, hops: Sequence[Hop], by_topic: Topics) -> li
 
 
 def _without_effect(system: System, hops: Sequence[Hop]) -> Iterator[Finding]:
-    known = Known(system.participants)
+    known = KnownNames(system.participants)
     used = {(hop.bridge.id, hop.source.endpoint.participant, hop.source.endpoint.place) for hop in hops}
     for bridge in system.bridges.values():
         for number, route in enumerate(bridge.routes, 1):

@@ -64,7 +64,7 @@ class EndpointGroup:
 
 
 @dataclass(slots=True, eq=False)
-class Topic:
+class MatchedTopic:
     """A signal: one topic of one protocol with its groups of publishers and subscribers."""
 
     key: str
@@ -85,7 +85,7 @@ def naming_endpoints(acceptances: Sequence[Acceptance]) -> NameIndex[int]:
     return NameIndex((each.endpoint, index) for index, each in enumerate(acceptances) if each.endpoint is not None)
 
 
-def group(endpoints: Sequence[Resolved], acceptances: NameIndex[int] | None = None) -> Topic:
+def group(endpoints: Sequence[Resolved], acceptances: NameIndex[int] | None = None) -> MatchedTopic:
     """Group the endpoints of one topic; the result depends on nothing but their content.
 
     Args:
@@ -94,7 +94,7 @@ def group(endpoints: Sequence[Resolved], acceptances: NameIndex[int] | None = No
     """
     ordered = sorted(endpoints, key=attrgetter("id"))
     own = [endpoint for endpoint in ordered if not endpoint.visiting]
-    topic = Topic(own[0].key or "", min([endpoint.shown for endpoint in own]), own[0].pack)
+    topic = MatchedTopic(own[0].key or "", min([endpoint.shown for endpoint in own]), own[0].pack)
     found: dict[tuple[object, ...], EndpointGroup] = {}
     # Values that come from peers follow from the order of start, so what others start after is a group of its own.
     named = frozenset[str]()

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from cqos_core.language.policy import Policy
-    from cqos_core.matching.pairing import EndpointGroup, Topic
+    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
 
 START_ORDER: Final = "start order"
 PUBLISHERS_FIRST: Final = "publishers first"
@@ -31,7 +31,7 @@ _OTHER_ORDERS: Final = 8
 """The most further outcomes of an open order that are distinguished; beyond, the value is not known."""
 
 
-def settle(topic: Topic) -> None:
+def settle(topic: MatchedTopic) -> None:
     """Replace values taken from peers in every group of ``topic``."""
     groups = (*topic.publishers, *topic.subscribers)
     if any(members.profile.from_peers for members in groups):
@@ -56,7 +56,7 @@ class _PeerWay(NamedTuple):
 class _Settling:
     """The values of one topic while they are settled."""
 
-    def __init__(self, topic: Topic) -> None:
+    def __init__(self, topic: MatchedTopic) -> None:
         self._topic = topic
         self._known: dict[tuple[EndpointGroup, int], Value] = {}
         self._relations: dict[EndpointGroup, tuple[list[EndpointGroup], list[EndpointGroup]]] = {}
@@ -167,7 +167,7 @@ def _before(early: EndpointGroup, late: EndpointGroup, which: Callable[[Iterable
     return bool(late.starts_after) and which(late.first.is_after(endpoint) for endpoint in early.endpoints)
 
 
-def _matching(topic: Topic) -> dict[EndpointGroup, list[EndpointGroup]]:
+def _matching(topic: MatchedTopic) -> dict[EndpointGroup, list[EndpointGroup]]:
     """By group the groups of the other side that it matches; equal lists are one."""
     met = matches([each.profile for each in topic.publishers], [each.profile for each in topic.subscribers])
     back = [0] * len(topic.subscribers)

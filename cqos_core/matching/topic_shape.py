@@ -58,7 +58,7 @@ class Alike(NamedTuple):
     wired: bool = False
 
 
-class Shape(NamedTuple):
+class TopicShape(NamedTuple):
     """A topic in the eyes of rules."""
 
     pack: RulePack
@@ -137,7 +137,7 @@ class ShapeResult(NamedTuple):
     outlines: tuple[Outline, ...]
 
 
-def judge_shape(shape: Shape) -> ShapeResult:
+def judge_shape(shape: TopicShape) -> ShapeResult:
     """Judge a shape; nobody may change the result, which others share."""
     if len(shape.publishers) + len(shape.subscribers) > _REMEMBERED_GROUPS:
         return _judge(shape)
@@ -235,7 +235,7 @@ class _Pairs:
 _Outlines = dict[tuple[Any, ...], Outline]
 
 
-def _judge(shape: Shape) -> ShapeResult:
+def _judge(shape: TopicShape) -> ShapeResult:
     outlines: _Outlines = {}
     both = shape.publishers and shape.subscribers
     pairs = _met(shape) if both else _Pairs([0] * len(shape.publishers), segments=[{} for _ in shape.publishers])
@@ -255,7 +255,7 @@ _remembered = lru_cache(maxsize=_REMEMBERED)(_judge)
 # Pairs
 
 
-def _met(shape: Shape) -> _Pairs:
+def _met(shape: TopicShape) -> _Pairs:
     """Find which groups form pairs, and what keeps the others apart."""
     everybody = (1 << len(shape.subscribers)) - 1
     native = sum(1 << index for index, alike in enumerate(shape.subscribers) if not alike.carried)
@@ -277,7 +277,7 @@ def _met(shape: Shape) -> _Pairs:
     return pairs
 
 
-def _undecided_meetings(shape: Shape, pairs: _Pairs, outlines: _Outlines) -> None:
+def _undecided_meetings(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -> None:
     """Leave unknown the pairs that a meeting condition keeps apart under some assumptions only."""
     for bound in shape.pack.by_scope["meets"]:
         first, second = bound.bound.sides
@@ -305,7 +305,7 @@ def _sizes(groups: Sequence[Alike]) -> list[int]:
     return found
 
 
-def _pair_rules(shape: Shape, pairs: _Pairs, outlines: _Outlines) -> None:
+def _pair_rules(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -> None:
     needs = {word for alike in shape.subscribers for word in alike.profile.needs}
     fitting: list[int] | None = None
     for bound in shape.pack.by_scope.get("pair", ()):
@@ -326,7 +326,7 @@ def _pair_rules(shape: Shape, pairs: _Pairs, outlines: _Outlines) -> None:
             _split_segments(pairs.segments[publisher], mask & asked[publisher], verdict, (bound.rule.code,))
 
 
-def _end_segments(shape: Shape, pairs: _Pairs) -> None:
+def _end_segments(shape: TopicShape, pairs: _Pairs) -> None:
     """Apply what holds of all pairs of an endpoint: no pair is compatible where one end of it is not understood or refused."""
     said: dict[tuple[Verdict, tuple[str, ...]], int] = {}
     for position, alike in enumerate(shape.subscribers):
@@ -351,7 +351,7 @@ def _fitting(pairs: _Pairs) -> list[int]:
     return found
 
 
-def _spoken(shape: Shape, bound: BoundRule, columns: Classes) -> Iterator[_Row]:
+def _spoken(shape: TopicShape, bound: BoundRule, columns: Classes) -> Iterator[_Row]:
     """Judge one rule over every combination of its classes; yield what it says."""
     publishers = _classes(shape.publishers, bound.bound.sides[0]).each
     if not bound.rule.guarantee:  # which depends on what the subscriber needs
@@ -432,7 +432,7 @@ def _classes(groups: Iterable[Alike], indices: Sequence[int]) -> Classes:
     return Classes(list(found.values()))
 
 
-def _outline(shape: Shape, pairs: _Pairs, outlines: _Outlines, said: _Said, asked: Sequence[int]) -> None:
+def _outline(shape: TopicShape, pairs: _Pairs, outlines: _Outlines, said: _Said, asked: Sequence[int]) -> None:
     """Note what a rule says of two classes, or of further ones that are put together, where they are pairs of ``asked``."""
     publishers, subscribers, spoken, combinations = said
     if spoken.unknown and already_told(spoken, publishers.profile, subscribers.profile):
@@ -495,7 +495,7 @@ def _rows(pairs: _Pairs) -> tuple[Row, ...]:
 # Endpoints
 
 
-def _endpoint_rules(shape: Shape, outlines: _Outlines) -> None:
+def _endpoint_rules(shape: TopicShape, outlines: _Outlines) -> None:
     for role in (PUBLISHER, SUBSCRIBER):
         told: dict[str, int] = {}
         for position, alike in enumerate(shape.side(role)):
@@ -522,7 +522,7 @@ def _endpoint_rules(shape: Shape, outlines: _Outlines) -> None:
 # Signals
 
 
-def _signal_rules(shape: Shape, pairs: _Pairs, outlines: _Outlines) -> None:
+def _signal_rules(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -> None:
     rules = shape.pack.by_scope.get("signal", ())
     for publishers, subscribers in _parts(shape, pairs) if rules else ():
         for bound in rules:
@@ -550,7 +550,7 @@ def _refuse(pairs: _Pairs, outline: Outline) -> None:
         _split_segments(segments, mask, Verdict.INCOMPATIBLE, code)
 
 
-def _parts(shape: Shape, pairs: _Pairs) -> list[tuple[list[int], list[int]]]:
+def _parts(shape: TopicShape, pairs: _Pairs) -> list[tuple[list[int], list[int]]]:
     """Split a topic into parts that do not meet each other (domains, partitions), each a signal of its own."""
     if not shape.publishers:
         return [([], list(range(len(shape.subscribers))))]
@@ -579,7 +579,7 @@ def _parts(shape: Shape, pairs: _Pairs) -> list[tuple[list[int], list[int]]]:
 
 
 def _signal_rule(
-    shape: Shape, bound: BoundRule, publishers: Sequence[int], subscribers: Sequence[int]
+    shape: TopicShape, bound: BoundRule, publishers: Sequence[int], subscribers: Sequence[int]
 ) -> Iterator[tuple[Violation, str, list[int]]]:
     """Judge a rule over a whole signal; one about single endpoints of it comes with the groups it speaks of."""
     read = bound.bound.aggregated

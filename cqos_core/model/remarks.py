@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from cqos_core.model.codes import CODES
 from cqos_core.model.report import Finding, Severity, Side
-from cqos_core.model.spelling import Known
+from cqos_core.model.spelling import KnownNames
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -50,12 +50,12 @@ def listed(names: Sequence[str], most: int = 40) -> str:
     return ", ".join([*names[:most], *more])
 
 
-def suggestion(name: str, known: Iterable[str] | Known) -> str:
+def suggestion(name: str, known: Iterable[str] | KnownNames) -> str:
     """``did you mean X? known: …`` for a name that is not among ``known``.
 
-    Where many names are looked up in many, make `Known` once.
+    Where many names are looked up in many, make `KnownNames` once.
     """
-    known = known if isinstance(known, Known) else Known(known)
+    known = known if isinstance(known, KnownNames) else KnownNames(known)
     near = known.nearest(name)
     hint = f"did you mean `{near}`? " if near else ""
     return f"{hint}known: {listed(known.names) or 'none'}"

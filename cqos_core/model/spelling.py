@@ -83,7 +83,7 @@ _TYPED_WRONG: Final = 2
 """Letters that are a typing error; a name that begins with what was written is nearer than one of more wrong letters."""
 
 
-class Known:
+class KnownNames:
     """Names that exist; made once where many others are looked up in them.
 
     Attributes:

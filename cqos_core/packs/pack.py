@@ -7,7 +7,7 @@ from fnmatch import fnmatchcase
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
-from cqos_core.language.evaluate import Bound, Function, Vocabulary, bind, role_of, scope_of
+from cqos_core.language.evaluate import BoundCondition, Function, Vocabulary, bind, role_of, scope_of
 from cqos_core.language.expression import definitions, in_, option, unfolded
 from cqos_core.language.policy import BOTH, ENDPOINT, LEVELS, NEED, Anything, Policy, is_plain, normalise
 from cqos_core.model.problems import PackError, SentenceError
@@ -309,7 +309,7 @@ class BoundRule:
     """
 
     rule: Rule
-    bound: Bound
+    bound: BoundCondition
     scope: str
     role: str | None
     absent: Mapping[str, tuple[int, ...]] = field(init=False, repr=False)
@@ -472,7 +472,7 @@ class RulePack:
         return frozenset(index for each in self.bound_rules for index in each.bound.asked)
 
     @cached_property
-    def derived(self) -> tuple[tuple[Derivation, tuple[tuple[str, Bound], ...]], ...]:
+    def derived(self) -> tuple[tuple[Derivation, tuple[tuple[str, BoundCondition], ...]], ...]:
         """By derivation, each value that it may have, with the sentence that it has it."""
         return tuple(
             (

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from cqos_core.model.system import Endpoint, Overlay, System
     from cqos_core.packs.pack import Naming, RulePack
-    from cqos_core.resolving.reader import Reader
+    from cqos_core.resolving.reader import SettingsReader
     from cqos_core.resolving.resolved import ResolvedParticipant, Stated
 
 
@@ -27,7 +27,7 @@ class Overlays:
         used: those that cover somebody.
     """
 
-    def __init__(self, system: System, reader: Reader) -> None:
+    def __init__(self, system: System, reader: SettingsReader) -> None:
         """Read the overlays of ``system`` with ``reader``."""
         self._system = system
         self._reader = reader

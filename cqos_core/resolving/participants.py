@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.language.policy import Policy, Value
     from cqos_core.model.system import Participant, Place, ProfileRef, Settings, System
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.reader import Reader
+    from cqos_core.resolving.reader import SettingsReader
     from cqos_core.resolving.resolved import Stated
 
 _SURROUNDINGS: dict[tuple[Any, ...], Surroundings] = {}
@@ -38,7 +38,9 @@ class Participants:
         facts: what follows for a participant from the whole system, by its id.
     """
 
-    def __init__(self, system: System, reader: Reader, known: dict[tuple[str, int], ResolvedParticipant]) -> None:
+    def __init__(
+        self, system: System, reader: SettingsReader, known: dict[tuple[str, int], ResolvedParticipant]
+    ) -> None:
         """Read what ``system`` states with ``reader``, and put who is resolved into ``known``."""
         self._system = system
         self._reader = reader

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.language.policy import ENDPOINT, normalise
 from cqos_core.model.remarks import suggestion
-from cqos_core.model.spelling import Known
+from cqos_core.model.spelling import KnownNames
 from cqos_core.model.system import Setting
 from cqos_core.resolving.reader import every_policy
 from cqos_core.resolving.resolved import Layer, Stated
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from cqos_core.model.system import Place, Profile, ProfileRef, Scope, System
     from cqos_core.packs.pack import Preset, RulePack
-    from cqos_core.resolving.reader import Reader
+    from cqos_core.resolving.reader import SettingsReader
     from cqos_core.resolving.resolved import ResolvedParticipant
 
 
@@ -40,12 +40,12 @@ class Profiles:
         by_topic: what somebody takes from a profile may depend on the name of the topic.
     """
 
-    def __init__(self, system: System, reader: Reader) -> None:
+    def __init__(self, system: System, reader: SettingsReader) -> None:
         """Read what ``system`` names with ``reader``."""
         self._system = system
         self._reader = reader
         self._layers: dict[tuple[int, User, str, Scope], tuple[tuple[Layer, ProfileRef | None], ...]] = {}
-        self._names: dict[int, Known] = {}
+        self._names: dict[int, KnownNames] = {}
         self._own_layers: dict[tuple[int, str, str], Layer] = {}
         self.by_topic = any(ref.scope.by_topic for profile in system.profiles.values() for ref in profile.base)
 
@@ -146,13 +146,13 @@ class Profiles:
             return no_profile(ref, pack, ENDPOINT)
         return Layer(f"preset {name}", preset_settings(name, pack), counts_as_stated=False)
 
-    def _known(self, pack: RulePack) -> Known:
+    def _known(self, pack: RulePack) -> KnownNames:
         """The names that an endpoint may use."""
         known = self._names.get(id(pack))
         if known is None:
             parts = {each.name for own in self._system.profiles.values() for each in own.base if each.scope.part}
             presets = (name for name, each in pack.presets.items() if each.level == ENDPOINT)
-            known = self._names[id(pack)] = Known((*self._system.profiles.keys() - parts, *presets))
+            known = self._names[id(pack)] = KnownNames((*self._system.profiles.keys() - parts, *presets))
         return known
 
     def _is_available(self, ref: ProfileRef, pack: RulePack, participant: ResolvedParticipant) -> bool:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _TYPING_ERRORS: Final = 2
 
 
-class Reader:
+class SettingsReader:
     """Reads what one system states.
 
     Attributes:

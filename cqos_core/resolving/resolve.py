@@ -21,7 +21,7 @@ from cqos_core.packs.pack import Known, NameContext, nothing_follows, nothing_su
 from cqos_core.resolving.overlays import Overlays
 from cqos_core.resolving.participants import Participants
 from cqos_core.resolving.profiles import Profiles, User, preset_settings
-from cqos_core.resolving.reader import Reader
+from cqos_core.resolving.reader import SettingsReader
 from cqos_core.resolving.resolved import (
     READ,
     Layer,
@@ -37,7 +37,7 @@ from cqos_core.resolving.values import either, how_written
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
 
-    from cqos_core.language.evaluate import Written
+    from cqos_core.language.evaluate import WrittenValue
     from cqos_core.model.system import Broker, Endpoint, Participant, Place, Settings, System
     from cqos_core.packs.pack import NameProblem, Naming, RulePack
 
@@ -76,7 +76,7 @@ class Resolver:
         self.asked = asked or {}
         self.known = known
         self.result = ResolvedSystem(system)
-        self.reader = Reader(self.result.findings)
+        self.reader = SettingsReader(self.result.findings)
         self.profiles = Profiles(system, self.reader)
         self.overlays = Overlays(system, self.reader)
         self.participants = Participants(system, self.reader, self.result.participants)
@@ -455,7 +455,7 @@ class Resolver:
         layers, possible = self.overlays.lay(own, overlays, participant)
         needs = self._needs(endpoint, pack, owner, identifier)
         values: list[Any] = []
-        words: list[Written | None] = []
+        words: list[WrittenValue | None] = []
         asked = pack.asked | self.asked.get(id(pack), frozenset())
         for index, policy in enumerate(pack.policies):
             words.append(None)

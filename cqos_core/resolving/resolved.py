@@ -72,7 +72,7 @@ class QosProfile:
     """The values of one endpoint, shared by all endpoints with equal ones and told apart by identity.
 
     Attributes:
-        values: one per policy of the pack, then one `Written` or None per policy.
+        values: one per policy of the pack, then one `WrittenValue` or None per policy.
         open: whether any value is not plain.
         unmatched: indices of policies that the middleware in use does not match on.
         from_peers: indices of values that `settle` takes from the other side.

@@ -6,7 +6,7 @@ import json
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.language.evaluate import UNREAD, Written
+from cqos_core.language.evaluate import UNREAD, WrittenValue
 from cqos_core.language.policy import (
     INFINITE,
     NEED,
@@ -145,14 +145,14 @@ def _under(value: Value, option: str, case: str) -> Value:
     return dict(value.cases)[case] if isinstance(value, Depends) and value.on == option else value
 
 
-def how_written(policy: Policy, index: int, layers: Sequence[Layer]) -> Written | None:
+def how_written(policy: Policy, index: int, layers: Sequence[Layer]) -> WrittenValue | None:
     """How the nearest of ``layers`` states a policy; None where nobody does, or a preset."""
     for layer in layers:
         stated = layer.settings.get(index)
         if stated is not None:
             if isinstance(stated.setting.unknown, str) and stated.setting.unknown:
                 return UNREAD
-            return Written(policy.word(stated.text), layer.here) if layer.counts_as_stated else None
+            return WrittenValue(policy.word(stated.text), layer.here) if layer.counts_as_stated else None
     return None
 
 

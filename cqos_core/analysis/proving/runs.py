@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from cqos_core.analysis.proving.plan import Event, Outcome, Prover
     from cqos_core.checking.checker import Context
     from cqos_core.language.policy import Value
-    from cqos_core.matching.pairing import EndpointGroup, Topic
+    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.model.report import Finding, PairReport, Remedy
     from cqos_core.model.system import Endpoint, System
     from cqos_core.packs.pack import RulePack
@@ -225,7 +225,7 @@ def _assuming(system: System, pack: RulePack, ends: Sequence[Resolved], name: st
     return replace(system, participants=participants)
 
 
-def _with_facts(system: System, topic: Topic, subscriber: str, fault: Fault | None, where: Context) -> System:
+def _with_facts(system: System, topic: MatchedTopic, subscriber: str, fault: Fault | None, where: Context) -> System:
     """State what the fault makes true, so that guarantees are checked with it."""
     if fault is None:
         return system
@@ -238,7 +238,7 @@ def _with_facts(system: System, topic: Topic, subscriber: str, fault: Fault | No
     return system
 
 
-def _period(topic: Topic) -> tuple[int, int]:
+def _period(topic: MatchedTopic) -> tuple[int, int]:
     """Return the period of a run and that of the topic, in nanoseconds; equal where the topic states none."""
     index = topic.pack.find("topic", "period")
     stated = None if index is None else topic.publishers[0].profile.values[index]
@@ -257,7 +257,7 @@ def _with_period(system: System, names: Iterable[str | None], period: int) -> Sy
     return replace(system, topics=topics)
 
 
-def _needed_faults(topic: Topic) -> list[Fault]:
+def _needed_faults(topic: MatchedTopic) -> list[Fault]:
     """Return the faults that the subscriber's needs must survive; an outage lasts as long as is stated, if a run can wait for it."""
     pack, values = topic.pack, topic.subscribers[0].profile.values
     index = pack.find(NEED, SURVIVES.name)
@@ -271,7 +271,7 @@ def _needed_faults(topic: Topic) -> list[Fault]:
     ]
 
 
-def _early(topic: Topic) -> int:
+def _early(topic: MatchedTopic) -> int:
     """Return how many samples are sent before the subscriber starts: as many as it needs of them."""
     index, nothing = topic.pack.needs.get("late_join", (0, None))
     needed = topic.subscribers[0].profile.values[index]

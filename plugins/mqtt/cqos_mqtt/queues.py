@@ -43,7 +43,7 @@ from cqos_mqtt.rules import EFFECTIVE
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.language.evaluate import Bound
+    from cqos_core.language.evaluate import BoundCondition
     from cqos_core.packs import Policy, RulePack, Value
     from cqos_core.resolving.resolved import QosProfile, Resolved
 
@@ -233,7 +233,7 @@ def _stream(topic: str, facts: QosProfile, size: int | None, taken: int | None, 
 
 
 @lru_cache(maxsize=8)
-def _waiting(pack: RulePack) -> Bound:
+def _waiting(pack: RulePack) -> BoundCondition:
     """Return the sentence that messages of a pair wait for a client that does not take them."""
     return bind((EFFECTIVE >= "1") | as_sentence(broker(QUEUES_QOS0)), pack.vocabulary)
 
