@@ -45,7 +45,7 @@ FOLLOWED = (
     "docs/guarantees.md",
     "docs/mqtt.md",
     "docs/paper.md",
-    "docs/sentences.md",
+    "docs/conditions.md",
     "docs/packs.md",
     "docs/pack-tutorial.md",
     "docs/plugins.md",
@@ -217,7 +217,7 @@ def test_every_example_is_described():
 
 
 def test_every_word_of_the_language_is_explained():
-    text = (ROOT / "docs" / "sentences.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "conditions.md").read_text(encoding="utf-8")
     words = {*expression.SCOPES, *expression.OPERAND_FUNCTIONS, *expression.SENTENCE_FUNCTIONS} - {"own"}
     assert words == {word for word in words if f"`{word}(" in text}
 
