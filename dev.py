@@ -69,8 +69,10 @@ PIP_SETTINGS = frozenset(
         *("TRUSTED_HOST", "USE_FEATURE"),
     )
 )
-# These make a Python or a type checker look elsewhere than into .venv.
-FOREIGN_SETTINGS = frozenset({"PYTHONHOME", "PYTHONPATH", "PYTHONSAFEPATH", "MYPYPATH", "__PYVENV_LAUNCHER__"})
+# These make a Python or a type checker look elsewhere than into .venv, or compile everything again in each process.
+FOREIGN_SETTINGS = frozenset(
+    {"PYTHONHOME", "PYTHONPATH", "PYTHONSAFEPATH", "PYTHONDONTWRITEBYTECODE", "MYPYPATH", "__PYVENV_LAUNCHER__"}
+)
 
 
 class TroubleError(Exception):
