@@ -6,7 +6,7 @@ import os
 import sys
 from dataclasses import dataclass, field, replace
 from importlib.metadata import metadata, version
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -14,7 +14,7 @@ from cqos_core.analysis.baseline import read_baseline, write_baseline
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.trial import tried_out
 from cqos_core.cli.fixing import fixed
-from cqos_core.cli.parameters import FormatName, Run, color_option, debug_option, nearest
+from cqos_core.cli.parameters import Registered, Run, color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
 from cqos_core.cli.selection import counted
@@ -31,7 +31,7 @@ from cqos_core.model.report import Severity
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from cqos_core.analysis.baseline import Baseline
     from cqos_core.cli.reading import InputReader
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from cqos_core.cli.units import Unit
     from cqos_core.config import Config
     from cqos_core.importers.source import Replacement
-    from cqos_core.model.problems import Problem
+    from cqos_core.inputs.loading import Loaded
     from cqos_core.model.report import Edit, Report
     from cqos_core.model.system import System
 
@@ -54,17 +54,24 @@ _FAIL = {"error": Severity.ERROR, "warning": Severity.WARNING}
 
 @dataclass(frozen=True, slots=True)
 class Wishes:
-    """What the command line says about the outcome, as far as it is no business of reading or writing."""
+    """What the command line says beside paths and reading; the fields are the parameters of the options below."""
 
-    grouping: str
-    show: Severity
-    not_checked: bool
+    each: bool
+    together: bool
+    formats: tuple[str, ...]
+    outputs: tuple[str, ...]
+    show: tuple[str, ...]
+    select: tuple[str, ...]
+    ignore: tuple[str, ...]
     fail_on: str | None
     require_pairs: bool
-    counted: Counted
+    fix: bool
+    show_diff: bool
+    baseline: str | None
+    write_baseline: str | None
+    server: str | None
     color: str
     quiet: bool
-    write_baseline: str | None
 
 
 @click.command(
@@ -79,7 +86,7 @@ class Wishes:
 @click.option(
     "--format",
     "formats",
-    type=FormatName(),
+    type=Registered("formatters"),
     multiple=True,
     help="How to write the report; `full` if not given. Several are possible, each with an --output after it.",
 )
@@ -134,28 +141,7 @@ class Wishes:
 @click.option("--quiet", "-q", is_flag=True, help="Print only errors; the exit code and --output files tell the rest.")
 @debug_option
 @click.pass_context
-def check(
-    ctx: click.Context,
-    *,
-    paths: tuple[str, ...],
-    each: bool,
-    together: bool,
-    reading: ReadingOptions,
-    formats: tuple[str, ...],
-    outputs: tuple[str, ...],
-    show: tuple[str, ...],
-    select: tuple[str, ...],
-    ignore: tuple[str, ...],
-    fail_on: str | None,
-    require_pairs: bool,
-    fix: bool,
-    show_diff: bool,
-    baseline: str | None,
-    write_baseline: str | None,
-    server: str | None,
-    color: str,
-    quiet: bool,
-) -> None:
+def check(ctx: click.Context, /, *, paths: tuple[str, ...], reading: ReadingOptions, **given: Any) -> None:
     """Check designs: what fits, what does not, what cannot be known.
 
     Paths named together are one system, whatever their formats. In a folder, each whole system (a system file, a diagram)
@@ -171,50 +157,27 @@ def check(
       cqos check a.yaml --format full --format sarif --output cqos.sarif
       cat a.yaml | cqos check - --stdin-name a.yaml
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    wishes = Wishes(**given)
     if isinstance(ctx.obj, Run):
-        ctx.obj.silent = quiet
+        ctx.obj.silent = wishes.quiet
     reader = prepare(reading, paths)
     config = reader.config
-    sinks = pair_sinks(ctx, formats, outputs, _default_format(config))
+    sinks = pair_sinks(ctx, wishes.formats, wishes.outputs, _default_format(config))
     check_targets("--output", (sink.path for sink in sinks if sink.path != STDOUT), paths)
-    check_targets("--write-baseline", [] if write_baseline is None else [write_baseline], paths)
-    wishes = Wishes(
-        grouping=_grouping(ctx, each=each, together=together),
-        show=_loudest(show or config.show),
-        not_checked=_NOT_CHECKED in (show or config.show),
-        fail_on=fail_on,
-        require_pairs=require_pairs,
-        counted=counted(select, ignore, reader.context),
-        color=color,
-        quiet=quiet,
-        write_baseline=write_baseline,
-    )
-    if server is not None and (reading.pack_files or config.packs):
-        raise click.UsageError(_PACKS_STAY, ctx)
-    if fix or show_diff:
-        _refuse_fixing(ctx, paths, server or write_baseline)
-    work = _Check(reader, wishes, _known(baseline or config.baseline, write_baseline), server)
-    work.fixing = "diff" if show_diff else "write" if fix else ""
-    work.run(paths)
-    ctx.exit(work.finish(_after_diffs(sinks, work.diffs) if show_diff else sinks))
-
-
-def _after_diffs(sinks: list[Sink], diffs: Iterable[str]) -> list[Sink]:
-    """Print diffs, and return the sinks that are left: standard output is taken."""
-    emit("".join(diffs))
-    return [sink for sink in sinks if sink.path != STDOUT]
-
-
-def _grouping(ctx: click.Context, *, each: bool, together: bool) -> str:
-    if each and together:
+    check_targets("--write-baseline", filter(None, [wishes.write_baseline]), paths)
+    if wishes.each and wishes.together:
         raise click.UsageError("--each and --together exclude each other.", ctx)
-    return "each" if each else "together" if together else ""
-
-
-def _loudest(shown: Iterable[str]) -> Severity:
-    """Return down to which severity findings are shown."""
-    named = (_SHOW[each] for each in shown if each in _SHOW)
-    return max(named, key=lambda each: each.rank, default=Severity.WARNING)
+    select = counted(wishes.select, wishes.ignore, reader.context)
+    if wishes.server is not None and (reading.pack_files or config.packs):
+        raise click.UsageError(_PACKS_STAY, ctx)
+    if wishes.fix or wishes.show_diff:
+        _refuse_fixing(ctx, paths, wishes.server or wishes.write_baseline)
+    work = _Check(reader, wishes, select, _known(wishes.baseline or config.baseline, wishes.write_baseline))
+    work.run(paths)
+    if wishes.show_diff:  # which takes standard output
+        emit("".join(work.diffs))
+        sinks = [sink for sink in sinks if sink.path != STDOUT]
+    ctx.exit(work.finish(sinks))
 
 
 def _refuse_fixing(ctx: click.Context, paths: Sequence[str], other: str | None) -> None:
@@ -236,9 +199,7 @@ def _default_format(config: Config) -> str:
 
 def _known(baseline: str | None, written: str | None) -> Baseline | None:
     """Read the baseline, which need not be there yet if this is the run that writes it."""
-    if baseline is None:
-        return None
-    if written is not None and os.path.realpath(baseline) == os.path.realpath(written):
+    if baseline is None or (written is not None and os.path.realpath(baseline) == os.path.realpath(written)):
         return None
     return read_baseline(baseline, read_path(baseline).data)
 
@@ -256,6 +217,8 @@ class _Check:
     """One run of ``cqos check``.
 
     Attributes:
+        counted: leaves the findings that count.
+        loaded: what was read.
         reports: one per system.
         how: how files were put together as systems.
         empty: what to say of paths in which something was expected, and nothing could be checked.
@@ -263,28 +226,23 @@ class _Check:
 
     reader: InputReader
     wishes: Wishes
+    counted: Counted
     known: Baseline | None
-    server: str | None = None
+    loaded: Loaded = field(init=False)
     reports: list[_Checked] = field(default_factory=list)
     how: str = ""
-    problems: list[Problem] = field(default_factory=list)
     sources: dict[str, bytes] = field(default_factory=dict)
     empty: list[str] = field(default_factory=list)
     passed_over: int = 0
-    skipped: int = 0
-    parts: dict[str, str] = field(default_factory=dict)
-    not_searched: tuple[str, ...] = ()
-    fixing: Literal["", "write", "diff"] = ""
     diffs: list[str] = field(default_factory=list)
 
     def run(self, paths: Sequence[str]) -> None:
         """Read and check everything."""
-        with Progress(quiet=self.wishes.quiet) as progress:
-            progress.start("reading")
-            loaded = self.reader.load(paths, progress.step)
-            self.problems, self.skipped, self.parts = loaded.problems, loaded.skipped, loaded.parts
-            self.not_searched = loaded.not_searched
-            found, self.how = units(loaded, self.wishes.grouping)
+        wishes = self.wishes
+        with Progress("reading", quiet=wishes.quiet) as progress:
+            self.loaded = self.reader.load(paths, progress.step)
+            grouping = "each" if wishes.each else "together" if wishes.together else ""
+            found, self.how = units(self.loaded, grouping)
             progress.start("checking")
             for number, unit in enumerate(found):
                 # Of a single system, its topics are counted.
@@ -292,20 +250,21 @@ class _Check:
                 self._check(unit, progress.step if len(found) == 1 else _silent, alone=len(found) == 1)
         reports = said_once([each.report for each in self.reports], [each.config.sources for each in self.reports])
         self.reports = [each._replace(report=new) for each, new in zip(self.reports, reports, strict=True)]
-        if not self.problems and not self.empty and not any(each.endpoints or each.partial for each in reports):
+        if not self.loaded.problems and not self.empty and not any(each.endpoints or each.partial for each in reports):
             self.empty.append(f"{', '.join(paths[:_NAMED])}: nothing there could be checked, no endpoint was found")
 
     def _check(self, unit: Unit, step: Callable[[int, int], None], *, alone: bool) -> None:
-        reader = self.reader.nearest(unit.path)
+        reader, wishes = self.reader.nearest(unit.path), self.wishes
         system = tried_out(reader.whole(unit.systems), reader.protocol)
-        report = self.wishes.counted(self._judged(system, reader, step))
-        if self.fixing and report.findings:
-            system, report, diff, notes = fixed(unit, system, reader, self.wishes.counted, write=self.fixing == "write")
+        report = self.counted(self._judged(system, reader, step))
+        if (wishes.fix or wishes.show_diff) and report.findings:
+            system, report, diff, notes = fixed(unit, system, reader, self.counted, write=not wishes.show_diff)
             self.diffs.append(diff)
             for note in notes:
                 self._note(note)
         if not report.endpoints and not report.partial:
-            if unit.named and (alone or not _only_profiles(system)):
+            only_profiles = bool(system.profiles) and not (system.endpoints or system.bridges)
+            if unit.named and (alone or not only_profiles):
                 self.empty.append(_nothing(unit.path, len(system.endpoints)))
             elif all(finding.code == "CQ404" for finding in report.findings):
                 # Many a diagram in a directory has no signals, and nothing to say about them; profiles are for others.
@@ -316,14 +275,14 @@ class _Check:
 
     def _judged(self, system: System, reader: InputReader, step: Callable[[int, int], None]) -> Report:
         """Check one system, here or where --server says."""
-        if self.server is None:
+        if self.wishes.server is None:
             return check_system(system, reader.context, step)
         if reader.config.packs:
             raise click.UsageError(_PACKS_STAY)
         # gRPC is slow to import, and most checks need none of it.
         from cqos_core.remote.client import Client
 
-        with Client(self.server) as client:
+        with Client(self.wishes.server) as client:
             return client.check_system(replace(system, protocol=system.protocol or reader.protocol))
 
     def finish(self, sinks: Sequence[Sink]) -> int:
@@ -331,17 +290,16 @@ class _Check:
         found = self.reports
         if self.known is not None:
             self.reports = [each._replace(report=self.known.mark(each.report, each.path)) for each in found]
-        say_problems(self.problems, self.wishes.color)
+        say_problems(self.loaded.problems, self.wishes.color)
         written = self._write(sinks) and self._write_baseline(found)
         self._say_rest()
-        if self.problems or self.empty or not written:
+        if self.loaded.problems or self.empty or not written:
             return UNUSABLE
         if self.wishes.write_baseline is not None:
             return CLEAN
-        return FINDINGS if self._nothing_compared() or any(map(self._fails, self.reports)) else CLEAN
-
-    def _fails(self, checked: _Checked) -> bool:
-        return checked.report.fails(_FAIL[self.wishes.fail_on or checked.config.fail_on or "error"])
+        fail_on = self.wishes.fail_on
+        failed = (each.report.fails(_FAIL[fail_on or each.config.fail_on or "error"]) for each in self.reports)
+        return FINDINGS if self._nothing_compared() or any(failed) else CLEAN
 
     def _nothing_compared(self) -> bool:
         """Whether no pair was compared though it should have been: of a whole system, or because the caller requires it."""
@@ -349,32 +307,33 @@ class _Check:
             return False
         if not self.wishes.require_pairs and not any(each.report.misses_pairs for each in self.reports):
             return False
-        message = "no pair was compared: no publisher matches a subscriber in what was read"
-        say(message, severity="error", choice=self.wishes.color)
+        self._fault("no pair was compared: no publisher matches a subscriber in what was read")
         return True
 
     def _write(self, sinks: Sequence[Sink]) -> bool:
         """Write every report, files first; return whether all of it could be written."""
         written = True
+        reports, problems = [each.report for each in self.reports], self.loaded.problems
         for sink in sorted(sinks, key=lambda sink: sink.path == STDOUT):
             if self.wishes.quiet and sink.path == STDOUT:
                 continue
             try:
-                sink.write(render(sink, [each.report for each in self.reports], self.problems, self._style(sink)))
+                sink.write(render(sink, reports, problems, self._style(sink)))
             except CqosError as error:
-                say(str(error), severity="error", choice=self.wishes.color)
+                self._fault(str(error))
                 written = False
         return written
 
     def _style(self, sink: Sink) -> Style:
-        stream = sys.stdout if sink.path == STDOUT else None
+        shown = self.wishes.show or self.reader.config.show
+        loudest = (_SHOW[each] for each in shown if each in _SHOW)
         return Style(
-            show=self.wishes.show,
-            color=colored(self.wishes.color, stream),
+            show=max(loudest, key=lambda each: each.rank, default=Severity.WARNING),
+            color=colored(self.wishes.color, sys.stdout if sink.path == STDOUT else None),
             width=width(),
             sources=self.sources,
             tool_version=version("cqos-core"),
-            not_checked=self.wishes.not_checked,
+            not_checked=_NOT_CHECKED in shown,
             folder=os.getcwd(),  # noqa: PTH109 - text
             documentation=_documentation(),
             replaced=self._replaced,
@@ -389,16 +348,15 @@ class _Check:
         target = self.wishes.write_baseline
         if target is None:
             return True
-        if self.problems:
-            message = f"{target} is not written: findings in what cannot be read would be missing from it"
-            say(message, severity="error", choice=self.wishes.color)
+        if self.loaded.problems:
+            self._fault(f"{target} is not written: findings in what cannot be read would be missing from it")
             return False
         # Only where several systems are checked can one hide behind another's entry.
         limited = [(each.path if len(found) > 1 else None, each.report) for each in found]
         try:
             write_file(target, write_baseline(target, limited))
         except CqosError as error:
-            say(str(error), severity="error", choice=self.wishes.color)
+            self._fault(str(error))
             return False
         self._note(f"the findings are written to {target}; from now on use --baseline {target}")
         return True
@@ -406,27 +364,29 @@ class _Check:
     def _say_rest(self) -> None:
         """Say on standard error what was left out, and why nothing may have been checked."""
         for message in self.empty:
-            say(message, severity="error", choice=self.wishes.color)
-        if self.wishes.quiet:
-            return
+            self._fault(message)
+        loaded = self.loaded
         if self.how:
             self._note(self.how)
-        if self.not_searched:
-            self._note(f"not searched: {listed(self.not_searched)}; name such a folder to search it")
-        if self.skipped:
-            self._note(f"{plural(self.skipped, 'file')} of other formats skipped")
-        if self.parts:
-            self._note(_parts(self.parts))
+        if loaded.not_searched:
+            self._note(f"not searched: {listed(loaded.not_searched)}; name such a folder to search it")
+        if loaded.skipped:
+            self._note(f"{plural(loaded.skipped, 'file')} of other formats skipped")
+        if loaded.parts:
+            self._note(_parts(loaded.parts))
         if self.passed_over:
             self._note(f"{plural(self.passed_over, 'file')} without any endpoint passed over")
         gone = 0 if self.known is None else self.known.gone(each.path for each in self.reports)
-        if self.known is not None and gone and not self.problems:
+        if self.known is not None and gone and not loaded.problems:
             entries = "1 entry" if gone == 1 else f"{gone} entries"
             self._note(f"{entries} of {self.known.path} found no more; write it anew with --write-baseline")
 
     def _note(self, text: str) -> None:
         if not self.wishes.quiet:
             say(text, severity="note", choice=self.wishes.color)
+
+    def _fault(self, text: str) -> None:
+        say(text, severity="error", choice=self.wishes.color)
 
 
 def _documentation() -> str:
@@ -437,11 +397,6 @@ def _documentation() -> str:
 
 def _silent(_done: int, _all: int) -> None:
     """Count nothing."""
-
-
-def _only_profiles(system: System) -> bool:
-    """Whether a system is there to be used by others."""
-    return bool(system.profiles) and not (system.endpoints or system.bridges)
 
 
 def _parts(parts: Mapping[str, str]) -> str:

@@ -6,15 +6,14 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from cqos_core.cli.parameters import ExporterName, color_option, debug_option, nearest
+from cqos_core.cli.parameters import Registered, color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
-from cqos_core.cli.sinks import check_targets
-from cqos_core.cli.streams import emit, say, say_problems, write_file
+from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options
+from cqos_core.cli.sinks import check_targets, written_by
+from cqos_core.cli.streams import emit, say, write_file
 from cqos_core.exporters.contract import ExportContext, Exported
-from cqos_core.model.problems import CqosError, add_note, describe, keep_traceback
 from cqos_core.model.remarks import plural
-from cqos_core.plugins import FAULTS, load_plugins
+from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
     from cqos_core.model.system import ImportNote, System
     from cqos_core.plugins import ExporterInfo
 
-_UNUSABLE: Final = 2
 _MOST_NOTES: Final = 50
 
 
@@ -34,7 +32,7 @@ _MOST_NOTES: Final = 50
     "expressed; 3 internal error."
 )
 @click.argument("paths", nargs=-1, required=True, metavar="PATH...")
-@click.option("--to", "exporter", type=ExporterName(), required=True, help="The form to write.")
+@click.option("--to", "exporter", type=Registered("exporters"), required=True, help="The form to write.")
 @click.option("--output", metavar="FILE", help="Write there rather than to standard output, whole or not at all.")
 @click.option(
     "--set",
@@ -78,18 +76,13 @@ def convert(
     chosen = _settings(info, settings)
     reader = prepare(reading, paths)
     check_targets("--output", [] if output is None else [output], paths)
-    with Progress() as progress:
-        progress.start("reading")
-        loaded = reader.load(paths, progress.step)
-        say_problems(loaded.problems, color)
-        if loaded.problems or not loaded.systems:
-            if not loaded.problems:
-                say("no file there is a design that C-QoS reads", severity="error", choice=color)
-            # Half of a system would pass for the whole of it.
-            ctx.exit(_UNUSABLE)
-        system = reader.whole([system for _, system in loaded.systems])
-        progress.start("mending")
-        mended = _mended(system, reader, remedies)
+    system, _ = reader.one(paths, color)  # half of a system would pass for the whole of it
+    mended = None
+    if remedies is not None:
+        from cqos_core.analysis.system_fixes import mend
+
+        with Progress("mending"):
+            mended = mend(system, reader.context, remedies)
     _say_import_notes(system.notes, color)
     if mended is not None and not _say_mended(mended, color):
         return
@@ -97,7 +90,7 @@ def convert(
     _say_notes(exported.notes, color)
     if not exported.expressed:
         say(f"nothing of it can be expressed as {info.name}, so nothing is written", severity="error", choice=color)
-        ctx.exit(_UNUSABLE)
+        ctx.exit(UNUSABLE)
     if output is None:
         emit(exported.text)
     else:
@@ -120,14 +113,6 @@ def _settings(info: ExporterInfo, stated: Iterable[str]) -> dict[str, str]:
     return chosen
 
 
-def _mended(system: System, reader: InputReader, remedies: Literal["first", "configuration"] | None) -> Mended | None:
-    if remedies is None:
-        return None
-    from cqos_core.analysis.system_fixes import mend
-
-    return mend(system, reader.context, remedies)
-
-
 def _export(
     info: ExporterInfo, system: System, reader: InputReader, settings: dict[str, str], mended: Mended | None
 ) -> Exported:
@@ -136,19 +121,10 @@ def _export(
     Raises:
         CqosError: the exporter is a plugin's and failed, or returned what cannot be written.
     """
-    where = reader.context
-    changed = None if mended is None else mended.changed
-    plugins = load_plugins()
-    try:
+    where, changed = reader.context, None if mended is None else mended.changed
+    with written_by("exporters", info.name):
         exported = info.load()(system, ExportContext(where.find_pack, where.default_protocol, settings, changed))
         _refuse_unusable(exported)
-    except FAULTS as error:
-        owner = plugins.owner("exporters", info.name)
-        if plugins.shipped("exporters", info.name):
-            add_note(error, f"exporter `{info.name}` ({owner}) was writing")
-            raise
-        keep_traceback(f"exporter `{info.name}` of {owner}", error)
-        raise CqosError(f"exporter `{info.name}` of {owner} failed: {describe(error)}") from error
     return exported
 
 

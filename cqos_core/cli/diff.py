@@ -9,26 +9,26 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from cqos_core.analysis.differences import ComparedSide, compare
-from cqos_core.cli.parameters import color_option, debug_option
+from cqos_core.cli.parameters import color_option, debug_option, form_option
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
-from cqos_core.cli.streams import colored, emit, say, say_problems, width
+from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options, usable
+from cqos_core.cli.streams import colored, emit, say, width
 from cqos_core.formatters import wording
 from cqos_core.formatters.terminal import clean, paint, wrap
 from cqos_core.inputs.files import STDIN
 from cqos_core.model.excerpt import exact
 from cqos_core.model.remarks import plural
+from cqos_core.model.report_form import place_form
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from cqos_core.analysis.differences import Diff, Different, Missing, Named
-    from cqos_core.cli.reading import InputReader
+    from cqos_core.analysis.differences import Diff, Different, Named
     from cqos_core.formatters.terminal import Paint
     from cqos_core.model.report import Fact
-    from cqos_core.model.system import Place, System
+    from cqos_core.model.system import Place
 
-_SAME, _DIFFERENT, _UNUSABLE = 0, 1, 2
+_SAME, _DIFFERENT = 0, 1
 _VERSION: Final = 1
 
 
@@ -40,14 +40,7 @@ _VERSION: Final = 1
 @click.argument("b", metavar="B")
 @click.option("--topic", "topics", metavar="PATTERN", multiple=True, help="Compare these topics only. Can be repeated.")
 @click.option("--ignore", "ignored", metavar="PATTERN", multiple=True, help="Leave these topics out. Can be repeated.")
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["text", "json"]),
-    default="text",
-    show_default=True,
-    help="For people or for programs.",
-)
+@form_option
 @click.option(
     "--fail-on",
     type=click.Choice(["any", "values", "endpoints", "never"]),
@@ -86,12 +79,11 @@ def diff(
     if a == b == STDIN:
         raise click.UsageError("only one of the two can be standard input.", ctx)
     reader = prepare(reading, (a, b))
-    with Progress() as progress:
-        progress.start("reading")
-        systems = [_read(reader, path, color) for path in (a, b)]
-        one, other = systems
-        if one is None or other is None:
-            ctx.exit(_UNUSABLE)
+    with Progress("reading"):
+        loaded = [reader.load([path]) for path in (a, b)]
+        if not all([usable(each, color, path) for each, path in zip(loaded, (a, b), strict=True)]):  # noqa: C419 - say all
+            ctx.exit(UNUSABLE)
+        one, other = (reader.whole([system for _, system in each.systems]) for each in loaded)
         found = compare(one, other, reader.context, topics, ignored)
     empty = [path for path, system in ((a, one), (b, other)) if not system.endpoints]
     for path in empty:
@@ -101,19 +93,7 @@ def diff(
         emit(_as_json(found, a, b, sources))
     elif not empty:
         emit(_as_text(found, a, b, sources, paint(color=colored(color, sys.stdout))))
-    ctx.exit(_UNUSABLE if empty else _DIFFERENT if _counts(found, fail_on) else _SAME)
-
-
-def _read(reader: InputReader, path: str, color: str) -> System | None:
-    """Read one side; None, after saying why, where that cannot be done."""
-    loaded = reader.load([path])
-    say_problems(loaded.problems, color)
-    if loaded.problems:
-        return None
-    if not loaded.systems:
-        say(f"{path}: no file there is a design that C-QoS reads", severity="error", choice=color)
-        return None
-    return reader.whole([system for _, system in loaded.systems])
+    ctx.exit(UNUSABLE if empty else _DIFFERENT if _counts(found, fail_on) else _SAME)
 
 
 def _counts(found: Diff, fail_on: str) -> bool:
@@ -134,7 +114,8 @@ def _as_text(found: Diff, a: str, b: str, sources: Mapping[str, bytes], colors: 
         lines += _values([each for each in found.different if each.a.topic == topic], at)
         for missing in found.missing:
             if missing.endpoint.topic == topic:
-                lines.append(f"  {_named(missing.endpoint)} is only in {missing.only_in.upper()}{_at(missing, at)}")
+                where = _where(missing.endpoint.place, at)
+                lines.append(f"  {_named(missing.endpoint)} is only in {missing.only_in.upper()}{where}")
         lines.append("")
     lines += wrap(f"A is {clean(a)}, B is {clean(b)}: {_summary(found)}", width())
     for text in found.not_compared:
@@ -148,7 +129,8 @@ def _values(differences: Iterable[Different], at: Mapping[Place, Place]) -> list
     for each in differences:
         if ends != (each.a.id, each.b.id):
             ends = (each.a.id, each.b.id)
-            lines.append(f"  {_named(each.a)}{_other_name(each)}")
+            other = "" if each.a.id == each.b.id else f", in B `{clean(each.b.id)}`"
+            lines.append(f"  {_named(each.a)}{other}")
         told = " and ".join(
             f"{clean(wording.value(fact))} in {side}{_where(fact.place, at)}"
             for side, fact in (("A", each.value_a), ("B", each.value_b))
@@ -159,17 +141,6 @@ def _values(differences: Iterable[Different], at: Mapping[Place, Place]) -> list
 
 def _named(end: Named) -> str:
     return f"{end.kind.replace('_', ' ')} `{clean(end.id)}`"
-
-
-def _other_name(each: Different) -> str:
-    """How B calls the endpoint, where that is not how A does."""
-    if each.a.id == each.b.id:
-        return ""
-    return f", in B `{clean(each.b.id)}`"
-
-
-def _at(missing: Missing, at: Mapping[Place, Place]) -> str:
-    return _where(missing.endpoint.place, at)
 
 
 def _where(place: Place | None, at: Mapping[Place, Place]) -> str:
@@ -196,13 +167,31 @@ def _exact(found: Diff, sources: Mapping[str, bytes]) -> Mapping[Place, Place]:
 
 def _as_json(found: Diff, a: str, b: str, sources: Mapping[str, bytes]) -> str:
     at = _exact(found, sources)
+
+    def place(place: Place | None) -> dict[str, Any] | None:
+        return place_form(place, lambda place: at.get(place, place))
+
+    def end(end: Named) -> dict[str, Any]:
+        return {"id": end.id, "participant": end.participant, "place": place(end.place)}
+
+    def value(fact: Fact) -> dict[str, Any]:
+        return {"value": fact.value, "origin": fact.origin, "value_place": place(fact.place)}
+
     document = {
         "version": _VERSION,
         "a": a,
         "b": b,
-        "different": [_different(each, at) for each in found.different],
+        "different": [
+            {
+                "policy": each.policy,
+                **_about(each.a),
+                ComparedSide.A.value: {**end(each.a), **value(each.value_a)},
+                ComparedSide.B.value: {**end(each.b), **value(each.value_b)},
+            }
+            for each in found.different
+        ],
         "missing": [
-            {"only_in": each.only_in.value, **_about(each.endpoint), "endpoint": _end(each.endpoint, at)}
+            {"only_in": each.only_in.value, **_about(each.endpoint), "endpoint": end(each.endpoint)}
             for each in found.missing
         ],
         "matched": found.matched,
@@ -212,29 +201,5 @@ def _as_json(found: Diff, a: str, b: str, sources: Mapping[str, bytes]) -> str:
     return json.dumps(document, indent=2) + "\n"
 
 
-def _different(each: Different, at: Mapping[Place, Place]) -> dict[str, Any]:
-    return {
-        "policy": each.policy,
-        **_about(each.a),
-        ComparedSide.A.value: {**_end(each.a, at), **_value(each.value_a, at)},
-        ComparedSide.B.value: {**_end(each.b, at), **_value(each.value_b, at)},
-    }
-
-
 def _about(end: Named) -> dict[str, Any]:
     return {"topic": end.topic, "protocol": end.protocol, "kind": end.kind}
-
-
-def _end(end: Named, at: Mapping[Place, Place]) -> dict[str, Any]:
-    return {"id": end.id, "participant": end.participant, "place": _place(end.place, at)}
-
-
-def _value(fact: Fact, at: Mapping[Place, Place]) -> dict[str, Any]:
-    return {"value": fact.value, "origin": fact.origin, "value_place": _place(fact.place, at)}
-
-
-def _place(place: Place | None, at: Mapping[Place, Place]) -> dict[str, Any] | None:
-    if place is None:
-        return None
-    keys = ("source", "line", "column", "element", "path")
-    return {key: getattr(at.get(place, place), key) for key in keys}

@@ -6,6 +6,7 @@ import json
 import os
 import sys
 import textwrap
+from dataclasses import asdict
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,10 +14,9 @@ import click
 
 from cqos_core.checking.explanation import endpoints_of, explain_pair
 from cqos_core.checking.trial import tried_out
-from cqos_core.cli.parameters import color_option, debug_option, nearest
-from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
-from cqos_core.cli.streams import colored, emit, say, say_problems, width
+from cqos_core.cli.parameters import color_option, debug_option, form_option, nearest
+from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options
+from cqos_core.cli.streams import colored, emit, say, width
 from cqos_core.cli.tables import table
 from cqos_core.formatters import wording
 from cqos_core.formatters.full import render_full
@@ -33,12 +33,11 @@ from cqos_core.packs.guarantee import LINK
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from cqos_core.model.report import Fact, Guarantee, GuaranteeCell, HopReport, PairReport, PolicyComparison
-    from cqos_core.model.system import Place
+    from cqos_core.model.report import Guarantee, GuaranteeCell, PairReport, PolicyComparison
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved
 
-_OK, _FINDINGS, _UNUSABLE = 0, 1, 2
+_OK, _FINDINGS = 0, 1
 _SCREEN = 24  # endpoints that are listed below an error
 _PAIRS = 5  # pairs that are listed where names leave several
 _HEADER = ("policy", "offered", "requested", "verdict", "rules")
@@ -57,14 +56,7 @@ _VERDICT = _HEADER.index("verdict")
     "With paths, by the pairs of that system; the exit code is 1 if there is any such line.",
 )
 @reading_options
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["text", "json"]),
-    default="text",
-    show_default=True,
-    help="For people or for programs.",
-)
+@form_option
 @color_option
 @debug_option
 @click.pass_context
@@ -92,19 +84,12 @@ def explain(
         raise click.UsageError("Missing argument 'PATH...'.", ctx)
     paths, ids = _split(arguments)
     reader = prepare(reading, paths)
-    with Progress() as progress:
-        progress.start("reading")
-        loaded = reader.load(paths, progress.step)
-    say_problems(loaded.problems, color)
-    if not loaded.systems:
-        if not loaded.problems:
-            say("no file there is a design that C-QoS reads", severity="error", choice=color)
-        ctx.exit(_UNUSABLE)
-    system = tried_out(reader.whole([system for _, system in loaded.systems]), reader.protocol)
+    system, loaded = reader.one(paths, color, partly=True)
+    system = tried_out(system, reader.protocol)
     endpoints = endpoints_of(system, reader.context)
     if not ids:
         emit(_endpoints_as_json(endpoints) if form == "json" else _endpoints_as_text(endpoints, color))
-        ctx.exit(_UNUSABLE if loaded.problems else _OK)
+        ctx.exit(UNUSABLE if loaded.problems else _OK)
     ends = ends_of(ids, endpoints)
     if ends is None:
         near = _near(ids, endpoints)
@@ -112,7 +97,7 @@ def explain(
             say(_endpoints_as_text(near, color).rstrip(), choice=color, lines=True)
         if len(near) < len(endpoints):
             say(f"`cqos explain {' '.join(paths)}` lists all {len(endpoints)} endpoints", choice=color)
-        ctx.exit(_UNUSABLE)
+        ctx.exit(UNUSABLE)
     pair = explain_pair(system, ends[0].id, ends[1].id, reader.context)
     report = _report(pair, *ends)
     stdout_style = Style(
@@ -122,9 +107,8 @@ def explain(
         sources=system.sources,
         tool_version=version("cqos-core"),
     )
-    write = _as_json if form == "json" else _as_text
-    emit(write(pair, report, ends, stdout_style))
-    ctx.exit(_UNUSABLE if loaded.problems else _FINDINGS if report.fails() else _OK)
+    emit((_as_json if form == "json" else _as_text)(pair, report, ends, stdout_style))
+    ctx.exit(UNUSABLE if loaded.problems else _FINDINGS if report.fails() else _OK)
 
 
 def _split(arguments: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -144,10 +128,9 @@ def ends_of(ids: Sequence[str], endpoints: Sequence[Resolved]) -> tuple[Resolved
     """Find both endpoints, in whichever order they are named; say so where that cannot be done."""
     by_id = {endpoint.id: endpoint for endpoint in endpoints}
     roles = [by_id[name].role if name in by_id else None for name in ids]
-    if roles == [SUBSCRIBER, PUBLISHER]:
-        return by_id[ids[1]], by_id[ids[0]]
-    if roles == [PUBLISHER, SUBSCRIBER]:
-        return by_id[ids[0]], by_id[ids[1]]
+    if {*roles} == {PUBLISHER, SUBSCRIBER}:
+        publisher, subscriber = sorted((by_id[name] for name in ids), key=lambda each: each.role)
+        return publisher, subscriber
     sides = [_of_name(name, by_id, endpoints) for name in ids]
     if None in roles and all(sides):
         return _only_pair(ids, sides[0], sides[1])
@@ -185,15 +168,12 @@ def _only_pair(
     ]
     if len(pairs) == 1:
         return pairs[0]
+    message = f"no publisher matches a subscriber between `{ids[0]}` and `{ids[1]}`"
     if pairs:
         shown = "; ".join(f"{publisher.id} {subscriber.id}" for publisher, subscriber in pairs[:_PAIRS])
         more = f"; and {len(pairs) - _PAIRS} more" if len(pairs) > _PAIRS else ""
-        say(
-            f"{len(pairs)} pairs are between `{ids[0]}` and `{ids[1]}`, name one of them: {shown}{more}",
-            severity="error",
-        )
-    else:
-        say(f"no publisher matches a subscriber between `{ids[0]}` and `{ids[1]}`", severity="error")
+        message = f"{len(pairs)} pairs are between `{ids[0]}` and `{ids[1]}`, name one of them: {shown}{more}"
+    say(message, severity="error")
     return None
 
 
@@ -232,7 +212,6 @@ def _report(pair: PairReport, publisher: Resolved, subscriber: Resolved) -> Repo
 def _as_text(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], style: Style) -> str:
     publisher, subscriber = ends
     colors = paint(color=style.color)
-    rows = [_row(comparison) for comparison in pair.policies]
 
     def color(piece: str, column: int) -> str:
         return colors(piece, piece.strip()) if column == _VERDICT and piece.strip() in _VERDICTS else piece
@@ -241,12 +220,9 @@ def _as_text(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], 
     if pair.hops:
         lines += [f"over {plural(len(pair.hops) - 1, 'bridge')}", "", *_way(pair), ""]
     else:
-        lines += [
-            f"on {publisher.pack.title} topic `{clean(publisher.shown)}`",
-            "",
-            *table(_HEADER, rows, style.width, color),
-            "",
-        ]
+        rows = [_row(comparison) for comparison in pair.policies]
+        lines += [f"on {publisher.pack.title} topic `{clean(publisher.shown)}`", ""]
+        lines += [*table(_HEADER, rows, style.width, color), ""]
     if pair.derived:
         lines += [*(f"{name} {value}" for name, value in pair.derived), ""]
     if pair.guarantees:
@@ -374,71 +350,25 @@ def _as_json(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], 
             "publisher": publisher.id,
             "subscriber": subscriber.id,
             "verdict": pair.verdict.value,
-            "policies": [_comparison(each) for each in pair.policies],
+            "policies": [asdict(each, dict_factory=_fields) for each in pair.policies],
             "derived": dict(pair.derived),
             "assumed": assumed(pair.assumed),
-            "guarantees": [_guarantee(each) for each in pair.guarantees],
-            "hops": [_hop(each) for each in pair.hops],
+            "guarantees": [asdict(each, dict_factory=_fields) for each in pair.guarantees],
+            "hops": [asdict(each, dict_factory=_fields) for each in pair.hops],
             # As they are in the JSON report.
             "findings": json.loads(render_json(report, style))["findings"],
         }
     )
 
 
-def _comparison(comparison: PolicyComparison) -> dict[str, Any]:
-    return {
-        "policy": comparison.policy,
-        "offered": _fact(comparison.offered),
-        "requested": _fact(comparison.requested),
-        "verdict": None if comparison.verdict is None else comparison.verdict.value,
-        "rules": list(comparison.rules),
-    }
-
-
-def _guarantee(guarantee: Guarantee) -> dict[str, Any]:
-    return {
-        "word": guarantee.word,
-        "value": guarantee.value,
-        "survives": list(guarantee.survives),
-        "lost": _reasons(guarantee.lost),
-        "cells": [
-            {
-                "fault": cell.fault,
-                "value": cell.value,
-                "lost": _reasons(cell.lost),
-                "proven": list(cell.proven),
-                "derived": list(cell.derived),
-            }
-            for cell in guarantee.cells
-        ],
-    }
-
-
-def _reasons(lost: Sequence[tuple[str, str]]) -> list[dict[str, str]]:
-    return [{"code": code, "because": because} for code, because in lost]
-
-
-def _hop(hop: HopReport) -> dict[str, Any]:
-    return {
-        "publisher": hop.publisher,
-        "subscriber": hop.subscriber,
-        "topic": hop.topic,
-        "protocol": hop.protocol,
-        "verdict": hop.verdict.value,
-        "guarantees": [_guarantee(each) for each in hop.guarantees],
-        "bridge": hop.bridge,
-    }
-
-
-def _fact(fact: Fact | None) -> dict[str, Any] | None:
-    return None if fact is None else {"value": fact.value, "origin": fact.origin, "place": _place(fact.place)}
-
-
-def _place(place: Place | None) -> Mapping[str, Any] | None:
-    if place is None:
-        return None
-    keys = ("source", "line", "column", "element", "path")
-    return {key: getattr(place, key) for key in keys}
+def _fields(stated: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return the fields of a value as JSON has them: reasons as objects, and no policy in a fact, which stands beside it."""
+    found = dict(stated)
+    if "lost" in found:
+        found["lost"] = [{"code": code, "because": because} for code, because in found["lost"]]
+    if "origin" in found:
+        del found["policy"]
+    return found
 
 
 def _endpoints_as_json(endpoints: Sequence[Resolved]) -> str:

@@ -12,7 +12,7 @@ import click
 from cqos_core.analysis.runtime_logs import explain_alone, explain_misfits
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import prepare
-from cqos_core.cli.streams import colored, emit, say, say_problems, width
+from cqos_core.cli.streams import colored, emit, width
 from cqos_core.formatters import wording
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.json_report import render_json
@@ -26,14 +26,14 @@ from cqos_core.model.report import Group, Report, Severity, Verdict
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Sequence
 
     from cqos_core.analysis.runtime_logs import Explained
     from cqos_core.cli.reading import InputReader, ReadingOptions
-    from cqos_core.model.logs import About, Misfit, Occurrence
+    from cqos_core.model.logs import Occurrence
     from cqos_core.model.system import System
 
-_CLEAN, _FOUND, _UNUSABLE = 0, 1, 2
+_CLEAN, _FOUND = 0, 1
 _VERSION: Final = 1
 _MOST_PAIRS: Final = 10
 
@@ -45,17 +45,8 @@ def explain_log(
     if log == STDIN and STDIN in paths:
         raise click.UsageError("only one of the log and the paths can be standard input.", ctx)
     reader = prepare(reading, paths)
-    system = None
-    with Progress() as progress:
-        progress.start("reading")
-        if paths:
-            loaded = reader.load(paths, progress.step)
-            say_problems(loaded.problems, color)
-            if loaded.problems or not loaded.systems:
-                if not loaded.problems:
-                    say("no file there is a design that C-QoS reads", severity="error", choice=color)
-                ctx.exit(_UNUSABLE)
-            system = reader.whole([system for _, system in loaded.systems])
+    system = reader.one(paths, color)[0] if paths else None
+    with Progress("reading"):
         occurrences, lines = _read(log, reader)
         if system is None:
             explained = explain_alone(occurrences, reader.context)
@@ -69,15 +60,17 @@ def explain_log(
         tool_version=version("cqos-core"),
     )
     report = _report(explained)
-    if form == "json":
-        emit(_as_json(explained, log, lines, report, style))
-    else:
-        emit(_as_text(explained, log, lines, system, report, style))
+    emit(
+        _as_json(explained, log, lines, report, style)
+        if form == "json"
+        else _as_text(explained, log, lines, system, report, style)
+    )
     ctx.exit(_FOUND if explained else _CLEAN)
 
 
 def _read(log: str, reader: InputReader) -> tuple[list[Occurrence], int]:
-    readers = list(_readers(reader))
+    packs = (reader.context.find_pack(pack_id) for pack_id in load_plugins().packs)
+    readers = [pack.read_log for pack in packs if pack is not None]
     try:
         if log == STDIN:
             if sys.stdin is None:
@@ -90,21 +83,15 @@ def _read(log: str, reader: InputReader) -> tuple[list[Occurrence], int]:
         raise CqosError(f"{log}: cannot be read: {reason}") from None
 
 
-def _readers(reader: InputReader) -> Iterable[Callable[[str], Iterable[Misfit | About]]]:
-    packs = (reader.context.find_pack(pack_id) for pack_id in load_plugins().packs)
-    return (pack.read_log for pack in packs if pack is not None)
-
-
 def _report(explained: Sequence[Explained]) -> Report:
     """Put the pairs that are meant and their findings into the form that formatters take."""
     pairs = dict.fromkeys(pair for each in explained for pair in each.pairs)
-    findings = dict.fromkeys(id(finding) for each in explained for finding in each.findings)
-    by_id = {id(finding): finding for each in explained for finding in each.findings}
+    findings = {id(finding): finding for each in explained for finding in each.findings}
     protocol = explained[0].occurrence.misfit.protocol if explained else ""
     return Report(
         max((pair.verdict for pair in pairs), key=lambda verdict: verdict.rank, default=Verdict.UNKNOWN),
         tuple(Group(pair.topic, (pair.publisher,), (pair.subscriber,), pair.verdict, protocol) for pair in pairs),
-        tuple(by_id[key] for key in findings),
+        tuple(findings.values()),
         topics=len({pair.topic for pair in pairs}),
     )
 
@@ -117,8 +104,7 @@ def _as_text(
 ) -> str:
     colors = paint(color=style.color)
     if not explained:
-        said = plural(lines, "line")
-        return f"{clean(log)}: in {said} no program says that an endpoint does not fit\n"
+        return f"{clean(log)}: in {plural(lines, 'line')} no program says that an endpoint does not fit\n"
     topics: dict[str, list[Explained]] = {}
     for each in explained:
         topics.setdefault(each.occurrence.misfit.topic or "a topic that is not named", []).append(each)

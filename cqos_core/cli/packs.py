@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cqos_core.cli.parameters import Run, debug_option, nearest
+from cqos_core.cli.parameters import Run, debug_option, form_option, nearest, packs_option
 from cqos_core.cli.reading import packs_here
 from cqos_core.cli.streams import emit, width
 from cqos_core.cli.tables import table
@@ -30,21 +30,8 @@ _KINDS = (
 
 @click.command()
 @click.argument("pack_id", metavar="[ID]", required=False)
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["text", "json"]),
-    default="text",
-    show_default=True,
-    help="For people or for programs.",
-)
-@click.option(
-    "--pack",
-    "pack_files",
-    metavar="FILE",
-    multiple=True,
-    help="A rule pack written as a YAML file, beside the installed ones. Can be repeated.",
-)
+@form_option
+@packs_option
 @debug_option
 @click.pass_context
 def packs(ctx: click.Context, *, pack_id: str | None, form: str, pack_files: tuple[str, ...]) -> None:

@@ -30,50 +30,25 @@ def nearest(name: str, known: Iterable[str], *, listed: bool = True) -> str:
     return f"; k{all_of_them}" if all_of_them else "."
 
 
-if TYPE_CHECKING:
-    _Text = click.ParamType[str]
-else:
-    _Text = click.ParamType  # generic since click 8.5 only
-
-
-class _Registered(_Text):
+class Registered(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.5 only
     """The name of something that plugins register."""
 
-    kind = ""
-    noun = ""
+    def __init__(self, kind: str, metavar: str = "") -> None:
+        """Take names of one kind, ``formatters``, and show ``metavar`` in place of all of them."""
+        self.kind = kind
+        self.name = {"formatters": "format"}.get(kind, kind.removesuffix("s"))
+        self.metavar = metavar
 
     def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Refuse a name that nobody registered."""
+        """Refuse a name that no plugin registered."""
         known = getattr(load_plugins(), self.kind)
         if value not in known:
-            self.fail(f"there is no {self.noun} `{value}`{nearest(value, known)}", param, ctx)
+            self.fail(f"there is no {self.name} `{value}`{nearest(value, known)}", param, ctx)
         return value
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:  # noqa: ARG002
-        """List the names."""
-        return f"[{'|'.join(getattr(load_plugins(), self.kind))}]"
-
-
-class FormatName(_Registered):
-    """The name of a formatter."""
-
-    name, kind, noun = "format", "formatters", "format"
-
-
-class ImporterName(_Registered):
-    """The name of an importer."""
-
-    name, kind, noun = "importer", "importers", "importer"
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:  # noqa: ARG002
-        """Say what it is: there are too many to list."""
-        return "FORMAT"
-
-
-class ExporterName(_Registered):
-    """The name of an exporter."""
-
-    name, kind, noun = "exporter", "exporters", "exporter"
+        """List the names, unless there are too many."""
+        return self.metavar or f"[{'|'.join(getattr(load_plugins(), self.kind))}]"
 
 
 class Assignment(NamedTuple):
@@ -89,22 +64,16 @@ class Assignment(NamedTuple):
 
 _VARIABLE = re.compile(r"(?P<name>[A-Za-z_]\w*)=(?P<value>.*)", re.DOTALL)
 _ASSIGNMENT = re.compile(r"(?P<owner>[^.=\s]+)\.(?P<name>[^=\s]+)=(?P<value>.+)", re.DOTALL)
-if TYPE_CHECKING:
-    _Assignments = click.ParamType[Assignment]
-else:
-    _Assignments = click.ParamType
 
 
-class AssignmentType(_Assignments):
+class AssignmentType(click.ParamType):  # type: ignore[type-arg]
     """``ros2.rmw=cyclonedds``: what it is of, its name, and the value it takes."""
 
     name = "assignment"
 
     def __init__(self, form: str, example: str, owner: str = "") -> None:
         """Read ``owner.name=value``; with an ``owner`` given, ``name=value``."""
-        self.form = form
-        self.example = example
-        self.owner = owner
+        self.form, self.example, self.owner = form, example, owner
 
     def convert(self, value: str | Assignment, param: click.Parameter | None, ctx: click.Context | None) -> Assignment:
         """Take the text apart."""
@@ -155,6 +124,21 @@ debug_option = click.option(
     is_eager=True,
     callback=_debug,
     help="Show the traceback of an internal error (or set CQOS_DEBUG=1).",
+)
+form_option = click.option(
+    "--format",
+    "form",
+    type=click.Choice(["text", "json"]),
+    default="text",
+    show_default=True,
+    help="For people or for programs.",
+)
+packs_option = click.option(
+    "--pack",
+    "pack_files",
+    metavar="FILE",
+    multiple=True,
+    help="A rule pack written as a YAML file, beside the installed ones. Can be repeated.",
 )
 color_option = click.option(
     "--color",

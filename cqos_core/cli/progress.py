@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.cli.streams import is_terminal, width
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     from typing_extensions import Self
 
 _PATIENCE: Final = 1.0
@@ -27,27 +25,22 @@ class Progress:
     Nothing is drawn where standard error is no terminal, or before a second has passed.
     """
 
-    def __init__(self, *, quiet: bool = False) -> None:
-        """Draw nothing at all if ``quiet``."""
+    def __init__(self, label: str = "", *, quiet: bool = False) -> None:
+        """Begin a kind of work: ``reading``; draw nothing at all if ``quiet``."""
         self._wanted = not quiet and is_terminal(sys.stderr) and os.environ.get("TERM") != "dumb"
-        self._label = ""
-        self._done = 0
-        self._all = 0
         self._drawn = 0
         self._over = threading.Event()
-        self._thread: threading.Thread | None = None
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self.start(label)
 
     def __enter__(self) -> Self:
         if self._wanted:
-            self._thread = threading.Thread(target=self._run, daemon=True)
             self._thread.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self._over.set()
-        if self._thread is not None:
+        if self._wanted:
             self._thread.join()
             self._draw("")
 
@@ -60,13 +53,10 @@ class Progress:
         self._done, self._all = done, of
 
     def _run(self) -> None:
-        started = time.monotonic()
-        if self._over.wait(_PATIENCE):
-            return
-        while True:
+        started, pause = time.monotonic(), _PATIENCE
+        while not self._over.wait(pause):
             self._draw(self._line(time.monotonic() - started))
-            if self._over.wait(_PERIOD):
-                return
+            pause = _PERIOD
 
     def _line(self, seconds: float) -> str:
         done, of = self._done, self._all

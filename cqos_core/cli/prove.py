@@ -19,8 +19,8 @@ from cqos_core.checking.trial import tried_out
 from cqos_core.cli.explain import ends_of
 from cqos_core.cli.parameters import color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
-from cqos_core.cli.reading import ReadingOptions, prepare, reading_options
-from cqos_core.cli.streams import colored, emit, say, say_problems, write_file
+from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options
+from cqos_core.cli.streams import colored, emit, say, write_file
 from cqos_core.formatters.terminal import clean, paint
 from cqos_core.inputs.files import STDIN
 from cqos_core.model.problems import CqosError, InvalidValueError
@@ -37,15 +37,12 @@ if TYPE_CHECKING:
     from cqos_core.model.report import Finding, Remedy, Report
     from cqos_core.model.system import System
 
-    _Faults = click.ParamType[Fault]
-else:
-    _Faults = click.ParamType  # generic since click 8.5 only
 
-_OK, _DISAGREES, _UNUSABLE = 0, 1, 2
+_OK, _DISAGREES = 0, 1
 _PAIR = 2
 
 
-class _FaultType(_Faults):
+class _FaultType(click.ParamType):  # type: ignore[type-arg]  # generic since click 8.5 only
     """``link_outage=2s``."""
 
     name = "fault"
@@ -117,23 +114,18 @@ def prove(
 
     paths, asked = _split(arguments)
     reader = prepare(reading, paths)
-    with Progress() as progress:
-        progress.start("reading")
-        loaded = reader.load(paths, progress.step)
-    say_problems(loaded.problems, color)
-    if not loaded.systems:
-        ctx.exit(_UNUSABLE)
-    system = named(tried_out(reader.whole([each for _, each in loaded.systems]), reader.protocol), reader.context)
+    system, loaded = reader.one(paths, color, partly=True)
+    system = named(tried_out(system, reader.protocol), reader.context)
     files = [path for path, _ in loaded.systems]
     chosen = _chosen(system, asked, reader.context)
     if chosen is None:
-        ctx.exit(_UNUSABLE)
+        ctx.exit(UNUSABLE)
     again = None if STDIN in files else partial(reader.again, files)
     session = _Session(reader.context, on, fault, color, record == STDIN, again)
     for publisher, subscriber, finding in chosen:
         session.prove(system, publisher, subscriber, finding)
     session.end(record)
-    ctx.exit(_UNUSABLE if session.failed or loaded.problems else _DISAGREES if session.wrong else _OK)
+    ctx.exit(UNUSABLE if session.failed or loaded.problems else _DISAGREES if session.wrong else _OK)
 
 
 def _split(arguments: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -253,8 +245,7 @@ class _Session:
 
         codes = dict.fromkeys(each.code for each in trial.report.findings if each.severity is Severity.ERROR)
         said = f"{trial.report.verdict} ({', '.join(codes)})" if codes else str(trial.report.verdict)
-        with Progress() as progress:
-            progress.start(f"running on {trial.prover.title}")
+        with Progress(f"running on {trial.prover.title}"):
             outcome = trial.run()
         for fix in fixes:
             written = "" if fix.edits and self.again is not None else ", which no file here has a place for"

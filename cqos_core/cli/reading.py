@@ -12,7 +12,9 @@ import click
 
 from cqos_core.checking.pipeline import context, with_options
 from cqos_core.checking.trial import tried_out
-from cqos_core.cli.parameters import Assignment, AssignmentType, ImporterName, nearest
+from cqos_core.cli.parameters import Assignment, AssignmentType, Registered, nearest, packs_option
+from cqos_core.cli.progress import Progress
+from cqos_core.cli.streams import say, say_problems
 from cqos_core.importers.source import VARIABLES
 from cqos_core.inputs.files import STDIN, STDIN_NAME, read_path, read_stream
 from cqos_core.inputs.ignoring import patterns
@@ -34,6 +36,8 @@ if TYPE_CHECKING:
 
 P = ParamSpec("P")
 R = TypeVar("R")
+UNUSABLE = 2
+"""The exit code where input cannot be read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +61,7 @@ _OPTIONS = (
     click.option(
         "--from",
         "importer",
-        type=ImporterName(),
+        type=Registered("importers", "FORMAT"),
         help="Read every file as this format; without it, each file's format is detected. `cqos packs` lists the formats.",
     ),
     click.option(
@@ -65,13 +69,7 @@ _OPTIONS = (
         metavar="ID",
         help="The protocol of participants that state none, for instance ros2. `cqos packs` lists them.",
     ),
-    click.option(
-        "--pack",
-        "pack_files",
-        metavar="FILE",
-        multiple=True,
-        help="A rule pack written as a YAML file, beside the installed ones. Can be repeated.",
-    ),
+    packs_option,
     click.option(
         "--option",
         "assumptions",
@@ -168,6 +166,17 @@ class InputReader:
             step=step,
         )
 
+    def one(self, paths: Sequence[str], color: str, *, partly: bool = False) -> tuple[System, Loaded]:
+        """Read ``paths`` as one system; where there is none, say why and end the command.
+
+        ``partly`` takes what can be read although other files cannot.
+        """
+        with Progress("reading") as progress:
+            loaded = self.load(paths, progress.step)
+        if not usable(loaded, color, partly=partly):
+            click.get_current_context().exit(UNUSABLE)
+        return self.whole([system for _, system in loaded.systems]), loaded
+
     def again(self, files: Sequence[str], texts: Mapping[str, bytes]) -> System:
         """Return what is in files as one system, with other texts where ``texts`` has some.
 
@@ -210,6 +219,15 @@ class InputReader:
             place = Place("the command line", path=f"--option {pack_id}.{name}")
             system = with_options(system, {pack_id: {name: value}}, self.context, place)
         return system
+
+
+def usable(loaded: Loaded, color: str, path: str = "", *, partly: bool = False) -> bool:
+    """Say what is wrong with what was read of ``path``, and return whether a command can go on with it."""
+    say_problems(loaded.problems, color)
+    if not loaded.systems and not loaded.problems:
+        where = f"{path}: " if path else ""
+        say(f"{where}no file there is a design that C-QoS reads", severity="error", choice=color)
+    return bool(loaded.systems) and (partly or not loaded.problems)
 
 
 def prepare(options: ReadingOptions, paths: Sequence[str]) -> InputReader:

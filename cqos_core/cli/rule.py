@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from cqos_core.cli.parameters import debug_option, nearest
+from cqos_core.cli.parameters import debug_option, nearest, packs_option
 from cqos_core.cli.reading import packs_here
 from cqos_core.cli.streams import emit, width
 from cqos_core.packs.pack import describe_code, describe_rule
@@ -29,13 +29,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="For people, for programs, or for documents.",
 )
-@click.option(
-    "--pack",
-    "pack_files",
-    metavar="FILE",
-    multiple=True,
-    help="A rule pack written as a YAML file, beside the installed ones. Can be repeated.",
-)
+@packs_option
 @debug_option
 def rule(*, code: str, form: str, pack_files: tuple[str, ...]) -> None:
     """Say what a rule or code means, why, and what to do.

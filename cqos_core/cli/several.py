@@ -23,37 +23,32 @@ def said_once(reports: Sequence[Report], configurations: Sequence[Collection[str
     ``configurations`` are the files of that of each report. An exception that one of the systems needs is not unused,
     although the others under the same configuration do not need it.
     """
-    mine = [
-        {_key(finding) for finding in report.findings if _concerns(finding, files)}
-        for report, files in zip(reports, configurations, strict=True)
-    ]
     alike: dict[frozenset[str], list[set[tuple[str, str]]]] = {}
-    for keys, files in zip(mine, configurations, strict=True):
+    for report, files in zip(reports, configurations, strict=True):
+        keys = {key for finding in report.findings if (key := _key(finding, files)) is not None}
         alike.setdefault(frozenset(files), []).append(keys)
     said: set[tuple[str, str]] = set()
     kept = []
     for report, files in zip(reports, configurations, strict=True):
+        everywhere = set.intersection(*alike[frozenset(files)])
         findings = []
         for finding in report.findings:
-            if _concerns(finding, files):
-                key = _key(finding)
-                if key in said or (
-                    finding.code == _UNUSED and not all(key in keys for keys in alike[frozenset(files)])
-                ):
-                    continue
+            key = _key(finding, files)
+            if key is None:
+                findings.append(finding)
+            elif key not in said and (finding.code != _UNUSED or key in everywhere):
+                findings.append(finding)
                 said.add(key)
-            findings.append(finding)
         kept.append(replace(report, findings=tuple(findings)))
     return kept
 
 
-def _concerns(finding: Finding, configuration: Collection[str]) -> bool:
+def _key(finding: Finding, configuration: Collection[str]) -> tuple[str, str] | None:
+    """What tells findings about the files of a configuration apart; None of any other finding."""
     place = finding.place
-    return finding.code in _ABOUT_CONFIGURATION and (place is None or place.source in configuration)
-
-
-def _key(finding: Finding) -> tuple[str, str]:
-    return finding.code, f"{finding.place} {finding.message}"
+    if finding.code not in _ABOUT_CONFIGURATION or (place is not None and place.source not in configuration):
+        return None
+    return finding.code, f"{place} {finding.message}"
 
 
 def together(reports: Sequence[Report], problems: Sequence[Problem] = ()) -> Report:

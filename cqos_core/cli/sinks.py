@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,7 @@ from cqos_core.model.problems import CqosError, add_note, describe, keep_traceba
 from cqos_core.plugins import FAULTS, load_plugins
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from cqos_core.formatters.style import Style
     from cqos_core.model.problems import Problem
@@ -30,11 +31,6 @@ class Sink:
 
     format: str
     path: str = STDOUT
-
-    @property
-    def for_people(self) -> bool:
-        """Whether a person reads it, beside standard error."""
-        return load_plugins().formatters[self.format].for_people
 
     def write(self, text: str) -> None:
         """Write a rendered report."""
@@ -117,22 +113,30 @@ def render(sink: Sink, reports: Sequence[Report], problems: Sequence[Problem], s
     Raises:
         CqosError: the formatter is a plugin's and failed.
     """
-    plugins = load_plugins()
-    info = plugins.formatters[sink.format]
+    info = load_plugins().formatters[sink.format]
     if info.for_people and not reports:
         return ""
-    try:
-        return _text(info.load()(together(reports, () if info.for_people else problems), style))
-    except FAULTS as error:
-        owner = plugins.owner("formatters", sink.format)
-        if plugins.shipped("formatters", sink.format):
-            add_note(error, f"formatter `{sink.format}` ({owner}) was writing")
-            raise
-        keep_traceback(f"formatter `{sink.format}` of {owner}", error)
-        raise CqosError(f"formatter `{sink.format}` of {owner} failed: {describe(error)}") from error
-
-
-def _text(rendered: object) -> str:
-    if not isinstance(rendered, str):
-        raise TypeError(f"it returned a {type(rendered).__name__}, no text")
+    with written_by("formatters", sink.format):
+        rendered: object = info.load()(together(reports, () if info.for_people else problems), style)
+        if not isinstance(rendered, str):
+            raise TypeError(f"it returned a {type(rendered).__name__}, no text")
     return rendered
+
+
+@contextmanager
+def written_by(kind: str, name: str) -> Iterator[None]:
+    """Blame a plugin's ``formatters`` or ``exporters`` for what they raise.
+
+    Raises:
+        CqosError: it is a plugin's and failed.
+    """
+    plugins, what = load_plugins(), f"{kind.removesuffix('s')} `{name}`"
+    try:
+        yield
+    except FAULTS as error:
+        owner = plugins.owner(kind, name)
+        if plugins.shipped(kind, name):
+            add_note(error, f"{what} ({owner}) was writing")
+            raise
+        keep_traceback(f"{what} of {owner}", error)
+        raise CqosError(f"{what} of {owner} failed: {describe(error)}") from error

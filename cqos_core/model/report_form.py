@@ -98,7 +98,7 @@ def finding(finding: Finding, exact: Exact) -> Json:
         "more_topics": list(finding.more_topics),
         "more_codes": list(finding.more_codes),
         "pairs": finding.pairs,
-        "place": _place(finding.place, exact),
+        "place": place_form(finding.place, exact),
         "sides": [_side(side, exact) for side in finding.sides],
         "remedies": [_remedy(remedy, exact) for remedy in finding.remedies],
         "help": finding.help,
@@ -116,7 +116,7 @@ def _side(side: Side, exact: Exact) -> Json:
         "label": side.label,
         "members": list(side.members),
         "facts": [_fact(fact, exact) for fact in side.facts],
-        "place": _place(side.place, exact),
+        "place": place_form(side.place, exact),
         "templates": list(side.templates),
     }
 
@@ -126,7 +126,7 @@ def _fact(fact: Fact, exact: Exact) -> Json:
         "policy": fact.policy,
         "value": fact.value,
         "origin": fact.origin,
-        "place": _place(fact.place, exact),
+        "place": place_form(fact.place, exact),
     }
 
 
@@ -146,10 +146,11 @@ def _remedy(remedy: Remedy, exact: Exact) -> Json:
 
 
 def _edit(edit: Edit, exact: Exact) -> Json:
-    return {"place": _place(edit.place, exact), "attribute": edit.attribute, "old": edit.old, "new": edit.new}
+    return {"place": place_form(edit.place, exact), "attribute": edit.attribute, "old": edit.old, "new": edit.new}
 
 
-def _place(place: Place | None, exact: Exact) -> Json | None:
+def place_form(place: Place | None, exact: Exact = as_it_is) -> Json | None:
+    """Return a place; ``exact`` fills in what it leaves open."""
     if place is None:
         return None
     where = exact(place)
