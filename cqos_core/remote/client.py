@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractAsyncContextManager, AbstractContextManager
 from dataclasses import dataclass
 from functools import wraps
 from typing import (
@@ -58,8 +59,6 @@ from cqos_core.remote.sessions import AsyncSession, RemoteSession
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
-
-    from typing_extensions import Self
 
     from cqos_core.analysis.differences import Diff
     from cqos_core.model.report import PairReport, Report
@@ -313,12 +312,8 @@ class _Service:
 # --- for programs that wait ---
 
 
-class Client(_Service):
+class Client(_Service, AbstractContextManager["Client"]):
     """Asks a service; every call waits for its answer. Use it as a context manager, or `close` it."""
-
-    def __enter__(self) -> Self:
-        """Use it."""
-        return self
 
     def __exit__(self, *error: object) -> None:
         """Close it."""
@@ -357,14 +352,10 @@ class Client(_Service):
 # --- for programs that do something else meanwhile ---
 
 
-class AsyncClient(_Service):
+class AsyncClient(_Service, AbstractAsyncContextManager["AsyncClient"]):
     """Asks a service from a running event loop; see `Client`. Use it as an async context manager, or `close` it."""
 
     _channels = grpc.aio
-
-    async def __aenter__(self) -> Self:
-        """Use it."""
-        return self
 
     async def __aexit__(self, *error: object) -> None:
         """Close it."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from contextlib import suppress
 from dataclasses import MISSING, fields
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 
 from google.protobuf.descriptor import FieldDescriptor
@@ -55,24 +55,30 @@ _TYPED: Final[Mapping[str, Callable[[str], Any]]] = {
     "Side": differences.ComparedSide,
 }
 _STATED: Final = "_stated"
+_class_of: Final[Callable[[Descriptor], Any]] = GetMessageClass
 
 
 # --- to messages ---
 
 
-def report_message(value: report.Report) -> report_pb2.Report:
-    """Return the message of a report."""
-    return _to_message(value, report_pb2.Report)  # type: ignore[no-any-return]
+def to_message(value: Any, kind: type[T]) -> T:
+    """Return the message of a value that has one: a report, an endpoint, a problem."""
+    message: Any = kind
+    try:
+        made: T = _writer(message, _as_it_is)(value)
+    except UnicodeEncodeError:
+        made = _writer(message, _scrubbed)(value)
+    return made
 
 
-def pair_message(value: report.PairReport) -> report_pb2.PairReport:
-    """Return the message of a report on one pair."""
-    return _to_message(value, report_pb2.PairReport)  # type: ignore[no-any-return]
-
-
-def system_message(value: system.System) -> system_pb2.System:
-    """Return the message of a system; the bytes of its sources stay behind."""
-    return _to_message(value, system_pb2.System)  # type: ignore[no-any-return]
+report_message: Final[Callable[[report.Report], report_pb2.Report]] = partial(to_message, kind=report_pb2.Report)
+"""Return the message of a report."""
+pair_message: Final[Callable[[report.PairReport], report_pb2.PairReport]] = partial(
+    to_message, kind=report_pb2.PairReport
+)
+"""Return the message of a report on one pair."""
+system_message: Final[Callable[[system.System], system_pb2.System]] = partial(to_message, kind=system_pb2.System)
+"""Return the message of a system; the bytes of its sources stay behind."""
 
 
 def part_message(value: Any, kind: type[T]) -> T:
@@ -81,19 +87,6 @@ def part_message(value: Any, kind: type[T]) -> T:
     (part,) = holder.DESCRIPTOR.fields_by_name
     stated = system_message(system.System(**{part: value})).ListFields()
     return kind(**{field.name: found for field, found in stated if field.name == part})
-
-
-def to_message(value: Any, kind: type[T]) -> T:
-    """Return the message of any other value that has one: an endpoint, a finding, a problem."""
-    return _to_message(value, kind)  # type: ignore[no-any-return]
-
-
-def _to_message(value: Any, kind: Any) -> Any:
-    try:
-        made = _writer(kind, _as_it_is)(value)
-    except UnicodeEncodeError:
-        made = _writer(kind, _scrubbed)(value)
-    return made
 
 
 def _as_it_is(value: Any) -> Any:
@@ -123,7 +116,7 @@ def _writer(kind: type[Any], text: _Convert) -> _Convert:
         if name in own:
             steps.append((name, field.name, field.has_presence, _field_writer(field, text)))
         elif field.enum_type is not None and word in own:
-            steps.append((word, field.name, False, _word_writer(field)))
+            steps.append((word, field.name, False, _word_writer(field, field.enum_type)))
     derived = _DERIVED.get(descriptor.name)
 
     def write(value: Any) -> Any:
@@ -140,59 +133,44 @@ def _writer(kind: type[Any], text: _Convert) -> _Convert:
 
 
 def _field_writer(field: FieldDescriptor, text: _Convert) -> _Convert:
+    if field.name.endswith(_STATED):
+        return lambda settings: _stated(settings, text)
+    message = field.message_type
+    if message is not None and message.GetOptions().map_entry:
+        item = _setting_text(text) if _is_settings(field) else _item_writer(message.fields_by_name["value"], text)
+        return lambda found: {text(name): item(each) for name, each in found.items()}
+    item = _item_writer(field, text)
+    if not field.is_repeated or message is None:
+        return item
+    if message.name == "NameValue":
+        return lambda found: [item(pair) for pair in (found.items() if isinstance(found, dict) else found)]
+    return lambda found: [item(each) for each in (found.values() if isinstance(found, dict) else found)]
+
+
+def _item_writer(field: FieldDescriptor, text: _Convert) -> _Convert:
+    """Return what makes one item of a field; texts may be a list of them."""
     if field.enum_type is not None:
         return _numbers(field.enum_type).__getitem__
     message = field.message_type
     if message is None:
         return text if field.type == FieldDescriptor.TYPE_STRING else _as_it_is
-    if message.GetOptions().map_entry:
-        return _map_writer(field, text)
-    if field.name.endswith(_STATED):
-        return lambda settings: _stated(settings, text)
     if message.name == "NameValue":
-        if field.is_repeated:
-            return lambda found: [_named(pair, text) for pair in (found.items() if isinstance(found, dict) else found)]
         return lambda pair: _named(pair, text)
-    nested: Any = GetMessageClass(message)
-    write = _writer(nested, text)
-    if field.is_repeated:
-        return lambda found: [write(each) for each in (found.values() if isinstance(found, dict) else found)]
-    return write
+    if message.name == "Options":
+        written = _setting_text(text)
+        return lambda settings: system_pb2.Options(
+            settings={text(name): written(each) for name, each in settings.items()},
+            settings_stated=_stated(settings, text),
+        )
+    return _writer(_class_of(message), text)
 
 
-def _word_writer(field: FieldDescriptor) -> _Convert:
+def _word_writer(field: FieldDescriptor, enum: EnumDescriptor) -> _Convert:
     """Return what makes numbers of words; 0 of a word that the enum does not have."""
-    assert field.enum_type is not None  # noqa: S101 - the caller looked
-    numbers = _numbers(field.enum_type)
+    numbers = _numbers(enum)
     if field.is_repeated:
         return lambda words: [numbers.get(word, 0) for word in words]
     return lambda word: numbers.get(word, 0)
-
-
-def _map_writer(field: FieldDescriptor, text: _Convert) -> _Convert:
-    value = _value_of(field)
-    if value.enum_type is not None:
-        numbers = _numbers(value.enum_type)
-        return lambda found: {text(name): numbers[item] for name, item in found.items()}
-    if value.message_type is not None and value.message_type.name in _KINDS:
-        nested: Any = GetMessageClass(value.message_type)
-        write = _writer(nested, text)
-        return lambda found: {text(name): write(item) for name, item in found.items()}
-    if value.message_type is not None:  # options by pack
-        return lambda found: {
-            text(name): system_pb2.Options(settings=_texts(settings, text), settings_stated=_stated(settings, text))
-            for name, settings in found.items()
-        }
-    if _is_settings(field):
-        return lambda found: _texts(found, text)
-    return lambda found: {text(name): text(item) for name, item in found.items()}
-
-
-def _value_of(field: FieldDescriptor) -> FieldDescriptor:
-    """The values of a map."""
-    entry = field.message_type
-    assert entry is not None  # noqa: S101 - every map has entries
-    return entry.fields_by_name["value"]
 
 
 def _is_settings(field: FieldDescriptor) -> bool:
@@ -200,8 +178,8 @@ def _is_settings(field: FieldDescriptor) -> bool:
     return around is not None and f"{field.name}{_STATED}" in around.fields_by_name
 
 
-def _texts(settings: Mapping[str, Setting], text: _Convert) -> dict[str, str]:
-    return {text(name): text(setting.text) for name, setting in settings.items()}
+def _setting_text(text: _Convert) -> _Convert:
+    return lambda setting: text(setting.text)
 
 
 def _stated(settings: Mapping[str, Setting], text: _Convert) -> list[system_pb2.StatedSetting]:
@@ -213,19 +191,15 @@ def _stated(settings: Mapping[str, Setting], text: _Convert) -> list[system_pb2.
     return [
         system_pb2.StatedSetting(
             name=text(name),
-            place=None if setting.place is None else write(setting.place),
-            reported=text(setting.reported),
-            derived=setting.derived,
-            **_unknown(setting.unknown, text),
+            place=None if each.place is None else write(each.place),
+            reported=text(each.reported),
+            derived=each.derived,
+            unknown=text(each.unknown) if isinstance(each.unknown, str) else "",
+            assumption="" if isinstance(each.unknown, str) else text(each.unknown.assumption),
+            cases=[] if isinstance(each.unknown, str) else [_named(case, text) for case in each.unknown.values],
         )
-        for name, setting in settings.items()
+        for name, each in settings.items()
     ]
-
-
-def _unknown(unknown: str | system.Cases, text: _Convert) -> dict[str, Any]:
-    if isinstance(unknown, str):
-        return {"unknown": text(unknown)}
-    return {"assumption": text(unknown.assumption), "cases": [_named(case, text) for case in unknown.values]}
 
 
 def _named(pair: tuple[str, str], text: _Convert) -> report_pb2.NameValue:
@@ -244,11 +218,6 @@ def _counts(value: report.Report, _text: _Convert) -> dict[str, Any]:
 
 _COUNTED: Final = tuple(report_pb2.Counts.DESCRIPTOR.fields_by_name)
 _LOUD: Final = {severity: f"{severity}s" for severity in Severity}
-
-
-def _best_place(value: report.Finding, text: _Convert) -> dict[str, Any]:
-    place = value.place
-    return {} if place is None else {"place": _writer(report_pb2.Place, text)(place)}
 
 
 def _origin(value: report.Fact, text: _Convert) -> dict[str, Any]:
@@ -271,7 +240,7 @@ def _items(value: report.Fact | report.Remedy, text: _Convert) -> dict[str, Any]
 
 _DERIVED: Final[Mapping[str, Callable[[Any, _Convert], dict[str, Any]]]] = {
     "Report": _counts,
-    "Finding": _best_place,
+    "Finding": lambda value, text: {"place": value.place and _writer(report_pb2.Place, text)(value.place)},
     "Fact": _origin,
     "Remedy": _items,
     "Group": lambda value, _text: {"pairs": value.pairs},
@@ -290,27 +259,7 @@ def word_of(value: EnumValueDescriptor) -> str:
     return value.name.removeprefix(f"{prefix}_").lower()
 
 
-@cache
-def _words(enum: EnumDescriptor) -> dict[int, str | None]:
-    return {number: None if number == 0 else word for word, number in _numbers(enum).items()}
-
-
 # --- and back ---
-
-
-def report_value(message: report_pb2.Report) -> report.Report:
-    """Return the report of a message."""
-    return from_message(message)  # type: ignore[no-any-return]
-
-
-def pair_value(message: report_pb2.PairReport) -> report.PairReport:
-    """Return the report on one pair of a message."""
-    return from_message(message)  # type: ignore[no-any-return]
-
-
-def system_value(message: system_pb2.System) -> system.System:
-    """Return the system of a message, which `system_problems` found nothing wrong with."""
-    return from_message(message)  # type: ignore[no-any-return]
 
 
 def part_value(message: Any) -> Any:
@@ -325,7 +274,7 @@ def change_message(kind: str, value: Any) -> session_pb2.Change:
     """Return the message of one edit of a session; see `cqos_core.checking.session.Edits`."""
     field = session_pb2.Change.DESCRIPTOR.fields_by_name[kind]
     if field.message_type is not None:
-        made: Any = GetMessageClass(field.message_type)
+        made = _class_of(field.message_type)
         if field.message_type.name in _KINDS:
             value = to_message(value, made)
         elif kind == _OPTION:
@@ -355,6 +304,14 @@ def from_message(message: Message) -> Any:
     return _reader(kind)(message)
 
 
+report_value: Final[Callable[[report_pb2.Report], report.Report]] = from_message
+"""Return the report of a message."""
+pair_value: Final[Callable[[report_pb2.PairReport], report.PairReport]] = from_message
+"""Return the report on one pair of a message."""
+system_value: Final[Callable[[system_pb2.System], system.System]] = from_message
+"""Return the system of a message, which `system_problems` found nothing wrong with."""
+
+
 @cache
 def _reader(kind: type[Any]) -> _Convert:
     descriptor: Descriptor = kind.DESCRIPTOR
@@ -371,7 +328,9 @@ def _reader(kind: type[Any]) -> _Convert:
             continue
         steps[field] = each.name, _field_reader(field, str(each.type))
         required = each.default is MISSING and each.default_factory is MISSING
-        if required or _is_plain(field) or "None" in str(each.type):
+        # Leaving these out means zero, false or no text.
+        plain = not (field.has_presence or field.is_repeated or field.enum_type is not None)
+        if required or plain or "None" in str(each.type):
             needed[each.name] = _nothing(field, str(each.type))
 
     def read(message: Any) -> Any:
@@ -392,20 +351,12 @@ def _reader(kind: type[Any]) -> _Convert:
     return read
 
 
-def _is_plain(field: FieldDescriptor) -> bool:
-    """Whether leaving it out means zero, false or no text."""
-    return not (field.has_presence or field.is_repeated or field.enum_type is not None)
-
-
 def _nothing(field: FieldDescriptor, annotation: str) -> Any:
     """What a field has that every value needs and the message leaves out."""
-    if "None" in annotation:  # whatever its default is
-        return None
-    if field.is_repeated:
+    if field.is_repeated and "None" not in annotation:
         return _container(annotation)(())
-    if field.enum_type is not None or field.message_type is not None:
-        return None
-    return field.default_value
+    known = "None" in annotation or field.enum_type is not None or field.message_type is not None
+    return None if known else field.default_value
 
 
 def _container(annotation: str) -> Callable[[Any], Any]:
@@ -413,42 +364,39 @@ def _container(annotation: str) -> Callable[[Any], Any]:
 
 
 def _field_reader(field: FieldDescriptor, annotation: str) -> _Convert:
+    message, container = field.message_type, _container(annotation)
+    if message is not None and message.GetOptions().map_entry:
+        item = _item_reader(message.fields_by_name["value"], "Verdict")
+        return lambda found: {
+            name: Verdict.UNKNOWN if (value := item(found[name])) is None else value for name in sorted(found)
+        }
+    item = _item_reader(field, annotation)
+    if not field.is_repeated:
+        return item
+    if field.name == "sources" and container is dict:
+        return lambda names: dict.fromkeys(names, b"")
+    if message is None:
+        return container
+    if container is dict and message.name != "NameValue":
+        key = "id" if "id" in message.fields_by_name else "name"
+        return lambda found: {getattr(each, key): item(each) for each in found}
+    return lambda found: container(map(item, found))
+
+
+def _item_reader(field: FieldDescriptor, annotation: str) -> _Convert:
+    """Return what makes a value of one item of a field; None of a word that is not known."""
+    message = field.message_type
     if field.enum_type is not None:
         typed = _TYPED.get(annotation.partition(" ")[0], str)
-        return {number: word and typed(word) for number, word in _words(field.enum_type).items()}.get
-    message = field.message_type
-    container = _container(annotation)
+        words = {number: typed(word) if number else None for word, number in _numbers(field.enum_type).items()}
+        return words.get
     if message is None:
-        if field.name == "sources" and container is dict:
-            return lambda names: dict.fromkeys(names, b"")
-        return container if field.is_repeated else _as_it_is
-    if message.GetOptions().map_entry:
-        return _map_reader(_value_of(field))
+        return _as_it_is
     if message.name == "NameValue":
-        if field.is_repeated:
-            return lambda pairs: container((pair.name, pair.value) for pair in pairs)
         return lambda pair: (pair.name, pair.value)
-    nested: Any = GetMessageClass(message)
-    read = _reader(nested)
-    if not field.is_repeated:
-        return read
-    if container is dict:
-        key = "id" if "id" in message.fields_by_name else "name"
-        return lambda found: {getattr(each, key): read(each) for each in found}
-    return lambda found: container(map(read, found))
-
-
-def _map_reader(value: FieldDescriptor) -> _Convert:
-    if value.enum_type is not None:
-        words = _words(value.enum_type)
-        return lambda found: {name: Verdict(words[found[name]] or Verdict.UNKNOWN) for name in sorted(found)}
-    if value.message_type is not None and value.message_type.name in _KINDS:
-        return lambda found: {name: from_message(found[name]) for name in sorted(found)}
-    if value.message_type is not None:
-        return lambda found: {
-            name: settings_value(found[name].settings, found[name].settings_stated) for name in sorted(found)
-        }
-    return lambda found: {name: found[name] for name in sorted(found)}
+    if message.name == "Options":
+        return lambda options: settings_value(options.settings, options.settings_stated)
+    return _reader(_class_of(message))
 
 
 def settings_value(texts: Mapping[str, str], stated: Any) -> system.Settings:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from datetime import date
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from cqos.v1 import report_pb2, system_pb2
 from cqos_core.model.pattern import PatternError, pattern
 from cqos_core.model.system import NAMED
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator
 
 _BOTH_ROLES: Final = (report_pb2.ROLE_PUBLISHER, report_pb2.ROLE_SUBSCRIBER)
 _SEVERITIES: Final = (report_pb2.SEVERITY_ERROR, report_pb2.SEVERITY_WARNING, report_pb2.SEVERITY_NOTE)
@@ -25,6 +26,14 @@ class FieldProblem(NamedTuple):
     description: str
 
 
+_Rows: TypeAlias = "Iterable[tuple[str, object, str]]"
+"""What may be wrong with an entry: the rest of the path, whether it is, and what to say then."""
+
+
+def _wrong(path: str, rows: _Rows) -> Iterator[FieldProblem]:
+    return (FieldProblem(path + rest, text) for rest, is_wrong, text in rows if is_wrong)
+
+
 def system_problems(message: system_pb2.System, path: str = "system") -> Iterator[FieldProblem]:
     """Yield what no importer would have let pass, each with the path of its field."""
     known = {each.id for each in message.participants}
@@ -36,18 +45,26 @@ def system_problems(message: system_pb2.System, path: str = "system") -> Iterato
         elif name in NAMED:
             for index, entry in enumerate(found):
                 yield from named_problems(entry, f"{path}.{name}[{index}]")
-            yield from _repeated(found, NAMED[name], f"{path}.{name}")
+            yield from _wrong(f"{path}.{name}", _repeated(found, NAMED[name]))
     yield from part_problems(message, path)
+
+
+def _repeated(entries: Iterable[Any], key: str) -> _Rows:
+    seen: set[str] = set()
+    for index, entry in enumerate(entries):
+        name = getattr(entry, key)
+        yield f"[{index}].{key}", name in seen, f"`{name}` is there already"
+        seen.add(name)
 
 
 def named_problems(message: Any, path: str) -> Iterator[FieldProblem]:
     """Yield what is wrong with a participant, profile, topic, broker or bridge."""
     key = _NEEDED.get(type(message))
-    if key is not None and not getattr(message, key):
-        yield FieldProblem(f"{path}.{key}", f"{'an id' if key == 'id' else 'a name'} is needed")
-    if isinstance(message, system_pb2.Bridge):
-        for index, route in enumerate(message.routes):
-            yield from _route_problems(route, f"{path}.routes[{index}]")
+    if key is not None:
+        said = f"{'an id' if key == 'id' else 'a name'} is needed"
+        yield from _wrong(path, [(f".{key}", not getattr(message, key), said)])
+    for index, route in enumerate(getattr(message, "routes", ())):
+        yield from _wrong(f"{path}.routes[{index}]", _route(route))
 
 
 # A topic may be without a name, which is reported.
@@ -58,46 +75,35 @@ _NEEDED: Final[Mapping[type[Any], str]] = {
 }
 
 
-def _repeated(entries: Any, key: str, path: str) -> Iterator[FieldProblem]:
-    seen: set[str] = set()
-    for index, entry in enumerate(entries):
-        name = getattr(entry, key)
-        if name in seen:
-            yield FieldProblem(f"{path}[{index}].{key}", f"`{name}` is there already")
-        seen.add(name)
-
-
 def endpoint_problems(message: system_pb2.Endpoint, participants: set[str], path: str) -> Iterator[FieldProblem]:
     """Yield what is wrong with an endpoint, whose participant must be one of ``participants``."""
-    if not message.id:
-        yield FieldProblem(f"{path}.id", "an id is needed")
-    if message.role not in _BOTH_ROLES:
-        needed = "a role is needed: ROLE_PUBLISHER or ROLE_SUBSCRIBER"
-        yield FieldProblem(f"{path}.role", _unknown_number(message.role) if message.role else needed)
-    if not message.participant or message.participant not in participants:
-        said = f"`{message.participant}` is none of the participants" if message.participant else "an id is needed"
-        yield FieldProblem(f"{path}.participant", said)
+    needed = "a role is needed: ROLE_PUBLISHER or ROLE_SUBSCRIBER"
+    owner = message.participant
+    lost = f"`{owner}` is none of the participants" if owner else "an id is needed"
+    rows: _Rows = (
+        (".id", not message.id, "an id is needed"),
+        (".role", message.role not in _BOTH_ROLES, _unknown_number(message.role) if message.role else needed),
+        (".participant", not owner or owner not in participants, lost),
+    )
+    return _wrong(path, rows)
 
 
-def _route_problems(message: system_pb2.Route, path: str) -> Iterator[FieldProblem]:
-    """Yield what is wrong with a route; that a participant is not there is a finding of the check."""
-    for end, role in (("source", report_pb2.ROLE_SUBSCRIBER), ("target", report_pb2.ROLE_PUBLISHER)):
+def _route(message: system_pb2.Route) -> _Rows:
+    """What may be wrong with a route; that a participant is not there is a finding of the check."""
+    for end, role, does in (
+        ("source", report_pb2.ROLE_SUBSCRIBER, "subscribes to"),
+        ("target", report_pb2.ROLE_PUBLISHER, "publishes"),
+    ):
         side = getattr(message, end)
-        if side.role != role:
-            yield FieldProblem(
-                f"{path}.{end}.role", f"{report_pb2.Role.Name(role)} is needed: a bridge {_DOES[role]} it"
-            )
-        if not side.participant:
-            yield FieldProblem(f"{path}.{end}.participant", "an id is needed")
+        needed = f"{report_pb2.Role.Name(role)} is needed: a bridge {does} it"
+        yield f".{end}.role", side.role != role, needed
+        yield f".{end}.participant", not side.participant, "an id is needed"
     for field in ("only", "but"):
         for index, text in enumerate(getattr(message, field)):
             try:
                 pattern(text)
             except PatternError as error:
-                yield FieldProblem(f"{path}.{field}[{index}]", f"it is no regular expression: {error}")
-
-
-_DOES: Final = {report_pb2.ROLE_SUBSCRIBER: "subscribes to", report_pb2.ROLE_PUBLISHER: "publishes"}
+                yield f".{field}[{index}]", True, f"it is no regular expression: {error}"
 
 
 def _unknown_number(number: int) -> str:
@@ -107,33 +113,25 @@ def _unknown_number(number: int) -> str:
 def part_problems(message: Any, path: str) -> Iterator[FieldProblem]:
     """Yield what is wrong with what has no name in a system, or in a message that holds such a part alone."""
     for field, found in message.ListFields():
-        find = _OF_PARTS.get(field.name)
-        if find is not None:
-            yield from find(found, f"{path}.{field.name}")
+        rows = _OF_PARTS.get(field.name)
+        if rows is not None:
+            for key, each in found.items() if isinstance(found, Mapping) else enumerate(found):
+                yield from _wrong(f"{path}.{field.name}[{key}]", rows(each))
 
 
-def _overlay_problems(overlays: Sequence[system_pb2.Overlay], path: str) -> Iterator[FieldProblem]:
-    for index, overlay in enumerate(overlays):
-        if overlay.role and overlay.role not in _BOTH_ROLES:
-            yield FieldProblem(f"{path}[{index}].role", _unknown_number(overlay.role))
+def _check(rule: system_pb2.TeamRule) -> _Rows:
+    for place, bound in enumerate(rule.require):
+        unknown = f"`{bound.relation}` is none of {', '.join(_BOUNDS)}"
+        yield f".require[{place}].relation", bound.relation not in _BOUNDS, unknown
+        yield f".require[{place}].values", not bound.values, "a value is needed"
 
 
-def _check_problems(checks: Sequence[system_pb2.TeamRule], path: str) -> Iterator[FieldProblem]:
-    for index, rule in enumerate(checks):
-        for place, bound in enumerate(rule.require):
-            where = f"{path}[{index}].require[{place}]"
-            if bound.relation not in _BOUNDS:
-                yield FieldProblem(f"{where}.relation", f"`{bound.relation}` is none of {', '.join(_BOUNDS)}")
-            if not bound.values:
-                yield FieldProblem(f"{where}.values", "a value is needed")
-
-
-def _accept_problems(accept: Sequence[system_pb2.Acceptance], path: str) -> Iterator[FieldProblem]:
-    for index, accepted in enumerate(accept):
-        if not accepted.because:
-            yield FieldProblem(f"{path}[{index}].because", "a reason is needed")
-        if accepted.HasField("until") and not _is_date(accepted.until):
-            yield FieldProblem(f"{path}[{index}].until", f"`{accepted.until}` is no date such as 2027-01-31")
+def _accept(each: system_pb2.Acceptance) -> _Rows:
+    is_wrong = each.HasField("until") and not _is_date(each.until)
+    return (
+        (".because", not each.because, "a reason is needed"),
+        (".until", is_wrong, f"`{each.until}` is no date such as 2027-01-31"),
+    )
 
 
 def _is_date(text: str) -> bool:
@@ -144,22 +142,10 @@ def _is_date(text: str) -> bool:
     return True
 
 
-def _severity_problems(severities: Mapping[str, str], path: str) -> Iterator[FieldProblem]:
-    for name, level in severities.items():
-        if level not in _LEVELS:
-            yield FieldProblem(f"{path}[{name}]", f"`{level}` is none of {', '.join(_LEVELS)}")
-
-
-def _note_problems(notes: Sequence[system_pb2.ImportNote], path: str) -> Iterator[FieldProblem]:
-    for index, note in enumerate(notes):
-        if note.severity not in _SEVERITIES:
-            yield FieldProblem(f"{path}[{index}].severity", "a severity is needed")
-
-
-_OF_PARTS: Final[Mapping[str, Callable[[Any, str], Iterator[FieldProblem]]]] = {
-    "overlays": _overlay_problems,
-    "checks": _check_problems,
-    "accept": _accept_problems,
-    "severities": _severity_problems,
-    "notes": _note_problems,
+_OF_PARTS: Final[Mapping[str, Callable[[Any], _Rows]]] = {
+    "overlays": lambda each: [(".role", each.role not in (0, *_BOTH_ROLES), _unknown_number(each.role))],
+    "checks": _check,
+    "accept": _accept,
+    "severities": lambda level: [("", level not in _LEVELS, f"`{level}` is none of {', '.join(_LEVELS)}")],
+    "notes": lambda note: [(".severity", note.severity not in _SEVERITIES, "a severity is needed")],
 }

@@ -262,38 +262,43 @@ def field_problems(refusal: check_pb2.Refusal) -> list[FieldProblem]:
 def raised(error: grpc.RpcError | grpc.aio.AioRpcError) -> CqosError:
     """Return what the library would have raised, or what went wrong on the way."""
     call: Any = error
-    code = call.code().name
     trailing = dict(call.trailing_metadata() or ())
-    fields: list[FieldProblem] = []
-    details = trailing.get("grpc-status-details-bin", b"")
+    details, request_id = (trailing.get(name, b"") for name in ("grpc-status-details-bin", "x-request-id"))
     try:
         status = status_pb2.Status.FromString(details if isinstance(details, bytes) else b"")
     except DecodeError:  # of whatever stands between
         status = status_pb2.Status()
-    reason, left_out = "", ""
-    retry = None
-    wrong: list[Problem] = []
-    for detail in status.details:
-        problems, bad, info = report_pb2.InputProblems(), error_details_pb2.BadRequest(), error_details_pb2.ErrorInfo()
-        later = error_details_pb2.RetryInfo()
-        if detail.Unpack(problems):
-            wrong += [from_message(each) for each in problems.problems]
-        elif detail.Unpack(bad):
-            fields += [FieldProblem(each.field, each.description) for each in bad.field_violations]
-        elif detail.Unpack(info) and info.reason == _LEFT_OUT:
-            left_out = info.metadata["left_out"]
-        elif detail.Unpack(info):
-            reason = info.reason
-        elif detail.Unpack(later):
-            retry = later.retry_delay.seconds + later.retry_delay.nanos / 1e9
+    problems, bad, infos, later = (_unpacked(status, kind) for kind in _DETAILS)
+    reasons = {each.reason: each.metadata for each in infos}
+    left_out = reasons.pop(_LEFT_OUT, {}).get("left_out")
+    wrong = [from_message(each) for message in problems for each in message.problems]
     if wrong and left_out:
         wrong.append(Problem(wrong[-1].code, f"{left_out} more problems are not listed"))
     if wrong:
         return InputError(wrong)
-    request_id = trailing.get("x-request-id", "")
+    reason = next(iter(reasons), "")
     kind = SessionLostError if reason == _LOST else ServiceError
-    request_id = request_id if isinstance(request_id, str) else ""
-    return kind(code, call.details() or "", fields, request_id, reason, retry)
+    return kind(
+        call.code().name,
+        call.details() or "",
+        [FieldProblem(each.field, each.description) for message in bad for each in message.field_violations],
+        request_id if isinstance(request_id, str) else "",
+        reason,
+        next((each.retry_delay.seconds + each.retry_delay.nanos / 1e9 for each in later), None),
+    )
+
+
+_DETAILS: Final[tuple[Any, ...]] = (
+    report_pb2.InputProblems,
+    error_details_pb2.BadRequest,
+    error_details_pb2.ErrorInfo,
+    error_details_pb2.RetryInfo,
+)
+
+
+def _unpacked(status: status_pb2.Status, kind: Any) -> list[Any]:
+    made = (kind() for _ in status.details)
+    return [message for message, detail in zip(made, status.details, strict=True) if detail.Unpack(message)]
 
 
 def metadata(token: str | None) -> tuple[tuple[str, str], ...]:
@@ -324,7 +329,5 @@ def target_of(address: str, authority: str | None, certificate: str | None, key:
     if not secure:
         return target, None
 
-    def content(path: str | None) -> bytes | None:
-        return None if path is None else Path(path).read_bytes()
-
-    return target, grpc.ssl_channel_credentials(content(authority), content(key), content(certificate))
+    files = (None if path is None else Path(path).read_bytes() for path in (authority, key, certificate))
+    return target, grpc.ssl_channel_credentials(*files)

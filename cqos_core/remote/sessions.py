@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import itertools
 import queue
+from contextlib import AbstractAsyncContextManager, AbstractContextManager
 from dataclasses import replace
 from typing import (
     TYPE_CHECKING,
@@ -29,8 +30,6 @@ from cqos_core.remote.requests import ServiceError, SessionLostError, field_prob
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from typing_extensions import Self
-
     from cqos_core.model.report import Report
     from cqos_core.model.system import System
 
@@ -38,9 +37,10 @@ if TYPE_CHECKING:
 class _Changes(Edits):
     """Collects the edits of a system, and follows the answers to them."""
 
-    def __init__(self, system: System) -> None:
-        self._system = system
-        self._sources = system.sources
+    def __init__(self, client: Any, system: System) -> None:
+        """Open it, when the first report is asked for."""
+        self._client, self._system = client, system
+        self._stream: Any = None
         self._waiting: list[session_pb2.Change] = []
         self._told: Report | None = None
         self._revisions = itertools.count(1)
@@ -73,7 +73,7 @@ class _Changes(Edits):
             self._told = report_value(response.report)
         else:
             self._told = followed(self._told, response.delta)
-        return exact_places(self._told, self._sources)
+        return exact_places(self._told, self._system.sources)
 
 
 def followed(before: Report, delta: session_pb2.ReportDelta) -> Report:
@@ -95,19 +95,13 @@ def _placed(before: Sequence[Any], removed: Iterable[int], added: Iterable[tuple
     return tuple(kept)
 
 
-class RemoteSession(_Changes):
+class RemoteSession(_Changes, AbstractContextManager["RemoteSession"]):
     """A system kept open by the service: collect changes, then ask for the `report`."""
 
     def __init__(self, client: Any, system: System) -> None:
         """Open it, when the first report is asked for."""
-        super().__init__(system)
+        super().__init__(client, system)
         self._requests: queue.SimpleQueue[session_pb2.EditRequest | None] = queue.SimpleQueue()
-        self._client = client
-        self._stream: Any = None
-
-    def __enter__(self) -> Self:
-        """Use it."""
-        return self
 
     def __exit__(self, *error: object) -> None:
         """Close it."""
@@ -143,18 +137,8 @@ class RemoteSession(_Changes):
             raise raised(error) from None
 
 
-class AsyncSession(_Changes):
+class AsyncSession(_Changes, AbstractAsyncContextManager["AsyncSession"]):
     """A system kept open by the service; see `RemoteSession`."""
-
-    def __init__(self, client: Any, system: System) -> None:
-        """Open it, when the first report is asked for."""
-        super().__init__(system)
-        self._client = client
-        self._stream: Any = None
-
-    async def __aenter__(self) -> Self:
-        """Use it."""
-        return self
 
     async def __aexit__(self, *error: object) -> None:
         """Close it."""
