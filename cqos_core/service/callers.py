@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import ipaddress
+import re
 import time
 from contextlib import contextmanager
 from functools import lru_cache
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from cqos_core.service.observing import Meter
     from cqos_core.service.settings import Limits
 
+_IPV4: Final = 4
 _IPV6_NETWORK: Final = 64
 _OWN_PART: Final = 0.5
 _ALL_PARTS: Final = 0.6
@@ -70,10 +72,7 @@ class Caller:
         self.turn = asyncio.Lock()
         self.budget = Budget(_OWN_PART)
         self.seen = time.monotonic()
-        self.calls = 0
-        self.bytes = 0
-        self.sessions = 0
-        self.watches = 0
+        self.calls = self.bytes = self.sessions = self.watches = 0
 
     @property
     def idle(self) -> bool:
@@ -89,9 +88,7 @@ class Callers:
         self._limits = limits
         self._meter = meter
         self._shares = shares or {}
-        self._held = 0
-        self._calls = 0
-        self._watches = 0
+        self._held = self.calls = self.watches = 0
         self._known: dict[str, Caller] = {}
         self._budget = Budget(_ALL_PARTS)
 
@@ -127,16 +124,11 @@ class Callers:
             Refused: its caller has too many, or all have.
         """
         caller = self._caller(name)
-        if caller.watches >= _WATCHES_EACH or self._watches >= _WATCHES:
+        if caller.watches >= _WATCHES_EACH or self.watches >= _WATCHES:
             limit = f"one caller may watch {_WATCHES_EACH} times at once, all together {_WATCHES} times"
             raise Refused("RESOURCE_EXHAUSTED", f"{limit}; ask `Check` now and then", reason=CALLER_QUOTA)
-        caller.watches += 1
-        self._watches += 1
-        try:
+        with _counted("watches", self, caller):
             yield
-        finally:
-            caller.watches -= 1
-            self._watches -= 1
 
     @contextmanager
     def calling(self, name: str) -> Iterator[Caller]:
@@ -154,16 +146,11 @@ class Callers:
                 f"{limit}, and so many of yours are under way; send fewer at a time",
                 reason=CALLER_QUOTA,
             )
-        if self._calls >= self._limits.calls:
-            limit = f"{self._calls} calls are under way already, which is all that this service takes"
+        if self.calls >= self._limits.calls:
+            limit = f"{self.calls} calls are under way already, which is all that this service takes"
             raise Refused("RESOURCE_EXHAUSTED", f"{limit}; try again later", reason=BUSY)
-        caller.calls += 1
-        self._calls += 1
-        try:
+        with _counted("calls", self, caller):
             yield caller
-        finally:
-            caller.calls -= 1
-            self._calls -= 1
 
     @contextmanager
     def holding(self, caller: Caller) -> Iterator[Callable[[int], None]]:
@@ -189,7 +176,7 @@ class Callers:
     def _count(self, caller: Caller, more: int) -> None:
         caller.bytes += more
         self._held += more
-        self._meter.bytes(more)
+        self._meter.add("bytes", more=more)
 
     def _refuse_more(self, caller: Caller, size: int) -> None:
         whole = self._limits.bytes_together
@@ -216,11 +203,20 @@ class Callers:
             raise Refused(
                 "RESOURCE_EXHAUSTED", f"{limit}, and so many of yours are open already; close one", reason=CALLER_QUOTA
             )
-        caller.sessions += 1
-        try:
+        with _counted("sessions", caller):
             yield
-        finally:
-            caller.sessions -= 1
+
+
+@contextmanager
+def _counted(what: str, *where: Caller | Callers) -> Iterator[None]:
+    """Count one more while it is under way."""
+    for each in where:
+        setattr(each, what, getattr(each, what) + 1)
+    try:
+        yield
+    finally:
+        for each in where:
+            setattr(each, what, getattr(each, what) - 1)
 
 
 def _part(whole: int, share: float) -> int:
@@ -233,17 +229,13 @@ def origin(peer: str) -> str:
 
     That is the address of a machine, of IPv6 its network; on this machine it is the connection, since all share an address.
     """
-    text = unquote(peer)
-    for scheme in ("ipv4:", "ipv6:"):
-        text = text.removeprefix(scheme)
-    host, _, _ = text.rpartition(":")
-    host = host.removeprefix("[").removesuffix("]")
+    text = re.sub("^(ipv4:|ipv6:)+", "", unquote(peer))
+    host = text.rpartition(":")[0].removeprefix("[").removesuffix("]")
     try:
         address = ipaddress.ip_address(host.partition("%")[0])
     except ValueError:
         return text
-    if isinstance(address, ipaddress.IPv6Address):
-        if address.ipv4_mapped is None:
-            return text if address.is_loopback else str(ipaddress.ip_network((address, _IPV6_NETWORK), strict=False))
-        address = address.ipv4_mapped
-    return text if address.is_loopback else str(address)
+    address = getattr(address, "ipv4_mapped", None) or address
+    if address.is_loopback:
+        return text
+    return str(ipaddress.ip_network((address, _IPV6_NETWORK), strict=False) if address.version != _IPV4 else address)

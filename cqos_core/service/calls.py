@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 import hmac
 import logging
+import re
 import time
 import traceback
 from collections import OrderedDict
@@ -16,13 +17,8 @@ from datetime import date
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.service.answers import (
-    METHODS,
-    answer,
-    answer_of_stream,
-    answer_to,
-    decode,
-)
+from cqos_core.service import frames
+from cqos_core.service.answers import METHODS, PAIRS, answer, answer_of_stream, answer_to, decode
 from cqos_core.service.callers import Callers, origin
 from cqos_core.service.observing import Observer, tell
 from cqos_core.service.pool import FailedError, Pool, Sessions
@@ -40,10 +36,8 @@ _REMEMBERED_SIZE: Final = 64 * 1024
 _KEPT_ENTRIES: Final = 2_048
 _KEPT_BYTES: Final = 32 * 1024 * 1024
 _BEARER: Final = "bearer "
-_REVISION: Final = b"\x08"
-"""The tag of field 1, a number."""
-_LONGEST_VARINT: Final = 10
-"""With the tag; whatever is longer is left to the decoder."""
+_REVISION: Final = re.compile(rb"\x08[\x80-\xff]{0,8}[\x00-\x7f]")
+"""Field 1, a number; a longer one is left to the decoder."""
 
 
 class Calls:
@@ -60,12 +54,12 @@ class Calls:
         self.leaving = False
         self._shares = {token: share for token, _, share in settings.quotas}
         self._names = {token: name for token, name, _ in settings.quotas if name}
-        self._callers = Callers(self.limits, observer.meter, self._shares)
-        observer.meter.queue(lambda: self.pool.waiting)
+        self.callers = Callers(self.limits, observer.meter, self._shares)
+        observer.meter.depth = lambda: self.pool.waiting
         self._answers = Remembered(_KEPT_ENTRIES, _KEPT_BYTES)
 
     def _worker_ended(self, why: str) -> None:
-        self.observer.meter.worker_ended()
+        self.observer.meter.add("ended")
         tell(logging.WARNING, "worker ended", why=why)
 
     def warm(self) -> None:
@@ -94,7 +88,7 @@ class Calls:
         Raises:
             Refused: it has no token that is known, or too many calls under way.
         """
-        return self._callers.calling(self.admit(metadata) or certificate or origin(peer))
+        return self.callers.calling(self.admit(metadata) or certificate or origin(peer))
 
     def watching(self, peer: str) -> AbstractContextManager[None]:
         """Serve a health watch, apart from calls.
@@ -102,7 +96,7 @@ class Calls:
         Raises:
             Refused: there are too many who do.
         """
-        return self._callers.watching(origin(peer))
+        return self.callers.watching(origin(peer))
 
     def shown(self, caller: Caller) -> str:
         """Return what the log calls a caller: the name beside its token, else the beginning of the token's sum."""
@@ -115,7 +109,7 @@ class Calls:
         Raises:
             Refused: there are too many under way.
         """
-        return self._callers.holding(caller)
+        return self.callers.holding(caller)
 
     async def unary(
         self,
@@ -138,14 +132,15 @@ class Calls:
         """
         with self._held(caller, data):
             seconds = self.limits.seconds if remaining is None else min(remaining, self.limits.seconds)
+            kind = frames.ANSWER_JSON if json else frames.ANSWER
             if len(data) > _REMEMBERED_SIZE:
-                return await self.pool.call(caller.name, method, data, seconds, json=json)
+                return await self.pool.call(caller.name, kind, method, data, seconds)
             if not json:
                 return await self._unary(caller, method, data, seconds, browser=browser)
             key = (f"json {method}", date.today(), data)  # noqa: DTZ011 - as the check has it
             known = self._answers.get(key)
             if known is None:
-                known = await self.pool.call(caller.name, method, data, seconds, json=True)
+                known = await self.pool.call(caller.name, kind, method, data, seconds)
                 self._answers.put(key, known)
             return known
 
@@ -153,7 +148,7 @@ class Calls:
     def _held(self, caller: Caller, data: bytes) -> Iterator[None]:
         if len(data) > self.limits.message_bytes:
             raise too_much("request", f"it has {len(data)} bytes, this service takes {self.limits.message_bytes}")
-        with self._callers.holding(caller) as hold:
+        with self.callers.holding(caller) as hold:
             hold(len(data))
             yield
 
@@ -166,16 +161,17 @@ class Calls:
         if known is None:
             request = decode(found.request, asked)
             if request.revision:  # it stands where no writer puts it
-                revision, request.revision = request.revision, 0
+                revision = found.request(revision=request.revision).SerializeToString()
+                request.revision = 0
                 asked = request.SerializeToString()
                 key = (method, key[1], asked)
             small = len(asked) <= self.limits.inline_bytes and not found.apart(request)
-            if small and not browser and self._callers.may_answer_here(caller):
+            if small and not browser and self.callers.may_answer_here(caller):
                 known = await self._here(caller, partial(answer_to, method, request, self.limits.endpoints))
             else:
-                known = await self.pool.call(caller.name, method, asked, seconds)
+                known = await self.pool.call(caller.name, frames.ANSWER, method, asked, seconds)
             self._answers.put(key, known)
-        return known if revision == 0 else _REVISION + _varint(revision) + known
+        return revision + known  # whose field has the same number
 
     async def pairs(self, caller: Caller, requests: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
         """Answer a stream of pairs, one by one.
@@ -187,10 +183,10 @@ class Calls:
         while (data := await heard.next()) is not None:
             if len(data) > self.limits.inline_bytes:
                 raise too_much("pair", f"it has {len(data)} bytes, in a stream {self.limits.inline_bytes} are taken")
-            if self._callers.may_answer_here(caller):
+            if self.callers.may_answer_here(caller):
                 yield await self._here(caller, partial(answer_of_stream, data))
             else:
-                yield await self.pool.pair(caller.name, data, self.limits.seconds)
+                yield await self.pool.call(caller.name, frames.ANSWER_PAIR, PAIRS, data, self.limits.seconds)
 
     async def edit(self, caller: Caller, requests: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
         """Answer the edits of a session.
@@ -200,12 +196,12 @@ class Calls:
             FailedError: a worker failed.
         """
         heard = _Heard(requests, self.draining, self.limits, session_lost)
-        with self._callers.editing(caller):
+        with self.callers.editing(caller):
             data = await heard.next()
             if data is None:
                 return
             session = await self.sessions.begin(caller.name)
-            self.observer.meter.sessions(1)
+            self.observer.meter.add("sessions")
             try:
                 while data is not None:
                     with self._held(caller, data):
@@ -213,7 +209,7 @@ class Calls:
                     yield answered
                     data = await heard.next()
             finally:
-                self.observer.meter.sessions(-1)
+                self.observer.meter.add("sessions", more=-1)
                 # A caller that is gone keeps no place.
                 await asyncio.shield(asyncio.ensure_future(session.close()))
 
@@ -231,7 +227,7 @@ class Calls:
         try:
             return work()
         finally:
-            self._callers.answered_here(caller, time.perf_counter() - began)
+            self.callers.answered_here(caller, time.perf_counter() - began)
 
     async def close(self) -> None:
         """End all workers."""
@@ -306,26 +302,10 @@ class Remembered:
             self._bytes -= len(asked) + len(answered)
 
 
-def _split(data: bytes) -> tuple[int, bytes]:
+def _split(data: bytes) -> tuple[bytes, bytes]:
     """Split a request into its revision, which writers put first as field 1, and the rest."""
-    if data[:1] != _REVISION:
-        return 0, data
-    number = 0
-    for at, byte in enumerate(data[1:_LONGEST_VARINT], 1):
-        number |= (byte & 0x7F) << 7 * (at - 1)
-        if byte <= 0x7F:  # noqa: PLR2004 - the last one
-            return number, data[at + 1 :]
-    return 0, data
-
-
-def _varint(number: int) -> bytes:
-    """Write a number as protobuf does."""
-    out = bytearray()
-    while number > 0x7F:  # noqa: PLR2004 - seven bits in a byte
-        out.append(number & 0x7F | 0x80)
-        number >>= 7
-    out.append(number)
-    return bytes(out)
+    revision = _REVISION.match(data)
+    return (b"", data) if revision is None else (revision[0], data[revision.end() :])
 
 
 def failure(error: BaseException, request_id: str) -> Refused:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import struct
+from functools import partial
+from io import BytesIO
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable
     from typing import BinaryIO
 
 _HEAD: Final = struct.Struct(">BQQ")
@@ -42,21 +44,16 @@ def head(data: bytes) -> tuple[int, int, int]:
 
 
 HEAD_SIZE: Final = _HEAD.size
-_LENGTH: Final = struct.Struct(">Q")
 
 
 def packed(messages: Iterable[bytes]) -> bytes:
     """Put messages together; `unpacked` takes them apart."""
-    return b"".join(_LENGTH.pack(len(each)) + each for each in messages)
+    return b"".join(Frame(EDIT_SESSION, 0, each).encoded() for each in messages)
 
 
-def unpacked(data: bytes) -> Iterator[bytes]:
-    """Yield the messages that `packed` put together."""
-    at = 0
-    while at < len(data):
-        (size,) = _LENGTH.unpack_from(data, at)
-        at += _LENGTH.size + size
-        yield data[at - size : at]
+def unpacked(data: bytes) -> list[bytes]:
+    """Return the messages that `packed` put together."""
+    return [frame.data for frame in iter(partial(read, BytesIO(data)), None)]
 
 
 def read(stream: BinaryIO) -> Frame | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import re
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -16,6 +17,7 @@ from grpc_reflection.v1alpha import reflection, reflection_pb2_grpc
 from cqos.v1 import catalogue_pb2, check_pb2, session_pb2
 from cqos_core.model.problems import CqosError
 from cqos_core.service.answers import EDIT, METHODS, PAIRS
+from cqos_core.service.callers import origin
 from cqos_core.service.calls import failure
 from cqos_core.service.observing import REQUEST_ID
 from cqos_core.service.refusal import CALLER_QUOTA, Refused, fitted
@@ -24,9 +26,7 @@ from cqos_core.service.settings import Files, joined, split_address
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable
 
-    from cqos_core.service.callers import Caller
     from cqos_core.service.calls import Calls
-    from cqos_core.service.observing import Watch
     from cqos_core.service.settings import Settings
 
 SERVICES: Final = tuple(
@@ -90,7 +90,7 @@ class NativeDoor:
         add_reflection: Any = reflection_pb2_grpc.add_ServerReflectionServicer_to_server
         add_reflection(_Reflection(calls, names), self._server)
         for service in SERVICES:
-            handlers = grpc.method_handlers_generic_handler(service, dict(self._handlers(service)))
+            handlers = grpc.method_handlers_generic_handler(service, self._handlers(service))
             self._server.add_generic_rpc_handlers((handlers,))
         self.address = self._open(settings)
 
@@ -107,56 +107,54 @@ class NativeDoor:
             raise CqosError(f"cannot listen on {settings.listen}: it is in use, or not an address of this machine")
         return joined(host, opened)
 
-    def _handlers(self, service: str) -> Any:
+    def _handlers(self, service: str) -> dict[str, Any]:
         """Handlers that take and give bytes: what is large is decoded where it is answered."""
-        for method in (name for name in (*METHODS, PAIRS, EDIT) if name.startswith(f"/{service}/")):
-            name = method.rpartition("/")[2]
-            if method == PAIRS:
-                yield name, grpc.stream_stream_rpc_method_handler(self._streamed(method, _of_two(self._calls.pairs)))
-            elif method == EDIT:
-                yield name, grpc.stream_stream_rpc_method_handler(self._streamed(method, _of_two(self._calls.edit)))
-            else:
-                yield name, grpc.stream_stream_rpc_method_handler(self._streamed(method, self._unary(method)))
+        streams = {PAIRS: self._calls.pairs, EDIT: self._calls.edit}
+        return {
+            method.rpartition("/")[2]: grpc.stream_stream_rpc_method_handler(
+                partial(self._handled, method, streams.get(method))
+            )
+            for method in (*METHODS, *streams)
+            if method.startswith(f"/{service}/")
+        }
 
-    def _unary(self, method: str) -> Any:
-        """Answer one message; as a stream, so that its caller is let in, or not, before the message is waited for."""
-        calls = self._calls
-
-        async def answer(caller: Caller, requests: AsyncIterator[bytes], context: Any, watch: Watch) -> Any:
-            data = await _only_message(requests, calls.limits.seconds)
-            watch.size = len(data)
-            yield await calls.unary(caller, method, data, context.time_remaining())
-
-        return answer
-
-    def _streamed(self, method: str, answer: Callable[..., AsyncIterator[bytes]]) -> Any:
-        calls = self._calls
-
-        async def handle(requests: AsyncIterator[bytes], context: Any) -> AsyncIterator[bytes]:
-            metadata, peer = _metadata(context), context.peer()
-            watch = calls.observer.begin(method, metadata, peer, 0)
-            size = 0
-            try:
-                with calls.calling(metadata, peer, self._certificate(context)) as caller:
-                    watch.caller = calls.shown(caller)
-                    async for answered in answer(caller, requests, context, watch):
+    async def _handled(
+        self,
+        method: str,
+        stream: Callable[..., AsyncIterator[bytes]] | None,
+        requests: AsyncIterator[bytes],
+        context: Any,
+    ) -> AsyncIterator[bytes]:
+        """Answer a call; one of one message too as a stream, so that its caller is let in before the message is waited for."""
+        calls, metadata, peer = self._calls, _metadata(context), context.peer()
+        watch = calls.observer.begin(method, metadata, peer, 0)
+        size = 0
+        try:
+            with calls.calling(metadata, peer, self._certificate(context)) as caller:
+                watch.caller = calls.shown(caller)
+                if stream is None:
+                    data = await _only_message(requests, calls.limits.seconds)
+                    watch.size = len(data)
+                    answered = await calls.unary(caller, method, data, context.time_remaining())
+                    size = len(answered)
+                    yield answered
+                else:
+                    async for answered in stream(caller, requests):
                         size += len(answered)
                         yield answered
-            except Refused as refused:
-                watch.refused(refused, size)
-                await self._refuse(context, refused, watch.request_id)
-                raise
-            except (asyncio.CancelledError, GeneratorExit):
-                watch.end("CANCELLED", size)
-                raise
-            except Exception as error:
-                ours = failure(error, watch.request_id)
-                watch.end(ours.code, size)
-                await _abort(context, ours, watch.request_id)
-                raise
-            watch.end("OK", size)
-
-        return handle
+        except Refused as refused:
+            watch.refused(refused, size)
+            await self._refuse(context, refused, watch.request_id)
+            raise
+        except (asyncio.CancelledError, GeneratorExit):
+            watch.end("CANCELLED", size)
+            raise
+        except Exception as error:
+            ours = failure(error, watch.request_id)
+            watch.end(ours.code, size)
+            await _abort(context, ours, watch.request_id)
+            raise
+        watch.end("OK", size)
 
     def _certificate(self, context: Any) -> str:
         """Whom the certificate of a caller names; empty where none is asked for."""
@@ -191,7 +189,7 @@ class NativeDoor:
     async def _health_watched(self, requests: AsyncIterator[bytes], context: Any) -> AsyncIterator[bytes]:
         """Say how it is whenever that changes: to so many at a time."""
         try:
-            with self._calls.watching(context.peer()):
+            with self._calls.callers.watching(origin(context.peer())):
                 request = health_pb2.HealthCheckRequest.FromString(await _only_message(requests, _HEALTH_SECONDS))
                 watched: asyncio.Queue[bytes] = asyncio.Queue()
                 written: Any = _Written(context, watched)
@@ -246,12 +244,6 @@ async def _only_message(requests: AsyncIterator[bytes], seconds: float) -> bytes
     if data is None:
         raise Refused("INVALID_ARGUMENT", "the call has no request message")
     return data
-
-
-def _of_two(
-    answer: Callable[[Caller, AsyncIterator[bytes]], AsyncIterator[bytes]],
-) -> Callable[..., AsyncIterator[bytes]]:
-    return lambda caller, requests, _context, _watch: answer(caller, requests)
 
 
 class _Reflection(reflection.aio.ReflectionServicer):

@@ -10,6 +10,8 @@ import secrets
 import sys
 import threading
 import time
+from dataclasses import dataclass, field
+from functools import partial
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Final
 
@@ -53,13 +55,10 @@ class PlainLines(logging.Formatter):
 
     def format(self, record: logging.LogRecord) -> str:
         """Write it in one line, and a traceback below it."""
-        fields = " ".join(
-            f"{name}={value}" for name, value in getattr(record, "fields", {}).items() if name != "traceback"
-        )
+        given = getattr(record, "fields", {})
+        fields = " ".join(f"{name}={value}" for name, value in given.items() if name != "traceback")
         line = f"{_time(record)} {_level(record):7} {record.getMessage()} {fields}".rstrip()
-        trace = getattr(record, "fields", {}).get("traceback", "")
-        if record.exc_info:
-            trace = self.formatException(record.exc_info)
+        trace = self.formatException(record.exc_info) if record.exc_info else given.get("traceback", "")
         return f"{line}\n{trace}".rstrip()
 
 
@@ -90,106 +89,63 @@ def tell(level: int, event: str, **fields: object) -> None:
 
 
 class Meter:
-    """Counts calls: this one nothing, and others what they override."""
+    """Counts what happens; nothing where there are no ``metrics``.
 
-    def begun(self, method: str) -> None:
+    Attributes:
+        depth: returns how many calls wait for a worker.
+    """
+
+    def __init__(self, metrics: Mapping[str, Any] | None = None) -> None:
+        """Count in ``metrics``, by name."""
+        self._metrics = metrics
+        self.depth: Callable[[], int] = lambda: 0
+
+    def add(self, name: str, *labels: str, more: int = 1) -> None:
+        """Count so many more of something, or fewer."""
+        if self._metrics is not None:
+            metric = self._metrics[name]
+            (metric.labels(*labels) if labels else metric).inc(more)
+
+    def begun(self) -> None:
         """Note that a call began."""
+        self._under_way(1)
 
     def ended(self, method: str, code: str, seconds: float) -> None:
         """Note how a call ended."""
+        self._under_way(-1)
+        self.add("calls", method, code)
+        if self._metrics is not None:
+            self._metrics["seconds"].labels(method).observe(seconds)
 
-    def worker_ended(self) -> None:
-        """Note that a worker had to be ended."""
-
-    def sessions(self, more: int) -> None:
-        """Note that so many more sessions are open, or fewer."""
-
-    def bytes(self, more: int) -> None:
-        """Note that the requests under way have so many bytes more, or fewer."""
-
-    def queue(self, depth: Callable[[], int]) -> None:
-        """Ask ``depth`` for the number of calls that wait for a worker."""
-
-    def refused(self, reason: str) -> None:
-        """Note why a call was refused."""
+    def _under_way(self, more: int) -> None:
+        self.add("under_way", more=more)
+        if self._metrics is not None:
+            self._metrics["waiting"].set(self.depth())
 
 
-class PrometheusMeter(Meter):
-    """Counts for Prometheus."""
+def _metrics() -> Mapping[str, Any]:
+    """Register what is counted for Prometheus."""
+    from prometheus_client import Counter, Gauge, Histogram
 
-    def __init__(self) -> None:
-        """Register what is counted."""
-        from prometheus_client import REGISTRY, Counter, Gauge, Histogram
-
-        self._calls = Counter("cqos_calls", "Calls by method and status", ["method", "code"], registry=REGISTRY)
-        self._seconds = Histogram(
-            "cqos_call_duration_seconds",
-            "Duration of calls",
-            ["method"],
-            buckets=(0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 5, 10, 30),
-            registry=REGISTRY,
-        )
-        self._under_way = Gauge(
-            "cqos_calls_in_flight", "Calls that have no answer yet", registry=REGISTRY, multiprocess_mode="livesum"
-        )
-        self._ended = Counter(
-            "cqos_workers_ended", "Workers that took too long or too much memory, or died", registry=REGISTRY
-        )
-        self._sessions = Gauge(
-            "cqos_sessions_open", "Open edit sessions", registry=REGISTRY, multiprocess_mode="livesum"
-        )
-        self._bytes = Gauge(
-            "cqos_requests_in_flight_bytes",
-            "Bytes of requests under way",
-            registry=REGISTRY,
-            multiprocess_mode="livesum",
-        )
-
-        self._waiting = Gauge(
-            "cqos_queue_depth", "Calls that wait for a worker", registry=REGISTRY, multiprocess_mode="livesum"
-        )
-        self._refused = Counter(
-            "cqos_refusals", "Calls that were not answered, by reason", ["reason"], registry=REGISTRY
-        )
-        self._depth: Callable[[], int] = lambda: 0
-        build = Gauge(
-            "cqos_build_info", "Version, as a label", ["version"], registry=REGISTRY, multiprocess_mode="liveall"
-        )
-        build.labels(version("cqos-core")).set(1)
-
-    def queue(self, depth: Callable[[], int]) -> None:
-        """Ask for it whenever a call begins or ends."""
-        self._depth = depth
-
-    def refused(self, reason: str) -> None:
-        """Count it by reason."""
-        self._refused.labels(reason).inc()
-
-    def begun(self, method: str) -> None:  # noqa: ARG002 - of all meters
-        """Count it as under way."""
-        self._under_way.inc()
-        self._waiting.set(self._depth())
-
-    def ended(self, method: str, code: str, seconds: float) -> None:
-        """Count it by method and code."""
-        self._under_way.dec()
-        self._waiting.set(self._depth())
-        self._calls.labels(method, code).inc()
-        self._seconds.labels(method).observe(seconds)
-
-    def worker_ended(self) -> None:
-        """Count it."""
-        self._ended.inc()
-
-    def sessions(self, more: int) -> None:
-        """Count them."""
-        self._sessions.inc(more)
-
-    def bytes(self, more: int) -> None:
-        """Count them."""
-        self._bytes.inc(more)
+    gauge = partial(Gauge, multiprocess_mode="livesum")
+    build = Gauge("cqos_build_info", "Version, as a label", ["version"], multiprocess_mode="liveall")
+    build.labels(version("cqos-core")).set(1)
+    return {
+        "calls": Counter("cqos_calls", "Calls by method and status", ["method", "code"]),
+        "seconds": Histogram("cqos_call_duration_seconds", "Duration of calls", ["method"], buckets=_BUCKETS),
+        "under_way": gauge("cqos_calls_in_flight", "Calls that have no answer yet"),
+        "ended": Counter("cqos_workers_ended", "Workers that took too long or too much memory, or died"),
+        "sessions": gauge("cqos_sessions_open", "Open edit sessions"),
+        "bytes": gauge("cqos_requests_in_flight_bytes", "Bytes of requests under way"),
+        "waiting": gauge("cqos_queue_depth", "Calls that wait for a worker"),
+        "refused": Counter("cqos_refusals", "Calls that were not answered, by reason", ["reason"]),
+    }
 
 
+_BUCKETS: Final = (0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 5, 10, 30)
+
+
+@dataclass(slots=True)
 class Watch:
     """One call that is under way.
 
@@ -199,22 +155,18 @@ class Watch:
         caller: who makes it, as the log says it; empty where it is not let in.
     """
 
-    __slots__ = ("_began", "_meter", "_method", "_peer", "_span", "caller", "request_id", "size")
-
-    def __init__(self, meter: Meter, span: Any, method: str, request_id: str, peer: str, size: int) -> None:
-        """Begin."""
-        self._began = time.perf_counter()
-        self._meter = meter
-        self._span = span
-        self._method = method
-        self._peer = peer
-        self.size = size
-        self.caller = ""
-        self.request_id = request_id
+    _meter: Meter
+    _span: Any
+    _method: str
+    request_id: str
+    _peer: str
+    size: int
+    caller: str = ""
+    _began: float = field(default_factory=time.perf_counter)
 
     def refused(self, refused: Refused, size: int = 0) -> None:
         """Tell that it ended by a refusal."""
-        self._meter.refused(refused.reason or refused.code)
+        self._meter.add("refused", refused.reason or refused.code)
         self.end(refused.code, size, **({"reason": refused.reason} if refused.reason else {}))
 
     def end(self, code: str, size: int = 0, **fields: object) -> None:
@@ -256,7 +208,7 @@ class Observer:
         """Watch a call."""
         given = metadata.get(REQUEST_ID, "")
         request_id = given if _GIVEN_ID.fullmatch(given) else secrets.token_hex(8)
-        self.meter.begun(method)
+        self.meter.begun()
         span = None if self._tracer is None else _begin_span(self._tracer, method, metadata, request_id)
         return Watch(self.meter, span, method, request_id, peer, size)
 
@@ -265,7 +217,7 @@ def _meter(settings: Settings) -> Meter:
     if settings.metrics is None:
         return Meter()
     try:
-        return PrometheusMeter()
+        return Meter(_metrics())
     except ImportError:
         raise CqosError("--metrics needs the extra `metrics`: pip install 'cqos[metrics]'") from None
 

@@ -133,11 +133,6 @@ class Process:
             with suppress(LostError):
                 await self._started()
 
-    @property
-    def number(self) -> int | None:
-        """Its process id, while it runs."""
-        return None if self._process is None or self._process.returncode is not None else self._process.pid
-
     async def close(self) -> None:
         """End it for good."""
         self._closed = True
@@ -206,12 +201,8 @@ class Pool:
         """How many calls wait for a worker."""
         return self._turns.waiting
 
-    async def pair(self, caller: str, data: bytes, seconds: float) -> bytes:
-        """Let a worker answer one message of a stream of pairs; see `call`."""
-        return await self._call(caller, frames.Frame(frames.ANSWER_PAIR, 0, data), seconds)
-
-    async def call(self, caller: str, method: str, data: bytes, seconds: float, *, json: bool = False) -> bytes:
-        """Let a worker answer a call, in ``json`` or binary; waiting for one counts.
+    async def call(self, caller: str, kind: int, method: str, data: bytes, seconds: float) -> bytes:
+        """Let a worker answer a call of a kind of `frames`; waiting for one counts.
 
         Where its process dies, another one is asked once: an answer has no effect but itself.
 
@@ -219,19 +210,16 @@ class Pool:
             Refused: it is refused, too many wait already, or it took too long.
             FailedError: it failed.
         """
-        kind = frames.ANSWER_JSON if json else frames.ANSWER
-        return await self._call(caller, frames.Frame(kind, _NUMBERS[method], data), seconds)
-
-    async def _call(self, caller: str, frame: frames.Frame, seconds: float) -> bytes:
-        loop = asyncio.get_running_loop()
+        frame, loop = frames.Frame(kind, _NUMBERS.get(method, 0), data), asyncio.get_running_loop()
         until = loop.time() + seconds
+
+        def left() -> float:
+            return max(until - loop.time(), 0.001)
+
         died = None
         while True:
-            left = max(until - loop.time(), 0.001)
             try:
-                return await self._turns.use(
-                    caller, lambda process: process.call(frame, max(until - loop.time(), 0.001)), left
-                )
+                return await self._turns.use(caller, lambda process: process.call(frame, left()), left())
             except asyncio.TimeoutError:
                 if died is not None:
                     raise died.refused from None
@@ -241,11 +229,6 @@ class Pool:
                 if died is not None or not isinstance(error, DiedError):
                     raise error.refused from None
                 died = error
-
-    @property
-    def numbers(self) -> list[int]:
-        """Process ids of those that run."""
-        return [each.number for each in self._all if each.number is not None]
 
     async def close(self) -> None:
         """End all."""
@@ -276,16 +259,6 @@ class Sessions:
         self._homes = [_Home(limits) for _ in range(limits.session_workers)]
         self._next = itertools.count(1)
         self._open = 0
-
-    @property
-    def open(self) -> int:
-        """How many are open."""
-        return self._open
-
-    @property
-    def numbers(self) -> list[int]:
-        """Process ids of those that run."""
-        return [each.process.number for each in self._homes if each.process.number is not None]
 
     async def begin(self, caller: str) -> HostedSession:
         """Open a session in the process that has fewest.

@@ -115,7 +115,7 @@ class _Exchange:
             Refused: it has no token that is known, or too many calls under way.
         """
         self.caller = self._calling.enter_context(calls.calling(metadata, peer))
-        self._hold = self._reading.enter_context(calls.holding(self.caller))
+        self._hold = self._reading.enter_context(calls.callers.holding(self.caller))
 
     def came(self, size: int) -> None:
         """Count what came of its body.

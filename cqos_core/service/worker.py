@@ -79,7 +79,7 @@ class Worker:
                 return answer_of_stream(call.data)
             case frames.REOPEN_SESSION:
                 again = self._sessions[call.number] = EditSession(self._most)
-                again.repeat([*frames.unpacked(call.data)])
+                again.repeat(frames.unpacked(call.data))
             case frames.OPEN_SESSION:
                 self._sessions[call.number] = EditSession(self._most)
             case frames.EDIT_SESSION:
