@@ -7,9 +7,9 @@ where it was looked for: on a topic that it mentions, among the endpoints of a k
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
 from cqos_core.checking.findings import fact
 from cqos_core.exporters.contract import ExportContext, judged
@@ -103,8 +103,7 @@ _Slot: TypeAlias = tuple[str, str, str]
 """Protocol, topic in the form endpoints meet on, and kind."""
 
 
-@dataclass(frozen=True, slots=True)
-class _End:
+class _End(NamedTuple):
     """An endpoint with the values it has after settling."""
 
     judged: Judged
@@ -116,24 +115,23 @@ class _End:
 _Pairs: TypeAlias = list[tuple[_End, _End]]
 
 
-@dataclass(slots=True)
-class _KnownValues:
+class _KnownValues(NamedTuple):
     """What one system says.
 
     Attributes:
         slots: its endpoints.
-        observed: nobody designed any of it.
-        topics: of which it speaks, with their protocols.
+        observed: nothing of it was designed.
+        topics: that it mentions, with their protocols.
         kinds: of endpoints that it has, with their protocols.
         external: names of topics on which others than its own endpoints may be.
     """
 
     side: ComparedSide
-    slots: dict[_Slot, list[_End]] = field(default_factory=dict)
-    observed: bool = False
-    topics: set[tuple[str, str]] = field(default_factory=set)
-    kinds: set[tuple[str, str]] = field(default_factory=set)
-    external: set[str] = field(default_factory=set)
+    slots: Mapping[_Slot, list[_End]]
+    observed: bool
+    topics: set[tuple[str, str]]
+    kinds: set[tuple[str, str]]
+    external: set[str]
 
 
 def compare(a: System, b: System, context: Context, topics: Sequence[str] = (), ignored: Sequence[str] = ()) -> Diff:
@@ -144,10 +142,33 @@ def compare(a: System, b: System, context: Context, topics: Sequence[str] = (), 
     known_a, known_b = (
         _known(system, side, context, topics, ignored) for side, system in ((ComparedSide.A, a), (ComparedSide.B, b))
     )
-    found = _Comparison(known_a, known_b)
+    designed = not (known_a.observed or known_b.observed)
+    matched: _Pairs = []
+    by_topic: _Pairs = []
+    missing: list[Missing] = []
+    unknown: dict[tuple[ComparedSide, str], set[str]] = {}
     for slot in sorted({*known_a.slots, *known_b.slots}):
-        found.slot(known_a.slots.get(slot, []), known_b.slots.get(slot, []))
-    return found.result()
+        pairs, others, rest_a, rest_b = _compared(known_a.slots.get(slot, []), known_b.slots.get(slot, []), designed)
+        matched += pairs + others
+        by_topic += others
+        for rest, here, there in ((rest_a, known_a, known_b), (rest_b, known_b, known_a)):
+            for end in rest:
+                why = _why_not(end, here, there)
+                if why is None:
+                    missing.append(Missing(here.side, end.named))
+                else:
+                    unknown.setdefault((here.side, why), set()).add(end.named.id)
+    different = [each for pair in matched for each in _differences(*pair)]
+    return Diff(
+        tuple(sorted(missing, key=lambda each: (each.endpoint.topic, each.endpoint.kind, each.endpoint.id))),
+        tuple(sorted(different, key=lambda each: (each.a.topic, each.a.kind, each.a.id))),
+        len(matched),
+        len(by_topic),
+        tuple(
+            f"{len(ids)} endpoint{'s' if len(ids) > 1 else ''} of {side.upper()}: {why}"
+            for (side, why), ids in sorted(unknown.items())
+        ),
+    )
 
 
 def _known(
@@ -157,21 +178,20 @@ def _known(
     plain = _without_variants(system, context)
     endpoints = judged(plain, ExportContext(context.find_pack, context.default_protocol)).endpoints
     settled = _settled(part for each in endpoints for part in each.parts)
-    known = _KnownValues(side, observed=bool(endpoints) and all(each.endpoint.observed for each in endpoints))
-    known.external = {_bare(name) for name, topic in system.topics.items() if topic.external}
+    external = {_bare(name) for name, topic in system.topics.items() if topic.external}
+    slots: dict[_Slot, list[_End]] = {}
     for each in endpoints:
         if not each.parts or each.parts[0].key is None:
             continue
         end = _end(each, settled)
-        if not _wanted(end.named.topic, topics, ignored):
-            continue
-        protocol, topic, kind = end.slot
-        known.slots.setdefault(end.slot, []).append(end)
-        known.topics.add((protocol, topic))
-        known.kinds.add((protocol, kind))
-        if each.parts[0].external and not each.endpoint.external:
-            known.external |= {_bare(topic), _bare(end.named.topic)}
-    return known
+        if _wanted(end.named.topic, topics, ignored):
+            slots.setdefault(end.slot, []).append(end)
+            if each.parts[0].external and not each.endpoint.external:
+                external |= {_bare(end.slot[1]), _bare(end.named.topic)}
+    observed = bool(endpoints) and all(each.endpoint.observed for each in endpoints)
+    mentioned = {(protocol, topic) for protocol, topic, _ in slots}
+    kinds = {(protocol, kind) for protocol, _, kind in slots}
+    return _KnownValues(side, slots, observed, mentioned, kinds, external)
 
 
 def _without_variants(system: System, context: Context) -> System:
@@ -197,13 +217,11 @@ def _bare(topic: str) -> str:
 
 def _settled(endpoints: Iterable[Resolved]) -> dict[int, QosProfile]:
     """Profiles by the identity of the endpoint, with values from peers filled in."""
-    found = {}
-    for members in bucket(endpoints).values():
-        topic = group(members)
+    topics = [group(members) for members in bucket(endpoints).values()]
+    for topic in topics:
         settle(topic)
-        for each in (*topic.publishers, *topic.subscribers):
-            found.update({id(endpoint): each.profile for endpoint in each.endpoints})
-    return found
+    groups = (each for topic in topics for each in (*topic.publishers, *topic.subscribers))
+    return {id(endpoint): each.profile for each in groups for endpoint in each.endpoints}
 
 
 def _end(each: Judged, settled: Mapping[int, QosProfile]) -> _End:
@@ -216,63 +234,17 @@ def _end(each: Judged, settled: Mapping[int, QosProfile]) -> _End:
     return _End(each, profiles, named, (first.pack.id, first.key or "", kind))
 
 
-class _Comparison:
-    """Compares slot by slot."""
-
-    def __init__(self, a: _KnownValues, b: _KnownValues) -> None:
-        self.a, self.b = a, b
-        self.designed = not (a.observed or b.observed)
-        self.missing: list[Missing] = []
-        self.different: list[Different] = []
-        self.matched = 0
-        self.by_topic = 0
-        self.unknown: dict[tuple[ComparedSide, str], set[str]] = {}
-
-    def slot(self, a: Iterable[_End], b: Iterable[_End]) -> None:
-        """Match the endpoints of one topic and kind within their participants, then those that are left over."""
-        left_a: list[_End] = []
-        left_b: list[_End] = []
-        of_b = _by_participant(b)
-        for participant, ends in _by_participant(a).items():
-            pairs, rest_a, rest_b = _matched(ends, of_b.pop(participant, []), by_id=self.designed)
-            self.pairs(pairs)
-            left_a += rest_a
-            left_b += rest_b
-        left_b += [end for ends in of_b.values() for end in ends]
-        pairs, rest_a, rest_b = _matched(left_a, left_b, by_id=self.designed)
-        self.by_topic += len(pairs)
-        self.pairs(pairs)
-        self.rest(rest_a, self.a, self.b)
-        self.rest(rest_b, self.b, self.a)
-
-    def pairs(self, pairs: _Pairs) -> None:
-        """Compare the values of endpoints that are in both systems."""
-        self.matched += len(pairs)
-        for a, b in pairs:
-            self.different += _differences(a, b)
-
-    def rest(self, ends: Iterable[_End], here: _KnownValues, there: _KnownValues) -> None:
-        """Report endpoints that are only here, where they would be there if they existed."""
-        for end in ends:
-            why = _why_not(end, here, there)
-            if why is None:
-                self.missing.append(Missing(here.side, end.named))
-            else:
-                self.unknown.setdefault((here.side, why), set()).add(end.named.id)
-
-    def result(self) -> Diff:
-        """Return all of it in a stable order."""
-        said = (
-            f"{len(ids)} endpoint{'s' if len(ids) > 1 else ''} of {side.upper()}: {why}"
-            for (side, why), ids in sorted(self.unknown.items())
-        )
-        return Diff(
-            tuple(sorted(self.missing, key=lambda each: (each.endpoint.topic, each.endpoint.kind, each.endpoint.id))),
-            tuple(sorted(self.different, key=lambda each: (each.a.topic, each.a.kind, each.a.id))),
-            self.matched,
-            self.by_topic,
-            tuple(said),
-        )
+def _compared(
+    a: Sequence[_End],
+    b: Sequence[_End],
+    designed: bool,  # noqa: FBT001
+) -> tuple[_Pairs, _Pairs, list[_End], list[_End]]:
+    """Match the endpoints of one topic and kind within their participants, then those that are left over."""
+    of_a, of_b = _by_participant(a), _by_participant(b)
+    within = [_matched(of_a.get(each, []), of_b.get(each, []), by_id=designed) for each in {**of_a, **of_b}]
+    left_a, left_b = [end for _, rest, _ in within for end in rest], [end for _, _, rest in within for end in rest]
+    others, rest_a, rest_b = _matched(left_a, left_b, by_id=designed)
+    return [pair for found, _, _ in within for pair in found], others, rest_a, rest_b
 
 
 def _why_not(end: _End, here: _KnownValues, there: _KnownValues) -> str | None:
@@ -322,38 +294,23 @@ def _differences(a: _End, b: _End) -> Iterator[Different]:
         for index, policy in enumerate(part_a.pack.policies):
             if policy.level != ENDPOINT or part_a.role not in policy.roles:
                 continue
-            told_a, told_b = _told(part_a, profile_a, index), _told(part_b, profile_b, index)
-            if told_a is None or told_b is None or not told_a.values.isdisjoint(told_b.values):
+            index_a, index_b = _stated(part_a, profile_a, index), _stated(part_b, profile_b, index)
+            values_a, values_b = _possible(profile_a.values[index_a]), _possible(profile_b.values[index_b])
+            if values_a is None or values_b is None or not values_a.isdisjoint(values_b):
                 continue
-            one, other = told_a.fact(), told_b.fact()
+            one, other = fact(part_a, profile_a, index_a), fact(part_b, profile_b, index_b)
             key = (policy.name, one.value, other.value)
             if key not in seen:
                 seen.add(key)
                 yield Different(a.named, b.named, policy.name, one, other)
 
 
-@dataclass(frozen=True, slots=True)
-class _Told:
-    """What a system says of a policy of one endpoint: the values it may have, and how to show them."""
-
-    values: frozenset[Plain]
-    part: Resolved
-    profile: QosProfile
-    index: int
-
-    def fact(self) -> Fact:
-        """The value with its origin and place."""
-        return fact(self.part, self.profile, self.index)
-
-
-def _told(part: Resolved, profile: QosProfile, index: int) -> _Told | None:
-    """Return the value of a policy; None where it may be any."""
-    if part.pack.policies[index].name == _TYPE and not is_plain(profile.values[index]):
-        # The type may be stated of the topic only.
-        declared = part.pack.find("topic", _TYPE)
-        index = index if declared is None else declared
-    values = _possible(profile.values[index])
-    return None if values is None else _Told(values, part, profile, index)
+def _stated(part: Resolved, profile: QosProfile, index: int) -> int:
+    """Return where the value of a policy stands; the type may be stated of the topic only."""
+    if part.pack.policies[index].name != _TYPE or is_plain(profile.values[index]):
+        return index
+    declared = part.pack.find("topic", _TYPE)
+    return index if declared is None else declared
 
 
 def _possible(value: Value) -> frozenset[Plain] | None:
