@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
@@ -64,20 +65,18 @@ def _diff(name: str, before: str, after: str) -> Iterable[str]:
 
 def apply_edits(sources: Mapping[str, bytes], edits: Iterable[Edit], importer: str | None = None) -> Edited:
     """Apply edits to texts by the name of their source; ``importer`` reads all of them, if given."""
-    by_source: dict[str, list[Edit]] = {}
-    left: list[tuple[Edit, str]] = []
-    for edit in dict.fromkeys(edits):
-        if edit.place.source in sources:
-            by_source.setdefault(edit.place.source, []).append(edit)
-        else:
-            left.append((edit, f"`{edit.place.source}` is none of the inputs"))
+    edits = list(dict.fromkeys(edits))
+    left = [
+        (each, f"`{each.place.source}` is none of the inputs") for each in edits if each.place.source not in sources
+    ]
     texts = {}
-    for name, own in by_source.items():
-        source = Source(name, sources[name])
-        made = edited(source, own, partial(_inserter, source, importer))
-        left += made.left
-        if made.data != sources[name]:
-            texts[name] = made.data
+    for name, own in _by_source(edits).items():
+        if name in sources:
+            source = Source(name, sources[name])
+            made = edited(source, own, partial(_inserter, source, importer))
+            left += made.left
+            if made.data != sources[name]:
+                texts[name] = made.data
     return Edited(dict(sources), texts, tuple(left))
 
 
@@ -85,17 +84,19 @@ def replacements_of(
     sources: Mapping[str, bytes], edits: Iterable[Edit], importer: str | None = None
 ) -> dict[str, list[Replacement]]:
     """Return what edits replace in each source, by its name; nothing where one of them cannot be applied."""
-    by_source: dict[str, list[Edit]] = {}
-    for edit in edits:
-        by_source.setdefault(edit.place.source, []).append(edit)
     found = {}
-    for name, own in by_source.items():
-        if name not in sources:
-            return {}
-        source = Source(name, sources[name])
+    for name, own in _by_source(edits).items():
+        source = Source(name, sources.get(name, b""))
         found[name], left = replacements(source, own, partial(_inserter, source, importer))
-        if left:
+        if left or name not in sources:
             return {}
+    return found
+
+
+def _by_source(edits: Iterable[Edit]) -> dict[str, list[Edit]]:
+    found: dict[str, list[Edit]] = {}
+    for edit in edits:
+        found.setdefault(edit.place.source, []).append(edit)
     return found
 
 
@@ -110,12 +111,9 @@ def _inserter(source: Source, importer: str | None) -> Inserter | None:
 def opened_sources(systems: Iterable[System], edits: Iterable[Edit] = ()) -> dict[str, bytes]:
     """Return the bytes of every file that systems were read from, and of further ones that edits name."""
     found = {name: data for system in systems for name, data in system.sources.items()}
-    for edit in edits:
-        if edit.place.source not in found:
-            try:
-                found[edit.place.source] = read_path(edit.place.source).data
-            except InputError:
-                continue  # the edit says that its source is none of the inputs
+    for name in {edit.place.source: None for edit in edits if edit.place.source not in found}:
+        with suppress(InputError):  # the edit says that its source is none of the inputs
+            found[name] = read_path(name).data
     return found
 
 
@@ -177,16 +175,10 @@ def fix_all(
     applied: list[tuple[Finding, Remedy]] = []
     refused: dict[object, str] = {}
     while len(applied) < _ROUNDS:
-        chosen = []
-        for finding in _wanted(report):
-            if _key(finding) in refused:
-                continue
-            remedy, reason = _best(finding)
-            if remedy is None:
-                refused[_key(finding)] = reason
-            else:
-                chosen.append((finding, remedy))
-        tried = _attempt(texts, report, chosen, check, importer) if chosen else None
+        judged = [(finding, _best(finding)) for finding in _wanted(report) if _key(finding) not in refused]
+        refused |= {_key(finding): reason for finding, (remedy, reason) in judged if remedy is None}
+        chosen = [(finding, remedy) for finding, (remedy, _) in judged if remedy is not None]
+        tried = _attempt(texts, report, chosen, check, importer)
         if chosen and tried is None:
             # One of them does not work: find one that does, for their places hold only until the first is applied.
             for single in chosen:
@@ -216,23 +208,19 @@ def _best(finding: Finding) -> tuple[Remedy | None, str]:
     """Return the fix to apply, or the reason why there is no such one."""
     if not finding.remedies:
         return None, finding.help or "no change of a single value fixes it"
-    reason = ""
+    refused = []
     for remedy in finding.remedies:
-        why = (
-            "weakens the design"
-            if remedy.weakens
-            else "makes other pairs worse"
-            if remedy.breaks
-            else "is a promise that the program must keep"
-            if remedy.kind == "needs_code"
-            else "is of no file that can be edited"
-            if not remedy.edits
-            else ""
+        objections = (
+            (remedy.weakens, "weakens the design"),
+            (remedy.breaks, "makes other pairs worse"),
+            (remedy.kind == "needs_code", "is a promise that the program must keep"),
+            (not remedy.edits, "is of no file that can be edited"),
         )
-        if not why:
+        why = next((text for is_so, text in objections if is_so), None)
+        if why is None:
             return remedy, ""
-        reason = reason or f"{remedy.text}: {why}"
-    return None, reason
+        refused.append(f"{remedy.text}: {why}")
+    return None, refused[0]
 
 
 def _attempt(
@@ -251,9 +239,8 @@ def _attempt(
         after = check(new)
     except InputError:
         return None
-    if _doubtful(after) > _doubtful(report) or _errors(after) - _errors(report):
-        return None
-    if any(_is_there(finding, remedy, after) for finding, remedy in chosen):
+    worse = _doubtful(after) > _doubtful(report) or _errors(after) - _errors(report)
+    if worse or any(_is_there(finding, remedy, after) for finding, remedy in chosen):
         return None
     return new, after
 

@@ -112,7 +112,7 @@ def _explained(occurrence: Occurrence, known: _KnownEnds, context: Context) -> E
         mine = own
     keys = {each.key for each in mine}
     others = [each for each in on_topic if each.role != misfit.role and each.key in keys]
-    missing = misfit.role if not mine else "" if others else _opposite(misfit.role)
+    missing = misfit.role if not mine else "" if others else (SUBSCRIBER if misfit.role == PUBLISHER else PUBLISHER)
     if missing:
         owner = f" of `{misfit.participant}`" if own and not mine else ""
         return Explained(occurrence, rules, remark=f"the system has no {missing}{owner} there")
@@ -122,7 +122,9 @@ def _explained(occurrence: Occurrence, known: _KnownEnds, context: Context) -> E
     if misfit.topic is None and rules:
         # Of all topics of the participant, it is one where the named policy does not fit.
         findings = tuple(each for each in findings if each.code in {rule.code for rule in rules})
-        pairs = tuple(pair for pair in pairs if any(_concerns(each, pair) for each in findings))
+        pairs = tuple(
+            pair for pair in pairs if any({pair.publisher, pair.subscriber} <= {*each.endpoints} for each in findings)
+        )
     if not pairs:
         remark = "by the system they fit, so what runs differs from it: `cqos diff` compares it with a snapshot"
     elif rules and not {rule.code for rule in rules} & {each.code for each in findings}:
@@ -132,10 +134,6 @@ def _explained(occurrence: Occurrence, known: _KnownEnds, context: Context) -> E
 
 def _address(endpoint: Resolved) -> str:
     return endpoint.pack.meeting.address(endpoint.endpoint.participant, endpoint.participant.texts)
-
-
-def _opposite(role: str) -> str:
-    return SUBSCRIBER if role == PUBLISHER else PUBLISHER
 
 
 def _pairs(publishers: set[str], subscribers: set[str], known: _KnownEnds) -> tuple[Pair, ...]:
@@ -160,7 +158,3 @@ def _findings(pairs: Sequence[Pair], known: _KnownEnds) -> tuple[Finding, ...]:
         for names in ({pair.publisher for pair in pairs}, {pair.subscriber for pair in pairs})
     )
     return tuple(offering[number] for number in sorted(offering.keys() & requesting.keys()))
-
-
-def _concerns(finding: Finding, pair: Pair) -> bool:
-    return {pair.publisher, pair.subscriber} <= {*finding.endpoints}

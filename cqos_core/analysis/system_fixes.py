@@ -12,11 +12,11 @@ from cqos_core.model.report import Severity
 from cqos_core.model.system import Place, Setting
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Collection, Iterable
 
     from cqos_core.checking.checker import Context
     from cqos_core.model.report import Finding, Remedy
-    from cqos_core.model.system import Endpoint, System
+    from cqos_core.model.system import System
 
 Wanted: TypeAlias = Literal["first", "configuration"]
 """``first`` takes the best remedy of an error, ``configuration`` the best of those that need no change of the program."""
@@ -70,18 +70,14 @@ def mend(system: System, context: Context, wanted: Wanted) -> Mended:
     current = replace(system, endpoints=[replace(each.endpoint, id=each.id) for each in endpoints])
     applied: list[Applied] = []
     for _ in range(_ROUNDS):
-        errors = _errors(current, context)
+        findings = check_system(current, context).findings
+        errors = [each for each in findings if each.severity is Severity.ERROR and each.accepted is None]
         chosen = _chosen(errors, wanted, alone, policies, applied)
         if not chosen:
             break
         applied += chosen
         current = _with(current, chosen)
     return Mended(current, tuple(applied), tuple(errors))
-
-
-def _errors(system: System, context: Context) -> list[Finding]:
-    findings = check_system(system, context).findings
-    return [each for each in findings if each.severity is Severity.ERROR and each.accepted is None]
 
 
 def _chosen(
@@ -106,14 +102,16 @@ def _chosen(
 
 
 def _with(system: System, chosen: Iterable[Applied]) -> System:
-    changes: dict[str, dict[str, Setting]] = {}
     for each in chosen:
         setting = Setting(each.remedy.value, Place(f"a remedy of {each.code}"))
-        for name in each.remedy.members:
-            changes.setdefault(name, {})[each.remedy.policy] = setting
+        system = with_setting(system, each.remedy.members, each.remedy.policy, setting)
+    return system
 
-    def changed(endpoint: Endpoint) -> Endpoint:
-        own = changes.get(endpoint.id)
-        return endpoint if own is None else replace(endpoint, overlay={**endpoint.overlay, **own})
 
-    return replace(system, endpoints=[changed(endpoint) for endpoint in system.endpoints])
+def with_setting(system: System, members: Collection[str], policy: str, setting: Setting) -> System:
+    """Return a system with one value laid over some of its endpoints."""
+    endpoints = [
+        replace(each, overlay={**each.overlay, policy: setting}) if each.id in members else each
+        for each in system.endpoints
+    ]
+    return replace(system, endpoints=endpoints)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import importlib
 from dataclasses import dataclass, replace
 from math import ceil
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.analysis.applying import apply_edits
 from cqos_core.analysis.proving.plan import End, Fault, NotRunnableError, Plan
+from cqos_core.analysis.system_fixes import with_setting
 from cqos_core.checking.explanation import explain_pair, settled_pair
 from cqos_core.checking.pipeline import with_options
 from cqos_core.exporters.contract import ExportContext, judged
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from cqos_core.language.policy import Value
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.model.report import Finding, PairReport, Remedy
-    from cqos_core.model.system import Endpoint, System
+    from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved
 
@@ -184,21 +185,18 @@ def _choose(pack: RulePack, ends: Sequence[Resolved], on: str) -> tuple[str, Pro
 
 
 def _load(pack: RulePack, name: str) -> Prover:
-    module, _, attribute = pack.provers[name].partition(":")
-    prover: Prover = getattr(importlib.import_module(module), attribute)
+    prover: Prover = resolve_name(pack.provers[name])
     return prover
 
 
 def _fits(end: Resolved, assumes: Mapping[str, str]) -> bool:
     """Whether the options of an end are, or may be, those of an implementation."""
-    for option, text in assumes.items():
-        index = end.pack.find("option", option)
-        if index is None or end.written(index) is None:
-            continue
-        wanted = end.pack.policies[index].domain.parse(text)
-        if not _may_be(end.profile.values[index], wanted):
-            return False
-    return True
+    stated = ((end.pack.find("option", option), text) for option, text in assumes.items())
+    return all(
+        _may_be(end.profile.values[index], end.pack.policies[index].domain.parse(text))
+        for index, text in stated
+        if index is not None and end.written(index) is not None
+    )
 
 
 def _may_be(value: Value, wanted: Value) -> bool:
@@ -232,7 +230,7 @@ def _with_facts(system: System, topic: MatchedTopic, subscriber: str, fault: Fau
     text = f"{fault.seconds * 1000:g}ms"
     pack = topic.subscribers[0].first.carried.endpoint.pack if topic.subscribers[0].first.carried else topic.pack
     if fault.kind == "slow_reader" and pack.find(ENDPOINT, "taken_every") is not None:
-        return with_setting(system, (subscriber,), "taken_every", text)
+        return with_setting(system, (subscriber,), "taken_every", Setting(text, _HERE))
     if fault.kind == "link_outage" and pack.find("option", "outage") is not None:
         return with_options(system, {pack.id: {"outage": text}}, where, _HERE)
     return system
@@ -249,12 +247,10 @@ def _period(topic: MatchedTopic) -> tuple[int, int]:
 
 def _with_period(system: System, names: Iterable[str | None], period: int) -> System:
     """State the period of a run in place of the topic's, which takes too long or is too short."""
-    topics = dict(system.topics)
-    for name in names:
-        if name is not None:
-            known = topics.get(name, StatedTopic(name))
-            topics[name] = replace(known, settings={**known.settings, "period": Setting(f"{period}ns", _HERE)})
-    return replace(system, topics=topics)
+    known = {name: system.topics.get(name, StatedTopic(name)) for name in names if name is not None}
+    stated = {"period": Setting(f"{period}ns", _HERE)}
+    changed = {name: replace(topic, settings={**topic.settings, **stated}) for name, topic in known.items()}
+    return replace(system, topics={**system.topics, **changed})
 
 
 def _needed_faults(topic: MatchedTopic) -> list[Fault]:
@@ -280,15 +276,13 @@ def _early(topic: MatchedTopic) -> int:
 
 def _texts(end: Resolved, *levels: str) -> dict[str, str]:
     """Return the values of some levels that are known."""
-    found = {}
-    for policy, value in zip(end.pack.policies, end.profile.values, strict=False):
-        if (
-            policy.level in levels
-            and is_plain(value)
-            and (policy.level != ENDPOINT or end.endpoint.role in policy.roles)
-        ):
-            found[policy.name] = policy.domain.format(value)
-    return found
+    return {
+        policy.name: policy.domain.format(value)
+        for policy, value in zip(end.pack.policies, end.profile.values, strict=False)
+        if policy.level in levels
+        and is_plain(value)
+        and (policy.level != ENDPOINT or end.endpoint.role in policy.roles)
+    }
 
 
 # Fixes
@@ -347,7 +341,7 @@ def _changed(
     if again is None or not remedy.edits:
         known = {each.id for each in system.endpoints}
         return (
-            with_setting(system, remedy.members, remedy.policy, remedy.value)
+            with_setting(system, remedy.members, remedy.policy, Setting(remedy.value, _HERE))
             if known.issuperset(remedy.members)
             else None
         )
@@ -357,33 +351,20 @@ def _changed(
     return named(again({**system.sources, **edited.texts}), where)
 
 
-def with_setting(system: System, members: Sequence[str], policy: str, value: str) -> System:
-    """Return a system with one value laid over some of its endpoints."""
-
-    def changed(endpoint: Endpoint) -> Endpoint:
-        if endpoint.id not in members:
-            return endpoint
-        return replace(endpoint, overlay={**endpoint.overlay, policy: Setting(value, _HERE)})
-
-    return replace(system, endpoints=[changed(each) for each in system.endpoints])
-
-
 # What reality says
 
 
 def summary(outcome: Outcome) -> str:
     """Return what happened in one line: ``20 sent, 0 arrived, refused for RELIABILITY``."""
-    parts = [f"{len(outcome.sent)} sent, {len(set(outcome.arrived))} arrived"]
-    if outcome.repeated:
-        parts.append(f"{len(outcome.repeated)} more than once")
-    if not outcome.ordered:
-        parts.append("out of order")
-    parts += [f"{role} failed: {reason or 'no reason given'}" for role, reason in outcome.not_created.items()]
-    if outcome.refused:
-        parts.append(f"refused for {', '.join(each.upper() for each in outcome.refused)}")
-    elif outcome.matched is False:
-        parts.append("never connected")
-    return ", ".join(parts)
+    parts = [
+        (True, f"{len(outcome.sent)} sent, {len(set(outcome.arrived))} arrived"),
+        (outcome.repeated, f"{len(outcome.repeated)} more than once"),
+        (not outcome.ordered, "out of order"),
+        *((True, f"{role} failed: {why or 'no reason given'}") for role, why in outcome.not_created.items()),
+        (outcome.refused, f"refused for {', '.join(each.upper() for each in outcome.refused)}"),
+        (not outcome.refused and outcome.matched is False, "never connected"),
+    ]
+    return ", ".join(text for is_so, text in parts if is_so)
 
 
 def disagreements(trial: Trial, outcome: Outcome, where: Context) -> list[str]:
