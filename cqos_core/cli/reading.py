@@ -167,7 +167,7 @@ class InputReader:
         )
 
     def one(self, paths: Sequence[str], color: str, *, partly: bool = False) -> tuple[System, Loaded]:
-        """Read ``paths`` as one system; where there is none, say why and end the command.
+        """Read ``paths`` as one system; without one, say why and end the command.
 
         ``partly`` takes what can be read although other files cannot.
         """
