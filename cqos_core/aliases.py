@@ -36,7 +36,7 @@ RENAMED: Final = {
     "mistakes": "packs.validation",
     "proving.plan": "analysis.proving.plan",
     "proving.runs": "analysis.proving.runs",
-    "reading": "resolving.values",
+    "reading": "resolving.reader",
     "settle": "matching.peer_values",
     "shape": "matching.topic_shape",
 }

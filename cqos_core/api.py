@@ -6,9 +6,13 @@ from collections.abc import Mapping
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from cqos_core.checking.checker import Context, check_system
+from cqos_core.checking.checker import check_system
 from cqos_core.checking.explanation import explain_pair
-from cqos_core.checking.pipeline import (
+from cqos_core.checking.trial import tried_out
+from cqos_core.inputs.reading import Input, faults, faults_of, read, source_of
+from cqos_core.language.policy import INFINITE
+from cqos_core.matching.pipeline import (
+    Context,
     SettingValue,
     as_text,
     context,
@@ -16,9 +20,6 @@ from cqos_core.checking.pipeline import (
     pair_system,
     with_options,
 )
-from cqos_core.checking.trial import tried_out
-from cqos_core.inputs.reading import Input, faults, faults_of, read, source_of
-from cqos_core.language.policy import INFINITE
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.report import Edit

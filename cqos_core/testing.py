@@ -38,7 +38,7 @@ from typing import TYPE_CHECKING, Any
 
 from cqos_core.api import check, check_pair
 from cqos_core.checking.checker import check_system
-from cqos_core.checking.pipeline import context, pair_system
+from cqos_core.matching.pipeline import context, pair_system
 from cqos_core.model.problems import CqosError
 from cqos_core.model.report import Finding, Severity, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER

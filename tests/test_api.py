@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import cqos_core as cqos
-from cqos_core.checking.pipeline import as_text, context
 from cqos_core.language.evaluate import Function
 from cqos_core.language.expression import parse
 from cqos_core.language.policy import INFINITE
+from cqos_core.matching.pipeline import as_text, context
 from cqos_core.packs.rule import requires
 from tests.worlds import POST, RULES, checked, codes, only, participant, reader, world, writer
 

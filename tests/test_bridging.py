@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.explanation import explain_pair
-from cqos_core.checking.pipeline import context
 from cqos_core.checking.session import Session
 from cqos_core.language.expression import as_sentence, offered, requested
 from cqos_core.language.policy import FromPeers
 from cqos_core.matching.derived_guarantees import DerivedGuarantees, over
+from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError
 from cqos_core.model.system import Bridge, Endpoint, Participant, Route
 from cqos_core.packs.guarantee import NEEDS, RELAYED, WORDS, gives

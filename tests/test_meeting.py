@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from cqos_core.checking.pipeline import context
 from cqos_core.checking.session import Session
 from cqos_core.language.expression import as_sentence, broker, offered, requested
 from cqos_core.language.policy import Count, Flag, Policy, Text
+from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import PackError
 from cqos_core.model.system import Broker, ProfileRef, Setting
 from cqos_core.packs.pack import Completion, Known, Preset

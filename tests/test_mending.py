@@ -102,7 +102,7 @@ def test_no_pair_becomes_worse(wanted, system):
 def test_a_remedy_of_no_endpoint_setting_is_left():
     """What a participant states, or what an application requires, is no setting of an endpoint to lay over."""
     from cqos_core.api import read
-    from cqos_core.checking.pipeline import context
+    from cqos_core.matching.pipeline import context
 
     text = b"""cqos: 1
 protocol: ros2

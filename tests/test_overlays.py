@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from cqos_core.checking.pipeline import context
+from cqos_core.matching.pipeline import context
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import Overlay, Place, Setting
 from cqos_core.packs.pack import Meeting

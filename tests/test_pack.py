@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-from cqos_core.checking.pipeline import context
 from cqos_core.language.evaluate import Function
 from cqos_core.language.expression import define, parse
 from cqos_core.language.policy import (
@@ -24,6 +23,7 @@ from cqos_core.language.policy import (
     Text,
     by_option,
 )
+from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import PackError
 from cqos_core.packs.pack import Convention, Dialect, Preset, RulePack, column_form, rule_table
 from cqos_core.packs.rule import forbids, meets, requires
@@ -462,7 +462,7 @@ def test_a_function_that_fails_is_a_finding_and_the_other_rules_are_judged():
             forbids(parse("failing(stamp)"), code="POST902", name="c", because="b"),
         ),
     )
-    from cqos_core.checking.pipeline import context
+    from cqos_core.matching.pipeline import context
 
     report = check_parts(
         world(writer("box", stamp="x", care="plain"), reader("box", stamp="x", care="signed")), where=context([pack])
@@ -484,7 +484,7 @@ def test_memory_that_is_short_is_no_fault_of_a_function_and_not_remembered_as_on
 
     rule = requires(parse("hungry(offered(stamp))"), code="POST901", name="a", because="b")
     pack = replace(POST, functions=(Function("hungry", hungry),), rules=(rule,))
-    from cqos_core.checking.pipeline import context
+    from cqos_core.matching.pipeline import context
 
     asked = world(writer("box", stamp="x"), reader("box", stamp="x"))
     with pytest.raises(MemoryError):
@@ -501,7 +501,7 @@ def test_a_pack_may_be_another_one_under_an_option():
     policies = (*POLICIES, mode)
     lax = replace(POST, policies=policies, rules=RULES[1:])
     pack = replace(POST, policies=policies, variants={("mode", "lax"): lax})
-    from cqos_core.checking.pipeline import context
+    from cqos_core.matching.pipeline import context
 
     where = context([pack])
     pair = [writer("box", care="plain"), reader("box", care="signed")]

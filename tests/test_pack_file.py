@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from cqos_core.api import check, check_pair
 from cqos_core.checking.checker import check_system
-from cqos_core.checking.pipeline import context
 from cqos_core.importers.source import Source
 from cqos_core.inputs.files import read_path
 from cqos_core.language.expression import parse
@@ -28,6 +27,7 @@ from cqos_core.language.policy import (
     Text,
     by_option,
 )
+from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import Endpoint, Participant, Setting, System
 from cqos_core.packs.pack import Convention, Dialect, Preset, RulePack

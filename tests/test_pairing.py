@@ -7,9 +7,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.api import explain_pair
-from cqos_core.checking.pipeline import context
 from cqos_core.language.policy import by_option
-from cqos_core.matching.pairing import apart, bucket, group, naming_endpoints
+from cqos_core.matching.judge import apart
+from cqos_core.matching.pairing import bucket, group, naming_endpoints
+from cqos_core.matching.pipeline import context
 from cqos_core.model.system import Acceptance
 from cqos_core.resolving.resolve import resolve
 from tests.worlds import CONTEXT, POST, checked, only, participant, reader, world, writer

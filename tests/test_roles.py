@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from cqos_core import check
-from cqos_core.checking.pipeline import context
 from cqos_core.checking.session import Session
 from cqos_core.language.expression import as_sentence, offered, requested
+from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import PackError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bound, Endpoint, Participant, Setting, System, TeamRule
 from cqos_core.packs.rule import forbids, requires

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 from cqos_core.api import check
-from cqos_core.checking.pipeline import context
 from cqos_core.language.policy import COMBINATIONS, INFINITE, Anything, Choice, Depends, Duration, FromPeers, Policy
 from cqos_core.matching.pairing import group
 from cqos_core.matching.peer_values import settle
+from cqos_core.matching.pipeline import context
 from cqos_core.resolving.resolve import resolve
 from tests.worlds import POLICIES, POST, RULES, checked, codes, only, participant, reader, world, writer
 

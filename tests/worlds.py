@@ -10,8 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.checking.checker import Context, check_system
-from cqos_core.checking.pipeline import as_text, context
+from cqos_core.checking.checker import check_system
 from cqos_core.language.evaluate import Function
 from cqos_core.language.expression import (
     all_equal,
@@ -39,6 +38,7 @@ from cqos_core.language.policy import (
     Text,
     by_option,
 )
+from cqos_core.matching.pipeline import Context, as_text, context
 from cqos_core.model.system import Endpoint, Participant, Place, Profile, ProfileRef, Setting, System, Topic
 from cqos_core.packs.pack import Convention, Dialect, Preset, RulePack
 from cqos_core.packs.rule import forbids, meets, requires

@@ -14,16 +14,16 @@ from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 from cqos_core.checking.findings import fact
 from cqos_core.exporters.contract import ExportContext, judged
 from cqos_core.language.policy import ENDPOINT, Depends, is_plain, normalise
-from cqos_core.matching.pairing import bucket, group
-from cqos_core.matching.peer_values import settle
+from cqos_core.matching.pairing import bucket
+from cqos_core.matching.peer_values import settled_profiles
 from cqos_core.model.report import TextEnum
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.checking.checker import Context
     from cqos_core.exporters.contract import Judged
     from cqos_core.language.policy import Plain, Value
+    from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import Fact
     from cqos_core.model.system import Place, System
     from cqos_core.resolving.resolved import QosProfile, Resolved
@@ -177,13 +177,15 @@ def _known(
     """Sort what a system says; what no pack judges is not compared."""
     plain = _without_variants(system, context)
     endpoints = judged(plain, ExportContext(context.find_pack, context.default_protocol)).endpoints
-    settled = _settled(part for each in endpoints for part in each.parts)
+    profiles: dict[int, QosProfile] = {}
+    for members in bucket(part for each in endpoints for part in each.parts).values():
+        profiles |= settled_profiles(members)
     external = {_bare(name) for name, topic in system.topics.items() if topic.external}
     slots: dict[_Slot, list[_End]] = {}
     for each in endpoints:
         if not each.parts or each.parts[0].key is None:
             continue
-        end = _end(each, settled)
+        end = _end(each, profiles)
         if _wanted(end.named.topic, topics, ignored):
             slots.setdefault(end.slot, []).append(end)
             if each.parts[0].external and not each.endpoint.external:
@@ -215,22 +217,13 @@ def _bare(topic: str) -> str:
     return topic.lstrip("/")
 
 
-def _settled(endpoints: Iterable[Resolved]) -> dict[int, QosProfile]:
-    """Profiles by the identity of the endpoint, with values from peers filled in."""
-    topics = [group(members) for members in bucket(endpoints).values()]
-    for topic in topics:
-        settle(topic)
-    groups = (each for topic in topics for each in (*topic.publishers, *topic.subscribers))
-    return {id(endpoint): each.profile for each in groups for endpoint in each.endpoints}
-
-
-def _end(each: Judged, settled: Mapping[int, QosProfile]) -> _End:
+def _end(each: Judged, known: Mapping[int, QosProfile]) -> _End:
     first, stated = each.parts[0], each.endpoint
     address = first.pack.meeting.address(stated.participant, first.participant.texts)
     kind = stated.role if stated.kind == "message" else stated.kind
     topic = first.shown if each.whole is not None else stated.topic or ""
     named = Named(each.id, address, kind, topic, first.pack.id, stated.place)
-    profiles = tuple(settled.get(id(part), part.profile) for part in each.parts)
+    profiles = tuple(known.get(id(part), part.profile) for part in each.parts)
     return _End(each, profiles, named, (first.pack.id, first.key or "", kind))
 
 

@@ -15,7 +15,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from cqos_core.checking.checker import Context
+    from cqos_core.matching.pipeline import Context
     from cqos_core.model.logs import Misfit, Occurrence
     from cqos_core.model.report import Finding, Group, Report
     from cqos_core.model.system import System

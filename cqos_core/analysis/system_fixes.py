@@ -14,7 +14,7 @@ from cqos_core.model.system import Place, Setting
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
 
-    from cqos_core.checking.checker import Context
+    from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import Finding, Remedy
     from cqos_core.model.system import System
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from datetime import date
 from fnmatch import fnmatchcase
@@ -17,12 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from cqos_core.checking.findings import Made
-    from cqos_core.model.codes import CodeInfo
+    from cqos_core.matching.pipeline import RuleFinder
     from cqos_core.model.system import Acceptance
-    from cqos_core.packs.rule import Rule
-
-RuleFinder = Callable[[str], "Rule | CodeInfo | None"]
-"""Returns what a code, name or alias stands for: a rule, or what the core or an importer reports."""
 
 
 def _spellings(finding: Finding, find_rule: RuleFinder) -> tuple[str, ...]:

@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import date
+from functools import partial
 from itertools import chain
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.checking.acceptance import RuleFinder, with_acceptances, with_severities
+from cqos_core.checking.acceptance import with_acceptances, with_severities
 from cqos_core.checking.findings import Made, merged, of_participants, one_per_cause
 from cqos_core.checking.team import bind_checks, words_asked
 from cqos_core.checking.topic import TopicResult, check_topic
 from cqos_core.matching.assumptions import assumptions
-from cqos_core.matching.bridging import bridge_findings, linked
+from cqos_core.matching.bridging import bridge_findings
 from cqos_core.matching.judge import ask
 from cqos_core.matching.pairing import bridges_of, naming_endpoints
-from cqos_core.matching.routes import MOST_ENDPOINTS, expanded
+from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.codes import CODES
 from cqos_core.model.remarks import core_finding, plural, suggestion
 from cqos_core.model.report import Finding, Report, Severity, Side, Verdict
 from cqos_core.model.spelling import KnownNames, typing_errors
 from cqos_core.model.system import MESSAGE, PUBLISHER, SUBSCRIBER
-from cqos_core.resolving.resolve import Resolver
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
+    from cqos_core.matching.pairing import TopicKey
+    from cqos_core.matching.pipeline import Context
     from cqos_core.model.system import Endpoint, Participant, System
     from cqos_core.packs.pack import BoundRule, RulePack
     from cqos_core.resolving.resolved import Resolved, ResolvedSystem
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
 
 def _partners(
     system: System,
-    results: Mapping[tuple[str, str], TopicResult],
+    results: Mapping[TopicKey, TopicResult],
     packs: Mapping[str, RulePack],
     endpoints: Iterable[Resolved],
 ) -> tuple[list[Finding], int]:
@@ -85,7 +87,7 @@ class _Busy:
 
     def __init__(
         self,
-        results: Mapping[tuple[str, str], TopicResult],
+        results: Mapping[TopicKey, TopicResult],
         packs: Mapping[str, RulePack],
         lonely: Sequence[tuple[str, str]],
     ) -> None:
@@ -242,8 +244,7 @@ def _collapses(endpoints: Iterable[Resolved]) -> list[Finding]:
     shown: dict[tuple[str, str], dict[str, list[Resolved]]] = {}
     for endpoint in endpoints:
         if endpoint.key is not None and endpoint.shown != endpoint.key:
-            by_name = shown.setdefault((endpoint.pack.id, endpoint.key), {})
-            by_name.setdefault(endpoint.shown, []).append(endpoint)
+            shown.setdefault((endpoint.pack.id, endpoint.key), {}).setdefault(endpoint.shown, []).append(endpoint)
     findings = []
     for (_, key), free in sorted(shown.items()):
         if len(free) > 1:
@@ -290,27 +291,12 @@ def _starts(system: System) -> list[Finding]:
     return findings
 
 
-@dataclass(frozen=True, slots=True)
-class Context:
-    """What a check needs beside the system: the packs, the protocol of endpoints that state none, and the day.
-
-    `most_endpoints` bounds what bridges may make of a system.
-    """
-
-    find_pack: Callable[[str], RulePack | None]
-    find_rule: RuleFinder
-    default_protocol: str | None = None
-    known_packs: frozenset[str] = frozenset()
-    today: date | None = None
-    most_endpoints: int = MOST_ENDPOINTS
-
-
 def assemble(
     system: System,
     resolved: ResolvedSystem,
-    results: Mapping[tuple[str, str], TopicResult],
+    results: Mapping[TopicKey, TopicResult],
     context: Context,
-    team_problems: Sequence[Finding] = (),
+    problems: Sequence[Finding] = (),
 ) -> Report:
     """Put the results of all topics together with what only the whole system can tell."""
     packs = {endpoint.pack.id: endpoint.pack for endpoint in resolved.endpoints}
@@ -323,7 +309,7 @@ def assemble(
     plain = [
         *_import_findings(system, context),
         *resolved.findings,
-        *team_problems,
+        *problems,
         *_starts(system),
         *participant_findings(resolved.endpoints),
         *_collapses(resolved.endpoints),
@@ -381,7 +367,7 @@ def _tried(finding: Finding) -> Finding:
     return replace(finding, severity=Severity.WARNING)
 
 
-def _merged(results: Mapping[tuple[str, str], TopicResult]) -> list[Made]:
+def _merged(results: Mapping[TopicKey, TopicResult]) -> list[Made]:
     """What is to be said of topics, with what is to be said once put together."""
     by_key: dict[tuple[Any, ...], list[Made]] = {}
     for key in sorted([key for key, result in results.items() if result.made]):
@@ -424,7 +410,7 @@ def _instances(finding: Finding, of: Mapping[str, str]) -> Finding:
     return replace(finding, sides=tuple(sides))
 
 
-def _topics(results: Mapping[tuple[str, str], TopicResult]) -> int:
+def _topics(results: Mapping[TopicKey, TopicResult]) -> int:
     """How many topics there are: a filter all of whose subscribers are on other topics is none."""
     if not any(result.lonely for result in results.values()):
         return len(results)
@@ -477,21 +463,32 @@ def _unknown_severities(system: System, context: Context) -> list[Finding]:
 def check_system(
     system: System, context: Context, step: Callable[[int, int], None] = lambda _done, _all: None
 ) -> Report:
-    """Check one system; every stage runs once: resolve, group, settle, judge, report.
+    """Check one system.
 
     Args:
         system: what to check.
         context: the packs, and what is assumed where the system says nothing.
-        step: told before each topic how many of how many are judged.
+        step: called before each topic with how many of how many are judged.
     """
-    system, links = expanded(system, context.find_pack, context.default_protocol, context.most_endpoints)
-    teams, problems = bind_checks(system, context.find_pack, context.default_protocol)
-    resolver = Resolver(system, context.find_pack, context.default_protocol, words_asked(teams), context.known_packs)
-    resolved = resolver.run()
-    by_topic, hops = linked(links, resolver)
-    results = {}
+    return check(Pipeline(system, context), step=step)
+
+
+def check(
+    pipeline: Pipeline,
+    judged: Callable[
+        [TopicKey, Sequence[Resolved], Callable[[], TopicResult]], TopicResult
+    ] = lambda _key, _ends, judge: judge(),
+    step: Callable[[int, int], None] = lambda _done, _all: None,
+) -> Report:
+    """Check a system; ``judged`` may know what is to be said of a topic, or calls its last argument to judge it."""
+    system = pipeline.system
+    teams, problems = bind_checks(system, pipeline.where.find_pack, pipeline.where.default_protocol)
+    pipeline.asked = words_asked(teams)
     excused = naming_endpoints(system.accept)
-    for number, (key, endpoints) in enumerate(by_topic.items()):
-        step(number, len(by_topic))
-        results[key] = check_topic(endpoints, excused, teams)
-    return assemble(system, resolved, results, context, [*problems, *bridge_findings(system, hops, by_topic)])
+    results = {}
+    for number, (key, endpoints) in enumerate(pipeline.topics.items()):
+        step(number, len(pipeline.topics))
+        results[key] = judged(key, endpoints, partial(check_topic, endpoints, excused, teams))
+    if system.bridges:
+        problems += bridge_findings(system, pipeline.hops, pipeline.topics)
+    return assemble(system, pipeline.resolver.result, results, pipeline.where, problems)

@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from cqos_core.checking.checker import check_system, participant_findings
-from cqos_core.checking.findings import Draft, fact, make, one_per_cause
-from cqos_core.checking.topic import check_topic, verdict_between
+from cqos_core.checking.findings import fact, make, one_per_cause
+from cqos_core.checking.topic import check_topic, refusing, verdict_between
 from cqos_core.matching.assumptions import assumptions
-from cqos_core.matching.bridging import linked
 from cqos_core.matching.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
 from cqos_core.matching.derived_guarantees import derive, faults_between, give, over
 from cqos_core.matching.hops import Hop
-from cqos_core.matching.judge import already_told, judge_endpoint, judge_pair, of_end, undecided_meeting
-from cqos_core.matching.pairing import EndpointGroup, MatchedTopic, apart, group
-from cqos_core.matching.peer_values import settle
-from cqos_core.matching.routes import expanded
+from cqos_core.matching.judge import (
+    already_told,
+    apart,
+    judge_endpoint,
+    judge_pair,
+    of_end,
+    undecided_meeting,
+    verdict_alone,
+)
+from cqos_core.matching.outline import Outline
+from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
+from cqos_core.matching.peer_values import settled
+from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import core_finding, suggestion
 from cqos_core.model.report import (
@@ -32,58 +41,32 @@ from cqos_core.model.report import (
 )
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.guarantee import LINK
-from cqos_core.resolving.resolve import Resolver, resolve
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping, Sequence
 
-    from cqos_core.checking.checker import Context
     from cqos_core.matching.delivery_paths import Pair
     from cqos_core.matching.derived_guarantees import DerivedGuarantees
-    from cqos_core.model.report import Finding, Report
+    from cqos_core.matching.pipeline import Context
+    from cqos_core.model.report import Assumption, Finding, Report
     from cqos_core.model.system import System
     from cqos_core.packs.rule import Rule
+    from cqos_core.resolving.resolve import Resolver
     from cqos_core.resolving.resolved import Resolved
 
 
 def explain_pair(system: System, publisher: str, subscriber: str, where: Context) -> PairReport:
-    """Explain one pair of a system that is already read; see `explain`."""
-    whole, links = expanded(system, where.find_pack, where.default_protocol, where.most_endpoints)
-    resolver = Resolver(whole, where.find_pack, where.default_protocol)
-    resolved = resolver.run()
-    by_topic, hops = linked(links, resolver)
-    offering = _find(resolved.endpoints, publisher, PUBLISHER)
-    requesting = _find(resolved.endpoints, subscriber, SUBSCRIBER)
-    everybody = _meeting_place(by_topic, offering, requesting)
+    """Explain one pair of a system that is already read; see `explain`. All but the verdict is found out when it is read."""
+    pipeline = Pipeline(system, where)
+    pair = _Pair(pipeline, publisher, subscriber)
+    if not pipeline.hops:
+        return pair.report()
+    arrivals = Arrivals(pipeline.hops, pipeline.topics)
+    offering, requesting = pair.offering, pair.requesting
     strangers = offering.pack is requesting.pack and apart(offering.profile, requesting.profile)
-    arrivals = Arrivals(hops, by_topic)
-    if (everybody is None or strangers) and (found := arrivals.ways(offering).get(requesting.id)):
-        report = _path_report(found[0], by_topic, check_system(system, where))
-        return _with_repetition(report, offering, requesting, arrivals)
-    if everybody is None:
-        raise CqosError(
-            f"publisher `{offering.id}` is on {offering.pack.id} topic `{offering.shown}` and subscriber `{requesting.id}` on "
-            f"{requesting.pack.id} topic `{requesting.shown}`: they never meet"
-        )
-    whole_topic = _settled(everybody)
-    pair = _pair_of(whole_topic, offering, requesting)
-    verdict, refusing = verdict_between(whole_topic, offering, requesting)
-    ends = [endpoint for endpoint in (offering, requesting) if endpoint.carried is None]
-    refused = [each for each in participant_findings(ends) if each.verdict is not None]
-    report = _pair_report(
-        pair,
-        verdict,
-        [
-            *refused,
-            *(each.finding for each in refusing),
-            *(f for f in resolved.findings if not f.endpoints or set(f.endpoints) & {offering.id, requesting.id}),
-        ],
-    )
-    group_of_pair = Group(offering.shown, (offering.id,), (requesting.id,), verdict, whole_topic.pack.id)
-    packs = {each.pack.id: each.pack for each in resolved.endpoints}
-    assumed = assumptions([offering, requesting], [group_of_pair], report.findings, packs)
-    report = replace(report, assumed=assumed) if assumed else report
-    return _with_repetition(report, offering, requesting, arrivals) if hops else report
+    way = arrivals.ways(offering).get(requesting.id) if pair.everybody is None or strangers else None
+    report = _path_report(way[0], pipeline.topics, check_system(system, where)) if way else pair.report()
+    return _with_repetition(report, offering, requesting, arrivals)
 
 
 def settled_pair(system: System, publisher: str, subscriber: str, where: Context) -> tuple[MatchedTopic, Resolver]:
@@ -92,27 +75,11 @@ def settled_pair(system: System, publisher: str, subscriber: str, where: Context
     Raises:
         CqosError: there is no such endpoint, or the two never meet on one topic.
     """
-    whole, links = expanded(system, where.find_pack, where.default_protocol)
-    resolver = Resolver(whole, where.find_pack, where.default_protocol)
-    endpoints = resolver.run().endpoints
-    by_topic, _ = linked(links, resolver)
-    offering, requesting = _find(endpoints, publisher, PUBLISHER), _find(endpoints, subscriber, SUBSCRIBER)
-    everybody = _meeting_place(by_topic, offering, requesting)
-    if everybody is None:
+    pipeline = Pipeline(system, where)
+    pair = _Pair(pipeline, publisher, subscriber)
+    if pair.everybody is None:
         raise CqosError(f"`{publisher}` and `{subscriber}` do not meet on one topic")
-    return _pair_of(_settled(everybody), offering, requesting), resolver
-
-
-def _settled(everybody: Sequence[Resolved]) -> MatchedTopic:
-    topic = group(everybody)
-    settle(topic)
-    return topic
-
-
-def _pair_of(topic: MatchedTopic, offering: Resolved, requesting: Resolved) -> MatchedTopic:
-    """Return a topic with two of its endpoints alone."""
-    ends = [_only(topic.publishers, offering.id)], [_only(topic.subscribers, requesting.id)]
-    return MatchedTopic(topic.key, topic.shown, topic.pack, *ends)
+    return pair.topic, pipeline.resolver
 
 
 def _with_repetition(report: PairReport, offering: Resolved, requesting: Resolved, arrivals: Arrivals) -> PairReport:
@@ -154,10 +121,9 @@ def _with_repetition(report: PairReport, offering: Resolved, requesting: Resolve
     return replace(report, findings=(*others, finding), guarantees=tuple(guarantees))
 
 
-def endpoints_of(system: System, where: Context) -> list[Resolved]:
+def endpoints_of(system: System, where: Context) -> Sequence[Resolved]:
     """Return all endpoints of a system, those of bridges too, with their values."""
-    whole, _ = expanded(system, where.find_pack, where.default_protocol, where.most_endpoints)
-    return resolve(whole, where.find_pack, where.default_protocol).endpoints
+    return Pipeline(system, where).endpoints
 
 
 def _find(endpoints: Sequence[Resolved], name: str, role: str) -> Resolved:
@@ -170,17 +136,6 @@ def _find(endpoints: Sequence[Resolved], name: str, role: str) -> Resolved:
     return matching[0]
 
 
-def _meeting_place(
-    by_topic: Mapping[tuple[str, str], list[Resolved]], offering: Resolved, requesting: Resolved
-) -> list[Resolved] | None:
-    """The endpoints of the topic that both are on, their own or the wire's; None where they never meet."""
-    wanted = {offering.id, requesting.id}
-    own = (offering.pack.id, offering.key or "")
-    if own == (requesting.pack.id, requesting.key):
-        return by_topic.get(own)
-    return next((found for found in by_topic.values() if wanted <= {endpoint.id for endpoint in found}), None)
-
-
 def _only(groups: Sequence[EndpointGroup], endpoint_id: str) -> EndpointGroup:
     members, endpoint = next(
         (members, endpoint) for members in groups for endpoint in members.endpoints if endpoint.id == endpoint_id
@@ -188,50 +143,110 @@ def _only(groups: Sequence[EndpointGroup], endpoint_id: str) -> EndpointGroup:
     return members.only([endpoint])
 
 
-def _pair_report(topic: MatchedTopic, verdict: Verdict, further: Sequence[Finding]) -> PairReport:
-    publisher, subscriber = topic.publishers[0], topic.subscribers[0]
-    reasons = apart(publisher.profile, subscriber.profile)
-    judgement = judge_pair(publisher.profile, subscriber.profile)
-    sides_of_pair = ((publisher, PUBLISHER), (subscriber, SUBSCRIBER))
-    # A guarantee is one of pairs that fit.
-    refused = any(finding.verdict is Verdict.INCOMPATIBLE for finding in further) or any(
-        at_best is Verdict.INCOMPATIBLE
-        for members, role in sides_of_pair
-        for at_best, _ in of_end(members.profile, role, members.observed, members.wired)
-    )
-    meetings = (
-        undecided_meeting(bound, publisher.profile, subscriber.profile) for bound in topic.pack.by_scope["meets"]
-    )
-    undecided = [each for each in meetings if each is not None]
-    drafts = [
-        Draft(topic, spoken, {publisher: None}, {subscriber: None}, 1)
-        for spoken in (() if reasons else (*undecided, *judgement.spoken))
-        if not already_told(spoken, publisher.profile, subscriber.profile)
-        and not (refused and spoken.bound.rule.guarantee)
-    ]
-    for members, role in sides_of_pair:
-        for spoken in judge_endpoint(members.profile, role, members.observed):
-            if not spoken.unknown or spoken.failed is not None:
-                sides = ({members: None}, {}) if role == PUBLISHER else ({}, {members: None})
-                drafts.append(Draft(topic, spoken, *sides))
-    kept = [f for f in further if f.code not in {"CQ401", "CQ402"}]
-    found = [*kept, *(one.finding for one in one_per_cause([make(draft) for draft in drafts]))]
-    if reasons:
-        result = check_topic([replace(end.first, external=False) for end in (publisher, subscriber)])
-        found += [one.finding for one in result.made if one.finding.code in {bound.rule.code for bound in reasons}]
-    return PairReport(
-        verdict=Verdict.UNKNOWN if reasons else verdict,
-        findings=tuple(sorted(found, key=lambda each: (each.severity.rank, each.code, each.message))),
-        policies=later(lambda: _comparisons(topic, publisher, subscriber)),
-        guarantees=()
-        if reasons
-        else later(
-            lambda: _told(
-                give(publisher.profile, subscriber.profile), faults_between(publisher.profile, subscriber.profile)
+class _Pair:
+    """A publisher and a subscriber of a system, and what is known of them; each part is found out when it is asked for."""
+
+    def __init__(self, pipeline: Pipeline, publisher: str, subscriber: str) -> None:
+        self.pipeline = pipeline
+        self.offering = _find(pipeline.endpoints, publisher, PUBLISHER)
+        self.requesting = _find(pipeline.endpoints, subscriber, SUBSCRIBER)
+
+    @property
+    def alone(self) -> bool:
+        """Whether nothing but the values of the two decides."""
+        ends = (self.offering, self.requesting)
+        return (
+            len(self.pipeline.endpoints) == len(ends)
+            and self.offering.key == self.requesting.key is not None
+            and self.offering.pack is self.requesting.pack
+            and not any(end.profile.from_peers or end.endpoint.observed for end in ends)
+        )
+
+    @cached_property
+    def everybody(self) -> list[Resolved] | None:
+        """The endpoints of the topic that both are on, their own or the wire's; None where they never meet."""
+        own = (self.offering.pack.id, self.offering.key or "")
+        if own == (self.requesting.pack.id, self.requesting.key):
+            return self.pipeline.topics.get(own)
+        wanted = {self.offering.id, self.requesting.id}
+        return next((each for each in self.pipeline.topics.values() if wanted <= {end.id for end in each}), None)
+
+    @cached_property
+    def whole(self) -> MatchedTopic:
+        """The topic of the two with all that is on it."""
+        if self.everybody is None:
+            raise CqosError(
+                f"publisher `{self.offering.id}` is on {self.offering.pack.id} topic `{self.offering.shown}` and subscriber "
+                f"`{self.requesting.id}` on {self.requesting.pack.id} topic `{self.requesting.shown}`: they never meet"
             )
-        ),
-        derived=() if reasons else derive(publisher.profile, subscriber.profile),
-    )
+        return settled(self.everybody)
+
+    @cached_property
+    def topic(self) -> MatchedTopic:
+        """The topic with the two alone."""
+        ends = [_only(self.whole.publishers, self.offering.id)], [_only(self.whole.subscribers, self.requesting.id)]
+        return MatchedTopic(self.whole.key, self.whole.shown, self.whole.pack, *ends)
+
+    def report(self) -> PairReport:
+        """Report on the two."""
+        alone = self.alone
+        ends = (self.offering, self.requesting) if alone else (self.topic.publishers[0], self.topic.subscribers[0])
+        a, b = (end.profile for end in ends)
+        strangers = bool(apart(a, b))
+        if strangers:
+            verdict = Verdict.UNKNOWN
+        else:
+            verdict = verdict_alone(a, b) if alone else verdict_between(self.whole, self.offering, self.requesting)
+        findings = later(self.findings)
+        return PairReport(
+            verdict,
+            findings,
+            later(lambda: _comparisons(self.topic)),
+            () if strangers else later(lambda: _told(give(a, b), faults_between(a, b))),
+            derived=() if strangers else later(lambda: derive(a, b)),
+            assumed=later(lambda: self.assumed(verdict, findings)),
+        )
+
+    def assumed(self, verdict: Verdict, findings: Iterable[Finding]) -> tuple[Assumption, ...]:
+        """What is assumed for options that the system leaves open."""
+        ends = [self.offering, self.requesting]
+        of_pair = Group(self.offering.shown, (ends[0].id,), (ends[1].id,), verdict, self.topic.pack.id)
+        packs = {each.pack.id: each.pack for each in self.pipeline.endpoints}
+        return assumptions(ends, [of_pair], findings, packs)
+
+    def findings(self) -> list[Finding]:
+        """What is to be said of the two: of each, of the pair, and of the topic where that refuses them."""
+        topic, ends = self.topic, (self.topic.publishers[0], self.topic.subscribers[0])
+        a, b = (members.profile for members in ends)
+        concerned = {self.offering.id, self.requesting.id}
+        found = [
+            *(f for f in participant_findings(each.first for each in ends if not each.wired) if f.verdict is not None),
+            *(each.finding for each in refusing(self.whole, self.offering, self.requesting)),
+            *(f for f in self.pipeline.resolver.result.findings if not f.endpoints or set(f.endpoints) & concerned),
+        ]
+        reasons = apart(a, b)
+        # A guarantee is one of pairs that fit.
+        refused = any(finding.verdict is Verdict.INCOMPATIBLE for finding in found) or any(
+            at_best is Verdict.INCOMPATIBLE
+            for members in ends
+            for at_best, _ in of_end(members.profile, members.first.role, members.observed, members.wired)
+        )
+        undecided = filter(None, (undecided_meeting(bound, a, b) for bound in topic.pack.by_scope["meets"]))
+        drafts = [
+            Outline(spoken, {ends[0]: None}, {ends[1]: None}, 1)
+            for spoken in (() if reasons else (*undecided, *judge_pair(a, b).spoken))
+            if not already_told(spoken, a, b) and not (refused and spoken.bound.rule.guarantee)
+        ]
+        for members in ends:
+            for spoken in judge_endpoint(members.profile, members.first.role, members.observed):
+                if not spoken.unknown or spoken.failed is not None:
+                    drafts.append(Outline(spoken))
+                    drafts[-1].side(members.first.role)[members] = None
+        found += (one.finding for one in one_per_cause([make(topic, draft) for draft in drafts]))
+        if reasons:
+            result = check_topic([replace(end.first, external=False) for end in ends])
+            found += [one.finding for one in result.made if one.finding.code in {bound.rule.code for bound in reasons}]
+        return sorted(found, key=lambda each: (each.severity.rank, each.code, each.message))
 
 
 def _told(given: Iterable[DerivedGuarantees], faults: Collection[str]) -> tuple[Guarantee, ...]:
@@ -264,8 +279,7 @@ def _path_report(
     hops, given = [], []
     befall: set[str] = set()
     for index, (publisher, subscriber) in enumerate(pairs):
-        beside = next(each for each in by_topic.values() if any(e is publisher for e in each))
-        topic = _settled(beside)
+        topic = settled(next(each for each in by_topic.values() if any(e is publisher for e in each)))
         ends = _only(topic.publishers, publisher.id), _only(topic.subscribers, subscriber.id)
         given.append(give(ends[0].profile, ends[1].profile))
         faults = faults_between(ends[0].profile, ends[1].profile)
@@ -276,7 +290,7 @@ def _path_report(
                 subscriber.id,
                 publisher.shown,
                 publisher.pack.id,
-                verdict_between(topic, publisher, subscriber)[0],
+                verdict_between(topic, publisher, subscriber),
                 _told(given[-1], faults),
                 bridges[index].bridge.id if index < len(bridges) else None,
             )
@@ -291,10 +305,9 @@ def _path_report(
     )
 
 
-def _comparisons(
-    topic: MatchedTopic, publisher: EndpointGroup, subscriber: EndpointGroup
-) -> Iterable[PolicyComparison]:
+def _comparisons(topic: MatchedTopic) -> Iterable[PolicyComparison]:
     """One line per endpoint policy, with the verdict of the pair rules that compare it."""
+    publisher, subscriber = topic.publishers[0], topic.subscribers[0]
     spoken = {each.bound.rule.code: each for each in judge_pair(publisher.profile, subscriber.profile).spoken}
     rules = [
         bound

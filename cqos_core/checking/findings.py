@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.checking.fixes import VERBS, member_ids, merged_remedies, remedies
@@ -18,34 +18,13 @@ if TYPE_CHECKING:
     from cqos_core.language.evaluate import Use
     from cqos_core.language.policy import Policy
     from cqos_core.matching.judge import Violation
+    from cqos_core.matching.outline import Outline
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.packs.pack import BoundRule
     from cqos_core.resolving.resolved import QosProfile, Resolved
 
 SCOPES: Final[dict[str, str]] = {PUBLISHER: "offered", SUBSCRIBER: "requested"}
 LABELS: Final[dict[str, str]] = {PUBLISHER: "offered here", SUBSCRIBER: "requested here"}
-
-
-@dataclass(slots=True)
-class Draft:
-    """A finding in the making: one rule, one topic, equal values on each side.
-
-    Attributes:
-        publishers, subscribers: the groups concerned, in order, as keys.
-        pairs: how many pairs it speaks of.
-        tags: acceptances that name all its endpoints.
-        more: how many combinations of values are put together here, where there are too many to list; else 0.
-        example: one of them.
-    """
-
-    topic: MatchedTopic
-    spoken: Violation
-    publishers: dict[EndpointGroup, None] = field(default_factory=dict)
-    subscribers: dict[EndpointGroup, None] = field(default_factory=dict)
-    pairs: int = 0
-    tags: frozenset[int] = frozenset()
-    more: int = 0
-    example: tuple[EndpointGroup, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -276,19 +255,23 @@ def sides_of(
     ]
 
 
-def make(draft: Draft) -> Made:
-    """Turn a draft into a finding."""
-    spoken, topic = draft.spoken, draft.topic
+def shown(draft: Outline[EndpointGroup]) -> tuple[list[EndpointGroup], list[EndpointGroup]]:
+    """Return the groups that show what a draft says: where its values differ, only an example can."""
+    if not draft.more:
+        return [*draft.publishers], [*draft.subscribers]
+    one = {role: [members.only([members.first])] for role, members in draft.example.items()}
+    return one.get(PUBLISHER, []), one.get(SUBSCRIBER, [])
+
+
+def make(topic: MatchedTopic, draft: Outline[EndpointGroup]) -> Made:
+    """Turn what a rule says of groups of a topic into a finding."""
+    spoken = draft.spoken
     bound = spoken.bound
-    publishers, subscribers = list(draft.publishers), list(draft.subscribers)
-    sides = sides_of(spoken, publishers, subscribers)
-    told = sides
+    publishers, subscribers = shown(draft)
+    sides = told = sides_of(spoken, publishers, subscribers)
     if draft.more:
-        # The values differ, so only an example can tell any, and no one change mends them all.
-        publishers = [members for members in draft.example if members.first.role == PUBLISHER]
-        subscribers = [members for members in draft.example if members.first.role == SUBSCRIBER]
-        told = sides_of(spoken, publishers, subscribers)
-        sides = [replace(side, facts=()) for side in sides]
+        # No one change mends all of them.
+        sides = [replace(side, facts=()) for side in sides_of(spoken, draft.publishers, draft.subscribers)]
     first_publisher = publishers[0].profile if publishers else None
     first_subscriber = subscribers[0].profile if subscribers else None
     rule = bound.rule
@@ -326,7 +309,7 @@ def make(draft: Draft) -> Made:
     return Made(finding, _merge_key(draft, finding, because), draft.tags, cause, word)
 
 
-def _further(draft: Draft) -> str:
+def _further(draft: Outline[EndpointGroup]) -> str:
     """How many combinations are put together here."""
     what = "combination of values" if draft.more == 1 else "combinations of values"
     if draft.spoken.unknown:
@@ -348,7 +331,7 @@ def _verdict(spoken: Violation) -> Verdict | None:
     return None if verdict is Verdict.COMPATIBLE else verdict
 
 
-def _merge_key(draft: Draft, finding: Finding, because: tuple[str, ...]) -> tuple[Any, ...]:
+def _merge_key(draft: Outline[EndpointGroup], finding: Finding, because: tuple[str, ...]) -> tuple[Any, ...]:
     """Findings with equal keys are one finding: one unknown cause over many topics, or instances of one template."""
     rule = draft.spoken.bound.rule
     if draft.more:

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.checking.rewrites import edits_of
 from cqos_core.language.policy import BROKER, NEED, TOPIC, Duration, FromPeers, Value
 from cqos_core.language.solve import changed, solutions
-from cqos_core.matching.judge import Violation, judge_endpoint, judge_pair, of_end
-from cqos_core.matching.pairing import apart
+from cqos_core.matching.judge import Violation, apart, judge_endpoint, judge_pair, of_end
 from cqos_core.model.report import Finding, Remedy
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.resolved import intern
@@ -191,8 +190,7 @@ def _may(
 
 def _with(profile: QosProfile, index: int, value: Plain) -> QosProfile:
     pack = profile.pack
-    values = changed(profile.values, pack.vocabulary, index, value)
-    return intern(pack, values, profile.beside, profile.refused)
+    return intern(pack, changed(profile.values, pack.vocabulary, index, value), profile.beside, profile.refused)
 
 
 def _errors(spoken: Iterable[Violation]) -> set[str]:
@@ -245,8 +243,7 @@ def _remedy(
     changing: Sequence[EndpointGroup] = (),
 ) -> list[Remedy]:
     """Return the change of groups, unless nothing can make it; ``changing`` are all that change with them."""
-    pack = topic.pack
-    policy = pack.policies[index]
+    policy = topic.pack.policies[index]
     first = groups[0].first
     if policy.level == "endpoint" and role not in policy.roles:
         return []

@@ -10,22 +10,18 @@ from dataclasses import fields, replace
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.checking.checker import Context, assemble, check_system
-from cqos_core.checking.pipeline import SettingValue, as_text, context, exact_places
-from cqos_core.checking.team import bind_checks, words_asked
-from cqos_core.checking.topic import TopicResult, check_topic
+from cqos_core.checking.checker import check, check_system
 from cqos_core.checking.trial import tried_out
 from cqos_core.inputs.reading import faults, faults_of
-from cqos_core.matching.bridging import bridge_findings, linked
-from cqos_core.matching.pairing import naming_endpoints
-from cqos_core.matching.routes import expanded
+from cqos_core.matching.pipeline import Context, Pipeline, SettingValue, as_text, context, exact_places, resolve_all
 from cqos_core.model.problems import InputError
 from cqos_core.model.system import NAMED, Participant, Setting, System
-from cqos_core.resolving.resolve import Resolver
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
+    from cqos_core.checking.topic import TopicResult
+    from cqos_core.matching.pairing import TopicKey
     from cqos_core.model.report import Report
     from cqos_core.model.system import (
         Acceptance,
@@ -39,9 +35,8 @@ if TYPE_CHECKING:
         Topic,
     )
     from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.resolve import Resolver
     from cqos_core.resolving.resolved import Resolved
-
-TopicKey = tuple[str, str]
 
 
 class Edits:
@@ -243,37 +238,31 @@ class Session(Edits):
 
     def report(self) -> Report:
         """Check what has changed, and report on the whole system."""
-        find_pack, default = self._context.find_pack, self._context.default_protocol
-        tried = tried_out(self._system, default)
+        tried = tried_out(self._system, self._context.default_protocol)
         if tried is not self._system:
             report = check_system(tried, self._context)
             self.judged = report.topics
             return exact_places(report, self._system.sources)
-        system, links = expanded(self._system, find_pack, default, self._context.most_endpoints)
-        teams, problems = bind_checks(system, find_pack, default)
-        resolver = self._resolve(system, words_asked(teams))
-        buckets, hops = linked(links, resolver)
         self.judged = 0
-        excused = naming_endpoints(self._system.accept)
-        results: dict[TopicKey, TopicResult] = {}
         seen: dict[TopicKey, tuple[object, ...]] = {}
-        for key, endpoints in buckets.items():
-            content = tuple(_content(endpoint) for endpoint in endpoints)
-            seen[key] = content
+        results: dict[TopicKey, TopicResult] = {}
+
+        def judged(key: TopicKey, endpoints: Sequence[Resolved], judge: Callable[[], TopicResult]) -> TopicResult:
+            seen[key] = tuple(map(_content, endpoints))
             known = self._results.get(key)
-            if known is None or self._seen.get(key) != content:
-                known = check_topic(endpoints, excused, teams)
+            if known is None or self._seen.get(key) != seen[key]:
                 self.judged += 1
+                known = judge()
             results[key] = known
+            return known
+
+        report = check(Pipeline(self._system, self._context, self._resolve), judged)
         self._seen, self._results = seen, results
-        report = assemble(
-            system, resolver.result, results, self._context, [*problems, *bridge_findings(system, hops, buckets)]
-        )
         return exact_places(report, self._system.sources)
 
-    def _resolve(self, system: System, asked: Mapping[int, frozenset[int]]) -> Resolver:
+    def _resolve(self, pipeline: Pipeline) -> Resolver:
         """Resolve the touched endpoints, or all where more than endpoints has changed or anything was wrong."""
-        resolver = self._resolver
+        resolver, system = self._resolver, pipeline.system
         touched, self._touched = self._touched, {}
         ids = [endpoint.id for endpoint in system.endpoints]
         # Bridges add endpoints and hand needs on, so that one edit may reach any topic.
@@ -282,16 +271,12 @@ class Session(Edits):
         incremental = incremental and not any(endpoint.starts_after for endpoint in system.endpoints)
         # What follows from all endpoints together follows anew from each edit.
         incremental = incremental and (resolver is None or not resolver.completed)
-        if incremental and resolver is not None and not resolver.result.findings and resolver.asked == asked:
+        if incremental and resolver is not None and not resolver.result.findings and resolver.asked == pipeline.asked:
             self._resolve_touched(resolver, touched)
             if not resolver.result.findings and not resolver.clashes:
                 return resolver
         # A finding may belong to something that several endpoints share, so that only a fresh start tells who has it now.
-        resolver = Resolver(
-            system, self._context.find_pack, self._context.default_protocol, asked, self._context.known_packs
-        )
-        resolver.run()
-        self._resolver = resolver
+        self._resolver = resolver = resolve_all(pipeline)
         self._resolved = {}
         for resolved in resolver.result.endpoints:
             self._resolved.setdefault(resolved.stated_id, []).append(resolved)

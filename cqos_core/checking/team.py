@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
-from cqos_core.checking.findings import Draft, Made, make
+from cqos_core.checking.findings import Made, make
 from cqos_core.language.evaluate import bind, role_of, scope_of
 from cqos_core.language.expression import Compare, Literal, Sentence, Term, Test, definitions, parse
 from cqos_core.language.name_index import NameIndex
 from cqos_core.matching.judge import ask_end
-from cqos_core.matching.topic_shape import MOST_COMBINATIONS
+from cqos_core.matching.outline import OfEnds
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import core_finding, suggestion
 from cqos_core.model.report import Finding, Severity
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.pack import BoundRule
 from cqos_core.packs.rule import requires
 from cqos_core.resolving.resolve import packs_in_use
@@ -23,7 +22,8 @@ from cqos_core.resolving.resolve import packs_in_use
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
-    from cqos_core.matching.pairing import MatchedTopic
+    from cqos_core.matching.outline import Outline
+    from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.model.system import Bound, System, TeamRule
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved
@@ -136,36 +136,25 @@ def _bound_sentence(required: Bound, pack: RulePack) -> Sentence:
 def team_findings(topic: MatchedTopic, checks: NameIndex[TeamCheck]) -> list[Made]:
     """Judge the endpoints of one topic by the team's rules that apply to them."""
     applying = checks.matching(*dict.fromkeys(_names(topic)))
-    return [_made(check, draft) for check in applying for draft in _drafts(topic, check)]
+    return [_made(topic, check, draft) for check in applying for draft in _drafts(topic, check)]
 
 
-def _drafts(topic: MatchedTopic, check: TeamCheck) -> Iterable[Draft]:
+def _drafts(topic: MatchedTopic, check: TeamCheck) -> Iterable[Outline[EndpointGroup]]:
     """Judge one check: a draft per role and values, those beyond a few put together."""
-    drafts: dict[tuple[Any, ...], Draft] = {}
-    for role, groups in ((PUBLISHER, topic.publishers), (SUBSCRIBER, topic.subscribers)):
-        known = len(drafts)
-        for members in groups:
-            if members.carried or check.bound.role not in {None, role}:
-                continue
-            chosen = [e for e in members.endpoints if _applies(check.rule, e, topic)]
-            spoken = ask_end(check.bound, members.profile, role) if chosen else None
-            if spoken is None:
-                continue
-            values = tuple(members.profile.values[use.index] for use in check.bound.bound.uses)
-            key: tuple[Any, ...] = (role, spoken.unknown, values, members.tags)
-            further = key not in drafts and len(drafts) - known >= MOST_COMBINATIONS
-            if further:
-                key = (role, spoken.unknown, members.tags)
-            draft = drafts.setdefault(key, Draft(topic, spoken, tags=members.tags))
-            draft.more += further
-            if further and not draft.example:
-                draft.example = (members.only(chosen[:1]),)
-            (draft.publishers if role == PUBLISHER else draft.subscribers)[members.only(chosen)] = None
+    drafts: OfEnds[EndpointGroup] = OfEnds()
+    for members in (*topic.publishers, *topic.subscribers):
+        role = members.first.role
+        if members.carried or check.bound.role not in {None, role}:
+            continue
+        chosen = [each for each in members.endpoints if _applies(check.rule, each, topic)]
+        spoken = ask_end(check.bound, members.profile, role) if chosen else None
+        if spoken is not None:
+            drafts.note(spoken, role, members.only(chosen), members.profile, members.tags)
     return drafts.values()
 
 
-def _made(check: TeamCheck, draft: Draft) -> Made:
-    one = make(draft)
+def _made(topic: MatchedTopic, check: TeamCheck, draft: Outline[EndpointGroup]) -> Made:
+    one = make(topic, draft)
     sentence = check.bound.rule.sentence
     used = "".join(f"; {name} is {node.text()}" for name, node in definitions(sentence).items())
     note = f"required by check `{check.rule.name}`: {sentence}{used}"

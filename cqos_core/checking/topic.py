@@ -2,41 +2,65 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from functools import reduce
+from dataclasses import dataclass, replace
+from functools import cached_property, reduce
 from operator import or_
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from cqos_core.checking.findings import Draft, Made, headline, make, sides_of, subject
+from cqos_core.checking.findings import Made, headline, make, shown, sides_of, subject
 from cqos_core.checking.team import TeamCheck, team_findings
 from cqos_core.language.evaluate import RuleAnswer
 from cqos_core.language.relation import positions
 from cqos_core.matching.bridge_reachability import connected
 from cqos_core.matching.judge import Violation, judge_pair
-from cqos_core.matching.pairing import bridges_of, group
-from cqos_core.matching.peer_values import settle
-from cqos_core.matching.topic_shape import MOST_COMBINATIONS, Alike, TopicShape, judge_shape
+from cqos_core.matching.outline import MOST_COMBINATIONS, Outline, placed, reach
+from cqos_core.matching.pairing import bridges_of
+from cqos_core.matching.peer_values import settled
+from cqos_core.matching.topic_shape import judge_shape
 from cqos_core.model.codes import CODES
 from cqos_core.model.report import Finding, Group, Severity, Side, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from cqos_core.language.name_index import NameIndex
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
-    from cqos_core.matching.topic_shape import Apart, Outline, Row, ShapeResult
-    from cqos_core.packs.pack import BoundRule
+    from cqos_core.matching.topic_shape import Apart, Row, ShapeResult
     from cqos_core.resolving.resolved import Resolved
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(eq=False)
 class TopicResult:
-    """What the check of one topic says: groups of pairs, findings to be put together, and who was left alone."""
+    """What the check of one topic came to: outcomes as topics of its shape share them, and whose they are.
 
-    groups: tuple[Group, ...] = ()
-    made: tuple[Made, ...] = ()
-    lonely: tuple[Resolved, ...] = ()
+    Groups and findings are made of these when they are read.
+    """
+
+    topic: MatchedTopic
+    outcomes: ShapeResult
+    checks: NameIndex[TeamCheck] | None = None
+
+    @cached_property
+    def groups(self) -> tuple[Group, ...]:
+        """All pairs, those that were judged alike together."""
+        return tuple([_group(self.topic, row) for row in self.outcomes.rows])
+
+    @cached_property
+    def made(self) -> tuple[Made, ...]:
+        """Findings, to be put together with those of other topics."""
+        return (
+            *[make(self.topic, placed(self.topic, outline)) for outline in self.outcomes.outlines],
+            *(_splits(self.topic, self.outcomes) if self.outcomes.kept_apart else ()),
+            *(team_findings(self.topic, self.checks) if self.checks is not None else ()),
+            *_within_participants(self.topic, self.groups),
+        )
+
+    @cached_property
+    def lonely(self) -> tuple[Resolved, ...]:
+        """The endpoints that have no other side."""
+        alone = () if self.topic.publishers and self.topic.subscribers else self.topic.endpoints
+        return tuple([each for each in alone if not each.is_copy])
 
 
 def check_topic(
@@ -45,76 +69,43 @@ def check_topic(
     checks: Mapping[int, NameIndex[TeamCheck]] | None = None,
 ) -> TopicResult:
     """Judge one topic of one protocol: a pure function of its endpoints, the acceptances and the team's rules."""
-    topic = group(endpoints, acceptances)
-    settle(topic)
-    judged = judge_shape(shape_of(topic))
-    groups = [_group(topic, row) for row in judged.rows]
-    made = [make(_draft(topic, outline)) for outline in judged.outlines] if judged.outlines else []
-    if judged.kept_apart:
-        made += _splits(topic, judged)
-    if checks:
-        made += team_findings(topic, checks[id(topic.pack)]) if id(topic.pack) in checks else []
-    made += _within_participants(topic, groups)
-    alone = () if topic.publishers and topic.subscribers else topic.endpoints
-    return TopicResult(tuple(groups), tuple(made), tuple([each for each in alone if not each.is_copy]))
+    topic = settled(endpoints, acceptances)
+    return TopicResult(topic, judge_shape(topic.shape), (checks or {}).get(id(topic.pack)))
 
 
-def shape_of(topic: MatchedTopic) -> TopicShape:
-    """Return a settled topic without names, as rules see it."""
-    return TopicShape(topic.pack, _alike(topic.publishers), _alike(topic.subscribers))
+def verdict_between(topic: MatchedTopic, publisher: Resolved, subscriber: Resolved) -> Verdict:
+    """Return the verdict of one pair of a settled topic."""
+    first, second = _positions(topic, publisher, subscriber)
+    rows = judge_shape(topic.shape).rows
+    found = (row.verdict for row in rows if first in row.publishers and row.subscribers >> second & 1)
+    return next(found, Verdict.UNKNOWN)
 
 
-def verdict_between(topic: MatchedTopic, publisher: Resolved, subscriber: Resolved) -> tuple[Verdict, list[Made]]:
-    """Return the verdict of one pair of a settled topic, and what rules over the whole topic refuse of it."""
-    first = next(i for i, members in enumerate(topic.publishers) if publisher.id in members.ids)
-    second = next(i for i, members in enumerate(topic.subscribers) if subscriber.id in members.ids)
-    judged = judge_shape(shape_of(topic))
-    refusing = [
-        make(_draft(topic, outline))
-        for outline in judged.outlines
+def refusing(topic: MatchedTopic, publisher: Resolved, subscriber: Resolved) -> list[Made]:
+    """Return what rules over a whole settled topic refuse of one pair of it."""
+    first, second = _positions(topic, publisher, subscriber)
+    return [
+        make(topic, placed(topic, outline))
+        for outline in judge_shape(topic.shape).outlines
         if outline.spoken.bound.scope == "signal"
         and outline.spoken.refuses
         and (first in outline.publishers or second in outline.subscribers)
     ]
-    rows = (row.verdict for row in judged.rows if first in row.publishers and row.subscribers >> second & 1)
-    return next(rows, Verdict.UNKNOWN), refusing
 
 
-def _alike(groups: Sequence[EndpointGroup]) -> tuple[Alike, ...]:
-    return tuple(
-        [
-            Alike(each.profile, each.observed, each.tags, each.carried, len(each.endpoints), each.wired)
-            for each in groups
-        ]
+def _positions(topic: MatchedTopic, publisher: Resolved, subscriber: Resolved) -> tuple[int, int]:
+    """Where the groups of two endpoints are."""
+    return (
+        next(at for at, members in enumerate(topic.publishers) if publisher.id in members.ids),
+        next(at for at, members in enumerate(topic.subscribers) if subscriber.id in members.ids),
     )
-
-
-def _draft(topic: MatchedTopic, outline: Outline) -> Draft:
-    """Put endpoints into an outline."""
-    example = {
-        role: (topic.publishers if role == PUBLISHER else topic.subscribers)[position]
-        for role, position in outline.example.items()
-    }
-    return Draft(
-        topic,
-        outline.spoken,
-        {topic.publishers[position]: None for position in outline.publishers},
-        {topic.subscribers[position]: None for position in outline.subscribers},
-        outline.pairs,
-        outline.tags,
-        outline.more,
-        tuple(members.only([members.first]) for members in example.values()),
-    )
-
-
-def _at(groups: Sequence[EndpointGroup], mask: int) -> Iterator[EndpointGroup]:
-    """The groups whose bits are set."""
-    return (groups[position] for position in positions(mask))
 
 
 def _group(topic: MatchedTopic, row: Row) -> Group:
     offering = [endpoint for position in row.publishers for endpoint in topic.publishers[position].endpoints]
-    requesting = [endpoint for members in _at(topic.subscribers, row.subscribers) for endpoint in members.endpoints]
+    requesting = [
+        endpoint for position in positions(row.subscribers) for endpoint in topic.subscribers[position].endpoints
+    ]
     owners: dict[str, int] = {}
     for endpoint in offering:
         owners[endpoint.endpoint.participant] = owners.get(endpoint.endpoint.participant, 0) + 1
@@ -157,55 +148,16 @@ def _splits(topic: MatchedTopic, judged: ShapeResult) -> list[Made]:
             # Of those whose partners are elsewhere anyway there is nothing to say.
             rest = 0 if left.all else hit & ~worth & ~alone.all
             if own | rest:
-                quiet.setdefault((each.bound.rule.code,), _Split(each.bound)).add(index, own | rest)
+                reach(quiet.setdefault((each.bound.rule.code,), _outline(each)), {index: own | rest})
         if told:
             _tell(loud, each, told)
     return [
-        *(_split_finding(topic, split.draft(topic), quiet=False) for split in loud.values()),
-        *(_split_finding(topic, split.draft(topic), quiet=True) for split in quiet.values()),
+        *(_split_finding(topic, placed(topic, split), quiet=False) for split in loud.values()),
+        *(_split_finding(topic, placed(topic, split), quiet=True) for split in quiet.values()),
     ]
 
 
-@dataclass(slots=True)
-class _Split:
-    """What a condition keeps apart: publisher groups in order, and subscriber groups as bits.
-
-    Attributes:
-        first: one of the subscriber groups, which the first publisher group never meets.
-        more: how many combinations of values are put together here, where there are too many to list; else 0.
-    """
-
-    bound: BoundRule
-    tags: frozenset[int] = frozenset()
-    publishers: dict[int, None] = field(default_factory=dict)
-    subscribers: int = 0
-    first: int = 0
-    more: int = 0
-
-    def add(self, publisher: int, subscribers: int) -> None:
-        """Add a publisher group with subscriber groups that it never meets, as bits."""
-        if not self.publishers:
-            self.first = next(positions(subscribers))
-        self.publishers[publisher] = None
-        self.subscribers |= subscribers
-
-    def draft(self, topic: MatchedTopic) -> Draft:
-        """Return it with the groups of a topic."""
-        publishers = [topic.publishers[position] for position in self.publishers]
-        subscribers = [topic.subscribers[position] for position in (self.first, *positions(self.subscribers))]
-        example = (publishers[0].only([publishers[0].first]), subscribers[0].only([subscribers[0].first]))
-        return Draft(
-            topic,
-            Violation(self.bound, RuleAnswer(result=False)),
-            dict.fromkeys(publishers),
-            dict.fromkeys(subscribers),
-            tags=self.tags,
-            more=self.more,
-            example=example if self.more else (),
-        )
-
-
-_Splits = dict[tuple[Any, ...], _Split]
+_Splits = dict[tuple[Any, ...], Outline[int]]
 
 
 def _tell(splits: _Splits, apart: Apart, told: Mapping[int, int]) -> None:
@@ -214,22 +166,23 @@ def _tell(splits: _Splits, apart: Apart, told: Mapping[int, int]) -> None:
     whole = reduce(or_, told.values())
     room = MOST_COMBINATIONS - sum(key[0] == code for key in splits)
     for one in classes.within(whole)[:room] if room > 0 else ():
-        split = splits[code, id(apart), id(one)] = _Split(apart.bound, apart.tags | one.first.tags)
+        split = splits[code, id(apart), id(one)] = _outline(apart, apart.tags | one.first.tags)
         for publisher, mask in told.items():
             if mask & one.mask:
-                split.add(publisher, mask & one.mask)
+                reach(split, {publisher: mask & one.mask})
         whole &= ~one.mask
     for tags, same in classes.by_tags(whole):
         key = (code, "further", apart.tags | tags)
-        further = splits.get(key)
-        if further is None:
-            further = splits[key] = _Split(apart.bound, apart.tags | tags)
-            first = classes.within(same)[0].mask
-            further.add(*next((publisher, mask & first) for publisher, mask in told.items() if mask & first))
-        for publisher, mask in told.items():
-            if mask & same:
-                further.add(publisher, mask & same)
-                further.more += classes.count(mask & same)
+        hits = {publisher: hit for publisher, mask in told.items() if (hit := mask & same)}
+        further = splits.setdefault(key, _outline(apart, apart.tags | tags))
+        first = classes.within(same)[0]
+        for publisher, hit in sorted(hits.items(), key=lambda each: not each[1] & first.mask):
+            reach(further, {publisher: hit}, first.members)
+            further.more += classes.count(hit)
+
+
+def _outline(apart: Apart, tags: frozenset[int] = frozenset()) -> Outline[int]:
+    return Outline(Violation(apart.bound, RuleAnswer(result=False)), tags=tags)
 
 
 def _ends_of_bridges(subscribers: Sequence[EndpointGroup]) -> dict[frozenset[str | None], int]:
@@ -264,15 +217,13 @@ def _external(members: EndpointGroup) -> bool:
     return all(endpoint.external for endpoint in members.endpoints)
 
 
-def _split_finding(topic: MatchedTopic, draft: Draft, *, quiet: bool) -> Made:
-    made = make(draft)
+def _split_finding(topic: MatchedTopic, draft: Outline[EndpointGroup], *, quiet: bool) -> Made:
+    made = make(topic, draft)
     rule = draft.spoken.bound.rule
-    publishers, subscribers = (
-        ([draft.example[0]], [draft.example[1]]) if draft.more else (draft.publishers, draft.subscribers)
-    )
+    publishers, subscribers = shown(draft)
     sides = sides_of(draft.spoken, publishers, subscribers)
     subjects = " and ".join(subject(side) for side in reversed(sides))
-    behind = judge_pair(next(iter(publishers)).profile, next(iter(subscribers)).profile)
+    behind = judge_pair(publishers[0].profile, subscribers[0].profile)
     latent = tuple(
         f"behind it: {headline(each, sides_of(each, publishers, subscribers), topic.shown)} ({each.bound.rule.code})"
         for each in behind.spoken

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from cqos_core.analysis.proving.plan import Event, Outcome
     from cqos_core.analysis.proving.runs import Trial
-    from cqos_core.checking.checker import Context
+    from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import Finding, Remedy, Report
     from cqos_core.model.system import System
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import click
 
-from cqos_core.checking.pipeline import context, with_options
 from cqos_core.checking.trial import tried_out
 from cqos_core.cli.parameters import Assignment, AssignmentType, Registered, nearest, packs_option
 from cqos_core.cli.progress import Progress
@@ -20,6 +19,7 @@ from cqos_core.inputs.files import STDIN, STDIN_NAME, read_path, read_stream
 from cqos_core.inputs.ignoring import patterns
 from cqos_core.inputs.loading import load_paths
 from cqos_core.inputs.merging import merge
+from cqos_core.matching.pipeline import context, with_options
 from cqos_core.model.problems import InputError, InvalidValueError, Problem
 from cqos_core.model.system import Place
 from cqos_core.plugins import load_plugins
@@ -27,10 +27,10 @@ from cqos_core.plugins import load_plugins
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from cqos_core.checking.checker import Context
     from cqos_core.config import Config
     from cqos_core.importers.source import Source
     from cqos_core.inputs.loading import Loaded
+    from cqos_core.matching.pipeline import Context
     from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
 

@@ -14,7 +14,7 @@ from cqos_core.plugins import load_plugins
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from cqos_core.checking.checker import Context
+    from cqos_core.matching.pipeline import Context
     from cqos_core.model.codes import CodeInfo
     from cqos_core.model.report import Finding, Report
     from cqos_core.packs.rule import Rule

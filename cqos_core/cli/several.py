@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.checking.pipeline import context
+from cqos_core.matching.pipeline import context
 from cqos_core.model.report import Assumption, Finding, Report, Severity, Side, Verdict
 
 if TYPE_CHECKING:

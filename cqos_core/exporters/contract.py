@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from cqos_core.matching.pipeline import Context, Pipeline, resolver_of
 from cqos_core.packs.export import ExportContext, Exported, Writer
-from cqos_core.resolving.resolve import Resolver
 
 if TYPE_CHECKING:
     from cqos_core.model.system import Endpoint, Overlay, System
@@ -42,7 +42,8 @@ class Judgement:
 
 def judged(system: System, context: ExportContext) -> Judgement:
     """Return the endpoints of ``system``, each with the values that its pack sees."""
-    resolver = Resolver(system, context.find_pack, context.default_protocol)
+    where = Context(context.find_pack, default_protocol=context.default_protocol)
+    resolver = resolver_of(Pipeline(replace(system, bridges={}), where))
     found = []
     ids: set[str] = set()
     for endpoint in system.endpoints:

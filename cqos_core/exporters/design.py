@@ -14,7 +14,7 @@ from cqos_core.language.policy import ENDPOINT, Choice, normalise
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import EVERYBODY, PUBLISHER, SUBSCRIBER, Cases, Profile, ProfileRef, Setting, System
 from cqos_core.packs.pack import NameContext
-from cqos_core.resolving.values import spelled
+from cqos_core.resolving.reader import spelled
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from cqos_core.language.policy import ByOption, Depends, OneOf, PerRole
 from cqos_core.matching.judge import refusing_worlds
 from cqos_core.model.report import Assumption, Severity
-from cqos_core.resolving.values import word_of
+from cqos_core.resolving.reader import word_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -6,6 +6,8 @@ from functools import reduce
 from operator import and_, or_
 from typing import TYPE_CHECKING
 
+from cqos_core.language.relation import positions
+
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
     from collections.abc import Set as AbstractSet
@@ -26,7 +28,7 @@ def connected(topic: MatchedTopic, met: Sequence[int]) -> list[int]:
     if not behind:
         return [0] * len(met)
     ends = sum(1 << index for index in behind)
-    after = [{publisher for index in _bits(mask & ends) for publisher in behind[index]} for mask in met]
+    after = [{publisher for index in positions(mask & ends) for publisher in behind[index]} for mask in met]
     reached = [*met]
     for component in _components(range(len(met)), after):
         whole = 0
@@ -82,13 +84,6 @@ def _behind(topic: MatchedTopic) -> dict[int, set[int]]:
             if endpoint.bridge in ends:
                 found.setdefault(index, set()).add(ends[endpoint.bridge])
     return found
-
-
-def _bits(mask: int) -> Iterator[int]:
-    while mask:
-        low = mask & -mask
-        yield low.bit_length() - 1
-        mask ^= low
 
 
 def _components(

@@ -308,8 +308,6 @@ def _faults(subscriber: Resolved) -> tuple[str, ...]:
 
 def bridge_findings(system: System, hops: Sequence[Hop], by_topic: Topics) -> list[Finding]:
     """Report routes without effect, loops over bridges, and what is carried on with less than arrives."""
-    if not system.bridges:
-        return []
     meeting = Meetings(by_topic)
     return [
         *_without_effect(system, hops),
@@ -330,8 +328,7 @@ def _without_effect(system: System, hops: Sequence[Hop]) -> Iterator[Finding]:
             ]
             for name in unknown:
                 message = f"bridge `{bridge.id}` is to have a side in participant `{name}`, which there is not"
-                advice = suggestion(name, known)
-                yield core_finding("CQ501", message, place=route.place, help=advice)
+                yield core_finding("CQ501", message, place=route.place, help=suggestion(name, known))
             source = route.source
             # Where the other side is in no file, a pattern may well match nothing here.
             expected = "*" in (source.topic or "") and not source.external and not unknown
@@ -479,8 +476,7 @@ def _into_one(hops: Sequence[Hop], meeting: Meetings) -> Iterator[Finding]:
             )
             place = first.target.endpoint.place
             members = sorted(hop.target.id for hop in same)
-            topic = first.target.shown
-            yield core_finding("CQ505", message, place=place, role=PUBLISHER, members=members, topic=topic)
+            yield core_finding("CQ505", message, place=place, role=PUBLISHER, members=members, topic=first.target.shown)
 
 
 def _repeated(hops: Sequence[Hop], by_topic: Topics) -> Iterator[Finding]:

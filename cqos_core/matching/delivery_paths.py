@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.matching.hops import Hop, Meetings
 from cqos_core.matching.judge import judge_pair
-from cqos_core.matching.pairing import group
-from cqos_core.matching.peer_values import settle
+from cqos_core.matching.peer_values import settled_profiles
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -98,11 +97,7 @@ class Arrivals:
         beside = self._meeting.beside(endpoint)
         found = self._settled.get(id(beside))
         if found is None:
-            topic = group(beside)
-            settle(topic)
-            groups = (*topic.publishers, *topic.subscribers)
-            found = {id(each): members.profile for members in groups for each in members.endpoints}
-            self._settled[id(beside)] = found
+            found = self._settled[id(beside)] = settled_profiles(beside)
         return found[id(endpoint)]
 
 

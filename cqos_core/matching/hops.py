@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.matching.pairing import apart, key_at, most_diverse
+from cqos_core.matching.judge import apart
+from cqos_core.matching.pairing import key_at, most_diverse
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer, Signal
 from cqos_core.language.policy import Anything, Depends
 from cqos_core.model.report import Verdict
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -109,6 +110,19 @@ def worst(verdicts: Iterable[Verdict]) -> Verdict:
     return max(verdicts, key=lambda verdict: verdict.rank, default=Verdict.COMPATIBLE)
 
 
+@lru_cache(maxsize=_CACHE)
+def apart(publisher: QosProfile, subscriber: QosProfile) -> tuple[BoundRule, ...]:
+    """Return the meeting conditions that keep two profiles of one topic apart; nothing: they form a pair.
+
+    A condition that cannot be decided does not keep anybody apart.
+    """
+    return tuple(
+        bound
+        for bound in publisher.pack.by_scope["meets"]
+        if bound.bound.judge(publisher.values, subscriber.values).result is False
+    )
+
+
 def undecided_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
     """Ask a meeting condition; return what it says where it keeps two profiles apart under some assumptions only.
 
@@ -136,6 +150,29 @@ def judge_pair(publisher: QosProfile, subscriber: QosProfile) -> PairJudgement:
         if each is not None:
             spoken.append(each)
     return PairJudgement(worst(map(verdict_of, spoken)), tuple(spoken)) if spoken else FITS
+
+
+def verdict_alone(publisher: QosProfile, subscriber: QosProfile) -> Verdict:
+    """Return the verdict of two profiles that meet and are alone on their topic."""
+    undecided = any(undecided_meeting(bound, publisher, subscriber) for bound in publisher.pack.by_scope["meets"])
+    at_best = (*of_end(publisher, PUBLISHER, False, False), *of_end(subscriber, SUBSCRIBER, False, False))
+    verdicts = [Verdict.UNKNOWN] * undecided + [verdict for verdict, _ in at_best]
+    signal = Signal(((publisher.values, 1),), ((subscriber.values, 1),))
+    for bound in publisher.pack.by_scope.get("signal", ()):
+        values = (subscriber if speaking_of(bound) == SUBSCRIBER else publisher).values
+        if bound.rule.severity == "error" and (spoken := ask(bound, values, values, signal)) and spoken.refuses:
+            verdicts.append(Verdict.INCOMPATIBLE)
+    return worst([judge_pair(publisher, subscriber).verdict, *verdicts])
+
+
+_ENDS: Final = frozenset({"offered", "requested", "publisher", "subscriber"})
+
+
+def speaking_of(bound: BoundRule) -> str | None:
+    """Return the role of the endpoints that a rule over topics judges one by one; None where it judges the whole."""
+    if all(use.term.scope not in _ENDS for use in bound.bound.uses):
+        return None
+    return PUBLISHER if bound.role == PUBLISHER else SUBSCRIBER
 
 
 def passed_over(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> bool:

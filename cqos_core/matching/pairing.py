@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
-from cqos_core.language import relation
 from cqos_core.language.expression import Compare, Term
 from cqos_core.language.name_index import NameIndex
 from cqos_core.language.policy import ENDPOINT, is_plain
@@ -16,13 +14,39 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping, Sequence
 
-    from cqos_core.language.evaluate import Values
     from cqos_core.language.policy import Value
     from cqos_core.model.system import Acceptance
-    from cqos_core.packs.pack import BoundRule, RulePack
+    from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import QosProfile, Resolved
 
-_CACHE: Final = 100_000
+TopicKey: TypeAlias = tuple[str, str]
+"""Protocol, and topic in the form endpoints meet on."""
+
+
+class Alike(NamedTuple):
+    """A group of endpoints in the eyes of rules; the fields are those of `EndpointGroup`, ``size`` is their number.
+
+    ``wired``: they are copies from another protocol, whose own rules say what keeps them from existing.
+    """
+
+    profile: QosProfile
+    observed: bool
+    tags: frozenset[int]
+    carried: bool
+    size: int
+    wired: bool = False
+
+
+class TopicShape(NamedTuple):
+    """A topic in the eyes of rules."""
+
+    pack: RulePack
+    publishers: tuple[Alike, ...]
+    subscribers: tuple[Alike, ...]
+
+    def side(self, role: str) -> tuple[Alike, ...]:
+        """The groups of one role."""
+        return self.publishers if role == PUBLISHER else self.subscribers
 
 
 @dataclass(slots=True, eq=False)
@@ -45,6 +69,11 @@ class EndpointGroup:
     carried: bool = False
     wired: bool = False
     endpoints: list[Resolved] = field(default_factory=list)
+
+    @property
+    def alike(self) -> Alike:
+        """The group in the eyes of rules."""
+        return Alike(self.profile, self.observed, self.tags, self.carried, len(self.endpoints), self.wired)
 
     def only(self, endpoints: list[Resolved]) -> EndpointGroup:
         """Return a group of some of these endpoints."""
@@ -78,6 +107,12 @@ class MatchedTopic:
         """All endpoints, publishers first."""
         for members in (*self.publishers, *self.subscribers):
             yield from members.endpoints
+
+    @property
+    def shape(self) -> TopicShape:
+        """The topic without names, as rules see it; values from peers have to be settled."""
+        sides = (tuple([each.alike for each in groups]) for groups in (self.publishers, self.subscribers))
+        return TopicShape(self.pack, *sides)
 
 
 def naming_endpoints(acceptances: Sequence[Acceptance]) -> NameIndex[int]:
@@ -164,49 +199,6 @@ def _tell_overlapping(endpoints: list[Resolved], pack: RulePack) -> None:
     for position, endpoint in enumerate(endpoints):
         if endpoint.role == SUBSCRIBER and len(own_keys[endpoint.endpoint.participant]) > 1:
             endpoints[position] = replace(endpoint, profile=endpoint.profile.with_values({index: 1}))
-
-
-@lru_cache(maxsize=_CACHE)
-def apart(publisher: QosProfile, subscriber: QosProfile) -> tuple[BoundRule, ...]:
-    """Return the meeting conditions that keep two profiles of one topic apart; nothing: they form a pair.
-
-    A condition that cannot be decided does not keep anybody apart.
-    """
-    return tuple(
-        bound
-        for bound in publisher.pack.by_scope["meets"]
-        if bound.bound.judge(publisher.values, subscriber.values).result is False
-    )
-
-
-def matches(publishers: Sequence[QosProfile], subscribers: Sequence[QosProfile]) -> list[int]:
-    """Return per publisher the subscribers of one topic that it forms a pair with, as bits."""
-    everything = (1 << len(subscribers)) - 1
-    if len(publishers) * len(subscribers) <= relation.FEW_COMBINATIONS:
-        return [sum(1 << at for at, each in enumerate(subscribers) if not apart(one, each)) for one in publishers]
-    met = [everything] * len(publishers)
-    for bound in publishers[0].pack.by_scope["meets"]:
-        condition = bound.bound
-        rows, seconds = _alike(publishers, condition.sides[0]), _alike(subscribers, condition.sides[1])
-        found = relation.related(condition, [values for values, _ in rows], seconds)
-        for row, (first, offering) in enumerate(rows):
-            missed, doubtful = (found.false[row], found.doubtful[row]) if found else (0, everything)
-            for second, mask in seconds if doubtful else ():
-                if mask & doubtful and condition.judge(first, second).result is False:
-                    missed |= mask
-            for at in relation.positions(offering if missed else 0):
-                met[at] &= ~missed
-    return met
-
-
-def _alike(profiles: Sequence[QosProfile], indices: Sequence[int]) -> list[tuple[Values, int]]:
-    """Sort profiles by some of their values: those of one, and all that have them, as bits."""
-    found: dict[tuple[Any, ...], tuple[Values, int]] = {}
-    for at, profile in enumerate(profiles):
-        key = tuple([profile.values[index] for index in indices])
-        values, mask = found.get(key, (profile.values, 0))
-        found[key] = (values, mask | 1 << at)
-    return list(found.values())
 
 
 def most_diverse(pack: RulePack, endpoints: Collection[Resolved]) -> int | None:

@@ -13,14 +13,17 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from cqos_core.language.evaluate import MAXIMUM_WORLDS, collect_variables, in_world
 from cqos_core.language.policy import INFINITE, Anything, Depends, FromPeers, Value, is_plain
 from cqos_core.language.relation import positions
-from cqos_core.matching.pairing import matches
+from cqos_core.matching.pairing import group
+from cqos_core.matching.topic_shape import met
 from cqos_core.model.system import PUBLISHER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
+    from cqos_core.language.name_index import NameIndex
     from cqos_core.language.policy import Policy
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
+    from cqos_core.resolving.resolved import QosProfile, Resolved
 
 START_ORDER: Final = "start order"
 PUBLISHERS_FIRST: Final = "publishers first"
@@ -31,19 +34,30 @@ _OTHER_ORDERS: Final = 8
 """The most further outcomes of an open order that are distinguished; beyond, the value is not known."""
 
 
+def settled(endpoints: Sequence[Resolved], acceptances: NameIndex[int] | None = None) -> MatchedTopic:
+    """Group the endpoints of one topic, and replace values taken from peers; see `group`."""
+    topic = group(endpoints, acceptances)
+    if any(endpoint.profile.from_peers for endpoint in endpoints):
+        settle(topic)
+    return topic
+
+
+def settled_profiles(endpoints: Sequence[Resolved]) -> dict[int, QosProfile]:
+    """Return the values of the endpoints of one topic, those from peers too, by the identity of the endpoint."""
+    topic = settled(endpoints)
+    groups = (*topic.publishers, *topic.subscribers)
+    return {id(endpoint): members.profile for members in groups for endpoint in members.endpoints}
+
+
 def settle(topic: MatchedTopic) -> None:
     """Replace values taken from peers in every group of ``topic``."""
-    groups = (*topic.publishers, *topic.subscribers)
-    if any(members.profile.from_peers for members in groups):
-        settling = _Settling(topic)
-        settled = {
-            members: {index: settling.value(members, index) for index in members.profile.from_peers}
-            # What is stated to be there before others comes first, so that a long chain is no deep one.
-            for members in sorted(groups, key=lambda each: len(each.starts_after))
-            if members.profile.from_peers
-        }
-        for members, changes in settled.items():
-            members.profile = members.profile.with_values(changes)
+    settling = _Settling(topic)
+    # What is stated to be there before others comes first, so that a long chain is no deep one.
+    ordered = sorted((*topic.publishers, *topic.subscribers), key=lambda each: len(each.starts_after))
+    changes = [(each, {at: settling.value(each, at) for at in each.profile.from_peers}) for each in ordered]
+    for members, values in changes:
+        if values:
+            members.profile = members.profile.with_values(values)
 
 
 class _PeerWay(NamedTuple):
@@ -169,17 +183,17 @@ def _before(early: EndpointGroup, late: EndpointGroup, which: Callable[[Iterable
 
 def _matching(topic: MatchedTopic) -> dict[EndpointGroup, list[EndpointGroup]]:
     """By group the groups of the other side that it matches; equal lists are one."""
-    met = matches([each.profile for each in topic.publishers], [each.profile for each in topic.subscribers])
-    back = [0] * len(topic.subscribers)
+    there = met(topic.pack, (each.profile for each in topic.publishers), (each.profile for each in topic.subscribers))
     alike: dict[int, int] = {}
-    for at, mask in enumerate(met):
+    for at, mask in enumerate(there):
         alike[mask] = alike.get(mask, 0) | 1 << at
+    back = [0] * len(topic.subscribers)
     for mask, publishers in alike.items():
         for at in positions(mask):
             back[at] |= publishers
     found: dict[EndpointGroup, list[EndpointGroup]] = {}
     for own, others, masks in (
-        (topic.publishers, topic.subscribers, met),
+        (topic.publishers, topic.subscribers, there),
         (topic.subscribers, topic.publishers, back),
     ):
         lists = {mask: [others[at] for at in positions(mask)] for mask in {*masks}}

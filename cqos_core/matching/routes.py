@@ -12,7 +12,8 @@ from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.matching.pairing import apart, key_at, most_diverse
+from cqos_core.matching.judge import apart
+from cqos_core.matching.pairing import key_at, most_diverse
 from cqos_core.model.codes import CODES
 from cqos_core.model.pattern import any_of
 from cqos_core.model.problems import InputError, Problem
@@ -272,8 +273,7 @@ class _Around:
             self.stated.clear()
             self.there.clear()
             self.known.clear()
-            new = self._new()
-            system = replace(self.growing.whole, endpoints=[*new, *self.asking.values()])
+            system = replace(self.growing.whole, endpoints=[*self._new(), *self.asking.values()])
             self.resolver = Resolver(system, self.find_pack, self.default)
             resolved = self.resolver.run().endpoints
             by_id = {each.stated_id: each for each in resolved}

@@ -24,77 +24,24 @@ from cqos_core.matching.judge import (
     judge_endpoint,
     of_end,
     passed_over,
+    speaking_of,
     undecided_meeting,
     verdict_by,
 )
+from cqos_core.matching.outline import MOST_COMBINATIONS, OfEnds, Outline, called, reach
+from cqos_core.matching.pairing import Alike, TopicShape
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from cqos_core.language.evaluate import Values
     from cqos_core.packs.pack import BoundRule, RulePack
     from cqos_core.resolving.resolved import QosProfile
 
-MOST_COMBINATIONS: Final = 25
-"""Distinct combinations of values that one rule reports on one topic; the rest is put together in one finding."""
 _REMEMBERED: Final = 16_384
 _REMEMBERED_GROUPS: Final = 64
-_ENDS: Final = frozenset({"offered", "requested", "publisher", "subscriber"})
-
-
-class Alike(NamedTuple):
-    """A group of endpoints in the eyes of rules; the fields are those of `pairing.EndpointGroup`, ``size`` is their number.
-
-    ``wired``: they are copies from another protocol, whose own rules say what keeps them from existing.
-    """
-
-    profile: QosProfile
-    observed: bool
-    tags: frozenset[int]
-    carried: bool
-    size: int
-    wired: bool = False
-
-
-class TopicShape(NamedTuple):
-    """A topic in the eyes of rules."""
-
-    pack: RulePack
-    publishers: tuple[Alike, ...]
-    subscribers: tuple[Alike, ...]
-
-    def side(self, role: str) -> tuple[Alike, ...]:
-        """The groups of one role."""
-        return self.publishers if role == PUBLISHER else self.subscribers
-
-
-@dataclass(slots=True)
-class Outline:
-    """A finding before it has names: one rule, equal values on each side; groups are told by their positions.
-
-    Attributes:
-        publishers, subscribers: the groups concerned, in order, as keys.
-        pairs: how many pairs it speaks of.
-        tags: acceptances that name all its endpoints.
-        more: how many combinations of values are put together here, where there are too many to list; else 0.
-        example: one of them: a group per role.
-        reached: the groups of `subscribers` as bits, where it speaks of pairs.
-    """
-
-    spoken: Violation
-    publishers: dict[int, None] = field(default_factory=dict)
-    subscribers: dict[int, None] = field(default_factory=dict)
-    pairs: int = 0
-    tags: frozenset[int] = frozenset()
-    more: int = 0
-    example: dict[str, int] = field(default_factory=dict)
-    reached: int = 0
-
-    def side(self, role: str) -> dict[int, None]:
-        """The groups of one role."""
-        return self.publishers if role == PUBLISHER else self.subscribers
 
 
 @dataclass(slots=True, eq=False)
@@ -134,7 +81,7 @@ class ShapeResult(NamedTuple):
     met: tuple[int, ...]
     kept_apart: tuple[Apart, ...]
     rows: tuple[Row, ...]
-    outlines: tuple[Outline, ...]
+    outlines: tuple[Outline[int], ...]
 
 
 def judge_shape(shape: TopicShape) -> ShapeResult:
@@ -232,7 +179,7 @@ class _Pairs:
         return sum((mask & same).bit_count() << power for power, same in enumerate(self.sizes))
 
 
-_Outlines = dict[tuple[Any, ...], Outline]
+_Outlines = dict[tuple[Any, ...], Outline[int]]
 
 
 def _judge(shape: TopicShape) -> ShapeResult:
@@ -245,8 +192,14 @@ def _judge(shape: TopicShape) -> ShapeResult:
     _signal_rules(shape, pairs, outlines)
     if both:
         _pair_rules(shape, pairs, outlines)
-    _endpoint_rules(shape, outlines)
-    return ShapeResult(tuple(pairs.met), tuple(pairs.kept_apart), _rows(pairs), tuple(outlines.values()))
+    said = (*outlines.values(), *_endpoint_rules(shape))
+    return ShapeResult(tuple(pairs.met), tuple(pairs.kept_apart), _rows(pairs), said)
+
+
+def met(pack: RulePack, publishers: Iterable[QosProfile], subscribers: Iterable[QosProfile]) -> list[int]:
+    """Return per publisher the subscribers of one topic that it forms a pair with, as bits."""
+    sides = (tuple(Alike(each, False, frozenset(), False, 1) for each in side) for side in (publishers, subscribers))
+    return _met(TopicShape(pack, *sides)).met
 
 
 _remembered = lru_cache(maxsize=_REMEMBERED)(_judge)
@@ -298,7 +251,7 @@ def _undecided_meetings(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -
 
 def _sizes(groups: Sequence[Alike]) -> list[int]:
     """The groups whose size has 1, 2, 4, … in it, as bits."""
-    found = [0] * max(alike.size.bit_length() for alike in groups)
+    found = [0] * max((alike.size.bit_length() for alike in groups), default=0)
     for position, alike in enumerate(groups):
         for power in positions(alike.size):
             found[power] |= 1 << position
@@ -440,29 +393,12 @@ def _outline(shape: TopicShape, pairs: _Pairs, outlines: _Outlines, said: _Said,
     hits = {publisher: hit for publisher in publishers.members if (hit := asked[publisher] & subscribers.mask)}
     if not hits:
         return
-    code, tags = _called(spoken), publishers.first.tags | subscribers.first.tags
+    code, tags = called(spoken), publishers.first.tags | subscribers.first.tags
     key = (code, spoken.outcome.result, tags) if combinations else (code, id(publishers), id(subscribers), tags)
     outline = outlines.setdefault(key, Outline(spoken, tags=tags))
     outline.more += combinations
-    if combinations and not outline.example:
-        outline.example = _example(subscribers, hits)
-    outline.publishers.update(dict.fromkeys(hits))
-    reached = reduce(or_, hits.values())
     outline.pairs += sum(shape.publishers[publisher].size * pairs.weight(hit) for publisher, hit in hits.items())
-    outline.subscribers.update(dict.fromkeys(positions(reached & ~outline.reached)))
-    outline.reached |= reached
-
-
-def _called(spoken: Violation) -> str:
-    """Tell a rule from others, and the severities of one from each other."""
-    return f"{spoken.bound.rule.code} {spoken.bound.rule.severity}"
-
-
-def _example(subscribers: Class, hits: Mapping[int, int]) -> dict[str, int]:
-    """One publisher and one subscriber that meet, of the class that was judged if any of it does."""
-    publisher, hit = next(iter(hits.items()))
-    subscriber = next((each for each in subscribers.members if hit >> each & 1), (hit & -hit).bit_length() - 1)
-    return {PUBLISHER: publisher, SUBSCRIBER: subscriber}
+    reach(outline, hits, subscribers.members)
 
 
 def _split_segments(
@@ -495,28 +431,14 @@ def _rows(pairs: _Pairs) -> tuple[Row, ...]:
 # Endpoints
 
 
-def _endpoint_rules(shape: TopicShape, outlines: _Outlines) -> None:
+def _endpoint_rules(shape: TopicShape) -> Iterator[Outline[int]]:
+    found = OfEnds[int]()
     for role in (PUBLISHER, SUBSCRIBER):
-        told: dict[str, int] = {}
         for position, alike in enumerate(shape.side(role)):
-            if alike.carried:
-                continue
-            for spoken in judge_endpoint(alike.profile, role, alike.observed):
-                if spoken.unknown and spoken.failed is None:
-                    continue
-                code = _called(spoken)
-                values = tuple(alike.profile.values[use.index] for use in spoken.bound.bound.uses)
-                key: tuple[Any, ...] = (code, role, values, alike.tags)
-                further = key not in outlines and told.get(code, 0) >= MOST_COMBINATIONS
-                if further:
-                    key = (code, role, alike.tags)
-                elif key not in outlines:
-                    told[code] = told.get(code, 0) + 1
-                outline = outlines.setdefault(key, Outline(spoken, tags=alike.tags))
-                outline.more += further
-                if further and not outline.example:
-                    outline.example = {role: position}
-                outline.side(role)[position] = None
+            for spoken in () if alike.carried else judge_endpoint(alike.profile, role, alike.observed):
+                if not spoken.unknown or spoken.failed is not None:
+                    found.note(spoken, role, position, alike.profile, alike.tags)
+    yield from found.values()
 
 
 # Signals
@@ -527,7 +449,7 @@ def _signal_rules(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -> None
     for publishers, subscribers in _parts(shape, pairs) if rules else ():
         for bound in rules:
             for spoken, role, targets in _signal_rule(shape, bound, publishers, subscribers):
-                outline = Outline(spoken)
+                outline = Outline[int](spoken)
                 if targets:
                     outline.tags = shape.side(role)[targets[0]].tags
                     outline.side(role).update(dict.fromkeys(targets))
@@ -541,7 +463,7 @@ def _signal_rules(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -> None
                     _refuse(pairs, outline)
 
 
-def _refuse(pairs: _Pairs, outline: Outline) -> None:
+def _refuse(pairs: _Pairs, outline: Outline[int]) -> None:
     """Make incompatible the pairs of endpoints that a rule over their topic refuses."""
     code = (outline.spoken.bound.rule.code,)
     subscribers = sum(1 << position for position in outline.subscribers)
@@ -580,25 +502,18 @@ def _parts(shape: TopicShape, pairs: _Pairs) -> list[tuple[list[int], list[int]]
 
 def _signal_rule(
     shape: TopicShape, bound: BoundRule, publishers: Sequence[int], subscribers: Sequence[int]
-) -> Iterator[tuple[Violation, str, list[int]]]:
+) -> Iterator[tuple[Violation, str, Sequence[int]]]:
     """Judge a rule over a whole signal; one about single endpoints of it comes with the groups it speaks of."""
     read = bound.bound.aggregated
     signal = Signal(_distinct(shape.publishers, publishers, read), _distinct(shape.subscribers, subscribers, read))
-    role = PUBLISHER if bound.role == PUBLISHER else SUBSCRIBER
-    single = any(use.term.scope in _ENDS for use in bound.bound.uses)
-    if single:
-        speaking, groups = (publishers if role == PUBLISHER else subscribers), shape.side(role)
-        for alike in _sorted(groups, speaking, bound.bound.own):
-            values = groups[alike[0]].profile.values
-            spoken = ask(bound, values, values, signal)
-            if spoken is not None and not (spoken.unknown and spoken.failed is None):
-                yield spoken, role, alike
-    else:
-        any_role = PUBLISHER if publishers else SUBSCRIBER
-        values = shape.side(any_role)[(*publishers, *subscribers)[0]].profile.values
+    role = speaking_of(bound)
+    at = role or (PUBLISHER if publishers else SUBSCRIBER)
+    groups, speaking = shape.side(at), publishers if at == PUBLISHER else subscribers
+    for alike in _sorted(groups, speaking, bound.bound.own) if role is not None else [speaking[:1]]:
+        values = groups[alike[0]].profile.values
         spoken = ask(bound, values, values, signal)
         if spoken is not None and not (spoken.unknown and spoken.failed is None):
-            yield spoken, role, []
+            yield spoken, at, alike if role is not None else ()
 
 
 def _sorted(groups: Sequence[Alike], chosen: Iterable[int], indices: Sequence[int]) -> list[list[int]]:

@@ -189,5 +189,4 @@ def _translated(value: Value, own: Policy, wire: Policy, words: Mapping[str, str
     try:
         return wire.domain.parse(words.get(text, text))
     except InvalidValueError as error:
-        message = f"{own.name} {text} has no counterpart on the wire: {error}"
-        raise InvalidValueError(message) from None
+        raise InvalidValueError(f"{own.name} {text} has no counterpart on the wire: {error}") from None

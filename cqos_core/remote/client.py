@@ -30,7 +30,7 @@ from cqos.v1 import (
     session_pb2,
     session_pb2_grpc,
 )
-from cqos_core.checking.pipeline import exact_places
+from cqos_core.matching.pipeline import exact_places
 from cqos_core.model.system import System
 from cqos_core.remote.messages import (
     from_message,

@@ -22,11 +22,11 @@ from cqos.v1 import (
     report_pb2,
     system_pb2,
 )
-from cqos_core.checking.pipeline import as_text
 from cqos_core.importers.source import Source, no_files
 from cqos_core.inputs.files import open_file, read_path
 from cqos_core.inputs.loading import GivenSource, included_files
 from cqos_core.inputs.reading import read
+from cqos_core.matching.pipeline import as_text
 from cqos_core.model.problems import CqosError, InputError, Problem
 from cqos_core.model.system import System
 from cqos_core.model.tls import try_tls
@@ -40,7 +40,7 @@ from cqos_core.remote.request_problems import FieldProblem
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.checking.pipeline import SettingValue
+    from cqos_core.matching.pipeline import SettingValue
     from cqos_core.model.report import PairReport
 
 File: TypeAlias = "str | os.PathLike[str] | bytes"

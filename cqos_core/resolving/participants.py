@@ -12,9 +12,8 @@ from cqos_core.model.remarks import listed, suggestion
 from cqos_core.model.report import Severity
 from cqos_core.model.system import PUBLISHER, Broker, Setting
 from cqos_core.resolving.profiles import no_profile, preset_settings
-from cqos_core.resolving.reader import every_policy
+from cqos_core.resolving.reader import depends, every_policy
 from cqos_core.resolving.resolved import Layer, ResolvedParticipant, Surroundings
-from cqos_core.resolving.values import depends
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -250,5 +249,4 @@ class Participants:
             verb = "do" if more else "does"
             message = f"`{ids[0]}`{more} {verb} not say which of several brokers {'they connect' if more else 'it connects'} to"
             advice = f"state `broker:` with one of {listed(sorted(self._system.brokers))}"
-            place = participants[ids[0]].place
-            self._reader.say("CQ216", message, place, "participant", ids, advice, Severity.WARNING)
+            self._reader.say("CQ216", message, participants[ids[0]].place, "participant", ids, advice, Severity.WARNING)

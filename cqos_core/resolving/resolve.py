@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fnmatch import fnmatchcase
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.language.policy import ENDPOINT, NEED, Policy, Value, normalise
@@ -21,7 +21,7 @@ from cqos_core.packs.pack import Known, NameContext, nothing_follows, nothing_su
 from cqos_core.resolving.overlays import Overlays
 from cqos_core.resolving.participants import Participants
 from cqos_core.resolving.profiles import Profiles, User, preset_settings
-from cqos_core.resolving.reader import SettingsReader
+from cqos_core.resolving.reader import SettingsReader, either, how_written
 from cqos_core.resolving.resolved import (
     READ,
     Layer,
@@ -32,7 +32,6 @@ from cqos_core.resolving.resolved import (
     Stated,
     intern,
 )
-from cqos_core.resolving.values import either, how_written
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
@@ -77,8 +76,6 @@ class Resolver:
         self.known = known
         self.result = ResolvedSystem(system)
         self.reader = SettingsReader(self.result.findings)
-        self.profiles = Profiles(system, self.reader)
-        self.overlays = Overlays(system, self.reader)
         self.participants = Participants(system, self.reader, self.result.participants)
         self.ids: set[str] = set()
         self.clashes = False
@@ -97,6 +94,16 @@ class Resolver:
                 self._misread.setdefault(note.endpoint, []).append(note.code)
         if not completed:
             self._complete()
+
+    @cached_property
+    def profiles(self) -> Profiles:
+        """The profiles of the system."""
+        return Profiles(self.system, self.reader)
+
+    @cached_property
+    def overlays(self) -> Overlays:
+        """The overlays of the system."""
+        return Overlays(self.system, self.reader)
 
     def run(self) -> ResolvedSystem:
         """Resolve every endpoint of the system."""
@@ -224,15 +231,15 @@ class Resolver:
             return
         owner = self.participants.resolved(participant, pack)
         for expanded in pack.meeting.expand(endpoint):
-            identifier = self._unique(expanded.id)
-            self.result.endpoints.append(self._resolved(expanded, owner, identifier, endpoint.id))
+            self.result.endpoints.append(self._resolved(expanded, owner, self._unique(expanded.id), endpoint.id))
 
     def report_rest(self) -> None:
         """Report what was read but is judged by nobody."""
         self._report_packless()
         self._report_names()
         self._report_needs()
-        self.overlays.report()
+        if self.system.overlays:
+            self.overlays.report()
         self.participants.report()
         self.reader.finish()
 
@@ -405,13 +412,14 @@ class Resolver:
             tuple([(name, each.text, each.unknown) for name, each in endpoint.overlay.items()]),
             tuple([(layer.counts_as_stated, layer.texts) for layer in topic_layers]),
         )
-        alone = not (endpoint.profiles or endpoint.needs or overlays or self.asked or self.profiles.by_topic)
+        by_topic = bool(self.system.profiles) and self.profiles.by_topic
+        alone = not (endpoint.profiles or endpoint.needs or overlays or self.asked or by_topic)
         if alone:
             # Nothing of it stands elsewhere in its system, so it has the values of an equal one in any other.
             read = READ.get(stated)
             if read is not None:
                 return read[0], read[1] + topic_layers
-        by_topic = self.profiles.by_topic or any(ref.scope.by_topic for ref in endpoint.profiles)
+        by_topic = by_topic or any(ref.scope.by_topic for ref in endpoint.profiles)
         user = User(endpoint.dialect, endpoint.role, naming.shown if naming is not None and by_topic else "")
         signature = (
             *stated,
@@ -452,7 +460,7 @@ class Resolver:
         owner = f"{endpoint.role} `{identifier}`"
         own = self._own_layers(endpoint, identifier, participant, user, owner)
         written = own[1]
-        layers, possible = self.overlays.lay(own, overlays, participant)
+        layers, possible = self.overlays.lay(own, overlays, participant) if overlays else (own, {})
         needs = self._needs(endpoint, pack, owner, identifier)
         values: list[Any] = []
         words: list[WrittenValue | None] = []
@@ -518,12 +526,10 @@ class Resolver:
         layers = [
             Layer("overlay", overlay, here=True, unread=overlay_unread),
             Layer("explicit", explicit, here=True, unread=unread),
-            *self.profiles.layers(endpoint.profiles, pack, user, participant),
+            *(self.profiles.layers(endpoint.profiles, pack, user, participant) if endpoint.profiles else ()),
         ]
         if pack.base_preset is not None and not endpoint.observed:
-            settings = preset_settings(pack.base_preset, pack)
-            origin = f"preset {pack.base_preset}"
-            layers.append(Layer(origin, settings, counts_as_stated=False, assumed=True))
+            layers.append(_base_layer(pack, pack.base_preset))
         return layers
 
     def _needs(self, endpoint: Endpoint, pack: RulePack, owner: str, identifier: str) -> Layer:
@@ -607,6 +613,12 @@ class Starts:
                 self._stated[each.participant] += each.starts_after
                 self._stated.setdefault(each.id, []).extend((*each.starts_after, *own))
         return self._stated
+
+
+@cache
+def _base_layer(pack: RulePack, preset: str) -> Layer:
+    """What endpoints take their values from that say nothing."""
+    return Layer(f"preset {preset}", preset_settings(preset, pack), counts_as_stated=False, assumed=True)
 
 
 @lru_cache(maxsize=MAXIMUM_REMEMBERED)

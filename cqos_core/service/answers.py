@@ -15,12 +15,12 @@ from cqos.v1 import catalogue_pb2, check_pb2, report_pb2
 from cqos_core.analysis.differences import compare
 from cqos_core.api import check_pair, explain_pair
 from cqos_core.checking.checker import check_system
-from cqos_core.checking.pipeline import context, exact_places, with_options
 from cqos_core.checking.trial import tried_out
 from cqos_core.importers.source import Source
 from cqos_core.inputs.files import SentFiles
 from cqos_core.inputs.loading import GivenSource, read_together
 from cqos_core.inputs.merging import merge
+from cqos_core.matching.pipeline import context, exact_places, with_options
 from cqos_core.model.problems import CqosError, InputError, Problem
 from cqos_core.plugins import load_plugins
 from cqos_core.remote.messages import list_text, pair_message, report_message, system_value, to_message
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from google.protobuf.message import Message
 
     from cqos.v1 import system_pb2
-    from cqos_core.checking.checker import Context
+    from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import PairReport, Report
     from cqos_core.model.system import System
 

@@ -19,9 +19,9 @@ from lxml import etree
 
 import cqos_core as cqos
 from cqos_core.checking.checker import check_system
-from cqos_core.checking.pipeline import context
 from cqos_core.checking.session import Session
 from cqos_core.matching.judge import judge_pair
+from cqos_core.matching.pipeline import context
 from cqos_core.model.system import Endpoint, Participant, Setting, System
 from cqos_core.resolving.resolve import resolve
 

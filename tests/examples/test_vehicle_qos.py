@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 import cqos_core as cqos
-from cqos_core.checking.pipeline import context
 from cqos_core.exporters.contract import ExportContext
 from cqos_core.exporters.yaml_form import write
+from cqos_core.matching.pipeline import context
 
 ROOT = Path(__file__).resolve().parents[2]
 FILE = ROOT / "examples" / "vehicle_qos.xml"

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 import cqos_core as cqos
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.explanation import endpoints_of
-from cqos_core.checking.pipeline import context
 from cqos_core.exporters.contract import ExportContext
 from cqos_core.exporters.design import design_of
 from cqos_core.exporters.yaml_form import write
 from cqos_core.language.policy import Anything
+from cqos_core.matching.pipeline import context
 from cqos_core.model.system import (
     Acceptance,
     Bound,

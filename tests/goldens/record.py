@@ -20,6 +20,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -30,7 +31,7 @@ import cqos_core as cqos
 from tests.goldens import designs
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator
 
 ROOT: Final = Path(__file__).parents[2]
 DIGESTS: Final = Path(__file__).with_name("digests.txt")
@@ -124,7 +125,7 @@ def plain(value: Any) -> Any:
     """Return a value of the library as data of JSON, by its public attributes."""
     if isinstance(value, (str, int, float)) or value is None:
         return str(value) if isinstance(value, str) else value
-    if isinstance(value, (list, tuple)):
+    if isinstance(value, Sequence):
         return [plain(each) for each in value]
     if isinstance(value, dict) or hasattr(value, "items"):
         return {str(key): plain(each) for key, each in value.items()}

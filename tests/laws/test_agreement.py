@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from cqos_core import Session, check_pair
 from cqos_core.api import explain_pair
 from cqos_core.checking.checker import check_system
-from cqos_core.matching.judge import judge_endpoint, judge_pair, of_end, undecided_meeting, worst
-from cqos_core.matching.pairing import EndpointGroup, apart, bucket, group
+from cqos_core.matching.judge import apart, judge_endpoint, judge_pair, of_end, undecided_meeting, worst
+from cqos_core.matching.pairing import EndpointGroup, bucket, group
 from cqos_core.matching.peer_values import settle
 from cqos_core.model.report import Report, Severity, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, System

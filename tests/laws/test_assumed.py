@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from cqos_core.api import check_pair, read
 from cqos_core.checking.checker import check_system
-from cqos_core.checking.pipeline import context
 from cqos_core.cli.several import together
+from cqos_core.matching.pipeline import context
 from cqos_core.model.report import Assumption, Report, Verdict
 from cqos_core.model.system import Setting
 from tests.laws.systems import BOTH, WHERE, systems
@@ -21,8 +21,8 @@ from tests.laws.test_fixes import EXAMPLES, random_systems
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.checking.checker import Context
     from cqos_core.language.policy import Policy
+    from cqos_core.matching.pipeline import Context
     from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
 

@@ -7,9 +7,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import cqos_core as cqos
-from cqos_core.checking.pipeline import context
-from cqos_core.matching.pairing import apart, bucket, group
+from cqos_core.matching.judge import apart
+from cqos_core.matching.pairing import bucket, group
 from cqos_core.matching.peer_values import settle
+from cqos_core.matching.pipeline import context
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import Endpoint, Participant, ProfileRef, Setting, System
 from cqos_core.resolving.resolve import resolve

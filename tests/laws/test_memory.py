@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 
 from cqos_core.checking.checker import check_system
 from cqos_core.matching import assumptions as assumed
-from cqos_core.matching import judge, pairing
+from cqos_core.matching import judge
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model.system import Endpoint, Participant, Place, Setting, System
 from cqos_core.resolving import participants, resolve, resolved
-from cqos_core.resolving.values import _plain_remembered
+from cqos_core.resolving.reader import _plain_remembered
 from tests.laws.systems import BOTH, WHERE, systems
 
 ANY = st.sampled_from(BOTH).flatmap(systems)
@@ -21,17 +21,17 @@ def forget():
     for memory in (resolved.READ, resolved._PROFILES, resolve._NAMED, participants._SURROUNDINGS):
         memory.clear()
     for remembered in (
-        *(shape._remembered, judge.judge_pair, judge.judge_endpoint, judge.refusals, pairing.apart),
+        *(shape._remembered, judge.judge_pair, judge.judge_endpoint, judge.refusals, judge.apart),
         *(judge.refusing_worlds, assumed._steered, assumed._options),
-        *(resolve._conventions, _plain_remembered),
+        *(resolve._conventions, resolve._base_layer, _plain_remembered),
     ):
         remembered.cache_clear()
 
 
 def test_everything_that_remembers_is_forgotten_here():
-    modules = (assumed, judge, pairing, participants, resolve, resolved, shape)
+    modules = (assumed, judge, participants, resolve, resolved, shape)
     memories = {name for module in modules for name, value in vars(module).items() if hasattr(value, "cache_clear")}
-    assert memories - {"dataclass", "lru_cache"} == {
+    assert memories - {"cache", "dataclass", "lru_cache"} == {
         "_remembered",
         "judge_pair",
         "judge_endpoint",
@@ -40,6 +40,7 @@ def test_everything_that_remembers_is_forgotten_here():
         "_steered",
         "_options",
         "apart",
+        "_base_layer",
         "_conventions",
     }
 

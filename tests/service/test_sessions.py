@@ -14,7 +14,7 @@ from hypothesis import given, settings
 import cqos_core as cqos
 from cqos.v1 import report_pb2, session_pb2, system_pb2
 from cqos_core.checking.checker import check_system
-from cqos_core.checking.pipeline import context
+from cqos_core.matching.pipeline import context
 from cqos_core.model.system import (
     Acceptance,
     Bound,

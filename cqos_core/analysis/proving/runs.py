@@ -11,9 +11,9 @@ from cqos_core.analysis.applying import apply_edits
 from cqos_core.analysis.proving.plan import End, Fault, NotRunnableError, Plan
 from cqos_core.analysis.system_fixes import with_setting
 from cqos_core.checking.explanation import explain_pair, settled_pair
-from cqos_core.checking.pipeline import with_options
 from cqos_core.exporters.contract import ExportContext, judged
 from cqos_core.language.policy import ENDPOINT, NEED, Depends, is_plain
+from cqos_core.matching.pipeline import with_options
 from cqos_core.matching.wire import on_wire, plain_texts
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import Place, Setting
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.analysis.proving.plan import Event, Outcome, Prover
-    from cqos_core.checking.checker import Context
     from cqos_core.language.policy import Value
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
+    from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import Finding, PairReport, Remedy
     from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack

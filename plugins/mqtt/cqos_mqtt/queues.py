@@ -10,7 +10,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 from cqos_core.language.evaluate import bind
-from cqos_core.matching.pairing import apart
+from cqos_core.matching.judge import apart
 from cqos_core.model.remarks import listed
 from cqos_core.model.system import PUBLISHER
 from cqos_core.packs import INFINITE, TAKEN_EVERY, Anything, Depends, as_sentence, broker, is_plain

@@ -10,7 +10,7 @@ import pytest
 
 from cqos_core import check, check_pair, explain
 from cqos_core.checking.checker import check_system
-from cqos_core.checking.pipeline import context
+from cqos_core.matching.pipeline import context
 from cqos_core.model.report import Report
 from cqos_core.model.system import Endpoint, Participant, Setting, System
 from cqos_core.packs import parse

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cqos_core as cqos
-from cqos_core.checking.pipeline import context
 from cqos_core.checking.trial import tried_out
 from cqos_core.exporters import yaml_form
 from cqos_core.exporters.contract import ExportContext
 from cqos_core.importers.source import Source
 from cqos_core.inputs.loading import read_source
+from cqos_core.matching.pipeline import context
 from cqos_core.model.system import Endpoint, Participant, ProfileRef, Setting, System, Topic
 from cqos_core.plugins import load_plugins
 from cqos_dds.exporters import dds_xml, fastdds_xml

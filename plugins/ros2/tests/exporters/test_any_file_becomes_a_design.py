@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 import cqos_core as cqos
-from cqos_core.checking.pipeline import context
 from cqos_core.exporters.contract import ExportContext
 from cqos_core.exporters.yaml_form import write
+from cqos_core.matching.pipeline import context
 
 CASES = Path(__file__).parents[1] / "importers" / "cases"
 FILES = sorted(path for path in CASES.rglob("*") if path.is_file())

@@ -1,31 +1,124 @@
-"""What is around every check: the packs it uses, a system that is checked for faults, options laid over it, exact places."""
+"""The way of a system from stated texts to topics, each stage once; and what surrounds it: packs, options, exact places."""
 
 from __future__ import annotations
 
 import os
 import re
-from dataclasses import replace
-from datetime import timedelta
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from datetime import date, timedelta
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from cqos_core.checking.checker import Context
 from cqos_core.language.policy import INFINITE, Names
-from cqos_core.matching.routes import MOST_ENDPOINTS
+from cqos_core.matching.bridging import linked
+from cqos_core.matching.routes import MOST_ENDPOINTS, expanded
+from cqos_core.matching.wire import topics
 from cqos_core.model.codes import find_code
 from cqos_core.model.problems import CqosError
 from cqos_core.model.report import later
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, ProfileRef, Setting, System
 from cqos_core.model.system import Topic as StatedTopic
 from cqos_core.plugins import load_plugins
+from cqos_core.resolving.resolve import Resolver
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+    from cqos_core.matching.hops import Hop, Topics
+    from cqos_core.matching.routes import Link
     from cqos_core.model.codes import CodeInfo
     from cqos_core.model.report import Finding, Report
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
+    from cqos_core.resolving.resolved import Resolved
+
+RuleFinder: TypeAlias = Callable[[str], "Rule | CodeInfo | None"]
+"""Returns what a code, name or alias stands for: a rule, or what the core or an importer reports."""
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """What a check needs beside the system: the packs, the protocol of endpoints that state none, and the day.
+
+    `most_endpoints` bounds what bridges may make of a system.
+    """
+
+    find_pack: Callable[[str], RulePack | None]
+    find_rule: RuleFinder = find_code
+    default_protocol: str | None = None
+    known_packs: frozenset[str] = frozenset()
+    today: date | None = None
+    most_endpoints: int = MOST_ENDPOINTS
+
+
+class Pipeline:
+    """One system on its way: bridges become endpoints, texts become values, endpoints meet on topics.
+
+    Each stage runs when it is first asked for, and once. A report, an explanation, a difference and an export begin here.
+
+    Attributes:
+        asked: by id of a pack, policies of which rules beside those of the pack ask how they were written.
+    """
+
+    def __init__(self, system: System, where: Context, resolve: Callable[[Pipeline], Resolver] | None = None) -> None:
+        """Put ``system`` at the start; ``resolve`` may know some of its endpoints from before."""
+        self.stated = system
+        self.where = where
+        self.asked: Mapping[int, frozenset[int]] = {}
+        self._resolve = resolve or resolve_all
+
+    @cached_property
+    def _expanded(self) -> tuple[System, Sequence[Link]]:
+        where = self.where
+        if not self.stated.bridges:
+            return self.stated, ()
+        return expanded(self.stated, where.find_pack, where.default_protocol, where.most_endpoints)
+
+    @property
+    def system(self) -> System:
+        """The system with the endpoints of its bridges."""
+        return self._expanded[0]
+
+    @cached_property
+    def resolver(self) -> Resolver:
+        """What resolved all endpoints."""
+        return self._resolve(self)
+
+    @property
+    def endpoints(self) -> Sequence[Resolved]:
+        """All endpoints with their values."""
+        return self.resolver.result.endpoints
+
+    @cached_property
+    def _linked(self) -> tuple[Topics, Sequence[Hop]]:
+        links = self._expanded[1]
+        return linked(links, self.resolver) if links else (topics(self.resolver), ())
+
+    @property
+    def topics(self) -> Topics:
+        """The endpoints by protocol and topic, each with copies of those that meet them there from elsewhere."""
+        return self._linked[0]
+
+    @property
+    def hops(self) -> Sequence[Hop]:
+        """The hops over bridges."""
+        return self._linked[1] if self._expanded[1] else ()
+
+
+def resolver_of(pipeline: Pipeline) -> Resolver:
+    """Return what resolves the endpoints of a system, before it has resolved any."""
+    where = pipeline.where
+    return Resolver(pipeline.system, where.find_pack, where.default_protocol, pipeline.asked, where.known_packs)
+
+
+def resolve_all(pipeline: Pipeline) -> Resolver:
+    """Resolve all endpoints of a system afresh."""
+    resolver = resolver_of(pipeline)
+    resolver.run()
+    return resolver
+
 
 SettingValue: TypeAlias = "str | int | bool | timedelta | Sequence[str]"
 
@@ -159,8 +252,6 @@ def pair_system(
     needs: Mapping[str, SettingValue] = MappingProxyType({}),
 ) -> System:
     """Make the system of one publisher and one subscriber on one topic; ``profile`` among the settings names a preset."""
-    from cqos_core.model.system import ProfileRef
-
     facts = dict(topic)
     name = as_text(facts.pop("name", "topic"))
     system = System(protocol=protocol, options={protocol: {n: Setting(as_text(v)) for n, v in options.items()}})
