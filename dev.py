@@ -9,6 +9,7 @@ python3 dev.py conformance      run 200 random pairs on each implementation of D
 python3 dev.py build [--check]  wheels and source archives of all distributions in dist/; --check tries them as users do
 python3 dev.py goldens [ARGS]   record what C-QoS says of cases, examples, fixtures, random systems (--check: compare)
 python3 dev.py house [--record]  print how large rooms, modules and functions are; record it
+python3 dev.py bench [ARGS]     measure what C-QoS costs beside the bare work (--scale 0.1: shorter; --only pairs files ...)
 python3 dev.py explore [ARGS]   property tests with new random examples, and many of them (ARGS go to pytest)
 python3 dev.py run -- ARGS      the command `cqos` with ARGS
 python3 dev.py setup            only set up (the others do that by themselves, when something changed)
@@ -89,6 +90,7 @@ def main(arguments: list[str]) -> int:
         "docs": docs,
         "conformance": conformance,
         "build": build,
+        "bench": bench,
         "goldens": goldens,
         "house": house,
         "run": run,
@@ -164,6 +166,12 @@ def conformance(_: list[str]) -> int:
     return run_steps(
         [(name, [tool("python"), "-m", f"tests.conformance.{name}", *arguments]) for name, *arguments in runs]
     )
+
+
+def bench(arguments: list[str]) -> int:
+    """Measure what C-QoS costs, and print the table of docs/benchmarks.md."""
+    setup(everything=True)
+    return run_steps([("bench", [tool("python"), "-m", "tests.benchmarks", *arguments])])
 
 
 def goldens(arguments: list[str]) -> int:
