@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from cqos_core.analysis.differences import Diff, Different, Missing, Named
     from cqos_core.api import apply, check, check_pair, diff, explain, read
     from cqos_core.checking.session import Session
-    from cqos_core.language.policy import INFINITE
-    from cqos_core.model.problems import CqosError, InputError, PackError, Problem, SentenceError
+    from cqos_core.language.values import INFINITE
+    from cqos_core.model.problems import ConditionError, CqosError, InputError, PackError, Problem, SentenceError
     from cqos_core.model.report import (
         Assumption,
         Edit,
@@ -68,7 +68,7 @@ _HOMES: Final = {
     "api": ("apply", "check", "check_pair", "diff", "explain", "read"),
     "analysis.differences": ("Diff", "Different", "Missing", "Named"),
     "language.policy": ("INFINITE",),
-    "model.problems": ("CqosError", "InputError", "PackError", "Problem", "SentenceError"),
+    "model.problems": ("ConditionError", "CqosError", "InputError", "PackError", "Problem", "SentenceError"),
     "model.report": (
         "Assumption",
         "Edit",
@@ -121,6 +121,7 @@ __all__ = [
     "Bridge",
     "Broker",
     "Cases",
+    "ConditionError",
     "CqosError",
     "Diff",
     "Different",

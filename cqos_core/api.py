@@ -10,7 +10,7 @@ from cqos_core.checking.checker import check_system
 from cqos_core.checking.explanation import explain_pair
 from cqos_core.checking.trial import tried_out
 from cqos_core.inputs.reading import Input, faults, faults_of, read, source_of
-from cqos_core.language.policy import INFINITE
+from cqos_core.language.values import INFINITE
 from cqos_core.matching.pipeline import (
     Context,
     SettingValue,

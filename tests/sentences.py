@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hypothesis import strategies as st
 
-from cqos_core.language.evaluate import Vocabulary
 from cqos_core.language.expression import (
-    Compare,
     Literal,
     Term,
+    Test,
     ceil,
     first,
     greatest,
@@ -23,7 +22,8 @@ from cqos_core.language.expression import (
     requested,
     topic,
 )
-from cqos_core.language.policy import INFINITE
+from cqos_core.language.values import INFINITE
+from cqos_core.language.vocabulary import Vocabulary
 from tests.worlds import CARE, COPIES, DELAY, INTERVAL, POLICIES, POST, SEALED, STAMP, STREETS
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ def has_term(part):
 
 def comparing(left, right, operators):
     return st.builds(
-        lambda op, x, y: Part(Compare(op, x.node, y.node), joined(ORDERS[op], x, y)),
+        lambda op, x, y: Part(Test(op, x.node, y.node), joined(ORDERS[op], x, y)),
         st.sampled_from(operators),
         left,
         right,
@@ -210,7 +210,7 @@ def larger(inner):
 def pair_of(policy, operators):
     return st.builds(
         lambda op: Part(
-            Compare(op, offered(policy), requested(policy)), lambda a, b: ORDERS[op](a[policy.name], b[policy.name])
+            Test(op, offered(policy), requested(policy)), lambda a, b: ORDERS[op](a[policy.name], b[policy.name])
         ),
         st.sampled_from(operators),
     )

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.explanation import explain_pair
 from cqos_core.checking.session import Session
-from cqos_core.language.expression import as_sentence, offered, requested
-from cqos_core.language.policy import FromPeers
+from cqos_core.language.expression import as_condition, offered, requested
+from cqos_core.language.values import FromPeers
 from cqos_core.matching.derived_guarantees import DerivedGuarantees, over
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError
@@ -38,7 +38,7 @@ GUARANTEES = (
     gives("liveness", offered(DELAY), code="POST515", name="unnoticed", because="nobody looks"),
     gives(
         "liveness",
-        ~as_sentence(offered(RELAYED)),
+        ~as_condition(offered(RELAYED)),
         code="POST516",
         name="relayed-life",
         because="a forwarder lives on",

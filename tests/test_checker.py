@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from cqos_core.checking.checker import check_system
-from cqos_core.language.evaluate import Function
-from cqos_core.language.expression import parse
-from cqos_core.language.policy import Count, Policy
+from cqos_core.language.domains import Count
+from cqos_core.language.parsing import parse
+from cqos_core.language.policy import Policy
+from cqos_core.language.vocabulary import Function
 from cqos_core.matching.pipeline import context
 from cqos_core.model.codes import CODES
 from cqos_core.model.report import Severity

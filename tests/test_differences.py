@@ -133,7 +133,8 @@ def test_types_stated_of_the_topic():
 
 
 def cqos_type(level):
-    from cqos_core.language.policy import Policy, Text
+    from cqos_core.language.domains import Text
+    from cqos_core.language.policy import Policy
 
     return Policy("type", Text(), None, "What is sent.", level=level)
 

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import pytest
 
 from cqos_core.language import expression
-from cqos_core.language.expression import parse
+from cqos_core.language.parsing import parse
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -218,7 +218,7 @@ def test_every_example_is_described():
 
 def test_every_word_of_the_language_is_explained():
     text = (ROOT / "docs" / "conditions.md").read_text(encoding="utf-8")
-    words = {*expression.SCOPES, *expression.OPERAND_FUNCTIONS, *expression.SENTENCE_FUNCTIONS} - {"own"}
+    words = {*expression.SCOPES, *expression.VALUE_FUNCTIONS, *expression.CONDITION_FUNCTIONS} - {"own"}
     assert words == {word for word in words if f"`{word}(" in text}
 
 

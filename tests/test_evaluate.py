@@ -9,26 +9,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.language.evaluate import (
-    MAXIMUM_WORLDS,
-    Function,
-    RuleAnswer,
-    Signal,
-    Vocabulary,
-    WrittenValue,
-    bind,
-    in_world,
-    role_of,
-    scope_of,
-)
-from cqos_core.language.expression import (
-    Sentence,
-    parse,
-    publisher,
-    stated,
-)
-from cqos_core.language.policy import INFINITE, Anything, Depends, Policy, Text
-from cqos_core.model.problems import PackError, SentenceError
+from cqos_core.language.binding import bind
+from cqos_core.language.domains import Text
+from cqos_core.language.evaluate import RuleAnswer, Signal
+from cqos_core.language.expression import Condition, publisher, stated
+from cqos_core.language.parsing import parse
+from cqos_core.language.policy import Policy
+from cqos_core.language.values import INFINITE, MAXIMUM_WORLDS, Anything, Depends, WrittenValue, in_world
+from cqos_core.language.vocabulary import Function, Vocabulary, role_of, scope_of
+from cqos_core.model.problems import ConditionError, PackError
 from tests.sentences import DOMAINS, INTERVALS, SECOND, WORDS, known, sentences, values
 from tests.worlds import CARRIER, DELAY, POLICIES
 
@@ -436,7 +425,7 @@ MISTAKES = {
 
 @pytest.mark.parametrize(("text", "message"), MISTAKES.items(), ids=MISTAKES)
 def test_a_sentence_that_does_not_fit_the_policies_is_refused_when_it_is_bound(text, message):
-    with pytest.raises(SentenceError) as refused:
+    with pytest.raises(ConditionError) as refused:
         bind(parse(text), WORDS)
     assert message in str(refused.value)
 
@@ -466,5 +455,5 @@ def test_two_policies_of_one_name_are_refused():
     ],
 )
 def test_the_scope_of_a_rule_follows_from_its_terms(text, scope, role):
-    sentence: Sentence = parse(text)
+    sentence: Condition = parse(text)
     assert (scope_of(sentence), role_of(sentence)) == (scope, role)

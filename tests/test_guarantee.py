@@ -66,37 +66,37 @@ def rule(word: str, what: Any, **more: Any) -> Any:
 
 def test_a_rule_is_silent_until_the_need_is_stated():
     made = rule("latest", offered(CARE) >= "signed")
-    assert str(made.sentence) == '~requested(need.latest) | (offered(care) >= "signed")'
+    assert str(made.condition) == '~requested(need.latest) | (offered(care) >= "signed")'
     assert (made.kind, made.severity, made.guarantee, made.survives) == ("requires", "error", "latest", "link")
 
 
 def test_a_number_is_compared_with_what_is_needed():
     most, least = rule("max_age", offered(DELAY)), rule("offline", offered(DELAY))
-    assert str(most.sentence) == (
+    assert str(most.condition) == (
         '(requested(need.max_age) == "infinite") | (offered(delay) <= requested(need.max_age))'
     )
-    assert str(least.sentence) == '(requested(need.offline) == "0s") | (offered(delay) >= requested(need.offline))'
+    assert str(least.condition) == '(requested(need.offline) == "0s") | (offered(delay) >= requested(need.offline))'
 
 
 def test_a_fault_counts_for_those_who_ask_for_it():
     made = rule("latest", offered(CARE) >= "signed", survives="intermediary_restart")
     both = '~in_("broker_stop", requested(need.survives)) & ~in_("broker_crash", requested(need.survives))'
-    assert str(made.sentence) == 'latest_need_not_survive_intermediary_restart | (offered(care) >= "signed")'
-    assert both in str(unfolded(made.sentence))
+    assert str(made.condition) == 'latest_need_not_survive_intermediary_restart | (offered(care) >= "signed")'
+    assert both in str(unfolded(made.condition))
     assert "after a restart of the broker or relay between them" in made.says
     made = rule("latest", offered(CARE) >= "signed", survives="broker_crash")
-    assert '~in_("broker_crash", requested(need.survives))' in str(unfolded(made.sentence))
+    assert '~in_("broker_crash", requested(need.survives))' in str(unfolded(made.condition))
     assert "after a broker crash" in made.says
 
 
 def test_nothing_holds_over_a_link_outage_whose_length_is_not_stated():
     made = rule("latest", offered(CARE) >= "signed", survives="link_outage")
-    assert str(unfolded(made.sentence)).endswith('| ((offered(care) >= "signed") & (option(outage) < "infinite"))')
+    assert str(unfolded(made.condition)).endswith('| ((offered(care) >= "signed") & (option(outage) < "infinite"))')
     assert "over a link outage" in made.says
 
 
 def test_what_nothing_gives_must_not_be_needed():
-    assert str(rule("latest", None).sentence) == "~requested(need.latest)"
+    assert str(rule("latest", None).condition) == "~requested(need.latest)"
 
 
 def test_there_is_no_other_word():

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from cqos_core.checking.session import Session
-from cqos_core.language.expression import as_sentence, broker, offered, requested
-from cqos_core.language.policy import Count, Flag, Policy, Text
+from cqos_core.language.domains import Count, Flag, Text
+from cqos_core.language.expression import as_condition, broker, offered, requested
+from cqos_core.language.policy import Policy
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import PackError
 from cqos_core.model.system import Broker, ProfileRef, Setting
@@ -50,7 +51,7 @@ PACK = replace(
     rules=(
         *POST.rules,
         forbids(requested(TWICE) & offered(ALONE), code="POST901", name="twice", because="it comes twice"),
-        forbids(as_sentence(offered(ALONE)), code="POST902", name="alone", because="nobody else writes"),
+        forbids(as_condition(offered(ALONE)), code="POST902", name="alone", because="nobody else writes"),
         requires(
             offered(POST.policy("copies")) <= broker(LIMIT), code="POST903", name="over-limit", because="it is full"
         ),

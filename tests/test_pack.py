@@ -8,21 +8,12 @@ from typing import Any
 
 import pytest
 
-from cqos_core.language.evaluate import Function
-from cqos_core.language.expression import define, parse
-from cqos_core.language.policy import (
-    Anything,
-    Choice,
-    Count,
-    Duration,
-    Flag,
-    FromPeers,
-    OneOf,
-    PerRole,
-    Policy,
-    Text,
-    by_option,
-)
+from cqos_core.language.domains import Choice, Count, Duration, Flag, Text
+from cqos_core.language.expression import define
+from cqos_core.language.parsing import parse
+from cqos_core.language.policy import PerRole, Policy, by_option
+from cqos_core.language.values import Anything, FromPeers, OneOf
+from cqos_core.language.vocabulary import Function
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import PackError
 from cqos_core.packs.pack import Convention, Dialect, Preset, RulePack, column_form, rule_table
@@ -373,7 +364,7 @@ def test_every_mistake_is_named_at_once():
 def test_a_rule_without_proper_metadata_is_refused(metadata, message):
     good: dict[str, Any] = {"code": "POST101", "name": "a-b", "because": "c"}
     with pytest.raises(PackError, match=message):
-        requires(RULES[0].sentence, **{**good, **metadata})
+        requires(RULES[0].condition, **{**good, **metadata})
 
 
 def test_words_may_mean_many_things():

@@ -13,20 +13,10 @@ from cqos_core.api import check, check_pair
 from cqos_core.checking.checker import check_system
 from cqos_core.importers.source import Source
 from cqos_core.inputs.files import read_path
-from cqos_core.language.expression import parse
-from cqos_core.language.policy import (
-    Anything,
-    Choice,
-    Count,
-    Duration,
-    Flag,
-    FromPeers,
-    Names,
-    PerRole,
-    Policy,
-    Text,
-    by_option,
-)
+from cqos_core.language.domains import Choice, Count, Duration, Flag, Names, Text
+from cqos_core.language.parsing import parse
+from cqos_core.language.policy import PerRole, Policy, by_option
+from cqos_core.language.values import Anything, FromPeers
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import Endpoint, Participant, Setting, System
@@ -233,7 +223,7 @@ def test_definitions_in_a_file_are_those_of_python():
     text = FILE.replace("rules:\n", 'define:\n  open: ~sealed\n  risky: (care == "insured") & open\nrules:\n', 1)
     text = text.replace('(care == "insured") & ~sealed & stated(care)', "risky & stated(care)")
     pack = read_pack(source(text))
-    assert [str(rule.sentence) for rule in pack.rules][3] == "risky & stated(care)"
+    assert [str(rule.condition) for rule in pack.rules][3] == "risky & stated(care)"
     assert {name: node.text() for name, node in pack.definitions.items()} == {
         "risky": '(care == "insured") & open',
         "open": "~sealed",

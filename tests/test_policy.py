@@ -6,22 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.language.policy import (
-    INFINITE,
-    Anything,
-    Choice,
-    Count,
-    Depends,
-    Duration,
-    Flag,
-    FromPeers,
-    Names,
-    Policy,
-    Text,
-    flow,
-    is_plain,
-    normalise,
-)
+from cqos_core.language.domains import Choice, Count, Duration, Flag, Names, Text, flow
+from cqos_core.language.policy import Policy
+from cqos_core.language.values import INFINITE, Anything, Depends, FromPeers, is_plain, normalise
 from cqos_core.model.problems import InvalidValueError
 from tests.growth.linear import assert_linear
 from tests.worlds import CARE, COPIES, DELAY, STAMP, STREETS

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from cqos_core.checking.checker import check_system
-from cqos_core.language.policy import INFINITE, Anything, Depends
+from cqos_core.language.values import INFINITE, Anything, Depends
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.system import (
     EVERY_OTHER,
@@ -180,7 +180,8 @@ def test_an_unknown_dialect_is_read_like_yaml():
 
 def test_a_map_states_the_fields_of_a_policy():
     """Where a policy has several fields they may be written as one map."""
-    from cqos_core.language.policy import Count, Flag, Policy
+    from cqos_core.language.domains import Count, Flag
+    from cqos_core.language.policy import Policy
     from cqos_core.matching.pipeline import context
     from cqos_core.packs.pack import RulePack
 
@@ -217,7 +218,8 @@ def test_a_word_may_mean_another_value_under_each_option(carrier, care):
 
 
 def test_a_word_that_makes_no_difference_depends_on_nothing():
-    from cqos_core.language.policy import Choice, Policy, by_option
+    from cqos_core.language.domains import Choice
+    from cqos_core.language.policy import Policy, by_option
     from cqos_core.matching.pipeline import context
     from tests.worlds import CARRIER, POST
 
@@ -621,8 +623,9 @@ def test_what_a_participant_states_is_read_even_where_it_has_no_endpoint():
 
 def test_a_participant_finds_its_broker():
     """The named one, or the only one."""
-    from cqos_core.language.expression import parse
-    from cqos_core.language.policy import Count, Policy, Text
+    from cqos_core.language.domains import Count, Text
+    from cqos_core.language.parsing import parse
+    from cqos_core.language.policy import Policy
     from cqos_core.matching.pipeline import context
     from cqos_core.packs.rule import requires
     from tests.worlds import POST

@@ -9,7 +9,7 @@ import pytest
 
 from cqos_core import check
 from cqos_core.checking.session import Session
-from cqos_core.language.expression import as_sentence, offered, requested
+from cqos_core.language.expression import as_condition, offered, requested
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import PackError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bound, Endpoint, Participant, Setting, System, TeamRule
@@ -17,18 +17,18 @@ from cqos_core.packs.rule import forbids, requires
 from tests.worlds import POST, RETURNED, SEALED, checked, codes, only, place, reader, world, writer
 
 if TYPE_CHECKING:
-    from cqos_core.language.expression import Sentence
+    from cqos_core.language.expression import Condition
     from cqos_core.packs.pack import RulePack
 
 
-def with_rule(sentence: Sentence, **more: Any) -> RulePack:
+def with_rule(sentence: Condition, **more: Any) -> RulePack:
     rule = forbids(sentence, code="POST999", name="of-one-role", because="it is so", **more)
     return replace(POST, rules=(*POST.rules, rule))
 
 
 @pytest.mark.parametrize("severity", ["note", "warning", "error"])
 def test_a_rule_about_a_publishers_policy_reports_no_subscriber(severity):
-    pack = with_rule(~as_sentence(RETURNED), severity=severity)
+    pack = with_rule(~as_condition(RETURNED), severity=severity)
     report = checked(writer("box"), reader("box"), where=context([pack]))
     assert only(report, "POST999").endpoints == ("writer",)
     alone = checked(writer("box", returned=True), reader("box"), where=context([pack]))
@@ -37,7 +37,7 @@ def test_a_rule_about_a_publishers_policy_reports_no_subscriber(severity):
 
 
 def test_what_the_rule_says_of_other_policies_holds_for_both_roles():
-    where = context([with_rule(as_sentence(RETURNED) | as_sentence(SEALED))])
+    where = context([with_rule(as_condition(RETURNED) | as_condition(SEALED))])
     report = checked(writer("box", returned=True), reader("box", sealed=True), where=where)
     reported = [finding.endpoints for finding in report.findings if finding.code == "POST999"]
     assert sorted(reported) == [("reader",), ("writer",)]
@@ -52,14 +52,14 @@ def test_a_check_of_the_team_follows_too():
 @pytest.mark.parametrize(
     "wrong",
     [
-        requires(as_sentence(requested(RETURNED)), code="POST999", name="n", because="b"),
-        forbids(as_sentence(RETURNED), code="POST999", name="n", because="b", role="subscriber"),
+        requires(as_condition(requested(RETURNED)), code="POST999", name="n", because="b"),
+        forbids(as_condition(RETURNED), code="POST999", name="n", because="b", role="subscriber"),
     ],
 )
 def test_a_rule_that_reads_it_of_the_other_role_is_refused(wrong):
     with pytest.raises(PackError, match=r"is of a subscriber, and only a publisher has `returned`"):
         replace(POST, rules=(*POST.rules, wrong))
-    allowed = forbids(as_sentence(offered(RETURNED)), code="POST999", name="n", because="b")
+    allowed = forbids(as_condition(offered(RETURNED)), code="POST999", name="n", because="b")
     assert replace(POST, rules=(*POST.rules, allowed)).rule("POST999") is allowed
 
 

@@ -9,7 +9,9 @@ from typing import Any
 import pytest
 
 from cqos_core.api import check
-from cqos_core.language.policy import COMBINATIONS, INFINITE, Anything, Choice, Depends, Duration, FromPeers, Policy
+from cqos_core.language.domains import Choice, Duration
+from cqos_core.language.policy import Policy
+from cqos_core.language.values import COMBINATIONS, INFINITE, Anything, Depends, FromPeers
 from cqos_core.matching.pairing import group
 from cqos_core.matching.peer_values import settle
 from cqos_core.matching.pipeline import context

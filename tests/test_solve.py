@@ -8,10 +8,10 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from cqos_core.language.evaluate import bind
-from cqos_core.language.expression import parse
-from cqos_core.language.policy import INFINITE, Anything, Depends
+from cqos_core.language.binding import bind
+from cqos_core.language.parsing import parse
 from cqos_core.language.solve import solutions
+from cqos_core.language.values import INFINITE, Anything, Depends
 from tests.sentences import DOMAINS, SECOND, WORDS, known, pair_sentences, sentences, values
 from tests.worlds import POLICIES
 

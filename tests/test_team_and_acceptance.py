@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import pytest
 
 from cqos_core.checking.checker import check_system
+from cqos_core.language.domains import Flag
 from cqos_core.language.expression import define
-from cqos_core.language.policy import Flag, Policy
+from cqos_core.language.policy import Policy
 from cqos_core.matching.pipeline import context
 from cqos_core.model.system import Acceptance, Bound, Participant, TeamRule
 from cqos_core.packs.pack import Preset, RulePack

@@ -2,8 +2,9 @@
 
 import pytest
 
+from cqos_core.language.domains import Count
 from cqos_core.language.expression import offered
-from cqos_core.language.policy import Count, Policy
+from cqos_core.language.policy import Policy
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.rule import forbids
 from cqos_core.testing import Case, run_case

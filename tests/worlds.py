@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.checking.checker import check_system
-from cqos_core.language.evaluate import Function
+from cqos_core.language.domains import Choice, Count, Duration, Flag, Names, Text
 from cqos_core.language.expression import (
     all_equal,
     call,
@@ -25,19 +25,9 @@ from cqos_core.language.expression import (
 )
 from cqos_core.language.expression import subscriber as its_subscriber
 from cqos_core.language.expression import topic as of_topic
-from cqos_core.language.policy import (
-    Anything,
-    Choice,
-    Count,
-    Duration,
-    Flag,
-    FromPeers,
-    Names,
-    PerRole,
-    Policy,
-    Text,
-    by_option,
-)
+from cqos_core.language.policy import PerRole, Policy, by_option
+from cqos_core.language.values import Anything, FromPeers
+from cqos_core.language.vocabulary import Function
 from cqos_core.matching.pipeline import Context, as_text, context
 from cqos_core.model.system import Endpoint, Participant, Place, Profile, ProfileRef, Setting, System, Topic
 from cqos_core.packs.pack import Convention, Dialect, Preset, RulePack

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
 from cqos_core.checking.findings import fact
 from cqos_core.exporters.contract import ExportContext, judged
-from cqos_core.language.policy import ENDPOINT, Depends, is_plain, normalise
+from cqos_core.language.policy import ENDPOINT
+from cqos_core.language.values import Depends, is_plain, normalise
 from cqos_core.matching.pairing import bucket
 from cqos_core.matching.peer_values import settled_profiles
 from cqos_core.model.report import TextEnum
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.exporters.contract import Judged
-    from cqos_core.language.policy import Plain, Value
+    from cqos_core.language.values import Plain, Value
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import Fact
     from cqos_core.model.system import Place, System

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.importers.editing import is_json, replace_within, scalar
 from cqos_core.importers.source import Replacement
-from cqos_core.language.policy import flow
+from cqos_core.language.domains import flow
 from cqos_core.model.encoding import Lines, codec, decode, encoding_of
 from cqos_core.model.excerpt import exact, span
 from cqos_core.model.problems import InvalidValueError

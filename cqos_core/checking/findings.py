@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.checking.fixes import VERBS, member_ids, merged_remedies, remedies
-from cqos_core.language.policy import Anything, Choice, Depends, Value, is_plain
+from cqos_core.language.domains import Choice
+from cqos_core.language.values import Anything, Depends, Value, is_plain
 from cqos_core.matching.judge import verdict_of
 from cqos_core.matching.peer_values import START_ORDER
 from cqos_core.model.report import Fact, Finding, Severity, Side, Verdict, later
@@ -15,8 +16,8 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from cqos_core.language.evaluate import Use
     from cqos_core.language.policy import Policy
+    from cqos_core.language.vocabulary import Use
     from cqos_core.matching.judge import Violation
     from cqos_core.matching.outline import Outline
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic

@@ -8,8 +8,10 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.checking.rewrites import edits_of
-from cqos_core.language.policy import BROKER, NEED, TOPIC, Duration, FromPeers, Value
+from cqos_core.language.domains import Duration
+from cqos_core.language.policy import BROKER, NEED, TOPIC
 from cqos_core.language.solve import changed, solutions
+from cqos_core.language.values import FromPeers, Value
 from cqos_core.matching.judge import Violation, apart, judge_endpoint, judge_pair, of_end
 from cqos_core.model.report import Finding, Remedy
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -18,7 +20,8 @@ from cqos_core.resolving.resolved import intern
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from cqos_core.language.policy import Plain, Policy
+    from cqos_core.language.policy import Policy
+    from cqos_core.language.values import Plain
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.model.system import Role
     from cqos_core.resolving.resolved import QosProfile, Resolved

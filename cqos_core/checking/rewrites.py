@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from cqos_core.language.policy import BROKER, ENDPOINT, INFINITE, NEED, TOPIC, Duration
+from cqos_core.language.domains import Duration
+from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC
+from cqos_core.language.values import INFINITE
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Edit
 from cqos_core.resolving.reader import spelled
@@ -13,7 +15,9 @@ from cqos_core.resolving.reader import spelled
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from cqos_core.language.policy import Domain, Plain, Policy
+    from cqos_core.language.domains import Domain
+    from cqos_core.language.policy import Policy
+    from cqos_core.language.values import Plain
     from cqos_core.model.system import Broker, Endpoint, Participant, Setting
     from cqos_core.packs.pack import Dialect
     from cqos_core.resolving.resolved import Layer, Resolved, Stated

@@ -7,9 +7,11 @@ from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.checking.findings import Made, make
-from cqos_core.language.evaluate import bind, role_of, scope_of
-from cqos_core.language.expression import Compare, Literal, Sentence, Term, Test, definitions, parse
+from cqos_core.language.binding import bind
+from cqos_core.language.expression import Condition, Literal, Term, Test, definitions
 from cqos_core.language.name_index import NameIndex
+from cqos_core.language.parsing import parse
+from cqos_core.language.vocabulary import role_of, scope_of
 from cqos_core.matching.judge import ask_end
 from cqos_core.matching.outline import OfEnds
 from cqos_core.model.problems import CqosError
@@ -52,15 +54,15 @@ def bind_checks(
         errors = []
         for pack in packs:
             try:
-                sentence = _team_sentence(team_rule, pack)
+                condition = _team_condition(team_rule, pack)
                 rule = requires(
-                    sentence,
+                    condition,
                     code="CQ605",
                     name="team-rule",
                     because=team_rule.because.rstrip(".") or "the team requires it",
                     severity=team_rule.severity,
                 )
-                bound = BoundRule(rule, bind(sentence, pack.vocabulary), scope_of(sentence), role_of(sentence))
+                bound = BoundRule(rule, bind(condition, pack.vocabulary), scope_of(condition), role_of(condition))
                 _refuse_wider(bound)
             except CqosError as error:
                 errors.append(str(error))
@@ -101,24 +103,24 @@ _ONE_ENDPOINT: Final = "write bare policy names, or only `offered` or only `requ
 _RELATIONS: Final = {"exactly": "==", "at_least": ">=", "at_most": "<=", "not": "!="}
 
 
-def _team_sentence(team_rule: TeamRule, pack: RulePack) -> Sentence:
+def _team_condition(team_rule: TeamRule, pack: RulePack) -> Condition:
     parts = [parse(team_rule.sentence, pack.definitions)] if team_rule.sentence else []
-    parts += [_bound_sentence(required, pack) for required in team_rule.require]
+    parts += [_bound_condition(required, pack) for required in team_rule.require]
     if not parts:
         raise CqosError("it requires nothing")
-    sentence = parts[0]
+    condition = parts[0]
     for part in parts[1:]:
-        sentence = sentence & part
-    return sentence
+        condition = condition & part
+    return condition
 
 
 def _refuse_wider(bound: BoundRule) -> None:
     """Refuse a sentence about more than one endpoint, which would be judged of each by itself and always hold."""
     if bound.scope != "endpoint":
-        raise CqosError(f"`{bound.rule.sentence}` speaks of a {bound.scope}, a check of one endpoint: {_ONE_ENDPOINT}")
+        raise CqosError(f"`{bound.rule.condition}` speaks of a {bound.scope}, a check of one endpoint: {_ONE_ENDPOINT}")
 
 
-def _bound_sentence(required: Bound, pack: RulePack) -> Sentence:
+def _bound_condition(required: Bound, pack: RulePack) -> Condition:
     index = pack.find("endpoint", required.policy)
     if index is None:
         known = [policy.name for policy in pack.policies if policy.level == "endpoint"]
@@ -130,7 +132,7 @@ def _bound_sentence(required: Bound, pack: RulePack) -> Sentence:
     domain = pack.policies[index].domain
     if domain.kind in {"count", "flag"}:
         value = domain.parse(str(value))  # type: ignore[assignment]
-    return Compare(_RELATIONS[required.relation], term, Literal(value))
+    return Test(_RELATIONS[required.relation], term, Literal(value))
 
 
 def team_findings(topic: MatchedTopic, checks: NameIndex[TeamCheck]) -> list[Made]:
@@ -155,9 +157,9 @@ def _drafts(topic: MatchedTopic, check: TeamCheck) -> Iterable[Outline[EndpointG
 
 def _made(topic: MatchedTopic, check: TeamCheck, draft: Outline[EndpointGroup]) -> Made:
     one = make(topic, draft)
-    sentence = check.bound.rule.sentence
-    used = "".join(f"; {name} is {node.text()}" for name, node in definitions(sentence).items())
-    note = f"required by check `{check.rule.name}`: {sentence}{used}"
+    condition = check.bound.rule.condition
+    used = "".join(f"; {name} is {node.text()}" for name, node in definitions(condition).items())
+    note = f"required by check `{check.rule.name}`: {condition}{used}"
     finding = replace(
         one.finding,
         message=f"{check.rule.name}: {one.finding.message}",

@@ -51,7 +51,8 @@ class _FaultType(click.ParamType):  # type: ignore[type-arg]  # generic since cl
         return "FAULT=TIME"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        from cqos_core.language.policy import INFINITE, Duration
+        from cqos_core.language.domains import Duration
+        from cqos_core.language.values import INFINITE
 
         if isinstance(value, Fault):
             return value

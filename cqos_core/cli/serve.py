@@ -25,7 +25,7 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
     """Take defaults of the other options from ``[serve]`` of the configuration."""
     # It comes with the forms of the YAML importer, which `--help` does not need.
     from cqos_core.config import config_for, load_config
-    from cqos_core.language.policy import Names
+    from cqos_core.language.domains import Names
 
     if ctx.resilient_parsing or ctx.params.get("no_config"):
         return value

@@ -10,7 +10,9 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.exporters.contract import judged, unique
-from cqos_core.language.policy import ENDPOINT, Choice, normalise
+from cqos_core.language.domains import Choice
+from cqos_core.language.policy import ENDPOINT
+from cqos_core.language.values import normalise
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import EVERYBODY, PUBLISHER, SUBSCRIBER, Cases, Profile, ProfileRef, Setting, System
 from cqos_core.packs.pack import NameContext

@@ -13,23 +13,20 @@ from itertools import accumulate, product
 from operator import or_
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_core.language.evaluate import (
-    KNOWN,
-    MIRRORED,
-    NO_SIGNAL,
-    SECOND_SCOPES,
-    Range,
-    bind,
-    bind_operands,
-    settled,
-)
-from cqos_core.language.expression import And, Compare, Not, Or, Term, Test
+from cqos_core.language.binding import bind, bind_operands
+from cqos_core.language.evaluate import NO_SIGNAL, known_value
+from cqos_core.language.expression import COMPARISONS, Condition, Term, Test
+from cqos_core.language.operations import MIRRORED
+from cqos_core.language.values import settled, worlds_of
+from cqos_core.language.vocabulary import SECOND_SCOPES
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from cqos_core.language.evaluate import BoundCondition, Function, Judge, Values, Vocabulary
-    from cqos_core.language.expression import Node, Sentence
+    from cqos_core.language.evaluate import BoundCondition, Judge
+    from cqos_core.language.expression import Node
+    from cqos_core.language.values import Values
+    from cqos_core.language.vocabulary import Vocabulary
 
 FEW_COMBINATIONS: Final = 256
 """So many are judged one by one; of more, those whose answer is certain are found at once."""
@@ -89,7 +86,8 @@ def related(bound: BoundCondition, firsts: Sequence[Values], seconds: Sequence[t
     Returns:
         None where the condition cannot be taken apart.
     """
-    worlds = bound.worlds(firsts, [values for values, _ in seconds])
+    of_side = firsts, [values for values, _ in seconds]
+    worlds = worlds_of(values[use.index] for use in bound.uses for values in of_side[use.second])
     if worlds is None or bound.aggregate_uses or bound.options:
         return None
     everything = reduce(or_, (bits for _, bits in seconds), 0)
@@ -101,7 +99,7 @@ def related(bound: BoundCondition, firsts: Sequence[Values], seconds: Sequence[t
             everything,
         )
         try:
-            may = _may(bound.sentence, bound.vocabulary, sides)
+            may = _may(bound.condition, bound.vocabulary, sides)
         except MemoryError:
             raise
         except Exception:  # noqa: BLE001 - a pack's own function may raise anything; judging each pair shows for which values
@@ -113,28 +111,28 @@ def related(bound: BoundCondition, firsts: Sequence[Values], seconds: Sequence[t
     return Certain(true, false, left, _both(left, may_fail))
 
 
-def _may(node: Sentence, vocabulary: Vocabulary, sides: _Sides) -> _May:
+def _may(node: Condition, vocabulary: Vocabulary, sides: _Sides) -> _May:
     match node:
-        case And(left=left, right=right):
+        case Test("&", (Condition() as left, Condition() as right)):
             one, other = _may(left, vocabulary, sides), _may(right, vocabulary, sides)
             return _May(_both(one.true, other.true), _either(one.false, other.false))
-        case Or(left=left, right=right):
+        case Test("|", (Condition() as left, Condition() as right)):
             one, other = _may(left, vocabulary, sides), _may(right, vocabulary, sides)
             return _May(_either(one.true, other.true), _both(one.false, other.false))
-        case Not(part=part):
+        case Test("~", (Condition() as part,)):
             true, false = _may(part, vocabulary, sides)
             return _May(false, true)
     if len(_read(node)) < 2:  # noqa: PLR2004 - sides
         return _of_one_side(_judge(node, vocabulary), sides, second=_SECOND in _read(node))
-    match node:
-        case Compare() if (_read(node.left), _read(node.right)) == ({_FIRST}, {_SECOND}):
-            return _compared(node.op, _operands(node, vocabulary), sides)
-        case Compare() if (_read(node.left), _read(node.right)) == ({_SECOND}, {_FIRST}):
-            return _compared(MIRRORED[node.op], _operands(node, vocabulary)[::-1], sides)
-        case Test(name=name, args=(first, second, *_)) if _read(first) == {_FIRST} and _read(second) == {_SECOND}:
-            function = vocabulary.functions.get(name)
-            if function is not None and function.many is not None:
-                return _called(function, node, vocabulary, sides)
+    first, second, *_ = (_read(arg) for arg in node.args)
+    function = vocabulary.functions.get(node.name)
+    if len(first) == len(second) == 1 and first != second:
+        operands = _operands(node, vocabulary)
+        if node.name in COMPARISONS:
+            straight = first == {_FIRST}
+            return _compared(node.name if straight else MIRRORED[node.name], operands[:: 1 if straight else -1], sides)
+        if function is not None and function.many is not None and first == {_FIRST}:
+            return _called(function.many, node, operands, sides)
     return sides.rows(sides.everything, sides.everything)
 
 
@@ -147,12 +145,12 @@ def _either(one: Iterable[int], other: Iterable[int]) -> list[int]:
 
 
 @lru_cache(maxsize=1_000)
-def _judge(node: Sentence, vocabulary: Vocabulary) -> Judge:
+def _judge(node: Condition, vocabulary: Vocabulary) -> Judge:
     return bind(node, vocabulary).open
 
 
 @lru_cache(maxsize=1_000)
-def _operands(node: Compare | Test, vocabulary: Vocabulary) -> tuple[Judge, ...]:
+def _operands(node: Node, vocabulary: Vocabulary) -> tuple[Judge, ...]:
     return bind_operands(node, vocabulary)
 
 
@@ -176,22 +174,14 @@ def _of_one_side(judge: Judge, sides: _Sides, *, second: bool) -> _May:
     )
 
 
-def _value(judge: Judge, values: Values) -> Any:
-    """The one known value of an operand; None where it is not known."""
-    value = judge(values, values, NO_SIGNAL)
-    if type(value) is Range and value.lo == value.hi:
-        return value.lo
-    return value if type(value) in KNOWN else None
-
-
 def _compared(op: str, operands: Sequence[Judge], sides: _Sides) -> _May:
     one, other = operands
     by_value: dict[Any, int] = {}
     for values, bits in sides.seconds:
-        value = _value(other, values)
+        value = known_value(other, values, values)
         by_value[value] = by_value.get(value, 0) | bits
     unknown = by_value.pop(None, 0)
-    asked = [_value(one, values) for values in sides.firsts]
+    asked = [known_value(one, values, values) for values in sides.firsts]
     if op in {"==", "!="}:
         holding = [by_value.get(value, 0) for value in asked]
     else:
@@ -210,9 +200,8 @@ def _compared(op: str, operands: Sequence[Judge], sides: _Sides) -> _May:
     )
 
 
-def _called(function: Function, node: Test, vocabulary: Vocabulary, sides: _Sides) -> _May:
+def _called(many: Callable[..., Sequence[int]], node: Condition, judges: Sequence[Judge], sides: _Sides) -> _May:
     """Ask a pack's function of all values at once, for each combination of its further arguments."""
-    judges = _operands(node, vocabulary)
     second = [_SECOND in _read(arg) for arg in node.args]
     own, others = ([at for at, of_second in enumerate(second) if of_second is side] for side in (_FIRST, _SECOND))
     rows: dict[tuple[Any, ...], dict[Any, list[int]]] = {}
@@ -220,13 +209,13 @@ def _called(function: Function, node: Test, vocabulary: Vocabulary, sides: _Side
     unknown = 0
     may = _May([0] * len(sides.firsts), [0] * len(sides.firsts))
     for row, values in enumerate(sides.firsts):
-        value, *rest = (_value(judges[at], values) for at in own)
+        value, *rest = (known_value(judges[at], values, values) for at in own)
         if value is None or None in rest:
             may.true[row] = may.false[row] = sides.everything
         else:
             rows.setdefault(tuple(rest), {}).setdefault(value, []).append(row)
     for values, bits in sides.seconds:
-        value, *rest = (_value(judges[at], values) for at in others)
+        value, *rest = (known_value(judges[at], values, values) for at in others)
         if value is None or None in rest:
             unknown |= bits
         else:
@@ -234,7 +223,7 @@ def _called(function: Function, node: Test, vocabulary: Vocabulary, sides: _Side
             same[value] = same.get(value, 0) | bits
     for (of_first, asked), (of_second, among) in product(rows.items(), columns.items()):
         further = dict(zip((*own[1:], *others[1:]), (*of_first, *of_second), strict=True))
-        found = function.many(list(asked), among, *(further[at] for at in sorted(further)))  # type: ignore[misc]
+        found = many(list(asked), among, *(further[at] for at in sorted(further)))
         whole = reduce(or_, among.values())
         for same_rows, bits in zip(asked.values(), found, strict=True):
             for row in same_rows:

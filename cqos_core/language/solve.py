@@ -1,4 +1,4 @@
-"""Solving a sentence for one side: which single change of a value makes it true (or false)."""
+"""Solving a condition for one side: which single change of a value makes it true (or false)."""
 
 from __future__ import annotations
 
@@ -6,15 +6,20 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.language.evaluate import NO_SIGNAL, BoundCondition, Signal, Use, Values, Vocabulary, WrittenValue
-from cqos_core.language.expression import Apply, Arithmetic, Compare, Literal, Operand, Term
-from cqos_core.language.policy import BROKER, ENDPOINT, INFINITE, TOPIC, Anything, Choice, Plain, Policy, normalise
+from cqos_core.language.binding import bind_operands
+from cqos_core.language.domains import Choice
+from cqos_core.language.evaluate import NO_SIGNAL, BoundCondition, Signal, known_value
+from cqos_core.language.expression import AGGREGATES, COMPARISONS
+from cqos_core.language.policy import BROKER, ENDPOINT, TOPIC, Policy
+from cqos_core.language.values import INFINITE, Anything, Plain, Values, WrittenValue, normalise
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
 
-    from cqos_core.language.policy import Domain, Value
+    from cqos_core.language.expression import Node
+    from cqos_core.language.values import Value
+    from cqos_core.language.vocabulary import Use, Vocabulary
 
 _TRIED: Final = 6
 """How many values of one policy are proposed to `may`, the best ones first."""
@@ -61,25 +66,25 @@ def solutions(
     may: Callable[[int, Plain], bool] = lambda _index, _value: True,
     levels: Collection[str] = (ENDPOINT, "participant"),
 ) -> list[Change]:
-    """Find, for each policy of one side, the smallest change after which the sentence is ``want``.
+    """Find, for each policy of one side, the smallest change after which the condition is ``want``.
 
     Args:
-        bound: the sentence.
+        bound: the condition.
         a: the offering side's values.
-        b: the requesting side's values; the same tuple for a sentence over one endpoint.
+        b: the requesting side's values; the same tuple for a condition over one endpoint.
         second: which side may change (ignored where both are the same tuple).
         want: the truth to reach.
         fixes: which policies may change, of which side; see `Rule`.
-        signal: for sentences with aggregates.
+        signal: for conditions with aggregates.
         pair: it is one of pairs, even where it reads nothing of one side.
         levels: of the policies that may change.
         may: whether a policy may be set to a value, by its index; asked of the best values only.
 
     Returns:
-        One change per policy that can reach it alone, in the order of the sentence; every one has been tried out.
+        One change per policy that can reach it alone, in the order of the condition; every one has been tried out.
         Where it can, it weakens nothing.
     """
-    # Equal values of both sides are one and the same tuple, so identity says nothing about the sentence.
+    # Equal values of both sides are one and the same tuple, so identity says nothing about the condition.
     scopes = {use.term.scope for use in bound.uses}
     single = not pair and not (scopes & {"offered", "publisher"} and scopes & {"requested", "subscriber"})
     vocabulary = bound.vocabulary
@@ -137,99 +142,52 @@ def _candidates(bound: BoundCondition, use: Use, policy: Policy, a: Values, b: V
 
 
 def turning_points(bound: BoundCondition, use: Use, a: Values, b: Values) -> dict[Plain, None]:
-    """Return the values of one term at and around which some comparison of the sentence turns."""
-    values: dict[Plain, None] = {}
-    for node in bound.sentence.walk():
-        if not isinstance(node, Compare):
-            continue
-        for here, there in ((node.left, node.right), (node.right, node.left)):
-            if use.term.key not in {part.key for part in here.walk()}:
-                continue
-            target = _value(bound, there, here, a, b)
-            for value in _isolate(here, use.term, target, bound, a, b):
-                values[value] = None
-    return values
+    """Return the values of one term at and around which some comparison of the condition turns."""
+    domain = bound.vocabulary.policies[use.index].domain
+
+    def isolated(node: Node, target: Plain | None) -> Iterator[Plain]:
+        """Yield the values of the term at and around which a part of the condition amounts to ``target``."""
+        if node.key == use.term.key:
+            if target is not None:
+                yield from domain.around(target) if isinstance(target, int) else (target,)
+            return
+        for at, arg in enumerate(node.args):
+            if any(part.key == use.term.key for part in arg.walk()):
+                for goal in _goals(node.name, at, target, _beside(node, at, bound, a, b)):
+                    yield from isolated(arg, goal)
+
+    compared = (node for node in bound.condition.walk() if node.name in COMPARISONS)
+    return dict.fromkeys(value for node in compared for value in isolated(node, None))
 
 
-def _value(bound: BoundCondition, node: Operand, beside: Operand, a: Values, b: Values) -> Plain | None:
-    """The plain value of an operand, a constant read as the kind of the operand ``beside`` it; None where it is open."""
-    return next(_reckon(node, bound, a, b, _domain(beside, bound, None)), None)
+def _beside(node: Node, at: int, bound: BoundCondition, a: Values, b: Values) -> Plain | None:
+    """The value that an operation has beside its argument ``at``; None where that is open."""
+    others = [
+        known_value(judge, a, b)
+        for other, judge in enumerate(bind_operands(node, bound.vocabulary))
+        if other != at and not any(part.name in AGGREGATES for part in node.args[other].walk())
+    ]
+    return others[0] if others else None
 
 
-def _domain(node: Operand, bound: BoundCondition, otherwise: Domain | None) -> Domain | None:
-    """The kind of the policies within an operand."""
-    term = next((part for part in node.walk() if isinstance(part, Term)), None)
-    return bound.vocabulary.policies[bound.vocabulary.find(term)].domain if term is not None else otherwise
-
-
-def _reckon(node: Operand, bound: BoundCondition, a: Values, b: Values, domain: Domain | None) -> Iterator[Plain]:
-    """Yield the plain value of an operand over known values, or nothing; text is read as a value of ``domain``."""
-    if isinstance(node, Term):
-        index = bound.vocabulary.find(node)
-        value = (b if node.scope in {"requested", "subscriber"} else a)[index]
-        if isinstance(value, (int, str, tuple)):
-            yield value
-        return
-    if isinstance(node, Literal):
-        if isinstance(node.value, int):
-            yield int(node.value)
-        else:
-            yield node.value if domain is None else domain.parse(node.value)
-        return
-    if not isinstance(node, (Arithmetic, Apply)):
-        return
-    domain = _domain(node, bound, domain)
-    parts = [next(_reckon(child, bound, a, b, domain), None) for child in node.children() if isinstance(child, Operand)]
-    numbers = [part for part in parts if isinstance(part, int)]
-    if len(numbers) != len(parts) or not numbers:
-        return
-    if isinstance(node, Arithmetic):
-        left, right = numbers
-        yield min(left + right if node.op == "+" else left * right, INFINITE)
-    elif node.name in {"min", "max"}:
-        yield (min if node.name == "min" else max)(numbers)
-    elif node.name == "ceil" and numbers[1]:
-        yield -(-numbers[0] // numbers[1])
-
-
-def _isolate(
-    node: Operand, term: Term, target: Plain | None, bound: BoundCondition, a: Values, b: Values
-) -> Iterator[Plain]:
-    """Yield values of ``term`` at and around which ``node`` reaches ``target``."""
-    if node.key == term.key:
-        if isinstance(target, int):
-            yield from bound.vocabulary.policies[bound.vocabulary.find(term)].domain.around(target)
-        elif target is not None:
-            yield target
-        return
-    if not isinstance(target, int) or not isinstance(node, (Arithmetic, Apply)):
-        return
-    for child in node.children():
-        if not isinstance(child, Operand) or term.key not in {part.key for part in child.walk()}:
-            continue
-        domain = _domain(node, bound, None)
-        others = [
-            next(_reckon(o, bound, a, b, domain), None)
-            for o in node.children()
-            if o is not child and isinstance(o, Operand)
-        ]
-        other = others[0] if others and isinstance(others[0], int) else None
-        for goal in _goals(node, child, target, other):
-            yield from _isolate(child, term, goal, bound, a, b)
-
-
-def _goals(node: Arithmetic | Apply, child: Operand, target: int, other: int | None) -> tuple[int, ...]:
-    """What ``child`` must amount to for ``node`` to amount to ``target``, beside the value ``other``."""
-    if isinstance(node, Apply) and node.name in {"min", "max"}:
-        return (target,)
-    if other is None:
+def _goals(op: str, at: int, target: Plain | None, other: Plain | None) -> tuple[Plain | None, ...]:
+    """What argument ``at`` must amount to for an operation to amount to ``target``, beside the value ``other``."""
+    if op in COMPARISONS:
+        return (other,)
+    if not isinstance(target, int):
         return ()
-    if isinstance(node, Arithmetic) and node.op == "+":
-        return (target - other,)
-    dividend = isinstance(node, Apply) and node.name == "ceil" and node.args[0] is child
-    if dividend:
-        return (target * other,)
-    if isinstance(node, Apply) or other == 0:
-        # The divisor for which the rounded-up quotient is the target.
-        return (-(-other // target),) if target > 0 and isinstance(node, Apply) else ()
-    return (target // other, -(-target // other))
+    if op in {"min", "max"}:
+        return (target,)
+    if not isinstance(other, int):
+        return ()
+    match op, at:
+        case "+", _:
+            return (target - other,)
+        case "*", _:
+            return (target // other, -(-target // other)) if other else ()
+        case "ceil", 0:
+            return (target * other,)
+        case "ceil", _:
+            # The divisor for which the rounded-up quotient is the target.
+            return (-(-other // target),) if target > 0 else ()
+    return ()

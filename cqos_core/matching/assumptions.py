@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
-from cqos_core.language.policy import ByOption, Depends, OneOf, PerRole
+from cqos_core.language.policy import ByOption, PerRole
+from cqos_core.language.values import Depends, OneOf
 from cqos_core.matching.judge import refusing_worlds
 from cqos_core.model.report import Assumption, Severity
 from cqos_core.resolving.reader import word_of

@@ -10,7 +10,8 @@ from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.language.policy import ENDPOINT, NEED, Anything, Depends, FromPeers, is_plain
+from cqos_core.language.policy import ENDPOINT, NEED
+from cqos_core.language.values import Anything, Depends, FromPeers, is_plain
 from cqos_core.matching.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
 from cqos_core.matching.derived_guarantees import give
 from cqos_core.matching.hops import Hop, Meetings
@@ -27,7 +28,8 @@ from cqos_core.resolving.resolved import Layer, Stated
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.language.policy import Plain, Policy, Value
+    from cqos_core.language.policy import Policy
+    from cqos_core.language.values import Plain, Value
     from cqos_core.matching.delivery_paths import Way
     from cqos_core.matching.derived_guarantees import DerivedGuarantees
     from cqos_core.matching.hops import Topics

@@ -9,16 +9,18 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.language.policy import BROKER, INFINITE, NEED, Depends, is_plain
+from cqos_core.language.policy import BROKER, NEED
 from cqos_core.language.solve import turning_points
+from cqos_core.language.values import INFINITE, Depends, is_plain
 from cqos_core.matching.judge import ask
 from cqos_core.packs.guarantee import FAULTS, INTERMEDIARY, LINK, RESTARTS_IN, SURVIVES, WORDS, befalling, faults_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from cqos_core.language.evaluate import Use
-    from cqos_core.language.policy import Policy, Value
+    from cqos_core.language.policy import Policy
+    from cqos_core.language.values import Value
+    from cqos_core.language.vocabulary import Use
     from cqos_core.packs.guarantee import Word
     from cqos_core.packs.pack import BoundRule
     from cqos_core.packs.rule import Rule

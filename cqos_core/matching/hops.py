@@ -12,7 +12,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
-    from cqos_core.language.policy import Value
+    from cqos_core.language.values import Value
     from cqos_core.model.system import Bridge
     from cqos_core.resolving.resolved import QosProfile, Resolved
 

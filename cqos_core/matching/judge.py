@@ -7,14 +7,14 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer, Signal
-from cqos_core.language.policy import Anything, Depends
+from cqos_core.language.values import Anything, Depends
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from cqos_core.language.evaluate import Values
+    from cqos_core.language.values import Values
     from cqos_core.packs.pack import BoundRule
     from cqos_core.packs.rule import Rule
     from cqos_core.resolving.resolved import QosProfile

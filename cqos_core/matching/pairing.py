@@ -6,15 +6,16 @@ from dataclasses import dataclass, field, replace
 from operator import attrgetter
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
-from cqos_core.language.expression import Compare, Term
+from cqos_core.language.expression import Term
 from cqos_core.language.name_index import NameIndex
-from cqos_core.language.policy import ENDPOINT, is_plain
+from cqos_core.language.policy import ENDPOINT
+from cqos_core.language.values import is_plain
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping, Sequence
 
-    from cqos_core.language.policy import Value
+    from cqos_core.language.values import Value
     from cqos_core.model.system import Acceptance
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import QosProfile, Resolved
@@ -219,10 +220,10 @@ def equal_in_pairs(pack: RulePack) -> list[int]:
     """Return the policies that a matching condition requires to be equal on both sides, and nothing else, by index."""
     found = []
     for bound in pack.by_scope["meets"]:
-        sentence, uses = bound.bound.sentence, bound.bound.uses
-        if isinstance(sentence, Compare) and sentence.op == "==" and len(uses) == 2:  # noqa: PLR2004 - sides
+        condition, uses = bound.bound.condition, bound.bound.uses
+        if condition.name == "==" and len(uses) == 2:  # noqa: PLR2004 - sides
             one, other = uses
-            both_terms = isinstance(sentence.left, Term) and isinstance(sentence.right, Term)
+            both_terms = all(isinstance(each, Term) for each in condition.args)
             if both_terms and one.index == other.index and one.second != other.second:
                 found.append(one.index)
     return found

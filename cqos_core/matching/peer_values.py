@@ -10,9 +10,18 @@ from itertools import chain, product
 from operator import itemgetter
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.language.evaluate import MAXIMUM_WORLDS, collect_variables, in_world
-from cqos_core.language.policy import INFINITE, Anything, Depends, FromPeers, Value, is_plain
 from cqos_core.language.relation import positions
+from cqos_core.language.values import (
+    INFINITE,
+    MAXIMUM_WORLDS,
+    Anything,
+    Depends,
+    FromPeers,
+    Value,
+    collect_variables,
+    in_world,
+    is_plain,
+)
 from cqos_core.matching.pairing import group
 from cqos_core.matching.topic_shape import met
 from cqos_core.model.system import PUBLISHER

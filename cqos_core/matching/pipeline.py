@@ -11,7 +11,8 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from cqos_core.language.policy import INFINITE, Names
+from cqos_core.language.domains import Names
+from cqos_core.language.values import INFINITE
 from cqos_core.matching.bridging import linked
 from cqos_core.matching.routes import MOST_ENDPOINTS, expanded
 from cqos_core.matching.wire import topics

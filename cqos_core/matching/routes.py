@@ -23,7 +23,7 @@ from cqos_core.resolving.resolve import Resolver
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from cqos_core.language.policy import Value
+    from cqos_core.language.values import Value
     from cqos_core.model.system import Bridge, Endpoint, Role, Route, System
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language import relation
 from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer, Signal
-from cqos_core.language.policy import Depends
 from cqos_core.language.relation import positions, related
+from cqos_core.language.values import Depends
 from cqos_core.matching.judge import (
     Violation,
     already_told,
@@ -36,7 +36,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from cqos_core.language.evaluate import Values
+    from cqos_core.language.values import Values
     from cqos_core.packs.pack import BoundRule, RulePack
     from cqos_core.resolving.resolved import QosProfile
 

@@ -10,7 +10,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.language.policy import ENDPOINT, Depends, is_plain
+from cqos_core.language.policy import ENDPOINT
+from cqos_core.language.values import Depends, is_plain
 from cqos_core.matching.judge import refusals
 from cqos_core.matching.pairing import bucket, introduce
 from cqos_core.model.problems import InvalidValueError
@@ -20,7 +21,8 @@ from cqos_core.resolving.resolved import Carried, Layer, Stated
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.language.policy import Policy, Value
+    from cqos_core.language.policy import Policy
+    from cqos_core.language.values import Value
     from cqos_core.packs.pack import RulePack, Wire
     from cqos_core.resolving.resolve import Resolver
     from cqos_core.resolving.resolved import Resolved

@@ -48,7 +48,7 @@ class InputError(CqosError):
 
 
 class PackError(CqosError):
-    """A rule pack is not well formed: an unknown policy in a sentence, a code used twice, a bad default.
+    """A rule pack is not well formed: an unknown policy in a condition, a code used twice, a bad default.
 
     Attributes:
         mistakes: each mistake with where it stands, in the keys of a pack file; empty where only one is told.
@@ -60,11 +60,11 @@ class PackError(CqosError):
         super().__init__(message)
 
 
-class SentenceError(CqosError):
-    """A sentence cannot be read or does not fit the policies it speaks of.
+class ConditionError(CqosError):
+    """A condition cannot be read or does not fit the policies it speaks of.
 
     Attributes:
-        text: the sentence, as far as there is a text.
+        text: the condition, as far as there is a text.
         offset: zero-based offset into ``text`` where it went wrong, or None.
     """
 
@@ -75,6 +75,9 @@ class SentenceError(CqosError):
         where = f" in `{text}`" if text else ""
         at = f" at character {offset + 1}" if text and offset is not None else ""
         super().__init__(f"{message}{where}{at}")
+
+
+SentenceError = ConditionError  # the former name
 
 
 class InvalidValueError(CqosError):

@@ -4,15 +4,15 @@
 by `cqos_core.testing`.
 """
 
-from cqos_core.language.evaluate import Function
+from cqos_core.language.domains import Choice, Count, Duration, Flag, Names, Text, flow
 from cqos_core.language.expression import (
+    Condition,
     Literal,
     Operand,
-    Sentence,
     Term,
     all_equal,
     any_of,
-    as_sentence,
+    as_condition,
     broker,
     call,
     ceil,
@@ -26,7 +26,6 @@ from cqos_core.language.expression import (
     offered,
     option,
     overlaps,
-    parse,
     participant,
     publisher,
     requested,
@@ -36,30 +35,10 @@ from cqos_core.language.expression import (
     topic,
     total,
 )
-from cqos_core.language.policy import (
-    ENDPOINT,
-    INFINITE,
-    Anything,
-    ByOption,
-    Choice,
-    Count,
-    Depends,
-    Duration,
-    Flag,
-    FromPeers,
-    Meaning,
-    Names,
-    OneOf,
-    PerRole,
-    Plain,
-    Policy,
-    Text,
-    Value,
-    by_option,
-    flow,
-    is_plain,
-    normalise,
-)
+from cqos_core.language.parsing import parse
+from cqos_core.language.policy import ENDPOINT, ByOption, Meaning, PerRole, Policy, by_option
+from cqos_core.language.values import INFINITE, Anything, Depends, FromPeers, OneOf, Plain, Value, is_plain, normalise
+from cqos_core.language.vocabulary import Function
 from cqos_core.packs.guarantee import LINK, NEEDS, OUTAGE, RELAYED, TAKEN_EVERY, WORDS, Proof, Unaffected, gives
 from cqos_core.packs.pack import (
     Completion,
@@ -75,7 +54,10 @@ from cqos_core.packs.pack import (
     RulePack,
     Wire,
 )
-from cqos_core.packs.rule import Rule, forbids, meets, requires
+from cqos_core.packs.rule import Rule, forbids, matched_if, meets, requires
+
+Sentence = Condition  # former names
+as_sentence = as_condition
 
 __all__ = [
     "ENDPOINT",
@@ -90,6 +72,7 @@ __all__ = [
     "ByOption",
     "Choice",
     "Completion",
+    "Condition",
     "Convention",
     "Count",
     "Depends",
@@ -124,6 +107,7 @@ __all__ = [
     "Wire",
     "all_equal",
     "any_of",
+    "as_condition",
     "as_sentence",
     "broker",
     "by_option",
@@ -139,6 +123,7 @@ __all__ = [
     "in_",
     "is_plain",
     "least",
+    "matched_if",
     "matches",
     "meets",
     "normalise",

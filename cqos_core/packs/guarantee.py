@@ -13,17 +13,20 @@ from functools import reduce
 from operator import and_
 from typing import TYPE_CHECKING, Final, Literal
 
+from cqos_core.language.domains import Count, Duration, Flag, Names
+from cqos_core.language.expression import Condition, as_condition, define, in_, offered, overlaps, requested
 from cqos_core.language.expression import Literal as Constant
-from cqos_core.language.expression import Sentence, as_sentence, define, in_, offered, overlaps, requested
-from cqos_core.language.policy import INFINITE, NEED, Count, Duration, Flag, Names, Policy, normalise
+from cqos_core.language.policy import NEED, Policy
+from cqos_core.language.values import INFINITE, normalise
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.packs.rule import Rule
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator
 
+    from cqos_core.language.domains import Domain
     from cqos_core.language.expression import Operand
-    from cqos_core.language.policy import Domain, Plain
+    from cqos_core.language.values import Plain
 
 Kind = Literal["holds", "at_least", "at_most"]
 Over = Literal["every hop", "sum", "last hop", "not over a bridge"]
@@ -72,7 +75,7 @@ class Word:
         bound = self.over == "last hop" and self.kind == "at_most"
         return "every hop" if faulty and bound else self.over
 
-    def enough(self, given: Operand) -> Sentence:
+    def enough(self, given: Operand) -> Condition:
         """Say that the number that is given is enough for what is needed."""
         asked = requested(self.need)
         return given <= asked if self.kind == "at_most" else given >= asked
@@ -237,7 +240,7 @@ class Proof:
 
 def gives(
     word: str,
-    what: Sentence | Operand | None,
+    what: Condition | Operand | None,
     *,
     code: str,
     name: str,
@@ -272,7 +275,7 @@ def gives(
     """
     about = WORDS[word]
     asked = requested(about.need)
-    silent = ~as_sentence(asked) if about.kind == "holds" else asked == str(about.need.default)
+    silent = ~as_condition(asked) if about.kind == "holds" else asked == str(about.need.default)
     faults = faults_of(survives)
     if survives != LINK and not faults:
         raise ValueError(f"`{survives}` is none of {', '.join((*_SEVERAL, *FAULTS))}")
@@ -281,7 +284,7 @@ def gives(
         silent = define(f"{word}_{spared}", silent | spared)
     amount = "" if about.kind == "holds" else f" {{requested need.{word}}}"
     after = _AFTER.get(survives, f" after a {survives.replace('_', ' ')}")
-    met = what if what is None or isinstance(what, Sentence) else about.enough(what)
+    met = what if what is None or isinstance(what, Condition) else about.enough(what)
     if "link_outage" in faults and met is not None:
         met &= define("outage_is_stated", OUTAGE < "infinite")
     does = "may not" if doubt else "does not"
@@ -302,7 +305,7 @@ def gives(
     )
 
 
-def _befalls(fault: str) -> Sentence:
+def _befalls(fault: str) -> Condition:
     """Say that what must be survived brings a fault about at this pair."""
     side = {"publisher_restart": offered, "subscriber_restart": requested}.get(fault)
     survives = requested(SURVIVES)

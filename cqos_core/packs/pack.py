@@ -7,10 +7,12 @@ from fnmatch import fnmatchcase
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
-from cqos_core.language.evaluate import BoundCondition, Function, Vocabulary, bind, role_of, scope_of
+from cqos_core.language.binding import bind
 from cqos_core.language.expression import definitions, in_, option, unfolded
-from cqos_core.language.policy import BOTH, ENDPOINT, LEVELS, NEED, Anything, Policy, is_plain, normalise
-from cqos_core.model.problems import PackError, SentenceError
+from cqos_core.language.policy import BOTH, ENDPOINT, LEVELS, NEED, Policy
+from cqos_core.language.values import Anything, is_plain, normalise
+from cqos_core.language.vocabulary import Function, Vocabulary, role_of, scope_of
+from cqos_core.model.problems import ConditionError, PackError
 from cqos_core.model.system import Setting
 from cqos_core.packs.guarantee import WORDS, unstated
 from cqos_core.packs.rule import SEVERITIES
@@ -19,9 +21,10 @@ from cqos_core.packs.validation import Mistake, mistakes, rule_mistakes
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.language.evaluate import Use
+    from cqos_core.language.evaluate import BoundCondition
     from cqos_core.language.expression import Node, Operand
-    from cqos_core.language.policy import Plain, Value
+    from cqos_core.language.values import Plain, Value
+    from cqos_core.language.vocabulary import Use
     from cqos_core.model.codes import CodeInfo
     from cqos_core.model.logs import About, Misfit
     from cqos_core.model.system import Endpoint, Place, Settings
@@ -351,11 +354,11 @@ class BoundRule:
         if isinstance(self.rule.severity, str):
             yield self
             return
-        found, sentence = self.severities, self.rule.sentence
+        found, condition = self.severities, self.rule.condition
         for severity in dict.fromkeys(found.values()):
             here = in_(option(self.option), *(value for value, each in found.items() if each == severity))
-            limited = sentence & here if self.rule.kind == "forbids" else sentence | ~here
-            rule = replace(self.rule, sentence=limited, severity=severity)
+            limited = condition & here if self.rule.kind == "forbids" else condition | ~here
+            rule = replace(self.rule, condition=limited, severity=severity)
             yield BoundRule(rule, bind(limited, self.bound.vocabulary), self.scope, self.role)
 
 
@@ -363,13 +366,13 @@ def _bound(rule: Rule, vocabulary: Vocabulary, found: list[Mistake]) -> list[Bou
     """Bind a rule, and add what is wrong with it to ``found``."""
     at = ("rules", rule.code)
     try:
-        sentence = bind(rule.sentence, vocabulary)
-    except SentenceError as error:
-        found.append(Mistake(at, f"rule {rule.code} `{rule.sentence}`: {error}"))
+        judged = bind(rule.condition, vocabulary)
+    except ConditionError as error:
+        found.append(Mistake(at, f"rule {rule.code} `{rule.condition}`: {error}"))
         return []
     # A guarantee is one of pairs, even where it rests on one side alone.
-    scope = "pair" if rule.guarantee else scope_of(rule.sentence)
-    bound = BoundRule(rule, sentence, scope, rule.role or role_of(rule.sentence))
+    scope = "pair" if rule.guarantee else scope_of(rule.condition)
+    bound = BoundRule(rule, judged, scope, rule.role or role_of(rule.condition))
     found += (Mistake(at, f"rule {rule.code}: {message}") for message in rule_mistakes(bound))
     return [bound]
 
@@ -543,7 +546,7 @@ class RulePack:
     @cached_property
     def definitions(self) -> Mapping[str, Node]:
         """The definitions that its conditions use, by name: what `cqos_core.language.expression.parse` reads them with."""
-        return definitions(*(bound.rule.sentence for bound in self.bound_rules))
+        return definitions(*(bound.rule.condition for bound in self.bound_rules))
 
     def find(self, level: str, name: str, dialect: Dialect | None = None) -> int | None:
         """Index of the policy that ``name`` spells at ``level``, or None."""
@@ -636,9 +639,9 @@ def describe_rule(bound: BoundRule) -> dict[str, Any]:
         "kind": rule.kind,
         "scope": bound.scope,
         "role": bound.role,
-        "sentence": str(unfolded(rule.sentence)),
-        "condition": str(rule.sentence),
-        "definitions": {name: node.text() for name, node in definitions(rule.sentence).items()},
+        "sentence": str(unfolded(rule.condition)),
+        "condition": str(rule.condition),
+        "definitions": {name: node.text() for name, node in definitions(rule.condition).items()},
         "severity": bound.severity,
         "severity_by": {"option": bound.option.name, "severities": bound.severities}
         if "" not in bound.severities
@@ -669,7 +672,7 @@ def describe_code(info: CodeInfo) -> dict[str, Any]:
 def column_form(bound: BoundRule) -> bool:
     """Whether every named function of the rule has a form over columns, as an engine of columns needs it; C-QoS has none yet."""
     functions = bound.bound.vocabulary.functions
-    used = (getattr(node, "name", "") for node in bound.rule.sentence.walk())
+    used = (getattr(node, "name", "") for node in bound.rule.condition.walk())
     return all(functions[name].column for name in used if name in functions)
 
 

@@ -14,24 +14,13 @@ from cqos_core.importers.forms import described
 from cqos_core.importers.reading import Reading, did_you_mean, listed
 from cqos_core.importers.tree import MappingNode, SequenceNode, flag, is_null, whole_number
 from cqos_core.importers.yaml_tree import read_tree
-from cqos_core.language.evaluate import terms
-from cqos_core.language.expression import define, parse, parse_value
-from cqos_core.language.policy import (
-    Anything,
-    ByOption,
-    Choice,
-    Count,
-    Domain,
-    Duration,
-    Flag,
-    FromPeers,
-    Meaning,
-    Names,
-    PerRole,
-    Policy,
-    Text,
-)
-from cqos_core.model.problems import InputError, PackError, Problem, SentenceError
+from cqos_core.language.domains import Choice, Count, Domain, Duration, Flag, Names, Text
+from cqos_core.language.expression import define
+from cqos_core.language.parsing import parse, parse_value
+from cqos_core.language.policy import ByOption, Meaning, PerRole, Policy
+from cqos_core.language.values import Anything, FromPeers
+from cqos_core.language.vocabulary import terms
+from cqos_core.model.problems import ConditionError, InputError, PackError, Problem
 from cqos_core.model.system import Place
 from cqos_core.packs.guarantee import LINK, NEEDS, TAKEN_EVERY, Unaffected, gives
 from cqos_core.packs.pack import Convention, Dialect, Meeting, Preset, RulePack
@@ -373,12 +362,12 @@ def _build(model: PackModel, root: Node, reading: Reading) -> RulePack:
     for name, text in model.define.items():
         try:
             defined[name] = define(name, parse_value(text, defined))
-        except SentenceError as error:
+        except ConditionError as error:
             problems.append(Problem("CQ011", f"`define.{name}`: {error}", reading.place(_at(("define", name), root))))
     for index, each in enumerate(model.rules):
         try:
             rules.append(_rule(each, defined))
-        except (SentenceError, PackError) as error:
+        except (ConditionError, PackError) as error:
             problems.append(Problem("CQ011", str(error), reading.place(_at(("rules", index), root))))
     if problems:
         raise InputError(problems)
@@ -431,7 +420,7 @@ def _policies_of_guarantees(model: PackModel, rules: Sequence[Rule]) -> Iterator
     """Yield the policies that rules about guarantees bring with them."""
     if any(rule.guarantee for rule in rules):
         yield from NEEDS
-    named = {term.name for rule in rules for term, _ in terms(rule.sentence)}
+    named = {term.name for rule in rules for term, _ in terms(rule.condition)}
     if TAKEN_EVERY.name in named - model.policies.keys():
         yield TAKEN_EVERY
 
@@ -458,9 +447,9 @@ def _rule(model: RuleModel, defined: Mapping[str, Part]) -> Rule:
     kind: Literal["requires", "forbids", "meets"] = (
         "requires" if model.requires is not None else "forbids" if model.forbids is not None else "meets"
     )
-    sentence = model.requires or model.forbids or model.meets or ""
+    condition = model.requires or model.forbids or model.meets or ""
     return Rule(
-        sentence=parse(sentence, defined),
+        condition=parse(condition, defined),
         kind=kind,
         code=model.code,
         name=model.name,

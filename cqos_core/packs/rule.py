@@ -1,15 +1,16 @@
-"""Rules: a sentence with a permanent code, a name, a reason and a clause. Rules are values; nothing here judges."""
+"""Rules: a condition with a permanent code, a name, a reason and a clause. Rules are values; nothing here judges."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Final, Literal
 
 from cqos_core.model.problems import PackError
 
 if TYPE_CHECKING:
-    from cqos_core.language.expression import Sentence
+    from cqos_core.language.expression import Condition
     from cqos_core.language.policy import ByOption
 
 Kind = Literal["requires", "forbids", "meets"]
@@ -25,8 +26,8 @@ class Rule:
     """One rule of a pack.
 
     Attributes:
-        sentence: what is required or forbidden; the rule's scope follows from its terms.
-        kind: ``requires`` speaks when the sentence is false, and is unknown when the sentence is; ``forbids`` speaks only when it
+        condition: what is required or forbidden; the rule's scope follows from its terms.
+        kind: ``requires`` speaks when the condition is false, and is unknown when the condition is; ``forbids`` speaks only when it
             is definitely true; ``meets`` is a condition for two endpoints to form a pair at all.
         code: permanent, pack prefix and three digits.
         name: the bad pattern in kebab case, so that "allow *name*" reads well.
@@ -41,7 +42,7 @@ class Rule:
         creation: about creating an endpoint, so not asked of observed ones.
         always: a ``meets`` rule that speaks of every pair it keeps apart, not only where an endpoint is left alone.
         fixes: policies offered as remedies, ``requested depth`` where only the subscriber's is; empty: every endpoint policy
-            of the sentence.
+            of the condition.
         help: what to do where no remedy can be computed.
         aliases: former codes and names.
         guarantee: the word whose guarantee rests on it (`cqos_core.packs.guarantee`); it then speaks of pairs that fit, and only
@@ -49,7 +50,7 @@ class Rule:
         survives: the fault that the guarantee then survives, in a word of `cqos_core.packs.guarantee.faults_of`.
     """
 
-    sentence: Sentence
+    condition: Condition
     kind: Kind
     code: str
     name: str
@@ -70,96 +71,27 @@ class Rule:
     def __post_init__(self) -> None:
         """Refuse malformed metadata where it is written, not where it is shown."""
         if not _CODE.fullmatch(self.code):
-            message = f"rule code `{self.code}` must be 2 to 8 capitals and three digits, for instance ROS101"
-            raise PackError(message)
+            raise PackError(f"rule code `{self.code}` must be 2 to 8 capitals and three digits, for instance ROS101")
         if not _NAME.fullmatch(self.name):
-            message = f"rule {self.code}: name `{self.name}` must be the bad pattern in kebab case"
-            raise PackError(message)
+            raise PackError(f"rule {self.code}: name `{self.name}` must be the bad pattern in kebab case")
         if not self.because or self.because.endswith("."):
-            message = f"rule {self.code}: `because` must be a reason without a final stop"
-            raise PackError(message)
+            raise PackError(f"rule {self.code}: `because` must be a reason without a final stop")
         if isinstance(self.severity, str) and self.severity not in SEVERITIES:
-            message = f"rule {self.code}: severity `{self.severity}` must be error, warning or note"
-            raise PackError(message)
+            raise PackError(f"rule {self.code}: severity `{self.severity}` must be error, warning or note")
+
+    @property
+    def sentence(self) -> Condition:
+        """The condition, by its former name."""
+        return self.condition
 
 
-def requires(
-    sentence: Sentence,
-    *,
-    code: str,
-    name: str,
-    because: str,
-    clause: str = "",
-    severity: SeverityName | ByOption = "error",
-    says: str = "",
-    role: str = "",
-    doubt: bool = False,
-    creation: bool = False,
-    fixes: tuple[str, ...] = (),
-    help: str = "",  # noqa: A002 - the field's name
-    aliases: tuple[str, ...] = (),
-) -> Rule:
-    """Make a rule that speaks when ``sentence`` is false; see `Rule` for the parts."""
-    return Rule(
-        sentence,
-        "requires",
-        code,
-        name,
-        because,
-        clause,
-        severity,
-        says,
-        role,
-        doubt=doubt,
-        creation=creation,
-        fixes=fixes,
-        help=help,
-        aliases=aliases,
-    )
+requires: Final = partial(Rule, kind="requires")
+"""Makes a rule that speaks when its condition is false; see `Rule` for the parts."""
 
+forbids: Final = partial(Rule, kind="forbids", severity="warning")
+"""Makes a rule that speaks when its condition is certainly true; see `Rule` for the parts."""
 
-def forbids(
-    sentence: Sentence,
-    *,
-    code: str,
-    name: str,
-    because: str,
-    clause: str = "",
-    severity: SeverityName | ByOption = "warning",
-    says: str = "",
-    role: str = "",
-    creation: bool = False,
-    fixes: tuple[str, ...] = (),
-    help: str = "",  # noqa: A002 - the field's name
-    aliases: tuple[str, ...] = (),
-) -> Rule:
-    """Make a rule that speaks when ``sentence`` is definitely true; see `Rule` for the parts."""
-    return Rule(
-        sentence,
-        "forbids",
-        code,
-        name,
-        because,
-        clause,
-        severity,
-        says,
-        role,
-        creation=creation,
-        fixes=fixes,
-        help=help,
-        aliases=aliases,
-    )
+matched_if: Final = partial(Rule, kind="meets", severity="warning")
+"""Makes a condition for matching: where it is false two endpoints on one topic form no pair."""
 
-
-def meets(
-    sentence: Sentence,
-    *,
-    code: str,
-    name: str,
-    because: str,
-    clause: str = "",
-    severity: SeverityName = "warning",
-    always: bool = False,
-) -> Rule:
-    """Make a condition for meeting: where ``sentence`` is false two endpoints on one topic form no pair."""
-    return Rule(sentence, "meets", code, name, because, clause, severity, always=always)
+meets: Final = matched_if  # the former name

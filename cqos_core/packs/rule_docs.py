@@ -14,8 +14,8 @@ from cqos_core.packs.pack import assumed_options, rule_table
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from cqos_core.language.evaluate import Use
-    from cqos_core.language.expression import Sentence
+    from cqos_core.language.expression import Condition
+    from cqos_core.language.vocabulary import Use
     from cqos_core.packs.pack import BoundRule, RulePack
     from cqos_core.packs.rule import Rule
 
@@ -103,17 +103,17 @@ def rule_page(bound: BoundRule, pack: RulePack, examples: Iterable[Example] = ()
         sections.append((heading, (Paragraph(introduction), Sample(example.text, "yaml"))))
     if rule.aliases:
         sections.append(("Former codes and names", (Paragraph(", ".join(rule.aliases)),)))
-    sections.append((CONDITION, (*_condition(rule.sentence), *map(Paragraph, _meaning(bound)))))
+    sections.append((CONDITION, (*_condition(rule.condition), *map(Paragraph, _meaning(bound)))))
     return Page(f"{rule.code} {rule.name}", tuple(sections))
 
 
 CONDITION: Final = "Condition"  # the heading of the section that Markdown folds
 
 
-def _condition(sentence: Sentence) -> Iterator[Block]:
+def _condition(condition: Condition) -> Iterator[Block]:
     """Yield a condition, then the definitions that it uses."""
-    yield Sample(str(sentence), "python")
-    if used := definitions(sentence):
+    yield Sample(str(condition), "python")
+    if used := definitions(condition):
         yield Paragraph("Definitions:")
         yield Sample("\n".join(f"{name} =\n  {node.text()}" for name, node in used.items()), "python")
 

@@ -6,26 +6,10 @@ import keyword
 import re
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.language.expression import OPERAND_FUNCTIONS, SCOPES, SENTENCE_FUNCTIONS, label_of
-from cqos_core.language.policy import (
-    BOTH,
-    COMBINATIONS,
-    DIRECTIONS,
-    ENDPOINT,
-    LEVELS,
-    NO,
-    UNMATCHED,
-    YES,
-    ByOption,
-    Choice,
-    Count,
-    Duration,
-    FromPeers,
-    OneOf,
-    PerRole,
-    is_unit,
-    normalise,
-)
+from cqos_core.language.domains import Choice, Count, Duration, is_unit
+from cqos_core.language.expression import CONDITION_FUNCTIONS, SCOPES, VALUE_FUNCTIONS
+from cqos_core.language.policy import BOTH, DIRECTIONS, ENDPOINT, LEVELS, NO, UNMATCHED, YES, ByOption, PerRole
+from cqos_core.language.values import COMBINATIONS, FromPeers, OneOf, normalise
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.rule import SEVERITIES
@@ -149,7 +133,7 @@ def _names(pack: RulePack) -> Iterator[Mistake]:
     yield from _definitions(pack)
     functions: set[str] = set()
     for function in pack.functions:
-        if function.name in {*SCOPES, *OPERAND_FUNCTIONS, *SENTENCE_FUNCTIONS} or function.name in functions:
+        if function.name in {*SCOPES, *VALUE_FUNCTIONS, *CONDITION_FUNCTIONS} or function.name in functions:
             yield Mistake((), f"function `{function.name}` has a name that is taken")
         functions.add(function.name)
 
@@ -159,8 +143,8 @@ def _definitions(pack: RulePack) -> Iterator[Mistake]:
     policies = {policy.name for policy in pack.policies}
     seen: dict[str, Node] = {}
     for rule in pack.rules:
-        for node in rule.sentence.walk():
-            name = label_of(node)
+        for node in rule.condition.walk():
+            name = node.label
             if name and seen.setdefault(name, node).key != node.key:
                 yield Mistake(
                     ("rules", rule.code), f"`{name}` is defined as `{seen[name].text()}` and as `{node.text()}`"

@@ -18,7 +18,7 @@ from google.protobuf.message_factory import GetMessageClass
 
 from cqos.v1 import report_pb2, session_pb2, system_pb2
 from cqos_core.analysis import differences
-from cqos_core.language.policy import Names
+from cqos_core.language.domains import Names
 from cqos_core.model import problems, report, system
 from cqos_core.model.memory import LONGEST_REMEMBERED
 from cqos_core.model.problems import InvalidValueError

@@ -6,7 +6,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.language.name_index import NameIndex
-from cqos_core.language.policy import ENDPOINT, Depends, is_plain
+from cqos_core.language.policy import ENDPOINT
+from cqos_core.language.values import Depends, is_plain
 from cqos_core.model.report import Severity
 from cqos_core.resolving.reader import word_of
 from cqos_core.resolving.resolved import Layer

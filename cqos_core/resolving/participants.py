@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from cqos_core.language.policy import Anything, OneOf, normalise
+from cqos_core.language.values import Anything, OneOf, normalise
 from cqos_core.model.memory import remember
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.remarks import listed, suggestion
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from typing import Final
 
-    from cqos_core.language.policy import Policy, Value
+    from cqos_core.language.policy import Policy
+    from cqos_core.language.values import Value
     from cqos_core.model.system import Participant, Place, ProfileRef, Settings, System
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.reader import SettingsReader

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.language.policy import ENDPOINT, normalise
+from cqos_core.language.policy import ENDPOINT
+from cqos_core.language.values import normalise
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.spelling import KnownNames
 from cqos_core.model.system import Setting

@@ -7,22 +7,16 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.language.evaluate import UNREAD, WrittenValue
-from cqos_core.language.policy import (
-    NEED,
-    NO,
+from cqos_core.language.domains import Count, Duration, flow
+from cqos_core.language.policy import NEED, NO, ByOption, Meaning, PerRole, Policy
+from cqos_core.language.values import (
+    UNREAD,
     Anything,
-    ByOption,
-    Count,
     Depends,
-    Duration,
     FromPeers,
-    Meaning,
     OneOf,
-    PerRole,
-    Policy,
     Value,
-    flow,
+    WrittenValue,
     is_plain,
     normalise,
 )
@@ -37,7 +31,8 @@ from cqos_core.resolving.resolved import Stated, treated
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from cqos_core.language.policy import Domain, Plain
+    from cqos_core.language.domains import Domain
+    from cqos_core.language.values import Plain
     from cqos_core.model.report import Finding, Severity
     from cqos_core.model.system import Place, Settings
     from cqos_core.packs.pack import Dialect, RulePack

@@ -11,7 +11,8 @@ from fnmatch import fnmatchcase
 from functools import cache, cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
-from cqos_core.language.policy import ENDPOINT, NEED, Policy, Value, normalise
+from cqos_core.language.policy import ENDPOINT, NEED, Policy
+from cqos_core.language.values import Value, normalise
 from cqos_core.model.codes import CODES
 from cqos_core.model.memory import MAXIMUM_REMEMBERED, MOST_LETTERS, letters, remember
 from cqos_core.model.remarks import plural, suggestion
@@ -36,7 +37,7 @@ from cqos_core.resolving.resolved import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence
 
-    from cqos_core.language.evaluate import WrittenValue
+    from cqos_core.language.values import WrittenValue
     from cqos_core.model.system import Broker, Endpoint, Participant, Place, Settings, System
     from cqos_core.packs.pack import NameProblem, Naming, RulePack
 

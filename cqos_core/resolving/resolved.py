@@ -9,12 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
-from cqos_core.language.policy import NO, UNMATCHED, Anything, Depends, FromPeers, Policy, Value, is_plain
+from cqos_core.language.policy import NO, UNMATCHED, Policy
+from cqos_core.language.values import Anything, Depends, FromPeers, Value, is_plain
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from cqos_core.language.evaluate import Values
+    from cqos_core.language.values import Values
     from cqos_core.model.report import Finding
     from cqos_core.model.system import Broker, Endpoint, Participant, Place, Room, Setting, System
     from cqos_core.packs.pack import RulePack

@@ -41,7 +41,7 @@ def conditions():
     for pack_id, pack in ((pack_id, load_plugins().pack(pack_id)) for pack_id in ("dds", "mqtt", "ros2")):
         for each in (pack, *pack.variants.values()):
             for rule in each.rules:
-                yield f"{pack_id} {rule.code}", str(rule.sentence)
+                yield f"{pack_id} {rule.code}", str(rule.condition)
             yield from ((f"{pack_id} {name}", node.text()) for name, node in each.definitions.items())
 
 
@@ -141,7 +141,7 @@ def test_a_pack_with_its_policies_presets_options_and_rules(cqos):
 def test_functions_without_a_column_form_are_listed(cqos, monkeypatch):
     from dataclasses import replace
 
-    from cqos_core.language.evaluate import Function
+    from cqos_core.language.vocabulary import Function
     from cqos_core.plugins import Plugins, load_plugins
 
     pack = load_plugins().pack("ros2")

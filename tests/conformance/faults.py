@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core import explain
 from cqos_core.analysis.proving import End, Fault, Plan
-from cqos_core.language.policy import Duration
+from cqos_core.language.domains import Duration
 from cqos_dds.pack import PACK
 
 if TYPE_CHECKING:

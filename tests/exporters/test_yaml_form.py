@@ -13,7 +13,7 @@ from cqos_core.checking.explanation import endpoints_of
 from cqos_core.exporters.contract import ExportContext
 from cqos_core.exporters.design import design_of
 from cqos_core.exporters.yaml_form import write
-from cqos_core.language.policy import Anything
+from cqos_core.language.values import Anything
 from cqos_core.matching.pipeline import context
 from cqos_core.model.system import (
     Acceptance,

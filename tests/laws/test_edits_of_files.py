@@ -10,7 +10,7 @@ import pytest
 from cqos_core.analysis.applying import apply_edits
 from cqos_core.api import read
 from cqos_core.checking.rewrites import edits_of
-from cqos_core.language.policy import Choice, Count, Duration, Flag
+from cqos_core.language.domains import Choice, Count, Duration, Flag
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError
 from cqos_core.resolving.resolve import resolve
@@ -18,7 +18,8 @@ from cqos_core.resolving.resolve import resolve
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.language.policy import Plain, Policy, Value
+    from cqos_core.language.policy import Policy
+    from cqos_core.language.values import Plain, Value
     from cqos_core.resolving.resolved import Resolved
 
 ROOT: Final = Path(__file__).parents[2]

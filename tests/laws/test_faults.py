@@ -9,7 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from cqos_core import check, check_pair, explain
-from cqos_core.language.policy import INFINITE
+from cqos_core.language.values import INFINITE
 from cqos_core.matching.derived_guarantees import give, over
 from cqos_core.matching.pipeline import pair_system
 from cqos_core.packs.guarantee import FAULTS, LINK, WORDS

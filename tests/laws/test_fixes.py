@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from cqos_core.analysis.applying import apply_edits
 from cqos_core.api import read
 from cqos_core.checking.checker import check_system
-from cqos_core.language.policy import Choice, Count, Duration, Flag
+from cqos_core.language.domains import Choice, Count, Duration, Flag
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError
 from cqos_core.model.report import Severity

@@ -53,7 +53,7 @@ def test_a_setting_may_stand_in_a_profile(protocol, data):
     pack = WHERE.find_pack(protocol)
     assert pack is not None
     system = read(data.draw(random_systems(pack)).encode())
-    here = frozenset(b.rule.code for b in pack.bound_rules if "stated_here" in str(b.rule.sentence)) | {"CQ210"}
+    here = frozenset(b.rule.code for b in pack.bound_rules if "stated_here" in str(b.rule.condition)) | {"CQ210"}
     assert said(check(moved(system, data)), here) == said(check(system), here)
 
 

@@ -22,8 +22,8 @@ from cqos_ros2.pack import PACK as ROS2
 from tests.worlds import POST
 
 if TYPE_CHECKING:
-    from cqos_core.language.evaluate import Values
     from cqos_core.language.policy import Policy
+    from cqos_core.language.values import Values
     from cqos_core.packs.pack import RulePack
 
 WHERE: Final = context([POST, DDS, MQTT, ROS2])

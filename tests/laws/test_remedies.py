@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core.checking.checker import check_system
-from cqos_core.language.policy import normalise
+from cqos_core.language.values import normalise
 from cqos_core.model.system import Setting, System
 from tests.laws.systems import BOTH, WHERE, Vocabulary, systems
 

@@ -136,5 +136,5 @@ OWN_NAMES = {wire: own for own, wire in (*WIRE.translations(), *WIRE.options.ite
 @pytest.mark.parametrize(("ours", "theirs"), SAME_CONDITION.items())
 def test_a_rule_of_both_packs_has_one_condition(ours, theirs):
     """The packs do not import each other, so this holds their common rules together."""
-    one, other = (str(unfolded(pack.rule(code).sentence)) for pack, code in ((ROS2, ours), (DDS, theirs)))
+    one, other = (str(unfolded(pack.rule(code).condition)) for pack, code in ((ROS2, ours), (DDS, theirs)))
     assert re.sub(r"[a-z_.]+", lambda word: OWN_NAMES.get(word[0], word[0]), other) == one

@@ -12,7 +12,8 @@ from cqos_core.analysis.proving.plan import End, Fault, NotRunnableError, Plan
 from cqos_core.analysis.system_fixes import with_setting
 from cqos_core.checking.explanation import explain_pair, settled_pair
 from cqos_core.exporters.contract import ExportContext, judged
-from cqos_core.language.policy import ENDPOINT, NEED, Depends, is_plain
+from cqos_core.language.policy import ENDPOINT, NEED
+from cqos_core.language.values import Depends, is_plain
 from cqos_core.matching.pipeline import with_options
 from cqos_core.matching.wire import on_wire, plain_texts
 from cqos_core.model.report import Severity, Verdict
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.analysis.proving.plan import Event, Outcome, Prover
-    from cqos_core.language.policy import Value
+    from cqos_core.language.values import Value
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import Finding, PairReport, Remedy

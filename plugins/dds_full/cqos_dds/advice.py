@@ -45,7 +45,7 @@ from cqos_dds.policies import (
 from cqos_dds.rules import KEEPS_ALL
 
 if TYPE_CHECKING:
-    from cqos_core.packs import Policy, Sentence
+    from cqos_core.packs import Condition, Policy
 
 # Pairs and signals ---------------------------------------------------------------------------------------------
 
@@ -72,7 +72,7 @@ STORED_MORE_THAN_READ: Final = define(
 STORED_LATEST: Final = define("stored_latest", (offered(DURABILITY) >= "transient_local") & ~STORED_ALL)
 
 
-def alike(name: str, *policies: Policy) -> Sentence:
+def alike(name: str, *policies: Policy) -> Condition:
     """Define that all writers of a topic offer the same of some policies."""
     return define(f"{name}_alike", reduce(and_, (all_equal(offered(policy)) for policy in policies)))
 

@@ -15,7 +15,7 @@ from cqos_core.packs import (
     TAKEN_EVERY,
     WORDS,
     Unaffected,
-    as_sentence,
+    as_condition,
     ceil,
     define,
     gives,
@@ -65,7 +65,7 @@ from cqos_dds.rules import SERVICE_KEEPS_LAST, SERVICE_LIMIT
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cqos_core.packs import Operand, Policy, Sentence, Term
+    from cqos_core.packs import Condition, Operand, Policy, Term
 
 LATE_JOIN: Final = requested(WORDS["late_join"].need)
 OFFLINE: Final = requested(WORDS["offline"].need)
@@ -96,7 +96,7 @@ def instance_limit(side: Callable[[Policy], Term]) -> Operand:
     return define(f"{side.__name__}_most", side(MAX_PER_INSTANCE))
 
 
-def has_room(side: Callable[[Policy], Term], samples: Operand) -> Sentence:
+def has_room(side: Callable[[Policy], Term], samples: Operand) -> Condition:
     """Say that the history of one side has room for some samples of an instance, within its limits."""
     called = side.__name__
     last = define(f"{called}_last_suffice", (side(HISTORY) == "keep_last") & (side(DEPTH) >= samples))
@@ -104,7 +104,7 @@ def has_room(side: Callable[[Policy], Term], samples: Operand) -> Sentence:
     return define(f"{called}_history_has_room", (last | every) & (side(MAX_SAMPLES) >= samples))
 
 
-def spans(side: Callable[[Policy], Term], time: Operand, spanned: str) -> Sentence:
+def spans(side: Callable[[Policy], Term], time: Operand, spanned: str) -> Condition:
     """Say that the history of one side has room for what is written of an instance in some time, within its limits."""
     called = side.__name__
     last = (side(HISTORY) == "keep_last") & lasts(f"{called}_depth_spans_{spanned}", side(DEPTH), time)
@@ -113,12 +113,12 @@ def spans(side: Callable[[Policy], Term], time: Operand, spanned: str) -> Senten
     return define(f"{called}_history_spans_{spanned}", (last | every) & limit)
 
 
-def lasts(name: str, samples: Operand, time: Operand) -> Sentence:
+def lasts(name: str, samples: Operand, time: Operand) -> Condition:
     """Define that so many samples are what is written of an instance in some time."""
     return define(name, (samples == "unlimited") | (samples * topic(PERIOD) >= time))
 
 
-def within_limits(side: Callable[[Policy], Term]) -> Sentence:
+def within_limits(side: Callable[[Policy], Term]) -> Condition:
     """Say that the limits of one side cannot be reached: none, or a history that replaces the samples of one instance."""
     none = (
         (side(MAX_SAMPLES) == "unlimited")
@@ -126,7 +126,7 @@ def within_limits(side: Callable[[Policy], Term]) -> Sentence:
         & (instance_limit(side) == "unlimited")
     )
     called = side.__name__
-    replaces = (side(HISTORY) == "keep_last") & ~as_sentence(topic(KEYED))
+    replaces = (side(HISTORY) == "keep_last") & ~as_condition(topic(KEYED))
     return define(f"{called}_never_full", define(f"{called}_unlimited", none) | replaces)
 
 
@@ -357,12 +357,12 @@ ARRIVAL: Final = (
     ),
     gives(
         "ordered",
-        ~as_sentence(topic(KEYED))
+        ~as_condition(topic(KEYED))
         | (
             define(
                 "ordered_access",
-                as_sentence(offered(ORDERED))
-                & as_sentence(requested(ORDERED))
+                as_condition(offered(ORDERED))
+                & as_condition(requested(ORDERED))
                 & define("of_topic", (offered(ACCESS_SCOPE) >= "topic") & (requested(ACCESS_SCOPE) >= "topic")),
             )
             & ~either_is(*FAST_DDS)
@@ -427,7 +427,7 @@ LATE: Final = (
     ),
     gives(
         "late_join",
-        ~as_sentence(offered(AUTODISPOSE)),
+        ~as_condition(offered(AUTODISPOSE)),
         survives="publisher_restart",
         code="DDS524",
         name="late-join-disposed",
@@ -493,7 +493,7 @@ LATE: Final = (
     ),
     gives(
         "offline",
-        OUTLIVES & ~as_sentence(offered(AUTODISPOSE)),
+        OUTLIVES & ~as_condition(offered(AUTODISPOSE)),
         survives="publisher_restart",
         code="DDS531",
         name="offline-kept-in-writer",
@@ -581,7 +581,7 @@ TIME: Final = (
     ),
     gives(
         "liveness",
-        ~as_sentence(offered(RELAYED)),
+        ~as_condition(offered(RELAYED)),
         code="DDS538",
         name="liveness-behind-bridge",
         because="a bridge stays alive when those whose samples it carries die",

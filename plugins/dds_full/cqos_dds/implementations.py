@@ -13,7 +13,7 @@ from cqos_core.packs import Choice, OneOf, Policy, define, in_, publisher, subsc
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from cqos_core.packs import Sentence
+    from cqos_core.packs import Condition
 
 FAST_DDS: Final = ("fastdds_2_9", "fastdds_3_1", "fastdds_3_6")
 _FAST_DDS_SPELLINGS: Final = (
@@ -77,32 +77,32 @@ def _listed(names: Iterable[str]) -> str:
     return "_or_".join(dict.fromkeys("fastdds" if every and name in FAST_DDS else name for name in names))
 
 
-def publisher_is(*names: str) -> Sentence:
+def publisher_is(*names: str) -> Condition:
     """The publisher's implementation is one of these."""
     return define(f"publisher_is_{_listed(names)}", in_(publisher(IMPLEMENTATION), *names))
 
 
-def subscriber_is(*names: str) -> Sentence:
+def subscriber_is(*names: str) -> Condition:
     """The subscriber's implementation is one of these."""
     return define(f"subscriber_is_{_listed(names)}", in_(subscriber(IMPLEMENTATION), *names))
 
 
-def is_on(*names: str) -> Sentence:
+def is_on(*names: str) -> Condition:
     """The endpoint's own implementation is one of these."""
     return define(f"is_on_{_listed(names)}", in_(IMPLEMENTATION, *names))
 
 
-def both_are(*names: str) -> Sentence:
+def both_are(*names: str) -> Condition:
     """Both ends are of these implementations."""
     return define(f"both_are_{_listed(names)}", publisher_is(*names) & subscriber_is(*names))
 
 
-def either_is(*names: str) -> Sentence:
+def either_is(*names: str) -> Condition:
     """At least one end is of these implementations."""
     return define(f"either_is_{_listed(names)}", publisher_is(*names) | subscriber_is(*names))
 
 
-def only_one_is(*names: str) -> Sentence:
+def only_one_is(*names: str) -> Condition:
     """One end is of these implementations and the other is not."""
     one, other = publisher_is(*names), subscriber_is(*names)
     return define(f"one_is_{_listed(names)}", (one & ~other) | (other & ~one))

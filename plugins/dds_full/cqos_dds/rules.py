@@ -75,7 +75,7 @@ from cqos_dds.policies import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cqos_core.packs import Sentence
+    from cqos_core.packs import Condition
 
 # What a reader requests must be offered --------------------------------------------------------------
 
@@ -97,7 +97,7 @@ SOME_ENCODING_FITS: Final = define(
 )
 
 
-def takes_encoding(end_is: Callable[..., Sentence]) -> Sentence:
+def takes_encoding(end_is: Callable[..., Condition]) -> Condition:
     """One end takes the pair for a match, as far as encodings go."""
     takes = ENCODING_FITS | (end_is("opendds") & SOME_ENCODING_FITS) | end_is(*NO_REPRESENTATION)
     return define(f"{end_is.__name__.removesuffix('_is')}_takes_encoding", takes)

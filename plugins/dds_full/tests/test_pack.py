@@ -48,8 +48,8 @@ def test_partitions_alone_have_no_column_form():
 
 def test_every_sentence_has_a_text_form():
     for rule in PACK.rules:
-        read = parse(str(rule.sentence), PACK.definitions)
-        assert (read, str(read)) == (rule.sentence, str(rule.sentence))
+        read = parse(str(rule.condition), PACK.definitions)
+        assert (read, str(read)) == (rule.condition, str(rule.condition))
 
 
 # The tables are derived from the sentences, under `standard`.

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from cqos_core.language.evaluate import Values
+from cqos_core.language.values import Values
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import Endpoint, Participant, Setting, System

@@ -14,7 +14,7 @@ from cqos_core.packs import (
     TAKEN_EVERY,
     WORDS,
     Unaffected,
-    as_sentence,
+    as_condition,
     broker,
     call,
     define,
@@ -187,7 +187,7 @@ GUARANTEES: Final = (
     ),
     gives(
         "loss_free",
-        as_sentence(broker(PERSISTENCE)),
+        as_condition(broker(PERSISTENCE)),
         survives="intermediary_restart",
         code="MQTT416",
         name="loss-with-broker",
@@ -429,7 +429,7 @@ GUARANTEES: Final = (
     ),
     gives(
         "latest",
-        as_sentence(broker(PERSISTENCE)),
+        as_condition(broker(PERSISTENCE)),
         survives="intermediary_restart",
         code="MQTT318",
         name="latest-lost-with-broker",
@@ -565,7 +565,7 @@ GUARANTEES: Final = (
     ),
     gives(
         "late_join",
-        as_sentence(offered(RETAIN)),
+        as_condition(offered(RETAIN)),
         code="MQTT301",
         name="not-retained",
         because="the broker keeps the last message for those who come later only if it is published with retain",
@@ -607,7 +607,7 @@ GUARANTEES: Final = (
     ),
     gives(
         "late_join",
-        as_sentence(broker(PERSISTENCE)),
+        as_condition(broker(PERSISTENCE)),
         survives="intermediary_restart",
         code="MQTT319",
         name="retained-lost-with-broker",
@@ -694,7 +694,7 @@ GUARANTEES: Final = (
     ),
     gives(
         "offline",
-        as_sentence(broker(PERSISTENCE)),
+        as_condition(broker(PERSISTENCE)),
         survives="intermediary_restart",
         code="MQTT417",
         name="session-lost-with-broker",

@@ -9,11 +9,11 @@ from collections import Counter
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
-from cqos_core.language.evaluate import bind
+from cqos_core.language.binding import bind
 from cqos_core.matching.judge import apart
 from cqos_core.model.remarks import listed
 from cqos_core.model.system import PUBLISHER
-from cqos_core.packs import INFINITE, TAKEN_EVERY, Anything, Depends, as_sentence, broker, is_plain
+from cqos_core.packs import INFINITE, TAKEN_EVERY, Anything, Depends, as_condition, broker, is_plain
 from cqos_mqtt.filters import LONGEST, has_wildcards, match
 from cqos_mqtt.policies import (
     BURST,
@@ -235,7 +235,7 @@ def _stream(topic: str, facts: QosProfile, size: int | None, taken: int | None, 
 @lru_cache(maxsize=8)
 def _waiting(pack: RulePack) -> BoundCondition:
     """Return the sentence that messages of a pair wait for a client that does not take them."""
-    return bind((EFFECTIVE >= "1") | as_sentence(broker(QUEUES_QOS0)), pack.vocabulary)
+    return bind((EFFECTIVE >= "1") | as_condition(broker(QUEUES_QOS0)), pack.vocabulary)
 
 
 def _value(profile: QosProfile, policy: Policy) -> Value:

@@ -15,7 +15,7 @@ from cqos_core.packs import (
     WORDS,
     all_equal,
     any_of,
-    as_sentence,
+    as_condition,
     broker,
     by_option,
     call,
@@ -98,19 +98,19 @@ from cqos_mqtt.policies import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cqos_core.packs import Operand, Sentence, Term
+    from cqos_core.packs import Condition, Operand, Term
 
 # The core of MQTT: what a subscription is granted, and with which guarantee a message arrives.
 GRANTED: Final = define("granted", least(requested(QOS), broker(MAXIMUM_QOS), broker(GRANTED_QOS)))
 EFFECTIVE: Final = define("effective", least(GRANTED, greatest(offered(QOS), broker(UPGRADES))))
 
 
-def in_3_1_1(side: Callable[[Term], Operand]) -> Sentence:
+def in_3_1_1(side: Callable[[Term], Operand]) -> Condition:
     """The connection speaks the older version."""
     return define(f"{side.__name__}_in_3_1_1", side(VERSION) == "3.1.1")
 
 
-def keeps_session(side: Callable[[Term], Operand]) -> Sentence:
+def keeps_session(side: Callable[[Term], Operand]) -> Condition:
     """The broker keeps the session of this connection while it is away."""
     in_5_0 = (side(VERSION) == "5.0") & (side(SESSION_EXPIRY) > "0s")
     return define(f"{side.__name__}_keeps_session", (in_3_1_1(side) & ~side(CLEAN)) | in_5_0)
@@ -373,7 +373,7 @@ SESSIONS: Final = (
         clause="MQTT 5.0, MQTT-3.1.3-6 and MQTT-3.2.2-16",
     ),
     forbids(
-        as_sentence(participant(SAME_ID)),
+        as_condition(participant(SAME_ID)),
         code="MQTT410",
         name="duplicate-client-id",
         because="two clients of one broker have the same id, so each ends the connection of the other",
@@ -493,7 +493,7 @@ FILTERS: Final = (
         help="one filter that covers both, or one client for each",
     ),
     forbids(
-        as_sentence(requested(REPEATED)),
+        as_condition(requested(REPEATED)),
         code="MQTT606",
         name="same-filter-replaced",
         says="{endpoint} is stated more than once, with different settings",
@@ -603,7 +603,7 @@ FLOW: Final = (
         aliases=("MQTT751", "small-receive-maximum-warned"),
     ),
     forbids(
-        as_sentence(offered(MIXED_QOS)),
+        as_condition(offered(MIXED_QOS)),
         code="MQTT703",
         name="order-across-qos",
         says="{endpoint} is published with several QoS by one client",
@@ -613,7 +613,7 @@ FLOW: Final = (
         aliases=("MQTT753", "order-across-qos-warned"),
     ),
     forbids(
-        ~as_sentence(requested(WORDS["loss_free"].need))
+        ~as_condition(requested(WORDS["loss_free"].need))
         & requested(PACED)
         & (EFFECTIVE >= "1")
         & (

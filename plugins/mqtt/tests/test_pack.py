@@ -56,8 +56,8 @@ def test_the_pack_describes_itself_to_machines():
 
 def test_every_sentence_has_a_text_form():
     for rule in PACK.rules:
-        read = parse(str(rule.sentence), PACK.definitions)
-        assert (read, str(read)) == (rule.sentence, str(rule.sentence))
+        read = parse(str(rule.condition), PACK.definitions)
+        assert (read, str(read)) == (rule.condition, str(rule.condition))
 
 
 def test_every_word_of_the_currency_is_given():

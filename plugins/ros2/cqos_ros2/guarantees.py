@@ -17,7 +17,7 @@ from cqos_core.packs import (
     TAKEN_EVERY,
     WORDS,
     Unaffected,
-    as_sentence,
+    as_condition,
     ceil,
     define,
     gives,
@@ -46,7 +46,7 @@ from cqos_ros2.policies import (
 )
 
 if TYPE_CHECKING:
-    from cqos_core.packs import Operand, Sentence
+    from cqos_core.packs import Condition, Operand
 
 LATE_JOIN: Final = requested(WORDS["late_join"].need)
 OFFLINE: Final = requested(WORDS["offline"].need)
@@ -92,12 +92,12 @@ IN_PUBLISHER: Final = "ROS 2 keeps samples in the publisher's process, and they 
 THROUGH_RELAY: Final = "what goes through the micro-ROS agent or a Zenoh router just then may be lost with it"
 
 
-def has_room(all_kept: Sentence, depth: Operand, samples: Operand) -> Sentence:
+def has_room(all_kept: Condition, depth: Operand, samples: Operand) -> Condition:
     """Say that a history has room for some samples."""
     return all_kept | (depth >= samples)
 
 
-def spans(all_kept: Sentence, depth: Operand, time: Operand) -> Sentence:
+def spans(all_kept: Condition, depth: Operand, time: Operand) -> Condition:
     """Say that a history has room for what is published in some time."""
     return all_kept | (depth * topic(PERIOD) >= time)
 
@@ -205,7 +205,7 @@ ARRIVAL: Final = (
     ),
     gives(
         "ordered",
-        ~as_sentence(topic(KEYED)) | OVER_ZENOH,
+        ~as_condition(topic(KEYED)) | OVER_ZENOH,
         code="ROS511",
         name="disorder-between-instances",
         because="DDS keeps the order within an instance, and ROS 2 cannot ask for that of several",
@@ -310,7 +310,7 @@ TIME: Final = (
     ),
     gives(
         "liveness",
-        ~as_sentence(offered(RELAYED)),
+        ~as_condition(offered(RELAYED)),
         code="ROS522",
         name="liveness-behind-bridge",
         because="a bridge stays alive when those whose samples it carries die",

@@ -28,7 +28,7 @@ from cqos_ros2.policies import (
 from cqos_ros2.rules import BOTH_BRIDGES, BOTH_ON_ZENOH, NAMES, REQUEST_OFFER
 
 if TYPE_CHECKING:
-    from cqos_core.packs import ByOption, Meaning, Plain, Policy, Sentence
+    from cqos_core.packs import ByOption, Condition, Meaning, Plain, Policy
 
 _FIELD: Final = 64
 _SECOND: Final = 1_000_000_000
@@ -114,7 +114,7 @@ RAW: Final = {
 RAW_POLICIES: Final = tuple(RAW.get(p.name, p) if p.level == ENDPOINT else p for p in POLICIES)
 
 
-def _raw_durations_fit(policy: Policy) -> Sentence:
+def _raw_durations_fit(policy: Policy) -> Condition:
     fits = (requested(policy) == 0) | ((offered(policy) != 0) & (offered(policy) <= requested(policy)))
     return define(f"{policy.name}_fits", fits)
 
@@ -124,7 +124,7 @@ RAW_RULES: Final = (
     *(
         replace(
             rule,
-            sentence=BOTH_ON_ZENOH | BOTH_BRIDGES | DURATIONS.get(rule.code, rule.sentence),
+            condition=BOTH_ON_ZENOH | BOTH_BRIDGES | DURATIONS.get(rule.code, rule.condition),
             clause="rmw_dds_common, qos_profile_check_compatible",
         )
         for rule in REQUEST_OFFER

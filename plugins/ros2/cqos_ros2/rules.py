@@ -63,7 +63,7 @@ from cqos_ros2.policies import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cqos_core.packs import Policy, Sentence, Term
+    from cqos_core.packs import Condition, Policy, Term
 
 CONCEPT: Final = "ROS 2 concepts, Quality of Service settings"
 COMPATIBILITY: Final = f"{CONCEPT}, compatibilities"
@@ -118,7 +118,7 @@ BOTH_DURABLE: Final = define(
 )
 
 
-def replays(side: Callable[[Policy], Term]) -> Sentence:
+def replays(side: Callable[[Policy], Term]) -> Condition:
     """Define that one side takes part in replays to late subscriptions, with a depth."""
     return define(f"{side.__name__}_replays", (side(HISTORY) == "keep_last") & (side(DURABILITY) >= "transient_local"))
 

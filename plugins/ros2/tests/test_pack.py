@@ -49,8 +49,8 @@ def test_the_pack_describes_itself_to_machines(pack):
 @pytest.mark.parametrize("pack", [PACK, RAW], ids=["semantic", "rmw"])
 def test_every_sentence_has_a_text_form(pack):
     for rule in pack.rules:
-        read = parse(str(rule.sentence), pack.definitions)
-        assert (read, str(read)) == (rule.sentence, str(rule.sentence))
+        read = parse(str(rule.condition), pack.definitions)
+        assert (read, str(read)) == (rule.condition, str(rule.condition))
 
 
 def test_the_first_table_of_the_paper_is_derived():

@@ -2,9 +2,10 @@
 
 from dataclasses import replace
 
-from cqos_core.language.evaluate import Function
+from cqos_core.language.domains import Choice, Text
 from cqos_core.language.expression import call, offered, requested
-from cqos_core.language.policy import Choice, Policy, Text
+from cqos_core.language.policy import Policy
+from cqos_core.language.vocabulary import Function
 from cqos_core.packs.pack import Meeting, RulePack
 from cqos_core.packs.rule import requires
 

@@ -1,7 +1,8 @@
 """A pack with a bad default, a sentence about a policy that it has not, and a preset of another."""
 
+from cqos_core.language.domains import Choice
 from cqos_core.language.expression import offered, requested
-from cqos_core.language.policy import Choice, Policy
+from cqos_core.language.policy import Policy
 from cqos_core.packs.pack import Preset, RulePack
 from cqos_core.packs.rule import requires
 
