@@ -19,6 +19,7 @@ from cqos_core.service import native
 from cqos_core.service.callers import origin
 from cqos_core.service.calls import Calls
 from cqos_core.service.fair_scheduler import Turns
+from cqos_core.service.frames import ANSWER, ANSWER_JSON
 from cqos_core.service.observing import Observer
 from cqos_core.service.refusal import CALLER_QUOTA, Refused
 from cqos_core.service.settings import Limits, Settings
@@ -383,8 +384,8 @@ def test_requests_of_browsers_are_answered_by_workers(monkeypatch):
         calls = Calls(Settings(), Observer(Settings()))
         asked = []
 
-        async def answer(_caller, method, data, _seconds, **form):
-            asked.append((method, data, form))
+        async def answer(_caller, kind, method, data, _seconds):
+            asked.append((kind, method, data))
             return b"answer"
 
         monkeypatch.setattr(calls.pool, "call", answer)
@@ -392,7 +393,7 @@ def test_requests_of_browsers_are_answered_by_workers(monkeypatch):
             for json in (False, True):
                 for _ in range(2):  # the second one from memory
                     assert await calls.unary(caller, PAIR, b"", None, browser=True, json=json) == b"answer"
-        assert asked == [(PAIR, b"", {}), (PAIR, b"", {"json": True})]
+        assert asked == [(ANSWER, PAIR, b""), (ANSWER_JSON, PAIR, b"")]
 
     asyncio.run(run())
 
