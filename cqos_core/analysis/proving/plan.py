@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 from cqos_core.model.problems import CqosError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
 FAULTS: Final = {
     "link_outage": "the link between the two is cut for this time",
@@ -108,6 +108,11 @@ class Event:
     what: str
     number: int | None = None
     text: str = ""
+
+
+def numbers(events: Iterable[Event], what: str) -> tuple[int, ...]:
+    """Return the numbers of the samples of which events say this, in order."""
+    return tuple(each.number for each in events if each.what == what and each.number is not None)
 
 
 @dataclass(frozen=True, slots=True)

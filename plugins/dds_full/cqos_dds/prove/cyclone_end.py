@@ -35,6 +35,12 @@ def say(what: str, number: int | str = "-", text: str = "") -> None:
     sys.stdout.flush()
 
 
+def say_changed(what: str, status: Any) -> None:
+    """Write an event with the number by which the total of a status has grown, if it has."""
+    if status.total_count_change:
+        say(what, "-", str(status.total_count_change))
+
+
 def sample_type(settings: Mapping[str, Any]) -> Any:
     """Return a data type with the name, the key and the extensibility that are set."""
     name = (settings.get("type") or "cqos::Sample").replace("::", ".")
@@ -127,10 +133,8 @@ class Writing(End):
         """Look at the statuses of the writer."""
         matched = self.writer.get_publication_matched_status().current_count > 0
         self.watch(matched, self.writer.get_offered_incompatible_qos_status())
-        if lost := self.writer.get_liveliness_lost_status().total_count_change:
-            say("liveliness_lost", "-", str(lost))
-        if missed := self.writer.get_offered_deadline_missed_status().total_count_change:
-            say("deadline_missed", "-", str(missed))
+        say_changed("liveliness_lost", self.writer.get_liveliness_lost_status())
+        say_changed("deadline_missed", self.writer.get_offered_deadline_missed_status())
 
     def send(self, first: int, last: int, pause: float) -> None:
         """Write samples at even times, each with its number."""
@@ -170,15 +174,10 @@ class Reading(End):
         """Look at the statuses of the reader, and take what is there if it is time."""
         matched = self.reader.get_subscription_matched_status().current_count > 0
         self.watch(matched, self.reader.get_requested_incompatible_qos_status())
-        for what, status in (
-            ("sample_lost", self.reader.get_sample_lost_status()),
-            ("sample_rejected", self.reader.get_sample_rejected_status()),
-            ("deadline_missed", self.reader.get_requested_deadline_missed_status()),
-        ):
-            if status.total_count_change:
-                say(what, "-", str(status.total_count_change))
-        alive = self.reader.get_liveliness_changed_status()
-        if alive.not_alive_count_change > 0:
+        say_changed("sample_lost", self.reader.get_sample_lost_status())
+        say_changed("sample_rejected", self.reader.get_sample_rejected_status())
+        say_changed("deadline_missed", self.reader.get_requested_deadline_missed_status())
+        if self.reader.get_liveliness_changed_status().not_alive_count_change > 0:
             say("not_alive")
         if time.monotonic() < self.due:
             return

@@ -11,22 +11,19 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from typing import IO, TYPE_CHECKING, Final, Protocol
 
-from cqos_core.analysis.proving import Event, Outcome
+from cqos_core.analysis.proving import Event, Outcome, numbers
 from cqos_core.model.problems import CqosError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
-    from types import TracebackType
 
-    from typing_extensions import Self
-
-    from cqos_core.analysis.proving import Plan
+    from cqos_core.analysis.proving import Fault, Plan
 
 _START: Final = 60.0
 """Seconds that a program may take until its end is created, on a machine that is busy."""
@@ -84,7 +81,7 @@ def run(plan: Plan, cast: Cast, report: Callable[[Event], None] = lambda _event:
     Raises:
         CqosError: a program does not start.
     """
-    with _Stage(plan, cast, report) as stage, suppress(_CrashError):
+    with closing(_Stage(plan, cast, report)) as stage, suppress(_CrashError):
         stage.play()
     return stage.outcome()
 
@@ -106,12 +103,8 @@ class _Stage:
         self.seen: set[str] = set()  # roles of ends that have discovered the other one
         self.faulty = plan.fault is not None and plan.fault.kind != "slow_reader"
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def close(self) -> None:
+        """End both programs."""
         with ExitStack() as stack:
             for process in self.processes.values():
                 stack.callback(process.end)
@@ -131,7 +124,7 @@ class _Stage:
             self.start(PUBLISHER)
             self.until_created(PUBLISHER)
         self.until_created(SUBSCRIBER)
-        if self.refused():
+        if self.happened("refused"):
             return
         self.wait(lambda: self.decided() or bool(self.seen), DISCOVERY)
         # a writer whose lease ends at once is never discovered
@@ -141,23 +134,21 @@ class _Stage:
             self.wait(
                 lambda: not self.outcome().lost, self.cast.settle + self.cast.pause
             )  # what was sent before it came
-        if not self.faulty:
+        if plan.fault is None or not self.faulty:
             self.send(plan.early, plan.samples)
         else:
-            self.with_fault()
+            self.with_fault(plan.fault)
         self.until_quiet()
 
-    def with_fault(self) -> None:
+    def with_fault(self, fault: Fault) -> None:
         """Send samples before the fault, while it lasts, and after it."""
-        fault, plan = self.plan.fault, self.plan
-        if fault is None:
-            return
+        plan = self.plan
         number = plan.samples - plan.early
         before = (number - plan.during) // 3
         during = plan.early + before
         after = during + (plan.during or before)
         self.send(plan.early, during)
-        self.until_arrived()
+        self.wait(lambda: not self.outcome().lost, self.cast.settle)
         gone = {"publisher_restart": PUBLISHER, "subscriber_restart": SUBSCRIBER}.get(fault.kind)
         if gone is not None:
             self.processes[gone].end()
@@ -185,11 +176,9 @@ class _Stage:
     def start(self, role: str) -> None:
         """Start the program of an end, again if it ran before."""
         program = self.cast.publisher if role == PUBLISHER else self.cast.subscriber
-        again = role in self.processes
-        process = _Process(role, program, self.lines)
-        self.processes[role] = process
-        if again:
+        if role in self.processes:
             self.happen(role, "started")
+        process = self.processes[role] = _Process(role, program, self.lines)
         for name, value in program.settings.items():
             process.write(f"set {name} {value}")
         process.write("start")
@@ -217,10 +206,6 @@ class _Stage:
         if not process.answered:
             raise CqosError(f"the {role} of `{self.plan.topic}` on {self.cast.by} did not start within {_START:g} s")
 
-    def until_arrived(self) -> None:
-        """Wait until what was sent has arrived, or nothing more is expected."""
-        self.wait(lambda: not self.outcome().lost, self.cast.settle)
-
     def until_quiet(self) -> None:
         """Wait until all arrived and nothing arrives twice, or nothing more is expected."""
         end = time.monotonic() + self.plan.patience
@@ -234,10 +219,6 @@ class _Stage:
             )
             if len(self.outcome().arrived) == seen:
                 return
-
-    def refused(self) -> bool:
-        """Whether an end could not be created."""
-        return self.happened("refused")
 
     def decided(self) -> bool:
         """Whether the two are connected, or an end has said why not."""
@@ -279,7 +260,7 @@ class _Stage:
         """Turn one line of a program into an event."""
         if words is None:
             if not process.killed:
-                reason = f"its program ended with exit code {process.code()}: {process.errors() or 'no reason given'}"
+                reason = f"its program ended with exit code {process.process.wait()}: {process.errors() or 'no reason given'}"
                 if not process.answered:
                     raise CqosError(f"the {role} on {self.cast.by} did not start; {reason}")
                 self.happen(role, "crashed", None, reason)
@@ -297,18 +278,14 @@ class _Stage:
 
     def outcome(self) -> Outcome:
         """Return what happened so far."""
-
-        def numbers(what: str) -> tuple[int, ...]:
-            return tuple(each.number for each in self.events if each.what == what and each.number is not None)
-
         refused = {event.who: event.text for event in self.events if event.what in {"refused", "crashed"}}
         named = dict.fromkeys(event.text for event in self.events if event.what == "incompatible" and event.text)
         return Outcome(
             self.cast.by,
             tuple(self.events),
             None if refused else self.happened("matched"),
-            numbers("sent"),
-            numbers("arrived"),
+            numbers(self.events, "sent"),
+            numbers(self.events, "arrived"),
             tuple(named),
             refused,
         )
@@ -359,10 +336,6 @@ class _Process:
             thread.join()
         for stream in (self.process.stdout, self.process.stderr):
             stream.close()
-
-    def code(self) -> int:
-        """Return how the program ended."""
-        return self.process.wait()
 
     def errors(self) -> str:
         """Return the last lines of what the program printed as errors."""

@@ -5,7 +5,9 @@ from __future__ import annotations
 import asyncio
 import struct
 from collections import deque
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from itertools import count
 from typing import TYPE_CHECKING, Final
 
 from cqos_mqtt.prove import packets
@@ -90,12 +92,8 @@ class Client:
         every: float = 0.0,
     ) -> None:
         """``tell`` is called with what happens, ``deliver`` with what arrives; ``every``: seconds between two takes."""
-        self.connection = connection
-        self.port = port
-        self.tell = tell
-        self.deliver = deliver
-        self.subscription = subscription
-        self.every = every
+        self.connection, self.port, self.tell, self.deliver = connection, port, tell, deliver
+        self.subscription, self.every = subscription, every
         self.session = Session()
         self.waiting: deque[Publication] = deque()
         self.window = connection.sends_at_once
@@ -147,10 +145,13 @@ class Client:
             self._task.cancel()
             await asyncio.gather(self._task, return_exceptions=True)
             self._task = None
+        self._close()
+
+    def _close(self) -> None:
+        self.ready.clear()
         if self._writer is not None:
             self._writer.close()
             self._writer = None
-        self.ready.clear()
 
     def publish(self, publication: Publication) -> None:
         """Send it, or keep it until there is room and a connection; QoS 0 waits for none."""
@@ -162,17 +163,12 @@ class Client:
 
     async def _run(self) -> None:
         while True:
-            try:
+            with suppress(OSError, asyncio.IncompleteReadError):
                 stream, self._writer = await asyncio.open_connection("127.0.0.1", self.port)
                 await self._talk(stream)
-            except (OSError, asyncio.IncompleteReadError):
-                pass
             if self.ready.is_set():
                 self.tell("disconnected", "")
-            self.ready.clear()
-            if self._writer is not None:
-                self._writer.close()
-                self._writer = None
+            self._close()
             await asyncio.sleep(max(AGAIN, self.connection.patience))
 
     async def _talk(self, stream: asyncio.StreamReader) -> None:
@@ -204,12 +200,10 @@ class Client:
             self._handle(await packets.receive(stream), resumed=resumed)
             return
         await asyncio.sleep(self.every)
-        try:
+        with suppress(asyncio.TimeoutError):
             while True:
                 head = await asyncio.wait_for(stream.readexactly(1), _BLOCK)
                 self._handle(await packets.receive(stream, head[0]), resumed=resumed)
-        except asyncio.TimeoutError:
-            return
 
     async def _ping(self, keep_alive: int) -> None:
         while keep_alive:
@@ -222,10 +216,8 @@ class Client:
         self.tell("connected", "session resumed" if resumed else "new session")
         self.ready.set()
         for identifier, publication in self.session.unacknowledged.items():
-            if publication.received:
-                self._send(packets.acknowledgement(packets.PUBREL, identifier))
-            else:
-                self._send(self._publish(publication, identifier, again=True))
+            released = packets.acknowledgement(packets.PUBREL, identifier)
+            self._send(released if publication.received else self._publish(publication, identifier, again=True))
         self._flush()
 
     def _handle(self, received: packets.Packet, *, resumed: bool) -> None:
@@ -286,10 +278,9 @@ class Client:
             self._send(self._publish(publication, identifier))
 
     def _identifier(self) -> int:
-        while True:
-            self._last = self._last % WIDEST + 1
-            if self._last not in self.session.unacknowledged:
-                return self._last
+        others = (each % WIDEST + 1 for each in count(self._last))
+        self._last = next(each for each in others if each not in self.session.unacknowledged)
+        return self._last
 
     def _send(self, data: bytes) -> None:
         if self._writer is not None and not self._writer.is_closing():

@@ -9,6 +9,7 @@ import socket
 import subprocess
 import tempfile
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -134,31 +135,25 @@ class Link:
         assert task is not None  # noqa: S101 - this is a coroutine of a task
         self._open.add(task)
         self._writers[writer] = False
-        onward: asyncio.StreamWriter | None = None
-        try:
-            if self.cut:
-                return
-            back, onward = await asyncio.open_connection("127.0.0.1", self.broker)
-            self._writers[onward] = True
-            await asyncio.gather(self._pump(reader, onward), self._pump(back, writer))
-        except (OSError, asyncio.CancelledError):
-            pass
-        finally:
-            self._open.discard(task)
-            for each in (writer, onward):
-                if each is not None:
-                    self._writers.pop(each, None)
-                    each.transport.abort()
+        both = [writer]
+        with suppress(OSError, asyncio.CancelledError):
+            if not self.cut:
+                back, onward = await asyncio.open_connection("127.0.0.1", self.broker)
+                both.append(onward)
+                self._writers[onward] = True
+                await asyncio.gather(self._pump(reader, onward), self._pump(back, writer))
+        self._open.discard(task)
+        for each in both:
+            self._writers.pop(each, None)
+            each.transport.abort()
 
     async def _pump(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Pass bytes on; where one side ends, end the other, unless the link is cut silently."""
-        try:
+        with suppress(ConnectionError):
             while data := await reader.read(65_536):
                 if not self.silent:
                     writer.write(data)
                     await writer.drain()
-        except ConnectionError:
-            pass
         if not self.silent:
             writer.close()
 

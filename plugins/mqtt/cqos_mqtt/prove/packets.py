@@ -18,7 +18,6 @@ SUBACK: Final = 9
 DISCONNECT: Final = 14
 _FAILURE: Final = 0x80
 _CONTINUES: Final = 0x80
-_SERVER_ID: Final = 0x12
 # Kinds of properties by identifier (5.0, 2.2.2.2): bytes of a number, or `text`, `pair`, `number`.
 _BYTE, _TWO, _FOUR = 1, 2, 4
 _SIZES: Final = {
@@ -62,11 +61,10 @@ class Will(NamedTuple):
 def number(value: int) -> bytes:
     """Write a number of variable length."""
     written = bytearray()
-    while True:
-        value, digit = divmod(value, _CONTINUES)
-        written.append(digit | (_CONTINUES if value else 0))
-        if not value:
-            return bytes(written)
+    while value >= _CONTINUES:
+        written.append(value % _CONTINUES | _CONTINUES)
+        value //= _CONTINUES
+    return bytes([*written, value])
 
 
 def text(value: str | bytes) -> bytes:
@@ -106,13 +104,10 @@ async def receive(stream: asyncio.StreamReader, first: int | None = None) -> Pac
     """
     if first is None:
         first = (await stream.readexactly(1))[0]
-    length = shift = 0
-    while True:
-        digit = (await stream.readexactly(1))[0]
-        length |= (digit & ~_CONTINUES) << shift
-        shift += 7
-        if not digit & _CONTINUES:
-            return Packet(first >> 4, first & 15, await stream.readexactly(length))
+    length = b"\x80"
+    while length[-1] & _CONTINUES:
+        length += await stream.readexactly(1)
+    return Packet(first >> 4, first & 15, await stream.readexactly(_number_at(length, 1)[0]))
 
 
 def publication(received: Packet, *, five: bool) -> Message:
@@ -147,9 +142,7 @@ def refused(code: int) -> bool:
 def limits(connack: Packet, *, five: bool) -> dict[int, int]:
     """Return the numeric properties of a CONNACK, by identifier."""
     found: dict[int, int] = {}
-    if not five:
-        return found
-    length, at = _number_at(connack.body, 2)
+    length, at = _number_at(connack.body, 2) if five else (0, 0)
     end = at + length
     while at < end:
         identifier = connack.body[at]
@@ -168,11 +161,6 @@ def limits(connack: Packet, *, five: bool) -> dict[int, int]:
 
 def _number_at(data: bytes, at: int) -> tuple[int, int]:
     """Read a number of variable length; return it and where the rest begins."""
-    value = shift = 0
-    while True:
-        digit = data[at]
-        at += 1
-        value |= (digit & ~_CONTINUES) << shift
-        shift += 7
-        if not digit & _CONTINUES:
-            return value, at
+    last = next(place for place in range(at, len(data)) if not data[place] & _CONTINUES)
+    digits = (data[place] % _CONTINUES << 7 * (place - at) for place in range(at, last + 1))
+    return sum(digits), last + 1

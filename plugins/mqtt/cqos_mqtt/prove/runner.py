@@ -8,7 +8,7 @@ from contextlib import suppress
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.analysis.proving import FAULTS, Event, Fault, NotRunnableError, Outcome
+from cqos_core.analysis.proving import FAULTS, Event, Fault, NotRunnableError, Outcome, numbers
 from cqos_core.packs import INFINITE
 from cqos_mqtt import policies as of
 from cqos_mqtt.kinds import LONGEST, Access
@@ -68,8 +68,7 @@ class Mosquittos:
         Raises:
             NotRunnableError: Mosquitto, or this runner, has no means for something in the plan.
         """
-        missing = self.missing()
-        if missing:
+        if missing := self.missing():
             raise NotRunnableError(missing)
         return asyncio.run(_Run(plan, report).run())
 
@@ -110,38 +109,40 @@ def configuration(values: Mapping[str, str]) -> list[str]:
                 f"Mosquitto cannot be configured with {policy.name} {values[policy.name]}: it always has "
                 f"{policy.domain.format(only)}"
             )
-    lines = [
-        f"max_qos {known(of.MAXIMUM_QOS, values)}",
-        f"retain_available {_flag(of.RETAIN_AVAILABLE, values)}",
-        f"queue_qos0_messages {_flag(of.QUEUES_QOS0, values)}",
-        f"upgrade_outgoing_qos {_flag(of.UPGRADES, values)}",
-        f"persistence {_flag(of.PERSISTENCE, values)}",
-    ]
-    for name, policy in _LIMITS.items():
-        value = known(policy, values)
-        if value is not None:
-            lines.append(f"{name} {_number(policy, values) or 0}")
-    size = _number(of.BROKER_PACKET_SIZE, values)
-    if size is not None:
-        if size < _SMALLEST:
-            raise NotRunnableError(f"Mosquitto takes no maximum_packet_size below {_SMALLEST}, got {size}")
-        lines.append(f"max_packet_size {size}")
-    longest = _seconds(of.SERVER_KEEP_ALIVE, values)
-    if longest is not None:
-        lines.append(f"max_keepalive {longest}")
-    if known(of.AUTOSAVE, values) is not None:
-        saved = _seconds(of.AUTOSAVE, values)
-        if saved == 0:
-            raise NotRunnableError("Mosquitto does not save each message before it acknowledges it (autosave_interval)")
-        lines.append(f"autosave_interval {saved or 0}")
-    kept = _number(of.BROKER_SESSION_EXPIRY, values)
-    if kept is not None:
-        if kept % _HOUR or not kept:
-            raise NotRunnableError("Mosquitto counts persistent_client_expiration in whole hours")
-        lines.append(f"persistent_client_expiration {kept // _HOUR}h")
-    return lines
+    size, kept = _number(of.BROKER_PACKET_SIZE, values), _number(of.BROKER_SESSION_EXPIRY, values)
+    saves, saved = known(of.AUTOSAVE, values) is not None, _seconds(of.AUTOSAVE, values)
+    for is_wrong, why in (
+        (
+            size is not None and size < _SMALLEST,
+            f"Mosquitto takes no maximum_packet_size below {_SMALLEST}, got {size}",
+        ),
+        (saves and saved == 0, "Mosquitto does not save each message before it acknowledges it (autosave_interval)"),
+        (
+            kept is not None and (kept % _HOUR or not kept),
+            "Mosquitto counts persistent_client_expiration in whole hours",
+        ),
+    ):
+        if is_wrong:
+            raise NotRunnableError(why)
+    limited = {name: policy for name, policy in _LIMITS.items() if known(policy, values) is not None}
+    directives = {
+        "max_qos": known(of.MAXIMUM_QOS, values),
+        **{name: "true" if known(policy, values) else "false" for name, policy in _FLAGS.items()},
+        **{name: _number(policy, values) or 0 for name, policy in limited.items()},
+        "max_packet_size": size,
+        "max_keepalive": _seconds(of.SERVER_KEEP_ALIVE, values),
+        "autosave_interval": saved or 0 if saves else None,
+        "persistent_client_expiration": None if kept is None else f"{kept // _HOUR}h",
+    }
+    return [f"{name} {value}" for name, value in directives.items() if value is not None]
 
 
+_FLAGS: Final = {
+    "retain_available": of.RETAIN_AVAILABLE,
+    "queue_qos0_messages": of.QUEUES_QOS0,
+    "upgrade_outgoing_qos": of.UPGRADES,
+    "persistence": of.PERSISTENCE,
+}
 _LIMITS: Final = {
     "max_queued_messages": of.QUEUED,
     "max_queued_bytes": of.QUEUED_BYTES,
@@ -150,19 +151,20 @@ _LIMITS: Final = {
 }
 
 
-def _flag(policy: Policy, values: Mapping[str, str]) -> str:
-    return "true" if known(policy, values) else "false"
-
-
 def access_list(values: Mapping[str, str]) -> list[str]:
     """Write the access control of a broker as lines of an acl_file."""
     text = values.get(of.ACCESS.name)
     entries = [entry.split(" ", 2) for entry in Access().parse(text)] if text else []
-    lines = [f"topic {access} {written}" for access, user, written in entries if user == NOBODY]
-    for access, user, written in entries:
-        if user not in {ANYBODY, NOBODY}:
-            lines += [f"user {user}", f"topic {access} {written}"]
-    return lines + [f"pattern {access} {written}" for access, user, written in entries if user == ANYBODY]
+    return [
+        *(f"topic {access} {written}" for access, user, written in entries if user == NOBODY),
+        *(
+            line
+            for access, user, written in entries
+            if user not in {ANYBODY, NOBODY}
+            for line in (f"user {user}", f"topic {access} {written}")
+        ),
+        *(f"pattern {access} {written}" for access, user, written in entries if user == ANYBODY),
+    ]
 
 
 def _or(value: int | None, endless: int) -> int:
@@ -213,14 +215,12 @@ class _Run:
         self.report = report
         self.began = time.monotonic()
         self.events: list[Event] = []
-        self.sent: list[int] = []
-        self.arrived: list[int] = []
         self.last = self.began
         self.ends = {"publisher": 0, "subscriber": 0}
         self.slow = plan.fault.seconds if plan.fault is not None and plan.fault.kind == "slow_reader" else 0.0
         self.disturbed = False
         self.reasons: dict[str, str] = {}
-        self.taken = {"publisher": False, "subscriber": False}
+        self.taken: set[str] = set()
         self.broker = Mosquitto(configuration(plan.broker), access_list(plan.broker))
         self.links = {role: Link(self.broker.port) for role in ("publisher", "subscriber")}
         self.clients: dict[str, Client] = {}
@@ -245,9 +245,9 @@ class _Run:
         return Outcome(
             f"Mosquitto {version()}",
             tuple(self.events),
-            None if self.reasons else all(self.taken.values()),
-            tuple(self.sent),
-            tuple(self.arrived),
+            None if self.reasons else len(self.taken) == len(self.ends),
+            numbers(self.events, "sent"),
+            numbers(self.events, "arrived"),
             not_created=self.reasons,
         )
 
@@ -278,18 +278,12 @@ class _Run:
 
     async def _start(self, role: str) -> None:
         """Start the client of one end, and wait until the broker has taken it, or does not."""
-        plan = self.plan
+        plan, port, tell = self.plan, self.links[role].port, self._teller(role)
         if role == "publisher":
-            client = Client(connection(plan.publisher, role), self.links[role].port, self._teller(role))
+            client = Client(connection(plan.publisher, role), port, tell)
         else:
-            client = Client(
-                connection(plan.subscriber, role, _LATER),
-                self.links[role].port,
-                self._teller(role),
-                self._deliver,
-                self._subscription(),
-                self.slow,
-            )
+            own = connection(plan.subscriber, role, _LATER)
+            client = Client(own, port, tell, self._deliver, self._subscription(), self.slow)
         self.clients[role] = client
         client.start()
         await self._settled(role)
@@ -327,20 +321,17 @@ class _Run:
             _seconds(of.EXPIRY, values),
             _number(of.TOPIC_ALIAS, values),
         )
-        self.sent.append(number)
         self._tell("publisher", "sent", number=number)
         self.clients["publisher"].publish(publication)
 
     def _deliver(self, message: Message) -> None:
-        written = message.payload.strip()
-        if not written.isdigit():
-            self._tell("subscriber", "arrived", f"QoS {message.qos}: {written.decode(errors='replace')}")
-            return
-        number = int(written)
-        self.arrived.append(number)
-        self.last = time.monotonic()
+        written = message.payload.strip().decode(errors="replace")
         text = f"QoS {message.qos}" + (", retained" if message.retain else "")
-        self._tell("subscriber", "arrived", text, number)
+        if written.isascii() and written.isdigit():
+            self.last = time.monotonic()
+            self._tell("subscriber", "arrived", text, int(written))
+        else:
+            self._tell("subscriber", "arrived", f"QoS {message.qos}: {written}")
 
     # Faults
 
@@ -392,7 +383,7 @@ class _Run:
     def _teller(self, role: str) -> Callable[[str, str], None]:
         def tell(what: str, text: str) -> None:
             if what == "connected":
-                self.taken[role] = True
+                self.taken.add(role)
                 self._tell(role, "matched", text)
                 return
             if what == "disconnected" and not self.disturbed:
