@@ -111,7 +111,7 @@ def main(arguments: list[str]) -> int:
 
 
 def demo(_: list[str]) -> int:
-    """Check both example diagrams; return 0 when the one is found to fit and the other is not."""
+    """Check both example diagrams; return 0 if one is compatible and the other is not."""
     setup(everything=False)
     shows = (
         ("smart_agriculture.bpmn", 0, "A drone and a weather station whose settings fit: exit code 0."),
@@ -131,7 +131,7 @@ def demo(_: list[str]) -> int:
 
 
 def test(arguments: list[str]) -> int:
-    """Run everything that must hold; return 1 if anything does not."""
+    """Run all checks and tests; return 1 if any fails."""
     setup(everything=True)
     have_programs()
     # One seed for the order of sets too: the same tests give the same answer every time.
@@ -140,7 +140,7 @@ def test(arguments: list[str]) -> int:
 
 
 def explore(arguments: list[str]) -> int:
-    """Run the property tests with examples that no run had before; what fails becomes a case."""
+    """Run the property tests with new examples; a failing example becomes a case."""
     setup(everything=True)
     os.environ["CQOS_HYPOTHESIS"] = "explore"
     return run_steps([("pytest", pytest_command(["-m", "hypothesis", *arguments]))])
@@ -175,13 +175,13 @@ def bench(arguments: list[str]) -> int:
 
 
 def goldens(arguments: list[str]) -> int:
-    """Record or compare what is said of everything there is to check; return 1 if a comparison finds a difference."""
+    """Record or compare all reports of the goldens; return 1 if a comparison finds a difference."""
     setup(everything=True)
     return run_steps([("goldens", [tool("python"), "-m", "tests.goldens.record", *arguments])])
 
 
 def build(arguments: list[str]) -> int:
-    """Build every distribution and check what is in it; return 1 if anything is missing."""
+    """Build every distribution and check its contents; return 1 if anything is missing."""
     setup(everything=True)
     steps = [("build", [tool("python"), "deploy/build.py", *arguments])]
     if "--check" in arguments:
@@ -248,10 +248,10 @@ def packages() -> list[str]:
 
 
 def pytest_command(arguments: list[str]) -> list[str]:
-    """Pytest on all cores; what ``arguments`` say comes last and wins, and a bare ``--cov`` covers every package."""
+    """Pytest on all cores; ``arguments`` come last and win, and a bare ``--cov`` covers every package."""
     covered = [f"--cov={name}" for project in projects() for name in packages_of(project)]
     rest = [argument for argument in arguments if argument != "--cov"]
-    # Counting lines doubles the time, so it is for those who ask.
+    # Counting lines doubles the time, so it is off by default.
     coverage = [*covered, "--cov-report=term:skip-covered"] if "--cov" in arguments else []
     return [tool("pytest"), "-n", "auto", "--dist", "worksteal", *coverage, *rest]
 
@@ -311,7 +311,7 @@ def tool(name: str) -> str:
 
 
 def environment() -> dict[str, str]:
-    """The caller's environment without what would lead away from the virtual environment."""
+    """The caller's environment without variables that would bypass the virtual environment."""
     kept = {
         name: value
         for name, value in os.environ.items()
@@ -329,7 +329,7 @@ def environment() -> dict[str, str]:
 
 
 def setup(*, everything: bool) -> None:
-    """Make .venv what it should be: with ``everything`` for all commands, else for `demo` and `run`.
+    """Set .venv up: with ``everything`` for all commands, else for `demo` and `run`.
 
     A complete setup leaves a stamp; with the right stamp there is nothing to do, without it all is made anew.
     """
@@ -349,7 +349,7 @@ def setup(*, everything: bool) -> None:
 
 
 def fingerprint() -> str:
-    """Changes when .venv has to be made anew: another Python, place, dependency, entry point or plugin."""
+    """Return a text that differs when .venv must be rebuilt: another Python, place, dependency, entry point or plugin."""
     parts: dict[str, object] = {
         "python": [sys.version, sys.base_prefix],
         "place": str(ROOT),
@@ -364,7 +364,7 @@ def fingerprint() -> str:
 
 
 def read_stamp() -> tuple[str, bool] | None:
-    """What the last complete setup was made for; None if there was none."""
+    """Return the fingerprint of the last complete setup; None without one."""
     try:
         stamp = json.loads(STAMP.read_text(encoding="utf-8"))
         return (stamp["fingerprint"], stamp["everything"]) if Path(tool("python")).exists() else None
@@ -373,7 +373,7 @@ def read_stamp() -> tuple[str, bool] | None:
 
 
 def create_venv() -> None:
-    """Make an empty virtual environment, in place of whatever is there."""
+    """Make an empty virtual environment, in place of an existing one."""
     if VENV.is_symlink() or VENV.is_file():
         VENV.unlink()
     elif VENV.exists():

@@ -1,10 +1,10 @@
-"""Builds the wheel and the source archive of every distribution, and checks what is in them.
+"""Builds the wheel and the source archive of every distribution, and checks their contents.
 
 python deploy/build.py [--output FOLDER]   build into dist/, or elsewhere; needs no network
-python deploy/build.py --check             then try all of it as users do: rebuild each wheel from its source archive, fill
+python deploy/build.py --check             then test it as users do: rebuild each wheel from its source archive, fill
                                            a wheelhouse, install from it without network, use it, write the SBOM
 
-What is built follows from the files and the time of the last commit alone: two builds are equal, byte for byte.
+The bytes follow from the files and the time of the last commit alone: two builds are equal, byte for byte.
 """  # noqa: INP001 - a script
 
 from __future__ import annotations

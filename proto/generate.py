@@ -1,12 +1,12 @@
 """Writes the Python code for the .proto files, below proto/python. Needs Python and a package index, and npm for buf.
 
 python proto/generate.py            write
-python proto/generate.py --check    say what differs from what would be written; lint the .proto files, and say where they
-                                    break what callers of the last release rely on; fail if there is anything to say
-python proto/generate.py --release  write proto/released.binpb, which later versions are compared with
+python proto/generate.py --check    list generated files that differ; lint the .proto files, and compare them with the last
+                                    release; fail on a difference, a lint error or a breaking change
+python proto/generate.py --release  write proto/released.binpb, with which later versions are compared
 
-The tools have versions of their own, in an environment of their own below .venv: what newer ones generate refuses to run
-beside an older protobuf or grpcio than theirs, and whoever uses C-QoS may have any of the stated range.
+The tools have pinned versions, in an environment of their own below .venv. Code from newer tools refuses to run with an
+older protobuf or grpcio than theirs. Users of C-QoS may have any version of the stated range.
 """  # noqa: INP001 - a script
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ PACKAGES = {
 
 
 class TroubleError(Exception):
-    """Something went wrong that one sentence explains."""
+    """An error that one sentence explains."""
 
 
 def main(arguments: list[str]) -> int:
@@ -93,7 +93,7 @@ def generated() -> dict[str, str]:
     sources = sorted(path.relative_to(PROTO).as_posix() for path in PROTO.glob("cqos/v1/*.proto"))
     with tempfile.TemporaryDirectory() as folder:
         outputs = [f"--{kind}_out={folder}" for kind in ("python", "grpc_python", "mypy", "mypy_grpc")]
-        # The plugins for stubs are found beside that Python.
+        # The plugins for stubs are in the folder of that Python.
         path = os.pathsep.join([str(python.parent), os.environ.get("PATH", "")])
         run([str(python), "-m", "grpc_tools.protoc", f"-I{PROTO}", *outputs, *sources], PROTO, PATH=path)
         made = {
@@ -122,7 +122,7 @@ def contract_holds() -> bool:
 
 
 def tools() -> Path:
-    """The Python of an environment that has the pinned tools; made where there is none."""
+    """The Python of an environment with the pinned tools; creates a missing one."""
     python = TOOLS / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     stamp = TOOLS / "pinned.txt"
     if not stamp.is_file() or stamp.read_text(encoding="utf-8") != "\n".join(PINNED):

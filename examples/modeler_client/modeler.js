@@ -1,4 +1,4 @@
-// What a modeler does: node modeler.js [ADDRESS], of a `cqos serve` that runs.
+// A modeler's calls: node modeler.js [ADDRESS], the address of a running `cqos serve`.
 import { create } from "@bufbuild/protobuf";
 import { Code, ConnectError, createClient } from "@connectrpc/connect";
 import { createGrpcTransport } from "@connectrpc/connect-node";
@@ -13,7 +13,7 @@ const catalogue = createClient(CatalogueService, transport);
 const checks = createClient(CheckService, transport);
 const sessions = createClient(SessionService, transport);
 
-// 1. A property panel for a protocol that this program knows nothing about.
+// 1. A property panel for a protocol that this program does not know.
 
 const FIELDS = { choice: "select", flag: "checkbox", count: "number", duration: "text", names: "text", text: "text" };
 
@@ -35,7 +35,7 @@ for (const row of panel(pack, "subscriber").slice(0, 4)) {
   console.log(`  ${row.label}: ${row.field} [${row.options.join(", ")}], ${row.placeholder}`);
 }
 
-// 2. The model as it is drawn, with the modeler's own ids, checked after each change.
+// 2. The model with the modeler's own ids, checked after each change.
 
 function endpoint(id, role, participant, settings) {
   return { id, role, topic: "weather", participant, settings };
@@ -55,7 +55,7 @@ let revision = 0n;
 async function check() {
   revision += 1n;
   const answer = await checks.checkSystem({ revision, system: model });
-  return answer.revision === revision ? answer.report : undefined; // an answer to an older model is dropped
+  return answer.revision === revision ? answer.report : undefined; // drops an answer to an older model
 }
 
 const report = await check();
@@ -68,7 +68,7 @@ for (const finding of report.findings.filter((each) => each.severity === Severit
   }
 }
 
-// 3. The first remedy, in a session that stays open: the answer is what has changed.
+// 3. The first fix, in a session that stays open: the answer contains the changes.
 
 const [{ remedies }] = report.findings;
 const waiting = [{ revision: 1n, edit: { case: "open", value: model } }];
@@ -97,7 +97,7 @@ for await (const answer of sessions.edit(edits())) {
   }
 }
 
-// 4. What is wrong with a request is said field by field.
+// 4. The errors of a wrong request, field by field.
 
 try {
   await checks.checkPair({ protocol: "telegraph" });

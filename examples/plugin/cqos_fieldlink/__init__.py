@@ -1,4 +1,4 @@
-"""Fieldlink for C-QoS. Here are only the hooks: what they name is imported when somebody uses it."""
+"""Fieldlink for C-QoS. This module has only the hooks; C-QoS imports the objects that they name on first use."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 @hookimpl
 def register_rule_packs(register: Callable[[RulePackInfo], None]) -> None:
-    """The protocol. Link lists are always Fieldlink, so nobody has to say so."""
+    """The protocol. Link lists are always Fieldlink, so they need not state it."""
     register(
         RulePackInfo(
             id="fieldlink",
@@ -39,7 +39,7 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
 
 @hookimpl
 def register_formatters(register: Callable[[FormatterInfo], None]) -> None:
-    """A table that looks well in a merge request; it is of use with every protocol."""
+    """A table for merge requests; it works with every protocol."""
     register(
         FormatterInfo(
             name="markdown",
@@ -51,7 +51,7 @@ def register_formatters(register: Callable[[FormatterInfo], None]) -> None:
 
 @hookimpl
 def register_commands(register: Callable[[CommandInfo], None]) -> None:
-    """``cqos graph``, of use with every protocol too."""
+    """``cqos graph``; it works with every protocol too."""
     register(
         CommandInfo(
             name="graph",

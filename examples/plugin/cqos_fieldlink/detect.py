@@ -1,4 +1,4 @@
-"""Recognises link lists. It is asked about every file, so it imports nothing and looks at the first bytes only."""
+"""Recognises link lists. C-QoS calls it for every file, so it imports nothing and looks at the first bytes only."""
 
 from __future__ import annotations
 
@@ -6,5 +6,5 @@ MARK = b"fieldlink links;"
 
 
 def claims(name: str, head: bytes) -> bool:  # noqa: ARG001 - many kinds of file end in .csv, so the name says nothing
-    """Say whether this is a link list, which says so in its first line."""
+    """Return whether this is a link list, by its first line."""
     return head.removeprefix(b"\xef\xbb\xbf").startswith(MARK)

@@ -1,4 +1,4 @@
-"""``cqos graph``: a command has the library of C-QoS at hand like any caller."""
+"""``cqos graph``: a command that uses the library of C-QoS."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ _COLORS = {"compatible": "darkgreen", "unknown": "orange", "incompatible": "red"
 def graph(paths: tuple[str, ...]) -> None:
     """Draw who talks to whom, for Graphviz.
 
-    All files are one system. A line is green where the two fit, red where they do not.
+    All files are one system. A line is green for a compatible pair, red for an incompatible one.
 
     Example: cqos graph plant.csv | dot -Tsvg > plant.svg
     """
-    # What cannot be read ends the command with exit code 2 and says why, as in `cqos check`.
+    # An unreadable file ends the command with exit code 2 and the reason, as in `cqos check`.
     system = cqos.read(*paths)
     report = cqos.check(system)
     owners = {endpoint.id: endpoint.participant for endpoint in system.endpoints}

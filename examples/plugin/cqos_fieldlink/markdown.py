@@ -27,7 +27,7 @@ def _row(finding: Finding) -> str:
 
 
 def _cell(text: str) -> str:
-    """Write a text that may come from a file so that it stays one cell and brings no markup of its own."""
+    """Escape a text, which may come from a file, so that it stays one cell without markup."""
     for mark in "\\|<>[]*_":
         text = text.replace(mark, f"\\{mark}")
     return " ".join(text.split())

@@ -1,7 +1,7 @@
-"""The Fieldlink protocol: three policies, three rules. Each rule is one sentence, all else is derived from it.
+"""The Fieldlink protocol: three policies, three rules. Each rule is one condition; C-QoS derives all else from it.
 
-Fieldlink is made up. A device sends the telegrams of a signal at a fixed cycle; a receiver reports a fault when none
-has come for the time of its timeout.
+Fieldlink is invented. A device sends the telegrams of a signal at a fixed cycle. A receiver reports a fault if no telegram
+arrives within its timeout.
 """
 
 from __future__ import annotations
@@ -75,9 +75,9 @@ PACK: Final = RulePack(
     rules=RULES,
     presets={
         "fast": Preset({"cycle": "10ms"}, "Process values of drives."),
-        "alarm": Preset({"cycle": "1s", "delivery": "acknowledged"}, "What somebody has to see."),
+        "alarm": Preset({"cycle": "1s", "delivery": "acknowledged"}, "What an operator must see."),
     },
-    # Link lists count in milliseconds; whoever writes YAML writes the unit.
+    # Link lists count in milliseconds; YAML states the unit.
     dialects={"links": Dialect(bare_unit="ms")},
     not_checked=("whether the bus has room for all telegrams",),
     source="Fieldlink 2.1",

@@ -5,8 +5,8 @@
     press;sends;force;repeated;20;
     panel;receives;force;;;50
 
-What is stated stays text; the pack makes values of it. Everything has a place, so that findings can point at it. All
-that is wrong with a list is told at once.
+Settings stay text; the pack makes values of them. Everything has a place, so that findings can point at it. The reader
+reports all mistakes of a list at once.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _ROLES: Final[Mapping[str, Role]] = {"sends": PUBLISHER, "receives": SUBSCRIBER}
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """One text of the list, and where it stands."""
+    """One text of the list, and its place."""
 
     text: str
     place: Place
@@ -39,7 +39,7 @@ def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - ther
     """Read a link list.
 
     Raises:
-        InputError: with everything that is wrong with it.
+        InputError: with all mistakes of the list.
     """
     mark, *lines = _lines(source)
     header = lines[0] if lines else []
@@ -53,7 +53,7 @@ def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - ther
 
 
 def _lines(source: Source) -> list[list[Cell]]:
-    """Take all lines that are not empty apart."""
+    """Split all lines that are not empty into cells."""
     try:
         text = source.data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -82,7 +82,7 @@ def _header_problems(header: Sequence[Cell], place: Place) -> Iterator[Problem]:
 
 
 def _add(system: System, header: Sequence[Cell], cells: Sequence[Cell]) -> Iterator[Problem]:
-    """Add the endpoint of one line to the system, or say what is wrong with it."""
+    """Add the endpoint of one line to the system, or yield its mistakes."""
     row = {column.text: cell for column, cell in zip(header, cells, strict=False) if cell.text}
     missing = [name for name in _NEEDED if name not in row]
     if missing or len(cells) > len(header):

@@ -1,4 +1,4 @@
-"""Tests of the plugin: the rules with case files, the rest as whoever installs it uses it."""
+"""Tests of the plugin: the rules with case files, the rest as installed."""
 
 from pathlib import Path
 
@@ -43,12 +43,12 @@ def test_a_link_list_is_recognised_and_checked() -> None:
     ],
     ids=["empty", "header", "missing", "more", "direction", "encoding"],
 )
-def test_all_that_is_wrong_with_a_list_is_told(text: str, problems: list[str]) -> None:
+def test_the_reader_reports_all_mistakes_of_a_list(text: str, problems: list[str]) -> None:
     with pytest.raises(InputError) as raised:
         read(Source("list", b"fieldlink links;2\n" + text.encode("latin-1")), ReadContext())
-    told = [str(problem) for problem in raised.value.problems]
-    assert len(told) >= len(problems)
-    for found, expected in zip(told, problems, strict=False):
+    reported = [str(problem) for problem in raised.value.problems]
+    assert len(reported) >= len(problems)
+    for found, expected in zip(reported, problems, strict=False):
         assert found.startswith(expected)
 
 

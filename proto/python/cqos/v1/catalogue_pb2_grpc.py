@@ -26,7 +26,7 @@ if _version_not_supported:
 
 
 class CatalogueServiceStub(object):
-    """Says which rule packs and formats are installed, and all that they know.
+    """Lists and describes the installed rule packs and formats.
     """
 
     def __init__(self, channel):
@@ -53,7 +53,7 @@ class CatalogueServiceStub(object):
 
 
 class CatalogueServiceServicer(object):
-    """Says which rule packs and formats are installed, and all that they know.
+    """Lists and describes the installed rule packs and formats.
     """
 
     def ListPacks(self, request, context):
@@ -64,7 +64,7 @@ class CatalogueServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def GetPack(self, request, context):
-        """Describes one rule pack in full. NOT_FOUND where there is none of this id.
+        """Describes one rule pack in full. NOT_FOUND if no pack has this id.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -104,7 +104,7 @@ def add_CatalogueServiceServicer_to_server(servicer, server):
 
  # This class is part of an EXPERIMENTAL API.
 class CatalogueService(object):
-    """Says which rule packs and formats are installed, and all that they know.
+    """Lists and describes the installed rule packs and formats.
     """
 
     @staticmethod

@@ -26,7 +26,7 @@ if _version_not_supported:
 
 
 class CheckServiceStub(object):
-    """Checks without memory: every answer depends on its request alone.
+    """Stateless checks: every answer depends only on its request.
     """
 
     def __init__(self, channel):
@@ -73,33 +73,33 @@ class CheckServiceStub(object):
 
 
 class CheckServiceServicer(object):
-    """Checks without memory: every answer depends on its request alone.
+    """Stateless checks: every answer depends only on its request.
     """
 
     def CheckDocument(self, request, context):
-        """Checks documents in any format that can be read; several are taken together as one system.
+        """Checks documents in any readable format; several are one system.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def CheckSystem(self, request, context):
-        """Checks a model as the modeler has it, with the modeler's own ids.
+        """Checks a model with the modeler's own ids.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def CheckPair(self, request, context):
-        """Judges one offer against one request.
+        """Checks one offer against one request.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def CheckPairs(self, request_iterator, context):
-        """Judges pair after pair, in the order in which they come. A pair that cannot be judged ends nothing: its answer says
-        what is wrong with it.
+        """Checks pair after pair, in the order of their arrival. An invalid pair does not end the stream: its answer lists its
+        mistakes.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -113,7 +113,7 @@ class CheckServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def Diff(self, request, context):
-        """Compares two systems: what they say differently about the same topics and endpoints.
+        """Compares two systems: their differences on the same topics and endpoints.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -173,7 +173,7 @@ def add_CheckServiceServicer_to_server(servicer, server):
 
  # This class is part of an EXPERIMENTAL API.
 class CheckService(object):
-    """Checks without memory: every answer depends on its request alone.
+    """Stateless checks: every answer depends only on its request.
     """
 
     @staticmethod

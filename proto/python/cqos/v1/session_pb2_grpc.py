@@ -26,7 +26,7 @@ if _version_not_supported:
 
 
 class SessionServiceStub(object):
-    """Edits with memory. For callers that can hold a stream of both directions open; browsers use CheckSystem.
+    """Stateful edits, for callers that can hold a stream of both directions open; browsers use CheckSystem.
     """
 
     def __init__(self, channel):
@@ -43,13 +43,13 @@ class SessionServiceStub(object):
 
 
 class SessionServiceServicer(object):
-    """Edits with memory. For callers that can hold a stream of both directions open; browsers use CheckSystem.
+    """Stateful edits, for callers that can hold a stream of both directions open; browsers use CheckSystem.
     """
 
     def Edit(self, request_iterator, context):
         """Opens a session, which lives as long as the stream and in one worker process. The first message opens a system, all
-        others change it. Each is answered once, in order. Where the worker is lost or stopped, the stream ends with
-        ABORTED and google.rpc.ErrorInfo of reason SESSION_LOST: open another stream with the model as it now stands.
+        others change it. Each gets one answer, in order. If the session is lost, the stream ends with
+        ABORTED and google.rpc.ErrorInfo of reason SESSION_LOST: open another stream with the current model.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -72,7 +72,7 @@ def add_SessionServiceServicer_to_server(servicer, server):
 
  # This class is part of an EXPERIMENTAL API.
 class SessionService(object):
-    """Edits with memory. For callers that can hold a stream of both directions open; browsers use CheckSystem.
+    """Stateful edits, for callers that can hold a stream of both directions open; browsers use CheckSystem.
     """
 
     @staticmethod
