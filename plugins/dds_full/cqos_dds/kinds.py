@@ -60,7 +60,7 @@ class Representations(Names):
     known: Final = ("xcdr1", "xml", "xcdr2")
 
     def candidates(self) -> tuple[tuple[str, ...], ...]:
-        """Give the lists that are in use, which remedies choose from: nobody is advised to take XML."""
+        """Give the lists that are in use, from which fixes choose: no fix advises XML."""
         return ("xcdr1",), ("xcdr1", "xcdr2"), ("xcdr2",), ("xcdr2", "xcdr1")
 
     def parse(self, text: str) -> tuple[str, ...]:

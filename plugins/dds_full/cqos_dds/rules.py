@@ -1,12 +1,11 @@
-"""The rules of the standard, one sentence each: what must fit, what can be created, who meets whom.
+"""The rules of the standard, one condition each: compatibility, creation of endpoints, matching.
 
-How to read them: `offered` is the writer's value or that of its publisher, `requested` the reader's or its subscriber's,
-and a bare policy is that of the endpoint itself. `requires` speaks where its sentence is false, `forbids` only where it is
-certainly true, and where a `meets` sentence is false two endpoints of one topic never meet. Values have the order of the
-standard, so that `>=` is "at least as strong as". `both_are(...)` is about implementations that do not compare a policy:
-only where both ends are such does neither refuse.
+How to read them: `offered` is the value of the writer or its publisher, `requested` that of the reader or its subscriber. A bare
+policy is that of the endpoint itself. `requires` reports if its condition is false, `forbids` only if it is certainly true. If a
+`meets` condition is false, two endpoints of one topic do not match. Values have the order of the standard, so `>=` is "at least
+as strong as". `both_are(...)` is about implementations that do not compare a policy: no end refuses only if both are such.
 
-What implementations do beyond the standard is in `departures`, what connects but may surprise in `advice`.
+`departures` has the differences of implementations from the standard, `advice` connections that may surprise.
 """
 
 from __future__ import annotations

@@ -114,8 +114,8 @@ FEW_AT_ONCE: Final = define(
 )
 NEVER_EXPIRES: Final = define("never_expires", (offered(EXPIRY) == "infinite") | in_3_1_1(publisher))
 TAKEN_IN_TIME: Final = define("taken_in_time", NEVER_EXPIRES | (requested(TAKEN_EVERY) <= offered(EXPIRY)))
-# The Will comes after one and a half keep alives, what the broker needs to notice, and the delay of the Will, which the end of
-# the session cuts short. All of it twice.
+# The Will comes after one and a half keep alives, the detection time of the broker, and the delay of the Will. The end of the
+# session cuts the delay short. All of it twice.
 KEEP_ALIVE_NOTICED: Final = define("keep_alive_noticed", 3 * publisher(KEEP_ALIVE) + 2 * broker(NOTICES_LATER))
 WILL_SENT_AFTER: Final = define(
     "will_sent_after",

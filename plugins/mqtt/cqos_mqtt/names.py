@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from cqos_core.packs import NameContext
 
 PATTERN: Final = "pattern"
-"""The kind of an endpoint that publishes to several topics, of which only the pattern is known."""
+"""The kind of an endpoint that publishes to several topics with one known pattern."""
 
 
 def resolve(written: str, context: NameContext) -> Naming:

@@ -1,10 +1,10 @@
-"""The rules of MQTT that need no stated need, one sentence each; what an application needs is in `guarantees`.
+"""The rules of MQTT without requirements, one condition each; `guarantees` has those with requirements.
 
-`requires` speaks when its sentence is false, `forbids` only when it is definitely true, and where a `meets` sentence is
-false two endpoints never meet. A bare policy is that of the endpoint itself, `offered` is the publication's, `requested`
-the subscription's, `publisher`, `subscriber` and `participant` are their connections, `broker` is between them.
+`requires` reports when its condition is false, `forbids` only when it is certainly true. If a `meets` condition is false, two
+endpoints do not match. A bare policy is that of the endpoint itself, `offered` that of the publication, `requested` that of the
+subscription. `publisher`, `subscriber` and `participant` are their connections, and `broker` is between them.
 
-A QoS that is stated is no requirement, so its loss is a note: the option `implied_needs` makes it a warning, or silent.
+A stated QoS is no requirement, so its loss is a note: the option `implied_needs` makes it a warning, or disables it.
 """
 
 from __future__ import annotations

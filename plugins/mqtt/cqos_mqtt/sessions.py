@@ -39,8 +39,8 @@ BY_BROKER: Final = "broker"
 """The kind of an endpoint on which the broker itself publishes."""
 RESERVED: Final = "$SYS/"
 BRIDGE_STATES: Final = "$SYS/broker/connection/+/state"
-ANYBODY: Final = "*"
-NOBODY: Final = "-"
+EVERY_USER: Final = "*"
+NO_USER: Final = "-"
 """Who in a line of access control: every client, and those who give no name."""
 _TRUE: Final = Setting("true", derived=True)
 
@@ -110,7 +110,7 @@ class _Control:
         for line in lines:
             access, who, written = line.split(" ", 2)
             self._lines.setdefault(who, []).append((access, written))
-        self._names_users = not self._lines.keys() <= {ANYBODY, NOBODY}
+        self._names_users = not self._lines.keys() <= {EVERY_USER, NO_USER}
 
     def rights(self, user: Setting | None, client_id: Setting | None) -> list[_Filters] | None:
         """Return what a client may do; None where that is not known."""
@@ -118,7 +118,7 @@ class _Control:
             return None
         known = {"%u": user.text if user is not None else "", "%c": client_id.text if client_id is not None else "+"}
         found, own = [], []
-        for who in dict.fromkeys((ANYBODY, user.text.replace(" ", "_") if user is not None else NOBODY)):
+        for who in dict.fromkeys((EVERY_USER, user.text.replace(" ", "_") if user is not None else NO_USER)):
             lines = self._lines.get(who, [])
             if who not in self._filed:
                 self._filed[who] = _Filters(line for line in lines if not _has_marks(line[1]))

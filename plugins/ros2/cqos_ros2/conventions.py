@@ -9,7 +9,7 @@ from cqos_ros2.interfaces import WIRE
 
 LATCHED: Final = {"latched": "true"}
 
-# What nodes have without anybody writing it down, by the last part of its name.
+# What nodes have without stating it, by the last part of its name.
 PARAMETERS: Final = (
     "get_parameters",
     "set_parameters",

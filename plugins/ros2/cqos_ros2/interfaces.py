@@ -23,8 +23,7 @@ class Part:
         type: its message type, ``{}`` being that of the service or action.
         key: its name on the wire, ``{}`` being the full name of the service or action.
         shown: its name in messages.
-        speaks: stands for the whole where there is one thing to say about all parts: an illegal name, or that nobody
-            is on the other side.
+        speaks: represents the whole in findings about all parts: an illegal name, or a missing partner.
         interface: ``service``, or ``action`` for the plain topics of an action.
     """
 
@@ -117,6 +116,6 @@ def _part(endpoint: Endpoint, part: Part, side: str, stated: str | None) -> Endp
         profiles=(ProfileRef(part.preset, endpoint.place), *endpoint.profiles),
         settings={**endpoint.settings, "interface": Setting(part.interface, endpoint.place, derived=True)},
         type=None if stated is None else part.type.format(stated),
-        # Nobody on the other side is one thing to say, not eight.
+        # A missing partner is one finding, not eight.
         external=endpoint.external or not part.speaks,
     )

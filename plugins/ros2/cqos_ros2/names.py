@@ -1,7 +1,7 @@
-"""From a name as somebody wrote it to the full name that endpoints meet on, as rcl does it.
+"""From a written name to the full name on which endpoints match, as in rcl.
 
-A relative name stands in the node's namespace, ``~`` is the node itself, ``{node}`` and ``{ns}`` are filled in, and
-the first remapping whose own full name is the same replaces it. Designs that name their signals in free text
+A relative name stands in the node's namespace, ``~`` is the node itself, and ``{node}`` and ``{ns}`` are replaced. The
+first remapping with the same full name replaces it. Designs that name their signals in free text
 ("Req weather data") get the nearest legal name, and keep their own for messages.
 """
 
@@ -168,7 +168,7 @@ def _problems(full: str, free_text: str | None) -> tuple[NameProblem, ...]:
 
 
 def _plainly(text: str) -> str:
-    """What anybody would write for a text: lower case, blanks and hyphens as underscores."""
+    """The usual spelling of a text: lower case, blanks and hyphens as underscores."""
     return re.sub(r"[\s\-]+", "_", text).lower()
 
 

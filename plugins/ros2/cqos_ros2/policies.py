@@ -53,8 +53,8 @@ def duration(words: Mapping[int, str] | None = None) -> Duration:
 MARKED: Final = {2**63 - 2: "best_available"}
 
 
-# What a bridge does that copies a policy (domain_bridge): it waits for the publishers that it relays, asks them for as
-# much as all of them offer, and offers the same on its other side.
+# A bridge that copies a policy (domain_bridge) waits for the publishers that it relays. It requests the strongest value that
+# all of them offer, and offers the same on its other side.
 FROM_PUBLISHERS: Final = "from_publishers"
 # The same with the subscriptions that it serves, or with the endpoint that is there first (the bridges of Zenoh): it then copies one
 # of them, and that remains.

@@ -1,7 +1,7 @@
-"""The rules of ROS 2, one sentence each.
+"""The rules of ROS 2, one condition each.
 
-`requires` speaks when its sentence is false, `forbids` only when it is definitely true, and where a `meets`
-sentence is false two endpoints of one topic never meet. A bare policy is that of the endpoint itself,
+`requires` reports when its condition is false, `forbids` only when it is certainly true. If a `meets` condition is false, two
+endpoints of one topic do not match. A bare policy is that of the endpoint itself,
 `offered` is the publisher's, `requested` the subscription's.
 """
 

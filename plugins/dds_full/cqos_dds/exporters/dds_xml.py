@@ -49,7 +49,7 @@ _FORMS: Final[Mapping[str, Mapping[str, Policy]]] = {
 
 @dataclass(slots=True)
 class _Profile:
-    """A profile that is written: the values of each part that somebody uses."""
+    """A profile that is written: the values of each part that is in use."""
 
     library: str
     name: str
@@ -85,7 +85,7 @@ class _File:
     def __init__(self, system: System, context: ExportContext) -> None:
         self.stated = system
         self.alone = not system.endpoints
-        # Profiles that nobody uses are written as what writers and readers would get from them.
+        # Unused profiles are written as what writers and readers would get from them.
         self.system = tried_out(system, PROTOCOL) if self.alone else system
         self.with_participants = not self.alone and context.settings.get("participants") != "without"
         self.context = context

@@ -54,7 +54,7 @@ class Spelling:
 
 
 def dds_endpoints(system: System, context: ExportContext, notes: dict[str, None]) -> Iterator[tuple[Judged, Resolved]]:
-    """Yield the endpoints of DDS that are to be written and can be; note what is left out."""
+    """Yield the endpoints of DDS that the form can express; note what is left out."""
     others = 0
     for each in judged(system, context).endpoints:
         part = each.whole
@@ -86,7 +86,7 @@ def stated(each: Judged, part: Resolved, notes: dict[str, None]) -> Stated | Non
         value = plain(policy, part.profile.values[index])
         word = policy.domain.word(layer.settings[index].text)
         if word == _LEFT_OPEN and word in policy.words:
-            continue  # whoever reads the file chooses, as here
+            continue  # the reader of the file chooses, as here
         if value is not None:
             found[policy.name] = value
         elif word in {"auto", "highest_offered"}:

@@ -194,7 +194,7 @@ class Entities:
                 self.participant(self.chain(name, element, "participants"))
 
     def base_of(self, element: Element, name: str) -> str:
-        """Return the full name of what a participant or domain is based on, empty where there is none."""
+        """Return the full name of the base of a participant or domain, or an empty text."""
         base = (element.get("base_name") or "").strip()
         if not base or SEPARATOR in base:
             return base
@@ -286,7 +286,7 @@ class Entities:
         return "", chain.own
 
     def unread(self, participant: Element) -> None:
-        """Remember what nobody reads in a participant."""
+        """Remember the unread elements of a participant."""
         for child in elements(participant):
             if part_of(child) == "domain_participant_qos":
                 self.profiles.other(child, part_of(child))

@@ -1,4 +1,4 @@
-"""Which element of which XML form holds which policy (DDS-XML 1.0, 7.3.2; Fast DDS: XML profiles)."""
+"""The element of each policy in each XML form (DDS-XML 1.0, 7.3.2; Fast DDS: XML profiles)."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Reads QoS libraries of DDS-XML: profiles that inherit, with QoS of writers, readers, publishers and subscribers.
 
-A profile of the file becomes a profile of the system under its full name, ``Library::Profile``. What it says of each entity
-is a part of it (``Library::Profile/datawriter_qos``), which the endpoints take that have such an entity, and the topic that its
-filter wants. So a base, which may stand in another file, is named once, as in the file.
+A profile of the file becomes a profile of the system under its full name, ``Library::Profile``. Its QoS of each entity is a part
+of it (``Library::Profile/datawriter_qos``). Endpoints take a part if they have such an entity and their topic passes the filter.
+So a base, which may stand in another file, is named once, as in the file.
 """
 
 from __future__ import annotations

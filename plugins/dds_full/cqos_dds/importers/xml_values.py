@@ -42,7 +42,7 @@ _MOST_UNREAD: Final = 1000
 
 
 class XmlReading:
-    """One XML file being read: problems and notes with places, elements that nobody reads.
+    """One XML file being read: problems and notes with places, unread elements.
 
     Attributes:
         system: what it states, as far as it is read.
@@ -98,7 +98,7 @@ class XmlReading:
         self.notes.append(note(code, message, self.place(where), advice))
 
     def pass_over(self, element: Element, path: str) -> None:
-        """Remember an element that nobody reads, unless there are so many that nobody would look for it among them."""
+        """Remember an unread element, up to a limit."""
         if path not in self.unread and len(self.unread) < _MOST_UNREAD:
             self.unread[path] = self.place(element)
 
@@ -214,7 +214,7 @@ class XmlReading:
         raise AssertionError(policy.name)
 
     def duration(self, element: Element, path: str) -> str | None:
-        """Read seconds and nanoseconds, either of which may be infinite, or one word for the whole.
+        """Read seconds and nanoseconds, each perhaps infinite, or one word for the whole.
 
         Raises:
             InvalidValueError: it is no duration.

@@ -1,5 +1,5 @@
-"""``cqos snapshot dds``: what runs in a domain, as a system file.
+"""``cqos snapshot dds``: a running domain as a system file.
 
-`discovery` asks Cyclone DDS what it has found, `ros_nodes` reads what ROS 2 tells of its nodes, `seen` is what both answer,
-`ros` knows how ROS 2 names things on the wire, `observed` makes a system of it, and `command` is the command.
+`discovery` asks Cyclone DDS for its findings, `ros_nodes` reads the announcements of ROS 2 nodes. Both answer with values of `seen`.
+`ros` has the names of ROS 2 on the wire, `observed` makes a system, and `command` is the command.
 """

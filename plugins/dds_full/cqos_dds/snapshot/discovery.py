@@ -54,7 +54,7 @@ _BATCH: Final = 1000
 
 
 class Discovery:
-    """Somebody who joins a domain and looks; the nodes of ROS 2 tell of themselves on a topic, which is read too."""
+    """A participant that joins a domain and listens, also to the topic on which nodes of ROS 2 announce themselves."""
 
     def __init__(self, domain: int) -> None:
         """Join the domain; from now on everybody in it is found.
@@ -97,12 +97,12 @@ def _alive(reader: Any) -> Iterator[Any]:
 
 def _participant(sample: Any) -> SeenParticipant:
     key = str(sample.key)
-    told = {
+    properties = {
         field: policy.value
         for policy in sample.qos
         if isinstance(policy, Policy.Property) and (field := PROPERTIES.get(policy.key)) is not None
     }
-    return SeenParticipant(key, _name(sample.qos), VENDORS.get(key[:4]), **told)
+    return SeenParticipant(key, _name(sample.qos), VENDORS.get(key[:4]), **properties)
 
 
 def _endpoint(sample: Any, role: Role) -> SeenEndpoint:
@@ -133,7 +133,7 @@ def _name(qos: Any) -> str:
 
 def settings(qos: Any, role: Role, implementation: str | None = "cyclonedds") -> dict[str, str]:
     """Return the policies that ``qos`` of Cyclone DDS holds, as far as an endpoint of this implementation announces them."""
-    stated = {"partition": "[]"}  # which Cyclone DDS leaves out where there is none
+    stated = {"partition": "[]"}  # Cyclone DDS leaves an empty list out
     for policy in qos:
         scope = policy.__scope__
         if scope in _NOT_IN_DISCOVERY and implementation != "cyclonedds":
@@ -144,7 +144,7 @@ def settings(qos: Any, role: Role, implementation: str | None = "cyclonedds") ->
                 name: _text(name, value) for name, value in read(policy).items() if role in PACK.policy(name).roles
             }
     if role == PUBLISHER and "xcdr1, xcdr2" in stated.get("data_representation", ""):
-        # In which order they stand is not told, and a writer uses the first.
+        # Discovery does not report their order, and a writer uses the first.
         del stated["data_representation"]
     return {policy.name: stated[policy.name] for policy in PACK.policies if policy.name in stated}
 

@@ -1,8 +1,8 @@
-"""A system of what was seen in a domain: observed endpoints, of ROS 2 where they are ROS 2's.
+"""A system of the observed endpoints of a domain, with endpoints of ROS 2 where possible.
 
-An endpoint becomes one of ROS 2 where its names are mangled as ROS 2 does it and nothing that matters to a verdict is lost
-in the fewer words of ROS 2. A service becomes one where both its topics are there and alike. All others stay endpoints of
-DDS, and are judged against those of ROS 2 on the wire.
+An endpoint becomes one of ROS 2 if its names are mangled as in ROS 2 and ROS 2 can express all that matters to a verdict. Two
+topics become a service if both exist with equal QoS. All others stay endpoints of
+DDS, and are compared with those of ROS 2 on the wire.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def _participants(known: Iterable[SeenParticipant]) -> Iterator[tuple[str, Parti
 
 
 def _called(participant: SeenParticipant) -> str:
-    """What a participant is called: by its program, else by the process, else by what nobody else has."""
+    """Return the name of a participant: that of its program, else of the process, else a unique one."""
     for name in (participant.name, participant.process):
         # Fast DDS calls every node of ROS 2 `/`.
         if any(map(str.isalnum, name)):
@@ -113,8 +113,12 @@ def _described(participant: SeenParticipant) -> str | None:
     """Return who runs a participant, beside its name."""
     name = _called(participant)
     process = "" if participant.process == name else participant.process
-    told = [process, f"pid {participant.pid}" if participant.pid else "", participant.host and f"on {participant.host}"]
-    return f"{name} ({', '.join(filter(None, told))})" if any(told) else None
+    details = [
+        process,
+        f"pid {participant.pid}" if participant.pid else "",
+        participant.host and f"on {participant.host}",
+    ]
+    return f"{name} ({', '.join(filter(None, details))})" if any(details) else None
 
 
 # Endpoints

@@ -1,8 +1,8 @@
-"""What the middlewares of ROS 2 tell of their nodes: a participant of DDS holds all nodes of a process.
+"""The announcements of ROS 2 nodes: a participant of DDS holds all nodes of a process.
 
 Each participant writes to one topic which of its writers and readers belong to which node. The message is
-rmw_dds_common/msg/ParticipantEntitiesInfo; a GID in it has 24 bytes up to Humble and 16 from Iron on, of which the first 16
-are the GUID. Sources: rmw_dds_common and rmw (RMW_GID_STORAGE_SIZE).
+rmw_dds_common/msg/ParticipantEntitiesInfo. A GID in it has 24 bytes up to Humble and 16 from Iron on; its first 16 are the GUID.
+Sources: rmw_dds_common and rmw (RMW_GID_STORAGE_SIZE).
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _QOS: Final = Qos(
 
 
 class RosNodes:
-    """Reads what is told of nodes, of either size of GIDs."""
+    """Reads the announcements of nodes, with both sizes of GIDs."""
 
     def __init__(self, participant: DomainParticipant) -> None:
         """Subscribe to it."""
@@ -50,14 +50,14 @@ class RosNodes:
         ]
 
     def seen(self) -> list[SeenNode]:
-        """Return the nodes that were told last of each participant; to be asked once."""
+        """Return the last announced nodes of each participant; call it once."""
         latest: dict[str, list[SeenNode]] = {}
         for reader in self._readers:
             while samples := reader.take(_BATCH):
                 for sample in samples:
-                    told = decoded(sample.data) if isinstance(sample, _Undecoded) else None
-                    if told is not None:
-                        participant, nodes = told
+                    announced = decoded(sample.data) if isinstance(sample, _Undecoded) else None
+                    if announced is not None:
+                        participant, nodes = announced
                         latest[participant] = nodes
         return [node for nodes in latest.values() for node in nodes]
 
@@ -96,7 +96,7 @@ def message(size: int, kind: Any = None) -> Any:
 
 def decoded(data: bytes) -> tuple[str, list[SeenNode]] | None:
     """Return the GUID of a participant and its nodes; None for what is no such message of either size."""
-    return next((told for size in SIZES if (told := _decoded(data, size)) is not None), None)
+    return next((announced for size in SIZES if (announced := _decoded(data, size)) is not None), None)
 
 
 def _decoded(data: bytes, size: int) -> tuple[str, list[SeenNode]] | None:

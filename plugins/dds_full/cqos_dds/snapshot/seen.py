@@ -1,4 +1,4 @@
-"""What discovery tells of a domain: plain values, whoever found them out."""
+"""The contents of a domain by discovery, as plain values."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class SeenParticipant:
         key: its GUID, which changes from start to start.
         name: what its program calls it; empty where it has no name.
         implementation: as the pack names it, None where the vendor is not known.
-        process, pid, host: who runs it, empty where that is not told.
-        namespace: of a node of ROS 2 that is told apart from others in its process; else empty.
+        process, pid, host: of its program; empty if discovery does not report them.
+        namespace: of a node of ROS 2 that is separated from others in its process; else empty.
     """
 
     key: str
@@ -36,7 +36,7 @@ class SeenEndpoint:
 
     Attributes:
         participant: key of its participant.
-        settings: values of the policies that are told of it, by their names in the pack.
+        settings: values of the policies that discovery reports, by their names in the pack.
         name: what its program calls it; empty where it has no name.
         keyed: whether its topic has keys; None where its GUID does not say.
     """
@@ -68,7 +68,7 @@ class SeenNode:
 
 @dataclass(frozen=True, slots=True)
 class SeenTopic:
-    """One topic that somebody has declared."""
+    """One declared topic."""
 
     name: str
     type: str

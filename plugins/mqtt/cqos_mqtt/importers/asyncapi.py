@@ -322,7 +322,7 @@ class _Reader(Document):
         return None, False
 
     def channel(self, entries: MappingNode) -> MappingNode | None:
-        """Return the channel that an operation or a reply leads to; None where it leads to none, which is told."""
+        """Return the channel of an operation or a reply; report a missing one and return None."""
         node = self.followed(stated(entries, "channel"))
         if node is None or isinstance(node, MappingNode):
             return node
@@ -330,7 +330,7 @@ class _Reader(Document):
         return None
 
     def addressed(self, channel: MappingNode, what: str, where: ScalarNode) -> list[_Topic]:
-        """Return the topics of a channel of 3.x; none where it states no address, which is told."""
+        """Return the topics of a channel of 3.x; report a missing address and return none."""
         address = stated(channel, "address")
         if isinstance(address, ScalarNode):
             return self.topics(channel, address.text)

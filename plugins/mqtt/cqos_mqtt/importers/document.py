@@ -55,14 +55,14 @@ class Document(Reading):
         self.root: Node = MappingNode(1, 1)
         self._opener = opener
         self._files: dict[str, _File] = {}
-        # By the file that names it and the name: the file, or why there is none.
+        # By the file that names it and the name: the file, or why it is missing.
         self._by_name: dict[tuple[str, str], _File | str] = {}
         # Of nodes that stand in other files, by identity: the name of the file.
         self._homes: dict[int, str] = {}
         # Of nodes with a reference, by identity: what it leads to.
         self._followed: dict[int, Node | None] = {}
         self._numbers: dict[str, int] = {}
-        self._told: set[tuple[str, Place]] = set()
+        self._reported: set[tuple[str, Place]] = set()
 
     # The document
 
@@ -98,15 +98,15 @@ class Document(Reading):
         """Say something that is no reason to stop, once for each place."""
         place = where if isinstance(where, Place) else self.place(where)
         key = (message, place)
-        if key not in self._told:
-            self._told.add(key)
+        if key not in self._reported:
+            self._reported.add(key)
             self.notes.append(note(code, message, place, advice))
 
     def warn_once(self, code: str, message: str, where: Node, advice: str) -> None:
         """Warn with a code of the core, once for each place."""
         key = (message, self.place(where))
-        if key not in self._told:
-            self._told.add(key)
+        if key not in self._reported:
+            self._reported.add(key)
             self.warn(code, message, where, advice)
 
     # What is expected
@@ -141,8 +141,8 @@ class Document(Reading):
         """Tell that something else is expected, once for each place: several may refer to it."""
         message = f"{shown(name)} must be {expected}, found {described(node)}"
         key = (message, self.place(node))
-        if key not in self._told:
-            self._told.add(key)
+        if key not in self._reported:
+            self._reported.add(key)
             self.problem("CQ009", message, node)
 
     def setting(self, node: Node, text: str | None = None) -> Setting:
@@ -169,7 +169,7 @@ class Document(Reading):
     # References
 
     def followed(self, node: Node | None) -> Node | None:
-        """Follow a `$ref` to what it leads to; None where it leads to nothing, which is told."""
+        """Follow a `$ref` to its target; report a missing target and return None."""
         if not isinstance(node, MappingNode) or stated(node, REF) is None:
             return node
         if id(node) not in self._followed:
@@ -215,7 +215,7 @@ class Document(Reading):
         return None
 
     def file(self, name: str, reference: ScalarNode) -> _File | None:
-        """Return the file of a reference, relative to the one it stands in; None where there is none, which is told."""
+        """Return the file of a reference, relative to its own file; report a missing one and return None."""
         home = self.place(reference).source
         if not name:
             return self._files[_same(home)]
@@ -362,7 +362,7 @@ def pointed(root: Node, pointer: str) -> Node | None:
 
 
 def _only_document(reading: Reading) -> Node | None:
-    """Return the root of the one document in a file, None where there is none; what is wrong is told."""
+    """Return the root of the one document in a file; report mistakes, and return None without a document."""
     before = len(reading.problems)
     documents = read_tree(reading).documents
     if not documents and len(reading.problems) == before:

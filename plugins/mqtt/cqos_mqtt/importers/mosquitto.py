@@ -20,7 +20,7 @@ from cqos_mqtt.importers.codes import note
 from cqos_mqtt.importers.editing import DIRECTIVES
 from cqos_mqtt.importers.mosquitto_bridge import OF_CONNECTIONS, add_bridge
 from cqos_mqtt.kinds import LONGEST
-from cqos_mqtt.sessions import ANYBODY, NOBODY
+from cqos_mqtt.sessions import EVERY_USER, NO_USER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -236,7 +236,7 @@ class _Reader(Reading):
 
     def entries(self, source: Source) -> Iterator[str]:
         """Yield the lines of an acl_file as ``access who topic``."""
-        user = NOBODY
+        user = NO_USER
         for line in _lines(source):
             if line.name == "user":
                 user = line.value
@@ -247,7 +247,7 @@ class _Reader(Reading):
                 continue
             first, _, rest = line.value.partition(" ")
             access, topic = (first, rest.strip()) if first in _ACCESS and rest.strip() else ("readwrite", line.value)
-            yield f"{access} {ANYBODY if line.name == 'pattern' else user.replace(' ', '_')} {topic}"
+            yield f"{access} {EVERY_USER if line.name == 'pattern' else user.replace(' ', '_')} {topic}"
 
 
 def _lines(source: Source) -> Iterator[Line]:

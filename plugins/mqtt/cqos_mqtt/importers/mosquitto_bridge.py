@@ -1,8 +1,8 @@
 """Reads a ``connection`` block of mosquitto.conf: a bridge from the broker to another one, with its topics and QoS.
 
 `topic PATTERN [out|in|both] [QOS] [LOCAL-PREFIX] [REMOTE-PREFIX]`: the prefixes stand before the pattern on their side. The
-bridge subscribes and publishes with the QoS that is stated, passes the RETAIN flag on, and keeps its session unless
-``cleansession true`` is stated (mosquitto.conf(5), configuring bridges).
+bridge subscribes and publishes with the stated QoS, and passes the RETAIN flag on. It keeps its session without
+``cleansession true`` (mosquitto.conf(5), configuring bridges).
 """
 
 from __future__ import annotations
@@ -250,7 +250,7 @@ _ONE: Final = "[^/]*"
 
 
 def _end(participant: str, role: Role, topic: str, settings: Settings, place: Place) -> Endpoint:
-    # What is bridged is nobody's slip: the other side is often in no file.
+    # A missing partner of a bridged topic is no mistake: the other side is often in no file.
     room = Room(place, ("qos",), restated=True)
     return Endpoint(
         id="",

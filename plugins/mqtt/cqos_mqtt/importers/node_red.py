@@ -1,6 +1,6 @@
 """Reads the flows of Node-RED (flows.json): each configured broker is a client, its nodes are what that client does.
 
-The editor writes every field of a node, changed or not, so a value that is the default of Node-RED counts as nobody's wish.
+The editor writes every field of a node, changed or not, so a default value of Node-RED does not count as stated.
 The devices on the other side are in no flow: the clients are external.
 """
 

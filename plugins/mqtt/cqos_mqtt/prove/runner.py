@@ -15,7 +15,7 @@ from cqos_mqtt.kinds import LONGEST, Access
 from cqos_mqtt.prove.client import WIDEST, Client, Connection, Publication, Subscription
 from cqos_mqtt.prove.mosquitto import Link, Mosquitto, program, version
 from cqos_mqtt.prove.packets import Message, Will
-from cqos_mqtt.sessions import ANYBODY, NOBODY
+from cqos_mqtt.sessions import EVERY_USER, NO_USER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -156,14 +156,14 @@ def access_list(values: Mapping[str, str]) -> list[str]:
     text = values.get(of.ACCESS.name)
     entries = [entry.split(" ", 2) for entry in Access().parse(text)] if text else []
     return [
-        *(f"topic {access} {written}" for access, user, written in entries if user == NOBODY),
+        *(f"topic {access} {written}" for access, user, written in entries if user == NO_USER),
         *(
             line
             for access, user, written in entries
-            if user not in {ANYBODY, NOBODY}
+            if user not in {EVERY_USER, NO_USER}
             for line in (f"user {user}", f"topic {access} {written}")
         ),
-        *(f"pattern {access} {written}" for access, user, written in entries if user == ANYBODY),
+        *(f"pattern {access} {written}" for access, user, written in entries if user == EVERY_USER),
     ]
 
 

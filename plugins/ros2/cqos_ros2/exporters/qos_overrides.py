@@ -1,4 +1,4 @@
-"""Writes `qos_overrides` parameters: the QoS that a system states, or that mends it, for nodes to be started with."""
+"""Writes `qos_overrides` parameters for starting nodes: the QoS that a system states, or only its fixes."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _Slot: TypeAlias = tuple[str, str, str]
 
 
 def write(system: System, context: ExportContext) -> Exported:
-    """Write what is stated of each publisher and subscription, or only what was changed to mend the system."""
+    """Write the stated settings of each publisher and subscription, or only those that fix the system."""
     return _Overrides(system, context).write()
 
 
@@ -45,7 +45,7 @@ class _Overrides:
 
     def write(self) -> Exported:
         """Put the file together."""
-        # All endpoints: those that are not written decide whether others have to be told apart from them.
+        # All endpoints: others have to be distinguished also from those that are not written.
         slots: dict[_Slot, dict[str, dict[str, Node]]] = {}
         for each in ros_endpoints(self.system, self.context, self.notes):
             slot = self._slot(each)
@@ -84,7 +84,7 @@ class _Overrides:
         return address, part.key, _ENTITIES[part.endpoint.role]
 
     def _policies(self, each: Judged) -> dict[str, Node]:
-        """Return the policies that are to be overridden."""
+        """Return the policies to override."""
         part = each.parts[0]
         found: dict[str, Node] = {}
         for policy in QOS:
@@ -117,7 +117,7 @@ class _Overrides:
         return True
 
     def _entities(self, where: str, entity: str, by_id: dict[str, dict[str, Node]]) -> dict[str, Node]:
-        """Return the parameters of all endpoints of one topic and role in one node, told apart if they have to be."""
+        """Return the parameters of all endpoints of one topic and role in one node, with ids if necessary."""
         different = [
             policies for number, policies in enumerate(by_id.values()) if policies not in [*by_id.values()][:number]
         ]

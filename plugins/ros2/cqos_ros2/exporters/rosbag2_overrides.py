@@ -44,7 +44,7 @@ _HEADS: Final = {
 
 @dataclass(slots=True)
 class _Topic:
-    """The endpoints of one topic; ``wanted``: it is to be written; ``in_bag``: `ros2 bag` is one of them."""
+    """The endpoints of one topic; ``wanted``: write it; ``in_bag``: `ros2 bag` is one of them."""
 
     publishers: list[Resolved] = field(default_factory=list)
     subscriptions: list[Resolved] = field(default_factory=list)

@@ -69,7 +69,7 @@ class Unsayable(Exception):  # noqa: N818 - it is no error
 
 
 def stated(part: Resolved, policy: Policy) -> Value | None:
-    """Return the value that somebody gave a policy, None where nobody did; what a preset leaves as it is counts as none.
+    """Return the stated value of a policy, or None; a default in a preset does not count as stated.
 
     Raises:
         Unsayable: it is no value that an endpoint can be created with.
@@ -82,7 +82,7 @@ def stated(part: Resolved, policy: Policy) -> Value | None:
 
 
 def effective(part: Resolved, policy: Policy) -> Value:
-    """Return the value of a policy, by default if nobody gave it one.
+    """Return the value of a policy, or its default.
 
     Raises:
         Unsayable: it is no value that an endpoint can be created with, or was not reported by discovery.
@@ -96,7 +96,7 @@ def effective(part: Resolved, policy: Policy) -> Value:
 
 
 def goes_without_saying(value: Value) -> bool:
-    """Whether a value is that of `rmw_qos_profile_default`, and of no interest to anybody."""
+    """Whether a value is that of `rmw_qos_profile_default`, which needs no mention."""
     if value.policy.name in DURATIONS:
         return value.number in {0, INFINITE}
     if value.policy is AVOID_CONVENTIONS:
@@ -105,7 +105,7 @@ def goes_without_saying(value: Value) -> bool:
 
 
 def _layer(part: Resolved, policy: Policy) -> Layer | None:
-    """Return the nearest settings that give a policy a value, unless nobody named them."""
+    """Return the nearest settings that give a policy a value, unless they are only assumed."""
     index = part.pack.find(ENDPOINT, policy.name)
     found = (each for each in part.layers if index in each.settings and each.overlay != "may_hold")
     layer = next(found, None)

@@ -166,7 +166,7 @@ class Configuration(Reading):
         label: str | None = None,
         implied: bool = False,
     ) -> None:
-        """Add an endpoint; one that is only ``implied`` by the file need not have anybody on the other side."""
+        """Add an endpoint; one that is only ``implied`` by the file needs no partner."""
         made = self.made(participant, role, topic, where, settings, type_name=type_name, kind=kind)
         made.profiles, made.label, made.external = tuple(presets), label, implied
         self.system.endpoints.append(made)

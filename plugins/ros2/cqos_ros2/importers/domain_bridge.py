@@ -1,8 +1,8 @@
 """Reads configurations of domain_bridge: one node per domain, subscribing in one and publishing in the other.
 
-The bridge waits for publishers in the domain that it bridges from, requests reliability and durability as all of them offer
-them, and offers the same in the other domain. What `qos` states is taken instead, on both sides; deadline and lifespan are
-infinite unless they are stated or ``auto``. Only its command line says that it does not wait: it then has the defaults of
+The bridge waits for publishers in the domain that it bridges from. It requests the reliability and durability that all of them
+offer, and offers the same in the other domain. Settings in `qos` win, on both sides; deadline and lifespan are
+infinite unless they are stated or ``auto``. Its command line may disable the wait: it then has the defaults of
 ROS 2 (domain_bridge: domain_bridge, wait_for_graph_events, qos_options, parse_domain_bridge_yaml_config).
 """
 
@@ -104,7 +104,7 @@ class _Reader(Configuration):
                 )
 
     def topics(self, node: Node) -> Iterator[tuple[ScalarNode, Node]]:
-        """Yield every topic, of which one name may stand several times."""
+        """Yield every topic; a name may come several times."""
         if isinstance(node, MappingNode):
             yield from sorted([*node.entries.values(), *(node.repeated or ())], key=lambda entry: entry[0].line or 0)
             return

@@ -20,7 +20,7 @@ _NEAR: Final = 400
 
 
 def read_embedded(text: ScalarNode, reading: Reading, name: str) -> Node | None:
-    """Return the document in ``text``, the value of ``name``; None if there is none, or it is no YAML, which is told."""
+    """Return the document in ``text``, the value of ``name``; None if it is empty, or no YAML, which is reported."""
     data = text.text.encode("utf-8", "surrogatepass")
     inner = Reading(Source(reading.source.name, data), [], [])
     try:

@@ -201,7 +201,7 @@ class _Reader:
         return bool(inner & set(_FIELDS)) or (not inner and bool(_text(element)))
 
     def duration(self, element: Element, policy: str, settings: Settings) -> None:
-        """Read seconds and nanoseconds, either of which may be infinite, or a word for infinite."""
+        """Read seconds and nanoseconds, each perhaps infinite, or a word for infinite."""
         fields: dict[str, str] = {}
         for part in _elements(element):
             if _local(part) not in _FIELDS:

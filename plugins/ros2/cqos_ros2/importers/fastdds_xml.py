@@ -1,9 +1,9 @@
 """Reads XML profiles of Fast DDS as what they are to ROS 2: values for what a node leaves to the middleware.
 
 rmw_fastrtps begins with the profile named like the topic, else with the default profile, else with Fast DDS's own
-defaults, and then sets everything that the node does not leave at system_default or unspecified. A profile replaces the
-one before it as a whole. The variable RMW_FASTRTPS_USE_QOS_FROM_XML changes none of that: with it, the memory policy and
-the publication mode are taken from the profile too (rmw_fastrtps: README, publisher.cpp, qos.cpp).
+defaults. Then it sets every policy that the node does not leave at system_default or unspecified. A profile replaces the
+one before it as a whole. The variable RMW_FASTRTPS_USE_QOS_FROM_XML does not change that: it only takes the memory policy and
+the publication mode from the profile too (rmw_fastrtps: README, publisher.cpp, qos.cpp).
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - noth
 
 
 def _topic(profile: FastDdsProfile) -> str:
-    """Return the pattern of the topics that a profile is for, empty where there are none."""
+    """Return the pattern of a profile's topics, or an empty text."""
     if profile.is_default:
         return _ANY
     if profile.name in _SERVICES:

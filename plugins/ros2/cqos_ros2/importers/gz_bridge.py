@@ -103,7 +103,7 @@ class _Reader(Configuration):
         return name
 
     def presets(self, entries: MappingNode) -> tuple[ProfileRef, ...] | None:
-        """Return the preset of an entry, if it has one; None where there is none of that name."""
+        """Return the preset of an entry, if it has one; None for an unknown name."""
         node = stated(entries, "qos_profile")
         name = self.a_text(entries, "qos_profile")
         if node is None or not name:

@@ -1,7 +1,7 @@
 """Reads ``qos_overrides`` among the parameters of ROS 2 nodes, as overlays over what the nodes state themselves.
 
 A parameter is ``qos_overrides.<full topic>.<publisher|subscription>[_<id>].<policy>``, its parts nested as maps or joined
-with dots. What cannot take effect is told, with the reason (rclcpp: qos_parameters.hpp, parameter_map.cpp).
+with dots. The importer reports parameters without effect, with the reason (rclcpp: qos_parameters.hpp, parameter_map.cpp).
 """
 
 from __future__ import annotations
@@ -92,10 +92,10 @@ class _Reader(Configuration):
         found: dict[_Entity, Settings] = {}
         keys: dict[_Entity, ScalarNode] = {}
         for parameter in _overrides(entries):
-            told = self.entity(parameter, node)
-            if told is None:
+            target = self.entity(parameter, node)
+            if target is None:
                 continue
-            entity, policy = told
+            entity, policy = target
             setting = self.value(parameter, policy)
             if setting is not None:
                 found.setdefault(entity, {})[policy] = setting

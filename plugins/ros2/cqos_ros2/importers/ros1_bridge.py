@@ -137,7 +137,7 @@ class _Reader(Configuration):
             self.ignored("`depth`", instead if word != "keep_all" else "all samples are kept", depth)
 
     def duration(self, policy: str, node: Node) -> Setting | None:
-        """Read ``{secs, nsecs}``, both of which the bridge needs, not negative together."""
+        """Read ``{secs, nsecs}``; the bridge needs both, not negative together."""
         entries = node if isinstance(node, MappingNode) else MappingNode(node.line, node.column)
         seconds, nanoseconds = (_int32(stated(entries, name)) for name in ("secs", "nsecs"))
         total = -1 if seconds is None or nanoseconds is None else seconds * 10**9 + nanoseconds

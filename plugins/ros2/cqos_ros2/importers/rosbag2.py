@@ -116,7 +116,7 @@ class _Bag:
 
 
 def _read_bag(reading: Reading) -> _Bag | None:
-    """Read the document; None where there is nothing to read in it, which is told."""
+    """Read the document; report an unreadable one and return None."""
     documents = read_tree(reading).documents
     if reading.problems:
         return None
@@ -145,7 +145,7 @@ def _read_bag(reading: Reading) -> _Bag | None:
 
 
 def _map(node: Node, reading: Reading, name: str) -> dict[str, Node]:
-    """Return what a map states, by key; of anything else nothing, which is told."""
+    """Return the entries of a map, by key; report anything else and return none."""
     if isinstance(node, MappingNode):
         return {key: value for key, (_, value) in node.entries.items() if not is_null(value)}
     reading.problem("CQ009", f"{shown(name)} must be a map, found {described(node)}", node)
@@ -166,7 +166,7 @@ def _version(node: Node | None, reading: Reading) -> int | None:
 
 
 def _check_layout(topics: SequenceNode, version: int | None, reading: Reading) -> None:
-    """Say where profiles are written in the way of another version: rosbag2 goes by the version alone."""
+    """Report profiles in the layout of another version: rosbag2 decides by the version alone."""
     if version is None or version < _AS_TEXT:
         return
     wrong = ScalarNode if version >= _AS_LIST else SequenceNode
@@ -189,7 +189,7 @@ def _profiles_of(item: Node) -> Node | None:
 
 
 def _topic(item: Node, reading: Reading) -> _Topic | None:
-    """Read one item of the list of topics; None where it has no name, which is told."""
+    """Read one item of the list of topics; report a missing name and return None."""
     stated = _map(item, reading, "topics_with_message_count")
     metadata = stated.get("topic_metadata")
     if metadata is None:
@@ -271,7 +271,7 @@ def _endpoint(topic: _Topic, node: str, role: Role, settings: Settings, *, obser
 
 
 def _say_unknown(topics: Sequence[_Topic], system: System) -> None:
-    """Say of which topics it is not known what was offered."""
+    """Report the topics whose offered QoS is unknown."""
     unknown = [topic for topic in topics if not topic.profiles]
     if unknown:
         names = [f"`{topic.name}`" for topic in unknown[:_FEW]]
@@ -310,7 +310,7 @@ def _requested(topic: _Topic, system: System) -> Iterator[Endpoint]:  # noqa: AR
 
 
 def _published(topic: _Topic, system: System) -> Iterator[Endpoint]:  # noqa: ARG001
-    """Yield the publishers that were recorded; where messages came from nobody known, there was one at least."""
+    """Yield the recorded publishers; messages without a known publisher came from at least one."""
     for profile in topic.profiles:
         kept = {name: setting for name, setting in profile.items() if name != DEPTH.name or _keeps_last(profile)}
         yield _endpoint(topic, RECORDED, PUBLISHER, kept, observed=True)

@@ -118,7 +118,7 @@ def _profile(topic: ScalarNode, profile: MappingNode, reading: Reading) -> Setti
 
 
 def _text(name: str, value: Node, reading: Reading) -> str | None:
-    """Return the value of a policy in our spelling; None where it is refused, which is told."""
+    """Return the value of a policy in our spelling; report a refused one and return None."""
     if name in _WORDS:
         return _word(name, value, reading)
     if name in _DURATIONS:

@@ -163,7 +163,7 @@ class _Reader(Configuration):
             settings["reliability"] = Setting("best_effort", self.place(value), derived=True)
         settings.setdefault("depth", Setting(_DEPTH, self.place(value), derived=True))
         plugin = self.a_text(node, "Class").removeprefix(_OURS)
-        # A display of maps has this topic whether or not anybody sends updates, as few map servers do.
+        # A display of maps always has this topic, but few map servers send updates.
         updates = key.text == "Update Topic"
         type_name = _MAP_UPDATES if updates else _TYPES.get(plugin, "")
         if name.text.rpartition("/")[2] in _TRANSPORTS:

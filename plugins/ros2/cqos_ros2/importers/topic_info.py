@@ -1,8 +1,8 @@
-"""Reads what ``ros2 topic info --verbose`` prints, from Foxy to Rolling: a snapshot of who publishes and subscribes.
+"""Reads the output of ``ros2 topic info --verbose``, from Foxy to Rolling: a snapshot of publishers and subscribers.
 
-A file may hold many snapshots, with whatever a terminal shows around them. The command does not print the name of the
-topic, so it is taken from the line above (see `topic_headings`), else from a switch, else from the file's name. One without
-any name is a topic by itself. What is not printed stays unknown.
+A file may hold many snapshots, with other terminal output around them. The command does not print the name of the
+topic. It comes from the line above (see `topic_headings`), else from a switch, else from the file's name. A snapshot without
+a name is a topic by itself. Policies that are not printed stay unknown.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class _Block:
     policies: Settings = field(default_factory=dict)
 
     def text(self, key: str) -> str:
-        """The value of a field, empty where there is none."""
+        """The value of a field, or an empty text."""
         return self.fields[key].text if key in self.fields else ""
 
 
@@ -105,8 +105,8 @@ class _Snapshot:
     Attributes:
         place: where it begins.
         topic: its name, and where it stands.
-        whole: it has a first line, so its other lines are to be expected as well.
-        counts: how many endpoints of a side there are said to be.
+        whole: it has a first line, so its other lines must follow.
+        counts: stated number of endpoints of each side.
     """
 
     place: Place
@@ -181,7 +181,7 @@ class _Scanner:
         return self.snapshot
 
     def count(self, side: Role, number: int, place: Place) -> None:
-        """Take in how many endpoints there are said to be; they follow."""
+        """Take in the stated number of endpoints; they follow."""
         snapshot = self.snapshot
         if snapshot is None or side in snapshot.counts:
             snapshot = self.begin(place, whole=True)
@@ -284,7 +284,7 @@ class _Writer:
         return role
 
     def participant(self, block: _Block, gid: str) -> str:
-        """Return the participant of a block: the node, or somebody of whom only the endpoint's GID is known."""
+        """Return the participant of a block: the node, or one that only the endpoint's GID identifies."""
         name = block.text("Node name") or _UNNAMED
         namespace = block.text("Node namespace")
         if name in _NO_NODE:

@@ -1,9 +1,9 @@
 """Reads configurations of the Zenoh bridge for ROS 2 over DDS (zenoh-plugin-ros2dds; zenoh-bridge-ros2dds by itself).
 
-The bridge is a node in a domain and a peer on Zenoh. It takes whatever is published beside it onto Zenoh, below its
-namespace, and what other bridges put there to the subscriptions beside it, as far as ``allow`` and ``deny`` let it. Each
-side of a topic copies the first endpoint that the bridge learns of: one beside it with all its QoS, or one beside another
-bridge, of which it is told reliability, durability and history only. Lifespan is never handed on, and towards subscriptions
+The bridge is a node in a domain and a peer on Zenoh. It carries the topics of its nodes to Zenoh, below its namespace. It carries
+topics of other bridges to the subscriptions of its nodes. ``allow`` and ``deny`` limit both. Each side of a topic copies the first
+endpoint that the bridge discovers. It knows all QoS of an endpoint of its own nodes. Of an endpoint behind another bridge it knows
+only reliability, durability and history. Lifespan never crosses, and towards subscriptions
 the bridge is always reliable (routes_mgr.rs, qos_helpers.rs, liveliness_mgt.rs, route_publisher.rs, route_subscriber.rs).
 """
 
