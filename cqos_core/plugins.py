@@ -14,7 +14,7 @@ import re
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.metadata import entry_points
-from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import pluggy
 
@@ -41,22 +41,12 @@ _AUTHORS: Final = "the C-QoS authors"
 
 hookspec = pluggy.HookspecMarker(GROUP)
 hookimpl = pluggy.HookimplMarker(GROUP)
-T = TypeVar("T")
 
 
-class Lazy(Generic[T]):
-    """An object named ``"module:attribute"``, imported on the first call."""
-
-    __slots__ = ("path",)
-
-    def __init__(self, path: str) -> None:
-        """Name the object; nothing is imported yet."""
-        self.path = path
-
-    def __call__(self) -> T:
-        """Import and return the object."""
-        module, _, attribute = self.path.partition(":")
-        return cast("T", getattr(importlib.import_module(module), attribute))
+def named(path: str) -> Any:
+    """Import and return the object that ``"module:attribute"`` names."""
+    module, _, attribute = path.partition(":")
+    return getattr(importlib.import_module(module), attribute)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +71,7 @@ class RulePackInfo:
 
     def load(self) -> RulePack:
         """Import the pack."""
-        return Lazy[Any](self.pack)()  # type: ignore[no-any-return]
+        return named(self.pack)  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,15 +104,15 @@ class ImporterInfo:
 
     def load_claim(self) -> Claim:
         """Import the function that recognises the format."""
-        return Lazy[Any](self.claims)()  # type: ignore[no-any-return]
+        return named(self.claims)  # type: ignore[no-any-return]
 
     def load_reader(self) -> Reader:
         """Import the reader."""
-        return Lazy[Any](self.reader)()  # type: ignore[no-any-return]
+        return named(self.reader)  # type: ignore[no-any-return]
 
     def load_inserter(self) -> Inserter | None:
         """Import what adds settings, where there is anything."""
-        return Lazy[Any](self.inserter)() if self.inserter else None
+        return named(self.inserter) if self.inserter else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +133,7 @@ class ExporterInfo:
 
     def load(self) -> Writer:
         """Import the writer."""
-        return Lazy[Any](self.writer)()  # type: ignore[no-any-return]
+        return named(self.writer)  # type: ignore[no-any-return]
 
     def choices(self) -> dict[str, tuple[str, ...]]:
         """Return the values of each setting, the one that is taken by default first."""
@@ -169,7 +159,7 @@ class FormatterInfo:
 
     def load(self) -> Callable[[Report, Style], str]:
         """Import the renderer."""
-        return Lazy[Any](self.renderer)()  # type: ignore[no-any-return]
+        return named(self.renderer)  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,7 +172,7 @@ class CommandInfo:
 
     def load(self) -> click.Command:
         """Import the command."""
-        return Lazy[Any](self.command)()  # type: ignore[no-any-return]
+        return named(self.command)  # type: ignore[no-any-return]
 
 
 class Hooks:

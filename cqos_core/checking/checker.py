@@ -13,11 +13,12 @@ from cqos_core.checking.findings import Made, merged, of_participants, one_per_c
 from cqos_core.checking.team import bind_checks, words_asked
 from cqos_core.checking.topic import TopicResult, check_topic
 from cqos_core.matching.assumptions import assumptions
-from cqos_core.matching.bridging import bridge_findings
+from cqos_core.matching.bridge_findings import bridge_findings
 from cqos_core.matching.judge import ask
 from cqos_core.matching.pairing import bridges_of, naming_endpoints
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.codes import CODES
+from cqos_core.model.memory import uncollected
 from cqos_core.model.remarks import core_finding, plural, suggestion
 from cqos_core.model.report import Finding, Report, Severity, Side, Verdict
 from cqos_core.model.spelling import KnownNames, typing_errors
@@ -314,7 +315,11 @@ def assemble(
         *participant_findings(resolved.endpoints),
         *_collapses(resolved.endpoints),
         *partners,
-        *_unknown_severities(system, context),
+        *(
+            core_finding("CQ603", f"`severities` names rule `{name}`, which no installed pack has")
+            for name in system.severities
+            if context.find_rule(name) is None
+        ),
     ]
     if not groups:
         plain.append(_nothing_compared(system, resolved))
@@ -325,7 +330,13 @@ def assemble(
             for pack in packs.values()
             for bound in (*pack.by_scope.get("endpoint", ()), *pack.beyond_topics)
         )
-        made = [one if one.finding.code in own else replace(one, finding=_tried(one.finding)) for one in made]
+        # What is wrong with a pair, not with an end of it, is a warning: nothing says that they ever match.
+        made = [
+            replace(one, finding=replace(one.finding, severity=Severity.WARNING))
+            if one.finding.code not in own and one.finding.verdict and one.finding.severity is Severity.ERROR
+            else one
+            for one in made
+        ]
     made = with_severities(made, system.severities, context.find_rule)
     if system.accept:
         today = context.today or date.today()  # noqa: DTZ011 - a calendar day, where the user is
@@ -338,7 +349,9 @@ def assemble(
     return Report(
         verdict=max({each.verdict for each in groups}, key=lambda verdict: verdict.rank, default=Verdict.UNKNOWN),
         groups=tuple(groups),
-        findings=tuple(sorted(findings, key=_order)),
+        findings=tuple(
+            sorted(findings, key=lambda f: (f.severity.rank, f.code, f.topic or "", f.message, str(f.place or "")))
+        ),
         not_checked=tuple(dict.fromkeys(chain.from_iterable(packs[name].not_checked for name in sorted(packs)))),
         system=system.name,
         sources=tuple(system.sources),
@@ -358,13 +371,6 @@ def _nothing_compared(system: System, resolved: ResolvedSystem) -> Finding:
     tried = system.partial or system.hypothetical
     expected = tried or (count and all(endpoint.external for endpoint in resolved.endpoints))
     return core_finding("CQ404", message, severity=Severity.NOTE if expected else None)
-
-
-def _tried(finding: Finding) -> Finding:
-    """What is wrong with a hypothetical pair, not with an end of it, is a warning: nothing says that they ever match."""
-    if finding.verdict is None or finding.severity is not Severity.ERROR:
-        return finding
-    return replace(finding, severity=Severity.WARNING)
 
 
 def _merged(results: Mapping[TopicKey, TopicResult]) -> list[Made]:
@@ -422,16 +428,6 @@ def _topics(results: Mapping[TopicKey, TopicResult]) -> int:
     )
 
 
-def _order(finding: Finding) -> tuple[Any, ...]:
-    return (
-        finding.severity.rank,
-        finding.code,
-        finding.topic or "",
-        finding.message,
-        str(finding.place or ""),
-    )
-
-
 def _import_findings(system: System, context: Context) -> list[Finding]:
     return [
         Finding(
@@ -452,14 +448,6 @@ def _import_findings(system: System, context: Context) -> list[Finding]:
     ]
 
 
-def _unknown_severities(system: System, context: Context) -> list[Finding]:
-    return [
-        core_finding("CQ603", f"`severities` names rule `{name}`, which no installed pack has")
-        for name in system.severities
-        if context.find_rule(name) is None
-    ]
-
-
 def check_system(
     system: System, context: Context, step: Callable[[int, int], None] = lambda _done, _all: None
 ) -> Report:
@@ -470,7 +458,8 @@ def check_system(
         context: the packs, and what is assumed where the system says nothing.
         step: called before each topic with how many of how many are judged.
     """
-    return check(Pipeline(system, context), step=step)
+    with uncollected(len(system.endpoints)):
+        return check(Pipeline(system, context), step=step)
 
 
 def check(
@@ -485,7 +474,7 @@ def check(
     teams, problems = bind_checks(system, pipeline.where.find_pack, pipeline.where.default_protocol)
     pipeline.asked = words_asked(teams)
     excused = naming_endpoints(system.accept)
-    results = {}
+    results: dict[TopicKey, TopicResult] = {}
     for number, (key, endpoints) in enumerate(pipeline.topics.items()):
         step(number, len(pipeline.topics))
         results[key] = judged(key, endpoints, partial(check_topic, endpoints, excused, teams))

@@ -374,7 +374,11 @@ def merged(findings: Sequence[Finding]) -> Finding:
     for role in roles:
         same = [side for finding in (first, *findings) for side in finding.sides if side.role == role]
         members = tuple(sorted({member for side in same for member in side.members}))
-        facts = tuple(each for each in same[0].facts if all(_has(side, each) for side in same))
+        facts = tuple(
+            each
+            for each in same[0].facts
+            if all((each.policy, each.value) in {(f.policy, f.value) for f in side.facts} for side in same)
+        )
         sides.append(replace(same[0], members=members, facts=facts))
     topics = sorted(
         {finding.topic for finding in findings if finding.topic is not None and finding.topic != first.topic}
@@ -445,10 +449,6 @@ def _together(made: Sequence[Made]) -> Made:
             worlds=worlds,
         ),
     )
-
-
-def _has(side: Side, fact: Fact) -> bool:
-    return any((each.policy, each.value) == (fact.policy, fact.value) for each in side.facts)
 
 
 def of_participants(bound: BoundRule, spoken: Violation, endpoints: Sequence[Resolved]) -> Finding:

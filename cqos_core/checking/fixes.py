@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.checking.rewrites import edits_of
 from cqos_core.language.domains import Duration
-from cqos_core.language.policy import BROKER, NEED, TOPIC
+from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC
 from cqos_core.language.solve import changed, solutions
 from cqos_core.language.values import FromPeers, Value
 from cqos_core.matching.judge import Violation, apart, judge_endpoint, judge_pair, of_end
@@ -18,7 +18,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.resolved import intern
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Collection, Iterable, Iterator, Sequence
 
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Plain
@@ -30,6 +30,8 @@ VERBS: Final[dict[str, tuple[str, str]]] = {
     PUBLISHER: ("offers", "offer"),
     SUBSCRIBER: ("requests", "request"),
 }
+LEVELS: Final = (ENDPOINT, "participant")
+"""What an endpoint has for itself."""
 _PARTNERS_ASKED: Final = 20
 """How many groups of partners each changed endpoint is tried with before a change is offered."""
 _EFFECT_LIMIT: Final = 500
@@ -45,49 +47,29 @@ def remedies(
     topic: MatchedTopic, spoken: Violation, publishers: list[EndpointGroup], subscribers: list[EndpointGroup]
 ) -> tuple[Remedy, ...]:
     """Return the changes of one value that make the rule pass; the best one first."""
-    bound = spoken.bound
-    want = bound.rule.kind != "forbids"
+    bound, pair = spoken.bound, spoken.bound.scope == "pair"
     if bound.scope == "signal":
         return ()
+    a, b = ((groups or publishers or subscribers)[0].profile.values for groups in (publishers, subscribers))
+
+    def changes(
+        role: Role, fixes: tuple[str, ...] = bound.rule.fixes, levels: Collection[str] = LEVELS
+    ) -> list[Remedy]:
+        """The changes of one side."""
+        own, partners = (publishers, subscribers) if role == PUBLISHER else (subscribers, publishers)
+        others = topic.subscribers if role == PUBLISHER else topic.publishers
+        may = partial(_may, role, own, partners if pair else (), others)
+        second, want = pair and role == SUBSCRIBER, bound.rule.kind != "forbids"
+        found = solutions(bound.bound, a, b, second=second, want=want, fixes=fixes, pair=pair, may=may, levels=levels)
+        return [remedy for each in found for remedy in _remedy(topic, role, own, each.index, each.value)]
+
     found = _shared(topic, spoken, publishers, subscribers)
-    if bound.scope == "pair":
-        a, b = next(iter(publishers)).profile, next(iter(subscribers)).profile
-        for role, groups, second in (
-            (PUBLISHER, publishers, False),
-            (SUBSCRIBER, subscribers, True),
-        ):
-            partners = publishers if second else subscribers
-            # A guarantee may rest on one side alone.
-            for change in solutions(
-                bound.bound,
-                *(a.values, b.values),
-                second=second,
-                want=want,
-                fixes=bound.rule.fixes,
-                pair=True,
-                may=partial(_may, role, groups, partners, topic.publishers if second else topic.subscribers),
-            ):
-                found += _remedy(topic, role, groups, change.index, change.value)
-        if bound.rule.guarantee and not found:
-            # Where no setting gives it, only less can be required.
-            for change in solutions(
-                bound.bound,
-                *(a.values, b.values),
-                second=True,
-                want=want,
-                fixes=(f"{NEED}.{bound.rule.guarantee}",),
-                pair=True,
-                may=partial(_may, SUBSCRIBER, subscribers, publishers, topic.publishers),
-                levels=(NEED,),
-            ):
-                found += _remedy(topic, SUBSCRIBER, subscribers, change.index, change.value)
-    else:
-        groups = publishers or subscribers
-        role = PUBLISHER if publishers else SUBSCRIBER
-        values = next(iter(groups)).profile.values
-        may = partial(_may, role, groups, (), topic.subscribers if role == PUBLISHER else topic.publishers)
-        for change in solutions(bound.bound, values, values, second=False, want=want, fixes=bound.rule.fixes, may=may):
-            found += _remedy(topic, role, groups, change.index, change.value)
+    # A guarantee may rest on one side alone.
+    found += changes(PUBLISHER) if publishers else []
+    found += changes(SUBSCRIBER) if subscribers and (pair or not publishers) else []
+    if pair and bound.rule.guarantee and not found:
+        # Where no setting gives it, only less can be required.
+        found = changes(SUBSCRIBER, (f"{NEED}.{bound.rule.guarantee}",), (NEED,))
     # What connects today is no price for what is only advised or not known.
     pays = bound.rule.severity == "error" and not spoken.unknown and not bound.rule.doubt
     return tuple(sorted((each for each in found if pays or not each.breaks), key=_rank))

@@ -50,7 +50,9 @@ def _edit(endpoint: Resolved, index: int, value: Plain) -> Edit | None:
         return None if needed is None else _changed(policy, needed.name, needed.setting, None, value)
     if (edit := _restated(endpoint, policy, layers[: at + 1], value)) is not None:
         return edit
-    if layer is not None and (layer.here or layer.overlay != "no" or (policy.level != ENDPOINT and _is_own(layer))):
+    if layer is not None and (
+        layer.here or layer.overlay != "no" or (policy.level != ENDPOINT and layer.origin in {"explicit", "topic"})
+    ):
         stated = layer.settings[index]
         edit = _replacing(endpoint, policy, layer, stated, value)
         if edit is not None or not stated.setting.derived:
@@ -60,10 +62,6 @@ def _edit(endpoint: Resolved, index: int, value: Plain) -> Edit | None:
         # Where the endpoint has no room, its profile states the value for it.
         edit = _replacing(endpoint, policy, layer, layer.settings[index], value)
     return edit
-
-
-def _is_own(layer: Layer) -> bool:
-    return layer.origin in {"explicit", "topic"}
 
 
 def _owner(endpoint: Resolved, policy: Policy) -> Endpoint | Participant | Broker | None:

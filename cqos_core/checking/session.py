@@ -265,13 +265,18 @@ class Session(Edits):
         resolver, system = self._resolver, pipeline.system
         touched, self._touched = self._touched, {}
         ids = [endpoint.id for endpoint in system.endpoints]
-        # Bridges add endpoints and hand needs on, so that one edit may reach any topic.
-        incremental = not system.overlays and not system.bridges and len(ids) == len(set(ids))
-        # An endpoint may start after others by way of one that is edited.
-        incremental = incremental and not any(endpoint.starts_after for endpoint in system.endpoints)
-        # What follows from all endpoints together follows anew from each edit.
-        incremental = incremental and (resolver is None or not resolver.completed)
-        if incremental and resolver is not None and not resolver.result.findings and resolver.asked == pipeline.asked:
+        if (
+            resolver is not None
+            and not resolver.result.findings
+            and resolver.asked == pipeline.asked
+            and len(ids) == len(set(ids))
+            # Bridges add endpoints and hand needs on, so that one edit may reach any topic.
+            and not (system.overlays or system.bridges)
+            # An endpoint may start after others by way of one that is edited.
+            and not any(endpoint.starts_after for endpoint in system.endpoints)
+            # What follows from all endpoints together follows anew from each edit.
+            and not resolver.completed
+        ):
             self._resolve_touched(resolver, touched)
             if not resolver.result.findings and not resolver.clashes:
                 return resolver

@@ -19,7 +19,7 @@ from cqos_core.model.remarks import core_finding, suggestion
 from cqos_core.model.report import Finding, Severity
 from cqos_core.packs.pack import BoundRule
 from cqos_core.packs.rule import requires
-from cqos_core.resolving.resolve import packs_in_use
+from cqos_core.resolving.participants import packs_in_use
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping

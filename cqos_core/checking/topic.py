@@ -210,11 +210,10 @@ class _Alone(NamedTuple):
 def _alone(groups: Sequence[EndpointGroup], met: Callable[[int], int], first: int = 0) -> _Alone:
     """The groups that match none; ``met`` is asked by their positions, from ``first`` on."""
     left = [(at, each) for at, each in enumerate(groups) if not each.carried and not met(first + at)]
-    return _Alone(sum(1 << index for index, _ in left), sum(1 << index for index, each in left if not _external(each)))
-
-
-def _external(members: EndpointGroup) -> bool:
-    return all(endpoint.external for endpoint in members.endpoints)
+    return _Alone(
+        sum(1 << index for index, _ in left),
+        sum(1 << index for index, each in left if not all(end.external for end in each.endpoints)),
+    )
 
 
 def _split_finding(topic: MatchedTopic, draft: Outline[EndpointGroup], *, quiet: bool) -> Made:

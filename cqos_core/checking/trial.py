@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, ImportNote, Participant, ProfileRef, Topic
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
-    from cqos_core.model.system import Profile, Role, System
+    from cqos_core.model.system import Profile, Role, Scope, System
 
 _ANY: Final = "*"
 
@@ -32,7 +32,9 @@ def tried_out(system: System, protocol: str | None = None) -> System:
         system, topics=dict(system.topics), participants=dict(system.participants), endpoints=[], hypothetical=True
     )
     tried: list[Profile] = []
-    for profile in _whole(system):
+    # People name whole profiles, not those that are a part of one only.
+    parts = {ref.name for each in system.profiles.values() for ref in each.base if ref.scope.part is not None}
+    for profile in (each for name, each in system.profiles.items() if name not in parts):
         before = len(made.endpoints)
         for pattern in _patterns(profile.name, system):
             _try(profile, pattern, made)
@@ -45,12 +47,6 @@ def tried_out(system: System, protocol: str | None = None) -> System:
     advice = "check it together with the system that uses it to see what its endpoints really get"
     made.notes = [*system.notes, ImportNote("CQ061", "note", message, tried[0].place, advice)]
     return made
-
-
-def _whole(system: System) -> list[Profile]:
-    """The profiles that people name, not those that are a part of one only."""
-    parts = {ref.name for each in system.profiles.values() for ref in each.base if ref.scope.part is not None}
-    return [profile for name, profile in system.profiles.items() if name not in parts]
 
 
 def _try(profile: Profile, pattern: str, system: System) -> None:
@@ -73,38 +69,30 @@ def _try(profile: Profile, pattern: str, system: System) -> None:
 
 def _says_something(profile: Profile, role: Role, topic: str, system: System) -> bool:
     """Whether a profile, or one it is based on, has settings for endpoints of a role, or something that is to be reported."""
-    seen = {profile.name}
-    waiting = [profile]
-    while waiting:
-        each = waiting.pop()
-        if each.settings:
-            return True
-        for ref in each.base:
-            if not ref.scope.covers(role, topic):
-                continue
-            if ref.name == profile.name:
-                return True  # it is based on itself
-            if ref.name not in seen:
-                seen.add(ref.name)
-                if ref.name not in system.profiles:
-                    return True  # a preset, or a name that is to be reported
-                waiting.append(system.profiles[ref.name])
-    return False
+    refs = _bases(profile.name, system, lambda scope: scope.covers(role, topic))
+    # What is based on itself, a preset, or no profile is to be reported.
+    return bool(profile.settings) or any(
+        ref.name == profile.name or ref.name not in system.profiles or system.profiles[ref.name].settings
+        for ref in refs
+    )
 
 
-def _patterns(name: str, system: System) -> Iterator[str]:
-    """Yield the patterns of topics that a profile tells apart, ``*`` first."""
-    found = dict.fromkeys([_ANY])
-    seen = {name}
-    waiting = [name]
+def _patterns(name: str, system: System) -> dict[str, None]:
+    """The patterns of topics that a profile tells apart, ``*`` first."""
+    return dict.fromkeys([_ANY, *(ref.scope.topic for ref in _bases(name, system))])
+
+
+def _bases(name: str, system: System, counts: Callable[[Scope], bool] = lambda _scope: True) -> Iterator[ProfileRef]:
+    """Yield what a profile, and each that it is based on, names as its base, where the scope counts."""
+    seen, waiting = {name}, [name]
     while waiting:
         profile = system.profiles.get(waiting.pop())
         for ref in profile.base if profile is not None else ():
-            found[ref.scope.topic] = None
-            if ref.name not in seen:
-                seen.add(ref.name)
-                waiting.append(ref.name)
-    yield from found
+            if counts(ref.scope):
+                yield ref
+                if ref.name not in seen:
+                    seen.add(ref.name)
+                    waiting.append(ref.name)
 
 
 def _topic(pattern: str, profile: str) -> str:

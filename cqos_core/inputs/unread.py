@@ -9,7 +9,7 @@ from cqos_core.model.encoding import decode
 from cqos_core.model.problems import Problem
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import Place
-from cqos_core.plugins import FAULTS, Lazy
+from cqos_core.plugins import FAULTS, named
 
 if TYPE_CHECKING:
     from cqos_core.importers.source import Source
@@ -48,7 +48,7 @@ def _known(source: Source, plugins: Plugins) -> tuple[str, str] | None:
         return "the file is empty", "a system file begins with `cqos: 1`"
     for info in plugins.importers.values():
         try:
-            said = Lazy[object](info.declines)() if info.declines else None
+            said = named(info.declines) if info.declines else None
             declined = said(source.name, head) if callable(said) else None
         except FAULTS as error:
             plugins.note_failure("importers", info.name, error, f"could not look at {source.name}")

@@ -6,21 +6,15 @@ needs, the hop that loses it is the one that is reported.
 
 from __future__ import annotations
 
-from collections import deque
-from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.language.policy import ENDPOINT, NEED
 from cqos_core.language.values import Anything, Depends, FromPeers, is_plain
-from cqos_core.matching.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
 from cqos_core.matching.derived_guarantees import give
 from cqos_core.matching.hops import Hop, Meetings
 from cqos_core.matching.peer_values import PUBLISHERS_FIRST, START_ORDER, SUBSCRIBERS_FIRST, combine, lone
 from cqos_core.matching.wire import topics
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.remarks import core_finding, suggestion
-from cqos_core.model.report import Severity, Side
-from cqos_core.model.spelling import KnownNames
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
 from cqos_core.packs.guarantee import RELAYED, RESTARTS_IN, SURVIVES, WORDS, faults_of
 from cqos_core.resolving.resolved import Layer, Stated
@@ -30,12 +24,9 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Plain, Value
-    from cqos_core.matching.delivery_paths import Way
-    from cqos_core.matching.derived_guarantees import DerivedGuarantees
     from cqos_core.matching.hops import Topics
     from cqos_core.matching.routes import Link
-    from cqos_core.model.report import Finding
-    from cqos_core.model.system import Bridge, Role, System
+    from cqos_core.model.system import Bridge, Role
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolve import Resolver
     from cqos_core.resolving.resolved import QosProfile, Resolved
@@ -303,213 +294,3 @@ def _faults(subscriber: Resolved) -> tuple[str, ...]:
     index = subscriber.pack.vocabulary.indices.get((NEED, SURVIVES.name))
     faults = subscriber.profile.values[index] if index is not None else ()
     return faults if isinstance(faults, tuple) else ()
-
-
-# What bridges do to a system
-
-
-def bridge_findings(system: System, hops: Sequence[Hop], by_topic: Topics) -> list[Finding]:
-    """Report routes without effect, loops over bridges, and what is carried on with less than arrives."""
-    meeting = Meetings(by_topic)
-    return [
-        *_without_effect(system, hops),
-        *_loops(hops, meeting),
-        *_weaker(hops, meeting),
-        *_into_one(hops, meeting),
-        *_repeated(hops, by_topic),
-    ]
-
-
-def _without_effect(system: System, hops: Sequence[Hop]) -> Iterator[Finding]:
-    known = KnownNames(system.participants)
-    used = {(hop.bridge.id, hop.source.endpoint.participant, hop.source.endpoint.place) for hop in hops}
-    for bridge in system.bridges.values():
-        for number, route in enumerate(bridge.routes, 1):
-            unknown = [
-                end.participant for end in (route.source, route.target) if end.participant not in system.participants
-            ]
-            for name in unknown:
-                message = f"bridge `{bridge.id}` is to have a side in participant `{name}`, which there is not"
-                yield core_finding("CQ501", message, place=route.place, help=suggestion(name, known))
-            source = route.source
-            # Where the other side is in no file, a pattern may well match nothing here.
-            expected = "*" in (source.topic or "") and not source.external and not unknown
-            if expected and (bridge.id, source.participant, source.place) not in used:
-                message = f"bridge `{bridge.id}` carries nothing by route {number}: no topic matches `{source.topic}`"
-                yield core_finding("CQ502", message, place=route.place)
-
-
-def _loops(hops: Sequence[Hop], meeting: Meetings) -> list[Finding]:
-    """Report circles; a bridge does not take back what it published itself, so one needs two bridges."""
-    findings: list[Finding] = []
-    for circle in _circles(_Following(hops, meeting)):
-        start = min(circle, key=hops.index)
-        at = circle.index(start)
-        circle = [*circle[at:], *circle[:at]]  # noqa: PLW2901 - the same one, from its first hop
-        named = circle if len(circle) <= _MOST_LISTED else [*circle[:_MOST_LISTED]]
-        path = "".join(f"`{hop.source.shown}` → {hop.bridge.id} → " for hop in named)
-        if len(named) < len(circle):
-            path += f"… {len(circle) - len(named)} more hops … → "
-        message = f"what is published on `{start.source.shown}` comes back over bridges: {path}`{start.source.shown}`"
-        if len(findings) == _MOST_LOOPS:
-            message = f"there are more loops than the {_MOST_LOOPS} that are listed, for instance: {message}"
-        members = [end.id for hop in circle for end in (hop.source, hop.target)]
-        findings.append(core_finding("CQ503", message, place=start.bridge.place, members=sorted(members)))
-    return findings
-
-
-_MOST_LOOPS: Final = 25
-_MOST_LISTED: Final = 25
-
-
-class _Following:
-    """Which hops follow a hop; those that match the same subscriptions share the answer."""
-
-    def __init__(self, hops: Sequence[Hop], meeting: Meetings) -> None:
-        self.hops = hops
-        self._meeting = meeting
-        self._by_source = {hop.source.id: hop for hop in hops}
-        self._shared: dict[tuple[object, ...], list[Hop]] = {}
-
-    def __call__(self, hop: Hop) -> Iterator[Hop]:
-        alike = self._meeting.alike(hop.target)
-        found = self._shared.get(alike)
-        if found is None:
-            matched = (self._by_source.get(each.id) for _, each in self._meeting.pairs(hop.target))
-            found = self._shared[alike] = [each for each in matched if each is not None]
-        return (each for each in found if each.bridge is not hop.bridge)
-
-
-def _circles(after: _Following) -> Iterator[list[Hop]]:
-    """Yield a shortest circle for every hop that leads back to one before it; at most one more than are listed."""
-    found = 0
-    covered: set[Hop] = set()
-    done: set[Hop] = set()
-    for first in after.hops:
-        if first in done:
-            continue
-        done.add(first)
-        way = {first: after(first)}  # hops in order, each with those that are still to be followed
-        while way:
-            last = next(reversed(way))
-            hop = next(way[last], None)
-            if hop is None:
-                del way[last]
-            elif hop in way:
-                if last not in covered:
-                    circle = _circle(last, after)
-                    covered.update(circle)
-                    yield circle
-                    found += 1
-                    if found > _MOST_LOOPS:
-                        return
-            elif hop not in done:
-                done.add(hop)
-                way[hop] = after(hop)
-
-
-def _circle(start: Hop, after: _Following) -> list[Hop]:
-    """The shortest way from a hop that is on a circle back to itself."""
-    before: dict[Hop, Hop] = {}
-    waiting = deque([start])
-    while start not in before:
-        hop = waiting.popleft()
-        for each in after(hop):
-            if each not in before:
-                before[each] = hop
-                waiting.append(each)
-    way = [start]
-    while (previous := before[way[-1]]) is not start:
-        way.append(previous)
-    return [start, *way[:0:-1]]
-
-
-def _weaker(hops: Sequence[Hop], meeting: Meetings) -> Iterator[Finding]:
-    """Note where a bridge gets more than those behind it do; what they say they need is an error of its own."""
-    for hop in hops:
-        arriving = [give(publisher.profile, own.profile) for publisher, own in meeting.distinct(hop.source)]
-        behind = [*meeting.distinct(hop.target)]
-        leaving = [give(own.profile, subscriber.profile) for own, subscriber in behind]
-        if not arriving or not leaving:
-            continue
-        needed = {word for _, subscriber in behind for word in subscriber.profile.needs}
-        lost = [
-            name
-            for name in ("latest", "loss_free", "late_join")
-            if name not in needed
-            and all(_is_given(given, name) for given in arriving)
-            and all(each.nothing for given in leaving for each in given if each.word.name == name)
-            and all(any(each.word.name == name for each in given) for given in leaving)
-        ]
-        if lost:
-            message = (
-                f"bridge `{hop.bridge.id}` carries `{hop.source.shown}` on as `{hop.target.shown}` with less: "
-                f"{', '.join(lost)} {'is' if len(lost) == 1 else 'are'} lost behind it"
-            )
-            side = Side(PUBLISHER, (hop.target.id,), place=hop.target.endpoint.place)
-            finding = core_finding("CQ504", message, topic=hop.target.shown)
-            yield replace(finding, sides=(side, Side(SUBSCRIBER, (hop.source.id,))))
-
-
-def _into_one(hops: Sequence[Hop], meeting: Meetings) -> Iterator[Finding]:
-    """Warn where several topics end in one that stores less for late subscribers than there are topics."""
-    together: dict[tuple[str, str, str], list[Hop]] = {}
-    for hop in hops:
-        together.setdefault((hop.bridge.id, hop.target.pack.id, hop.target.key or ""), []).append(hop)
-    for same in together.values():
-        sources = {
-            publisher.key
-            for hop in same
-            for own, group in meeting.groups(hop.source)
-            for publisher in (group if own.is_copy or next(iter(group)).is_copy else [next(iter(group))])
-        }
-        stored = [
-            each.value
-            for hop in same
-            for own, subscriber in meeting.distinct(hop.target)
-            for each in give(own.profile, subscriber.profile)
-            if each.word.name == "late_join" and each.value
-        ]
-        if stored and min(stored) < len(sources):
-            first = same[0]
-            message = (
-                f"bridge `{first.bridge.id}` carries {len(sources)} topics into `{first.target.shown}`, of which a late "
-                f"subscriber gets {min(stored)} in all"
-            )
-            place = first.target.endpoint.place
-            members = sorted(hop.target.id for hop in same)
-            yield core_finding("CQ505", message, place=place, role=PUBLISHER, members=members, topic=first.target.shown)
-
-
-def _repeated(hops: Sequence[Hop], by_topic: Topics) -> Iterator[Finding]:
-    """Tell who needs that nothing arrives twice, and gets it over several ways."""
-    everybody = {each.id: each for beside in by_topic.values() for each in beside if not each.is_copy}
-    needing = {name for name, each in everybody.items() if DUPLICATE_FREE in each.profile.needs and not each.bridge}
-    if not (hops and needing):
-        return
-    arrivals = Arrivals(hops, by_topic)
-    found: dict[tuple[str, bool], list[tuple[str, list[Way]]]] = {}
-    for publisher in sorted(everybody):
-        if everybody[publisher].role == PUBLISHER and not everybody[publisher].bridge:
-            for name, (sure, ways) in arrivals.repeats(everybody[publisher]).items():
-                if name in needing:
-                    found.setdefault((name, sure), []).append((publisher, ways))
-    for (name, sure), ((publisher, ways), *more) in sorted(found.items()):
-        subscriber = everybody[name]
-        message = repetition(publisher, "it", ways, sure=sure)
-        if more:
-            message += f"; so does what {len(more)} more publish{'' if len(more) > 1 else 'es'}"
-        need = next((each.place for word, each in subscriber.endpoint.needs.items() if word == DUPLICATE_FREE), None)
-        yield core_finding(
-            "CQ507",
-            f"subscriber `{name}` needs {DUPLICATE_FREE}, but {message}",
-            place=need or subscriber.endpoint.place,
-            role=SUBSCRIBER,
-            members=[name],
-            topic=subscriber.shown,
-            severity=Severity.ERROR if sure else Severity.WARNING,
-        )
-
-
-def _is_given(given: Iterable[DerivedGuarantees], name: str) -> bool:
-    return any(each.word.name == name and each.value is not None and not each.nothing for each in given)

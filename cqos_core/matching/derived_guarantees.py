@@ -176,7 +176,8 @@ def _granted(
     word: Word, rules: Sequence[BoundRule], faults: tuple[str, ...], publisher: QosProfile, subscriber: QosProfile
 ) -> Cell:
     """The strongest need that all rules grant under these faults."""
-    least = _least(word)
+    # The weakest need there is.
+    least = INFINITE - 1 if word.kind == "at_most" else 1
     results = _asked(rules, word, least, publisher, subscriber, faults)
     lost = tuple(rule for rule, result in results if result is not True)
     if not lost:
@@ -184,11 +185,6 @@ def _granted(
         # A bound that no rule gives as a number is not known.
         return Cell(None if word.kind == "at_most" and found == least else found)
     return Cell(word.nothing if any(result is False for _, result in results) else None, lost)  # type: ignore[arg-type]
-
-
-def _least(word: Word) -> int:
-    """The weakest need there is."""
-    return INFINITE - 1 if word.kind == "at_most" else 1
 
 
 def _asked(

@@ -7,6 +7,7 @@ what every order gives, or depends on the assumption ``start order``.
 from __future__ import annotations
 
 from itertools import chain, product
+from math import prod
 from operator import itemgetter
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -122,8 +123,14 @@ class _Settling:
         if taken.waits and (taken.peers == "any" or len({*known, *others}) == 1):
             return last
         first = combine(policy, taken, known)
-        elsewhere = (self._elsewhere(index, *way) for way in ways if isinstance(way, _PeerWay))
-        between = {combine(policy, taken, [*known, each]) for each in chain(others, *elsewhere)} - {first, last}
+        # What a peer may have taken from others than us that were there before it.
+        elsewhere = (
+            combine(policy, way.taken, [*way.known, value])
+            for way in ways
+            if isinstance(way, _PeerWay)
+            for value in self._on_topic(index)
+        )
+        between = {combine(policy, taken, [*known, each]) for each in chain(others, elsewhere)} - {first, last}
         if first == last and not between:
             return first
         ordered: tuple[tuple[str, Value], ...] = (
@@ -158,10 +165,6 @@ class _Settling:
                     opened.append(peer)
             self._relations[members] = before, opened
         return self._relations[members]
-
-    def _elsewhere(self, index: int, taken: FromPeers, known: Sequence[Value]) -> Iterator[Value]:
-        """Yield what a peer may have taken from others than us that were there before it."""
-        return (combine(self._topic.pack.policies[index], taken, [*known, value]) for value in self._on_topic(index))
 
     def _on_topic(self, index: int) -> frozenset[Value]:
         """The values that any endpoint of the topic may have, of those that are known."""
@@ -220,24 +223,17 @@ def combine(policy: Policy, taken: FromPeers, seen: Sequence[Value]) -> Value:
     variables: dict[str, tuple[str, ...]] = {}
     for value in seen:
         collect_variables(value, variables)
-    worlds = 1
-    for cases in variables.values():
-        worlds *= len(cases)
-    if worlds > MAXIMUM_WORLDS:
+    if prod(map(len, variables.values())) > MAXIMUM_WORLDS:
         return Anything("its peers depend on too many assumptions")
-    if not variables:
-        return _reduce(policy, taken, seen)
-    name, *others = sorted(variables)
-    if others:
-        results = {
-            _reduce(policy, taken, [in_world(v, dict(zip(variables, chosen, strict=True))) for v in seen])
-            for chosen in product(*variables.values())
-        }
-        return results.pop() if len(results) == 1 else Anything("its peers depend on " + " and ".join((name, *others)))
-    by_case = tuple(
-        (case, _reduce(policy, taken, [in_world(v, {name: case}) for v in seen])) for case in variables[name]
-    )
-    return by_case[0][1] if len({value for _, value in by_case}) == 1 else Depends(name, by_case)
+    by_world = {
+        chosen: _reduce(policy, taken, [in_world(v, dict(zip(variables, chosen, strict=True))) for v in seen])
+        for chosen in product(*variables.values())
+    }
+    if len({*by_world.values()}) == 1:
+        return next(iter(by_world.values()))
+    if len(variables) == 1:
+        return Depends(next(iter(variables)), tuple((case, value) for (case,), value in by_world.items()))
+    return Anything("its peers depend on " + " and ".join(sorted(variables)))
 
 
 def _reduce(policy: Policy, taken: FromPeers, seen: Sequence[Value]) -> Value:

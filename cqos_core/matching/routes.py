@@ -431,13 +431,9 @@ class _Around:
             if pack is asking.pack and role == PUBLISHER
             for there in self._near(asking, PUBLISHER, kind).values()
             for each in there
-            if self._bridge_of(each) != bridge.id
+            if self.growing.own.get(each.stated_id.removeprefix(f"{_WITHIN}/")) != bridge.id
         )
         return any(each.pack is asking.pack and _meet(each, asking) for each in chain(others, published))
-
-    def _bridge_of(self, endpoint: Resolved) -> str | None:
-        """The bridge whose endpoint it is."""
-        return self.growing.own.get(endpoint.stated_id.removeprefix(f"{_WITHIN}/"))
 
 
 @dataclass(slots=True)

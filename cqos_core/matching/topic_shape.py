@@ -14,7 +14,7 @@ from operator import or_
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language import relation
-from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer, Signal
+from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer
 from cqos_core.language.relation import positions, related
 from cqos_core.language.values import Depends
 from cqos_core.matching.judge import (
@@ -24,19 +24,18 @@ from cqos_core.matching.judge import (
     judge_endpoint,
     of_end,
     passed_over,
-    speaking_of,
     undecided_meeting,
     verdict_by,
 )
 from cqos_core.matching.outline import MOST_COMBINATIONS, OfEnds, Outline, called, reach
 from cqos_core.matching.pairing import Alike, TopicShape
+from cqos_core.matching.signals import signal_outlines
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from cqos_core.language.values import Values
     from cqos_core.packs.pack import BoundRule, RulePack
     from cqos_core.resolving.resolved import QosProfile
 
@@ -445,22 +444,10 @@ def _endpoint_rules(shape: TopicShape) -> Iterator[Outline[int]]:
 
 
 def _signal_rules(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -> None:
-    rules = shape.pack.by_scope.get("signal", ())
-    for publishers, subscribers in _parts(shape, pairs) if rules else ():
-        for bound in rules:
-            for spoken, role, targets in _signal_rule(shape, bound, publishers, subscribers):
-                outline = Outline[int](spoken)
-                if targets:
-                    outline.tags = shape.side(role)[targets[0]].tags
-                    outline.side(role).update(dict.fromkeys(targets))
-                within = {use.second for use in bound.bound.aggregate_uses}
-                if within != {True} and not outline.publishers:
-                    outline.publishers = dict.fromkeys(publishers)
-                if within != {False} and not outline.subscribers:
-                    outline.subscribers = dict.fromkeys(subscribers)
-                outlines["signal", len(outlines)] = outline
-                if spoken.refuses:
-                    _refuse(pairs, outline)
+    for outline in signal_outlines(shape, pairs.met) if shape.pack.by_scope.get("signal") else ():
+        outlines["signal", len(outlines)] = outline
+        if outline.spoken.refuses:
+            _refuse(pairs, outline)
 
 
 def _refuse(pairs: _Pairs, outline: Outline[int]) -> None:
@@ -470,64 +457,3 @@ def _refuse(pairs: _Pairs, outline: Outline[int]) -> None:
     for position, segments in enumerate(pairs.segments):
         mask = pairs.met[position] if position in outline.publishers else subscribers
         _split_segments(segments, mask, Verdict.INCOMPATIBLE, code)
-
-
-def _parts(shape: TopicShape, pairs: _Pairs) -> list[tuple[list[int], list[int]]]:
-    """Split a topic into parts that do not meet each other (domains, partitions), each a signal of its own."""
-    if not shape.publishers:
-        return [([], list(range(len(shape.subscribers))))]
-    parts: dict[int, tuple[list[int], int]] = {}  # by the publisher that was the last to join one
-    owners: dict[int, int] = {}  # by subscriber, its part when it joined
-    joined = list(range(len(pairs.met)))  # by part, what it became
-    covered = 0
-    for publisher, met in enumerate(pairs.met):
-        touched, old = set(), met & covered
-        while old:
-            part = owners[(old & -old).bit_length() - 1]
-            while joined[part] != part:
-                joined[part] = part = joined[joined[part]]
-            touched.add(part)
-            old &= ~parts[part][1]
-        together, reached = [publisher], met
-        for part in sorted(touched):
-            joined[part] = publisher
-            others, mask = parts.pop(part)
-            others += together
-            together, reached = others, reached | mask
-        parts[publisher] = (together, reached)
-        owners.update(dict.fromkeys(positions(met & ~covered), publisher))
-        covered |= met
-    return [(publishers, list(positions(mask))) for publishers, mask in parts.values()]
-
-
-def _signal_rule(
-    shape: TopicShape, bound: BoundRule, publishers: Sequence[int], subscribers: Sequence[int]
-) -> Iterator[tuple[Violation, str, Sequence[int]]]:
-    """Judge a rule over a whole signal; one about single endpoints of it comes with the groups it speaks of."""
-    read = bound.bound.aggregated
-    signal = Signal(_distinct(shape.publishers, publishers, read), _distinct(shape.subscribers, subscribers, read))
-    role = speaking_of(bound)
-    at = role or (PUBLISHER if publishers else SUBSCRIBER)
-    groups, speaking = shape.side(at), publishers if at == PUBLISHER else subscribers
-    for alike in _sorted(groups, speaking, bound.bound.own) if role is not None else [speaking[:1]]:
-        values = groups[alike[0]].profile.values
-        spoken = ask(bound, values, values, signal)
-        if spoken is not None and not (spoken.unknown and spoken.failed is None):
-            yield spoken, at, alike if role is not None else ()
-
-
-def _sorted(groups: Sequence[Alike], chosen: Iterable[int], indices: Sequence[int]) -> list[list[int]]:
-    """Sort some groups by what stands at ``indices``, and by who excuses them."""
-    found: dict[Any, list[int]] = {}
-    for position in chosen:
-        values = groups[position].profile.values
-        found.setdefault((tuple([values[index] for index in indices]), groups[position].tags), []).append(position)
-    return list(found.values())
-
-
-def _distinct(groups: Sequence[Alike], chosen: Iterable[int], indices: Sequence[int]) -> tuple[tuple[Values, int], ...]:
-    """One value tuple per combination of values at ``indices``, with how many endpoints have it."""
-    return tuple(
-        (groups[alike[0]].profile.values, sum(groups[position].size for position in alike))
-        for alike in _sorted(groups, chosen, indices)
-    )

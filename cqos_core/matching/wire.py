@@ -61,7 +61,11 @@ def plain_texts(endpoint: Resolved) -> dict[str, str]:
 def on_wire(resolver: Resolver, endpoint: Resolved, wire: Wire, name: str, pack: RulePack) -> Resolved:
     """Return a copy of an endpoint as it is on topic ``name`` of the wire, with the values of the wire's ``pack``."""
     own, values, stated = endpoint.pack, endpoint.profile.values, endpoint.endpoint
-    settings = {name: Setting(text) for name, text in wire.fixed.items() if _has(pack, stated.role, name)}
+    settings = {
+        name: Setting(text)
+        for name, text in wire.fixed.items()
+        if (at := pack.find(ENDPOINT, name)) is not None and stated.role in pack.policies[at].roles
+    }
     opened: dict[int, Value] = {}
     own_index: dict[int, int] = {}
     for own_name, wire_name in wire.translations():
@@ -102,12 +106,6 @@ def on_wire(resolver: Resolver, endpoint: Resolved, wire: Wire, name: str, pack:
         profile=resolved.profile.with_values(changes, endpoint.profile.unread, refused),
         carried=Carried(endpoint, own_index),
     )
-
-
-def _has(pack: RulePack, role: str, name: str) -> bool:
-    """Whether endpoints of a role have a policy of the wire's pack."""
-    index = pack.find(ENDPOINT, name)
-    return index is not None and role in pack.policies[index].roles
 
 
 def _states(endpoint: Resolved, index: int) -> bool:

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+import gc
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 MAXIMUM_REMEMBERED: Final = 20_000
 MOST_LETTERS: Final = 4_096
@@ -24,3 +29,19 @@ def letters(key: object) -> int:
     if isinstance(key, str):
         return len(key)
     return sum(map(letters, key)) if isinstance(key, tuple) else 0
+
+
+_WORTH_IT: Final = 1_000
+
+
+@contextmanager
+def uncollected(size: int) -> Iterator[None]:
+    """Keep the garbage collector away while what stays is built; of a small ``size`` that is not worth it."""
+    collecting = gc.isenabled() and size > _WORTH_IT
+    if collecting:
+        gc.disable()
+    try:
+        yield
+    finally:
+        if collecting:
+            gc.enable()

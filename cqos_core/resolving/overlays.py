@@ -147,11 +147,11 @@ class Overlays:
 
 def _covering(overlay: Overlay) -> str:
     """What an overlay is meant for, in words."""
-    parts = [f"participant `{overlay.participant}`", f"topic `{overlay.topic}`"]
-    if overlay.role is not None:
-        parts.append(f"role {overlay.role}")
-    if overlay.entity is not None:
-        parts.append(f"entity `{overlay.entity}`")
-    if overlay.when is not None:
-        parts.append(f"{overlay.when[0]} {overlay.when[1]}")
-    return ", ".join(parts)
+    parts = {
+        f"participant `{overlay.participant}`": True,
+        f"topic `{overlay.topic}`": True,
+        f"role {overlay.role}": overlay.role is not None,
+        f"entity `{overlay.entity}`": overlay.entity is not None,
+        " ".join(overlay.when or ()): overlay.when is not None,
+    }
+    return ", ".join(part for part, said in parts.items() if said)

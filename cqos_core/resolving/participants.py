@@ -12,11 +12,11 @@ from cqos_core.model.remarks import listed, suggestion
 from cqos_core.model.report import Severity
 from cqos_core.model.system import PUBLISHER, Broker, Setting
 from cqos_core.resolving.profiles import no_profile, preset_settings
-from cqos_core.resolving.reader import depends, every_policy
+from cqos_core.resolving.reader import ValueSource, depends, every_policy
 from cqos_core.resolving.resolved import Layer, ResolvedParticipant, Surroundings
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from typing import Final
 
     from cqos_core.language.policy import Policy
@@ -107,9 +107,8 @@ class Participants:
                 values[index] = self._option(pack, index, policy, layers, participant)
         for index, policy in enumerate(pack.policies):
             if policy.level == "participant":
-                values[index] = self._reader.value(
-                    pack, index, policy, PUBLISHER, layers, values, None, owner, participant.place
-                )
+                reading = ValueSource(PUBLISHER, layers, values, None, owner, participant.place)
+                values[index] = self._reader.value(pack, index, reading)
         values |= self._broker_values(pack, broker, values)
         texts = {
             pack.policies[index].name: stated.text
@@ -129,7 +128,7 @@ class Participants:
                 continue
             if stated.setting.unknown:
                 return self._reader.not_known(
-                    pack, policy, PUBLISHER, {}, None, stated, "option", [], f"option `{policy.name}`"
+                    pack, policy, stated, ValueSource(PUBLISHER, layers, {}, None, f"option `{policy.name}`")
                 )
             meaning = policy.words.get(normalise(stated.text))
             if isinstance(meaning, OneOf):
@@ -154,8 +153,9 @@ class Participants:
     def _broker_values(self, pack: RulePack, broker: Broker | None, options: Mapping[int, Value]) -> dict[int, Value]:
         layers = self._broker_layers(broker, pack)
         owner, place = ("broker", None) if broker is None else (f"broker `{broker.id}`", broker.place)
+        reading = ValueSource(PUBLISHER, layers, options, None, owner, place)
         return {
-            index: self._reader.value(pack, index, policy, PUBLISHER, layers, options, None, owner, place)
+            index: self._reader.value(pack, index, reading)
             for index, policy in enumerate(pack.policies)
             if policy.level == "broker"
         }
@@ -166,9 +166,8 @@ class Participants:
         stated = next((layer.settings[index] for layer in layers if index in layer.settings), None)
         if stated is None:
             return None
-        policy, owner = pack.policies[index], f"broker `{broker.id}`"
-        value = self._reader.value(pack, index, policy, PUBLISHER, layers, {}, None, owner, broker.place)
-        return value, stated.setting.place
+        reading = ValueSource(PUBLISHER, layers, {}, None, f"broker `{broker.id}`", broker.place)
+        return self._reader.value(pack, index, reading), stated.setting.place
 
     def _broker_layers(self, broker: Broker | None, pack: RulePack) -> tuple[Layer, ...]:
         """What is stated of a broker, nearest first: itself, then its profiles and presets."""
@@ -251,3 +250,27 @@ class Participants:
             message = f"`{ids[0]}`{more} {verb} not say which of several brokers {'they connect' if more else 'it connects'} to"
             advice = f"state `broker:` with one of {listed(sorted(self._system.brokers))}"
             self._reader.say("CQ216", message, participants[ids[0]].place, "participant", ids, advice, Severity.WARNING)
+
+
+def choose_variant(pack: RulePack, options: Settings) -> RulePack:
+    """Return the variant of ``pack`` that the system's options ask for, or the pack itself."""
+    for (option, value), variant in pack.variants.items():
+        setting = options.get(option)
+        if setting is not None and normalise(setting.text) == value:
+            return variant
+    return pack
+
+
+def packs_in_use(
+    system: System, find_pack: Callable[[str], RulePack | None], default_protocol: str | None
+) -> list[RulePack]:
+    """The packs that judge what the system states, by id."""
+    found = map(find_pack, protocols_in_use(system, default_protocol))
+    return [choose_variant(pack, system.options.get(pack.id, {})) for pack in found if pack is not None]
+
+
+def protocols_in_use(system: System, default: str | None) -> list[str]:
+    """Return the protocols of all that a system states."""
+    stated = {each.protocol for each in system.participants.values()}
+    stated |= {each.protocol for each in system.endpoints if each.protocol}
+    return sorted(filter(None, {protocol or system.protocol or default for protocol in stated}))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
@@ -39,6 +39,32 @@ if TYPE_CHECKING:
     from cqos_core.resolving.resolved import Layer, ResolvedParticipant
 
 _TYPING_ERRORS: Final = 2
+
+
+@dataclass(frozen=True, slots=True)
+class ValueSource:
+    """Whose values are read, from what.
+
+    Attributes:
+        layers: what is stated, nearest first.
+        options: values of options, on which the meaning of a text may rest.
+        owner, place: what messages call whom it is stated of, and where that stands.
+        observed: it was seen to run, so that a default is no fact.
+        member: the id of the endpoint; None for what is no endpoint.
+    """
+
+    role: str
+    layers: Sequence[Layer]
+    options: Mapping[int, Value]
+    dialect: Dialect | None
+    owner: str
+    place: Place | None = None
+    observed: bool = False
+    member: str | None = None
+
+    def about(self, policy: Policy) -> tuple[str, Sequence[str]]:
+        """Return what a finding about a policy is about, and of whom."""
+        return (self.role, [self.member]) if self.member else (policy.level, [])
 
 
 class SettingsReader:
@@ -155,105 +181,67 @@ class SettingsReader:
             found = {**every_policy(pack, levels, setting), **found}
         return found, ("CQ202",) if misread or refused else ()
 
-    def value(
-        self,
-        pack: RulePack,
-        index: int,
-        policy: Policy,
-        role: str,
-        layers: Sequence[Layer],
-        options: Mapping[int, Value],
-        dialect: Dialect | None,
-        owner: str,
-        place: Place | None,
-        *,
-        observed: bool = False,
-        member: str | None = None,
-    ) -> Value:
-        """Return the value of a policy that the nearest of ``layers`` states, else its default; report what is no value."""
-        layer = next((layer for layer in layers if index in layer.settings), None)
+    def value(self, pack: RulePack, index: int, reading: ValueSource) -> Value:
+        """Return the value of a policy that the nearest layer states, else its default; report what is no value."""
+        policy, role, member = pack.policies[index], reading.role, reading.member
+        layer = next((layer for layer in reading.layers if index in layer.settings), None)
         stated = layer.settings[index] if layer is not None else None
-        ignoring = self._ignoring(pack, policy, options)
+        ignoring = self._ignoring(pack, policy, reading.options)
         if (
             layer is not None
             and stated is not None
             and ignoring is not None
             and layer.counts_as_stated
             and not stated.setting.unknown
-            and not self._is_default(pack, policy, stated.text, role, options, dialect)
+            and not _is_default(pack, policy, stated.text, reading)
         ):
-            message = f"{owner} states `{policy.name}`, which {ignoring} ignores"
-            self.say("CQ205", message, stated.setting.place or place, role, [member] if member else [])
-        about, members = (role, [member]) if member else (policy.level, [])
+            message = f"{reading.owner} states `{policy.name}`, which {ignoring} ignores"
+            self.say("CQ205", message, stated.setting.place or reading.place, role, [member] if member else [])
         if stated is not None and stated.setting.unknown and ignoring is None:
-            return self.not_known(pack, policy, role, options, dialect, stated, about, members, owner)
+            return self.not_known(pack, policy, stated, reading)
         text = stated.text if stated is not None and ignoring is None else None
+        dialect = reading.dialect
         if text is None:
             text = policy.default_for(role)
             if text is None:
                 return Anything(f"{policy.name} is not stated")
-            if observed and ignoring is None:
+            if reading.observed and ignoring is None:
                 return Anything(f"discovery did not report {policy.name}")
             # A default stands in the spelling of the policy itself.
             dialect = None
         try:
-            return read_value(pack, policy, text, role, options, dialect)
+            return read_value(pack, policy, text, role, reading.options, dialect)
         except InvalidValueError as problem:
-            where = stated.setting.place if stated is not None and stated.setting.place is not None else place
+            where = stated.setting.place if stated is not None and stated.setting.place is not None else reading.place
             kind, _, name = layer.origin.partition(" ") if layer is not None else ("", "", "")
-            whose = f"profile `{name}`" if kind == "profile" else owner
-            message = f"{whose}: `{policy.name}` {problem.message}"
+            message = (
+                f"{f'profile `{name}`' if kind == 'profile' else reading.owner}: `{policy.name}` {problem.message}"
+            )
             expected = problem.expected if problem.expected != policy.domain.expected() else policy.expected()
+            about, members = reading.about(policy)
             finding = core_finding("CQ203", message, place=where, role=about, help=problem.advice(expected))
             self.say_cause(("CQ203", message, where), finding, members)
             return Anything(f"{policy.name} has no valid value", "CQ203")
 
-    def not_known(
-        self,
-        pack: RulePack,
-        policy: Policy,
-        role: str,
-        options: Mapping[int, Value],
-        dialect: Dialect | None,
-        stated: Stated,
-        about: str,
-        members: Sequence[str],
-        owner: str,
-    ) -> Value:
+    def not_known(self, pack: RulePack, policy: Policy, stated: Stated, reading: ValueSource) -> Value:
         """Return the value of a setting that was not understood, and report why, unless that is done."""
         unknown = stated.setting.unknown
         if isinstance(unknown, Cases):
-            spelt = ((when, spelled(policy, text, dialect) if text else None) for when, text in unknown.values)
-            default = policy.default_for(role) or ""
+            spelt = ((when, spelled(policy, text, reading.dialect) if text else None) for when, text in unknown.values)
+            default = policy.default_for(reading.role) or ""
             cases = tuple(
-                (when, read_value(pack, policy, text or default, role, options, None)) for when, text in spelt
+                (when, read_value(pack, policy, text or default, reading.role, reading.options, None))
+                for when, text in spelt
             )
             return cases[0][1] if len({value for _, value in cases}) == 1 else Depends(unknown.assumption, cases)
         code = stated.code or stated.setting.reported
         if not code:
+            about, members = reading.about(policy)
             what = f"`{policy.name}`" if stated.name else "what it does not state"
-            message = f"{owner}: {what} is not known: {unknown}"
+            message = f"{reading.owner}: {what} is not known: {unknown}"
             finding = core_finding("CQ217", message, place=stated.setting.place, role=about)
             self.say_cause(("CQ217", unknown), finding, members)
         return Anything(unknown, code or "CQ217")
-
-    def _is_default(
-        self,
-        pack: RulePack,
-        policy: Policy,
-        text: str,
-        role: str,
-        options: Mapping[int, Value],
-        dialect: Dialect | None,
-    ) -> bool:
-        """Whether a stated text only says what holds anyway."""
-        default = policy.default_for(role)
-        try:
-            return default is not None and read_value(pack, policy, text, role, options, dialect) == read_value(
-                pack, policy, default, role, options, None
-            )
-        except InvalidValueError:
-            return False
 
     def _ignoring(self, pack: RulePack, policy: Policy, options: Mapping[int, Value]) -> str | None:
         """The option and its value under which the middleware ignores the policy; None where it does not."""
@@ -364,12 +352,13 @@ def either(participant: ResolvedParticipant, when: tuple[str, str], then: Value,
         return Anything(f"it depends on option {when[0]}", code=getattr(option, "code", ""))
     expected = pack.policies[index].domain.parse(when[1])
     cases = ((name, then if case == expected else otherwise) for name, case in option.cases)
-    return Depends(option.on, tuple((name, _under(value, option.on, name)) for name, value in cases))
-
-
-def _under(value: Value, option: str, case: str) -> Value:
-    """What a value is under one case of an option."""
-    return dict(value.cases)[case] if isinstance(value, Depends) and value.on == option else value
+    return Depends(
+        option.on,
+        tuple(
+            (name, dict(value.cases)[name] if isinstance(value, Depends) and value.on == option.on else value)
+            for name, value in cases
+        ),
+    )
 
 
 def how_written(policy: Policy, index: int, layers: Sequence[Layer]) -> WrittenValue | None:
@@ -395,13 +384,9 @@ def spelled(policy: Policy, text: str, dialect: Dialect | None) -> str | None:
     if codes is not None and stripped in codes:
         return codes[stripped]
     numeric = isinstance(policy.domain, (Duration, Count))
-    if dialect.zero_is_unset and numeric and _is_zero(stripped):
+    if dialect.zero_is_unset and numeric and "0" in stripped and set(stripped) <= {*"0.+"}:
         return None
     return policy.domain.with_unit(text, dialect.bare_unit)
-
-
-def _is_zero(text: str) -> bool:
-    return bool(text) and set(text) <= {"0", ".", "+"} and "0" in text
 
 
 def can_be_stated(policy: Policy) -> bool:
@@ -433,6 +418,17 @@ def fields_of(
         text = value if isinstance(value, str) else json.dumps(value)
         found[index] = Stated(text, Setting(text, setting.place), name, field=key)
     return found, tuple(others)
+
+
+def _is_default(pack: RulePack, policy: Policy, text: str, reading: ValueSource) -> bool:
+    """Whether a stated text only says what holds anyway."""
+    default = policy.default_for(reading.role)
+    try:
+        return default is not None and read_value(
+            pack, policy, text, reading.role, reading.options, reading.dialect
+        ) == read_value(pack, policy, default, reading.role, reading.options, None)
+    except InvalidValueError:
+        return False
 
 
 def _where(finding: Finding) -> tuple[object, ...]:

@@ -8,21 +8,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fnmatch import fnmatchcase
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
-from cqos_core.language.policy import ENDPOINT, NEED, Policy
-from cqos_core.language.values import Value, normalise
-from cqos_core.model.codes import CODES
+from cqos_core.language.policy import ENDPOINT, NEED, TOPIC, Policy
 from cqos_core.model.memory import MAXIMUM_REMEMBERED, MOST_LETTERS, letters, remember
-from cqos_core.model.remarks import plural, suggestion
-from cqos_core.model.report import Finding, Severity, Side
 from cqos_core.model.system import MESSAGE, PUBLISHER, Setting
-from cqos_core.packs.pack import Known, NameContext, nothing_follows, nothing_summed
+from cqos_core.packs.pack import NameContext, nothing_follows, nothing_summed
+from cqos_core.resolving.completion import known_broker, known_endpoint, known_participant, sum_up
+from cqos_core.resolving.left_over import left_over
 from cqos_core.resolving.overlays import Overlays
-from cqos_core.resolving.participants import Participants
+from cqos_core.resolving.participants import Participants, choose_variant, protocols_in_use
 from cqos_core.resolving.profiles import Profiles, User, preset_settings
-from cqos_core.resolving.reader import SettingsReader, either, how_written
+from cqos_core.resolving.reader import SettingsReader, ValueSource, either, how_written
 from cqos_core.resolving.resolved import (
     READ,
     Layer,
@@ -33,12 +31,13 @@ from cqos_core.resolving.resolved import (
     Stated,
     intern,
 )
+from cqos_core.resolving.starts import Starts
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping, Sequence
+    from collections.abc import Callable, Collection, Mapping
 
-    from cqos_core.language.values import WrittenValue
-    from cqos_core.model.system import Broker, Endpoint, Participant, Place, Settings, System
+    from cqos_core.language.values import Value, WrittenValue
+    from cqos_core.model.system import Endpoint, Participant, Settings, System
     from cqos_core.packs.pack import NameProblem, Naming, RulePack
 
 
@@ -88,7 +87,6 @@ class Resolver:
         self._topic_layers: dict[tuple[int, str, str], tuple[tuple[Layer, ...], bool]] = {}
         self._name_problems: dict[tuple[NameProblem, str, str], list[Endpoint]] = {}
         self._shared: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
-        self._starts = Starts(system)
         self._misread: dict[str, list[str]] = {}
         for note in system.notes:
             if note.endpoint is not None and note.severity == "error":
@@ -106,6 +104,10 @@ class Resolver:
         """The overlays of the system."""
         return Overlays(self.system, self.reader)
 
+    @cached_property
+    def _starts(self) -> Starts:
+        return Starts(self.system)
+
     def run(self) -> ResolvedSystem:
         """Resolve every endpoint of the system."""
         for endpoint in (*self.system.endpoints, *self._implied):
@@ -117,30 +119,13 @@ class Resolver:
                 self.participants.resolved(participant, pack)
         for pack in self.result.packs.values():
             if pack.sum_up is not nothing_summed:
-                self._sum_up(pack)
+                sum_up(pack, self.result.endpoints)
         self.report_rest()
         return self.result
 
-    def _sum_up(self, pack: RulePack) -> None:
-        """Give endpoints the values that follow from those of all."""
-        own = [each for each in self.result.endpoints if each.pack is pack]
-        for each in own:
-            if each.profile.needs:
-                each.participant.requiring.add(each.key)
-        layers: dict[tuple[tuple[int, Value], ...], Layer] = {}
-        for position, values in pack.sum_up(own).items():
-            found = tuple((pack.vocabulary.indices[ENDPOINT, name], value) for name, value in values.items())
-            if found not in layers:
-                texts = {index: pack.policies[index].format(value) for index, value in found}
-                settings = {index: Stated(text, Setting(text, derived=True)) for index, text in texts.items()}
-                layers[found] = Layer("settled by all endpoints", settings, counts_as_stated=False)
-            endpoint = own[position]
-            endpoint.profile = endpoint.profile.with_values(dict(found))
-            endpoint.layers = (layers[found], *endpoint.layers)
-
     def _complete(self) -> None:
         """Ask the packs in use what follows from all that is stated."""
-        for protocol in _protocols_in_use(self.system, self.default):
+        for protocol in protocols_in_use(self.system, self.default):
             pack = self._pack_of(protocol)
             if pack is None or (pack.complete is nothing_follows and pack.sum_up is nothing_summed):
                 continue
@@ -154,61 +139,20 @@ class Resolver:
             ]
             # What is wrong with the settings is reported when they are resolved with what follows.
             draft = Resolver(self.system, self.find_pack, self.default, self.asked, completed=True)
+            brokers = self.participants.brokers(pack)
             completion = pack.complete(
-                [draft.known_participant(each, pack) for each in participants],
-                [draft.known_endpoint(each, pack) for each in stated],
-                {name: draft.known_broker(each, pack) for name, each in self.participants.brokers(pack).items()},
+                [known_participant(each, pack, draft.participants) for each in participants],
+                [known_endpoint(each, pack, partial(draft.alone, each, pack)) for each in stated],
+                {name: known_broker(each, pack, draft.participants) for name, each in brokers.items()},
             )
             self.participants.facts.update(completion.participants)
             self._facts.update({id(stated[at]): facts for at, facts in completion.endpoints.items()})
             self._implied += completion.implied
 
-    def known_participant(self, participant: Participant, pack: RulePack) -> Known:
-        """Return a participant with its values, read when they are asked for."""
-
-        def read(policy: Policy) -> tuple[Value, Place | None] | None:
-            resolved = self.participants.resolved(participant, pack)
-            index = pack.vocabulary.indices[policy.level, policy.name]
-            stated = next((layer.settings[index] for layer in resolved.layers if index in layer.settings), None)
-            return None if stated is None else (resolved.values[index], stated.setting.place)
-
-        place, template = participant.place, participant.template
-        return Known(participant.id, read, place=place, template=template, external=participant.external)
-
-    def known_endpoint(self, endpoint: Endpoint, pack: RulePack) -> Known:
-        """Return an endpoint with its values, read when they are asked for."""
-
-        @cache
-        def resolved() -> Resolved:
-            owner = self.participants.resolved(self.system.participants[endpoint.participant], pack)
-            return self._resolved(endpoint, owner, endpoint.id, endpoint.id)
-
-        def read(policy: Policy) -> tuple[Value, Place | None] | None:
-            index = pack.vocabulary.indices[policy.level, policy.name]
-            if resolved().written(index) is None:
-                return None
-            return resolved().profile.values[index], resolved().origin(index)[1]
-
-        return Known(
-            endpoint.id,
-            read,
-            lambda: resolved().profile.needs,
-            endpoint.place,
-            endpoint.template,
-            endpoint.external,
-            endpoint.role,
-            endpoint.topic,
-            endpoint.participant,
-            endpoint.kind,
-        )
-
-    def known_broker(self, broker: Broker, pack: RulePack) -> Known:
-        """Return a broker with its values, read when they are asked for."""
-
-        def read(policy: Policy) -> tuple[Value, Place | None] | None:
-            return self.participants.stated_of_broker(broker, pack, pack.vocabulary.indices["broker", policy.name])
-
-        return Known(broker.id, read, place=broker.place)
+    def alone(self, endpoint: Endpoint, pack: RulePack) -> Resolved:
+        """Resolve one stated endpoint with one pack, and leave it out of the result."""
+        owner = self.participants.resolved(self.system.participants[endpoint.participant], pack)
+        return self._resolved(endpoint, owner, endpoint.id, endpoint.id)
 
     def _protocol_of(self, endpoint: Endpoint) -> str | None:
         owner = self.system.participants[endpoint.participant]
@@ -236,9 +180,8 @@ class Resolver:
 
     def report_rest(self) -> None:
         """Report what was read but is judged by nobody."""
-        self._report_packless()
-        self._report_names()
-        self._report_needs()
+        if self._packless or self._name_problems or any(each.needs for each in self.system.endpoints):
+            self.result.findings += left_over(self.result, self._packless, self._name_problems, self.known)
         if self.system.overlays:
             self.overlays.report()
         self.participants.report()
@@ -253,57 +196,6 @@ class Resolver:
             self.result.packs[chosen.id] = chosen
         self._chosen[protocol] = chosen
         return chosen
-
-    def _report_names(self) -> None:
-        """Report what is wrong with names, each once with all endpoints that use it."""
-        for (problem, shown, pack_id), endpoints in self._name_problems.items():
-            rule = self.result.packs[pack_id].rule(problem.code)
-            core = CODES.get(problem.code)
-            first = min(endpoints, key=lambda endpoint: endpoint.id)
-            finding = Finding(
-                code=problem.code,
-                name=rule.name if rule else core.name if core else problem.code.lower(),
-                severity=Severity(problem.severity),
-                message=problem.message,
-                source=pack_id,
-                topic=shown,
-                sides=(Side(first.role, tuple(sorted(endpoint.id for endpoint in endpoints)), place=first.place),),
-                because=rule.because if rule else "",
-                clause=rule.clause if rule else "",
-                help=problem.help or None,
-            )
-            self.result.findings.append(finding)
-
-    def _report_packless(self) -> None:
-        for protocol, endpoints in self._packless.items():
-            endpoints.sort(key=lambda endpoint: endpoint.id)
-            ids = [endpoint.id for endpoint in endpoints]
-            message = (
-                f"no installed pack judges protocol `{protocol}`: {plural(len(ids), 'endpoint')} left out"
-                if protocol
-                else f"no protocol is stated for {plural(len(ids), 'endpoint')}, so nothing judges them"
-            )
-            help_text = (
-                f"{suggestion(protocol, self.known)}; `cqos packs` lists them"
-                if protocol
-                else "state `protocol:` in the file, or give --protocol ID"
-            )
-            self.reader.say("CQ201", message, endpoints[0].place, "endpoint", ids, help_text)
-
-    def _report_needs(self) -> None:
-        packs = {each.stated_id: each.pack for each in self.result.endpoints}
-        needing = sorted(
-            (
-                each
-                for each in self.system.endpoints
-                if each.needs and each.role != PUBLISHER and each.id in packs and not packs[each.id].needs
-            ),
-            key=lambda each: each.id,
-        )
-        if needing:
-            message = f"no installed pack judges `needs`: those of {plural(len(needing), 'endpoint')} were read but not compared"
-            place = next(iter(needing[0].needs.values())).place
-            self.reader.say("CQ211", message, place, "subscriber", [endpoint.id for endpoint in needing])
 
     # Topics
 
@@ -393,7 +285,9 @@ class Resolver:
             layers,
             participant,
             endpoint.external or owner.external or topic_external,
-            starts_after=self._starts.before((*endpoint.starts_after, *owner.starts_after)),
+            starts_after=self._starts.before(names)
+            if (names := (*endpoint.starts_after, *owner.starts_after))
+            else frozenset(),
         )
 
     def _profile_of(
@@ -464,46 +358,41 @@ class Resolver:
         layers, possible = self.overlays.lay(own, overlays, participant) if overlays else (own, {})
         needs = self._needs(endpoint, pack, owner, identifier)
         values: list[Any] = []
-        words: list[WrittenValue | None] = []
+        words: list[WrittenValue | None] = [None] * len(pack.policies)
         asked = pack.asked | self.asked.get(id(pack), frozenset())
+        readings = {
+            ENDPOINT: ValueSource(
+                endpoint.role,
+                tuple(layers),
+                participant.values,
+                pack.dialects.get(endpoint.dialect, pack.dialects.get("yaml")),
+                owner,
+                endpoint.place,
+                endpoint.observed,
+                identifier,
+            ),
+            NEED: ValueSource(endpoint.role, (needs,), {}, None, owner, endpoint.place, member=identifier),
+            TOPIC: ValueSource(endpoint.role, topic_layers, participant.values, None, f"topic `{endpoint.topic}`"),
+        }
+        extra = {when: replace(readings[ENDPOINT], layers=(*more, *layers)) for when, more in possible.items()}
+        stated = {index for layer in (*layers, needs, *topic_layers) if not layer.assumed for index in layer.settings}
+        stated |= {index for reading in extra.values() for layer in reading.layers for index in layer.settings}
         for index, policy in enumerate(pack.policies):
-            words.append(None)
-            if policy.level == ENDPOINT:
-                if endpoint.role not in policy.roles:
+            reading = readings.get(policy.level)
+            if reading is None:
+                values.append(participant.values[index])
+            elif index not in stated:
+                values.append(self._unstated(index, reading, participant, endpoint))
+            else:
+                if policy.level == ENDPOINT and endpoint.role not in policy.roles:
                     self._without_effect(policy, index, written, owner, endpoint, identifier)
-                value = self._own_value(index, layers, endpoint, participant, identifier)
-                for when, extra in possible.items():
-                    if any(index in layer.settings for layer in extra):
-                        then = self._own_value(index, [*extra, *layers], endpoint, participant, identifier)
-                        value = either(participant, when, then, value)
+                value = self.reader.value(pack, index, reading)
+                for when, there in extra.items() if policy.level == ENDPOINT else ():
+                    if any(index in layer.settings for layer in possible[when]):
+                        value = either(participant, when, self.reader.value(pack, index, there), value)
                 values.append(value)
                 if index in asked:
-                    words[index] = how_written(policy, index, layers)
-            elif policy.level == NEED:
-                where = endpoint.place
-                values.append(
-                    self.reader.value(
-                        pack, index, policy, endpoint.role, (needs,), {}, None, owner, where, member=identifier
-                    )
-                )
-            elif policy.level == "topic":
-                values.append(
-                    self.reader.value(
-                        pack,
-                        index,
-                        policy,
-                        endpoint.role,
-                        topic_layers,
-                        participant.values,
-                        None,
-                        f"topic `{endpoint.topic}`",
-                        None,
-                    )
-                )
-                if index in asked:
-                    words[index] = how_written(policy, index, topic_layers)
-            else:
-                values.append(participant.values[index])
+                    words[index] = how_written(policy, index, reading.layers)
         beside = [replace(layer, overlay="may_hold") for extra in possible.values() for layer in extra]
         found = (*beside, *layers, needs)
         unread = tuple(code for layer in (*found, *topic_layers) for code in layer.unread)
@@ -547,29 +436,15 @@ class Resolver:
                 self.reader.say("CQ211", message, stated.setting.place, endpoint.role, [identifier])
         return Layer("explicit", found, unread=unread)
 
-    def _own_value(
-        self,
-        index: int,
-        layers: Sequence[Layer],
-        endpoint: Endpoint,
-        participant: ResolvedParticipant,
-        identifier: str,
+    def _unstated(
+        self, index: int, reading: ValueSource, participant: ResolvedParticipant, endpoint: Endpoint
     ) -> Value:
-        """Read a value of an endpoint from the nearest of ``layers`` that states it."""
-        pack = participant.pack
-        return self.reader.value(
-            pack,
-            index,
-            pack.policies[index],
-            endpoint.role,
-            layers,
-            participant.values,
-            pack.dialects.get(endpoint.dialect, pack.dialects.get("yaml")),
-            f"{endpoint.role} `{identifier}`",
-            endpoint.place,
-            observed=endpoint.observed,
-            member=identifier,
-        )
+        """The value of a policy that nobody states for an endpoint: the same for all endpoints of like participants."""
+        known = participant.surroundings.unstated
+        key = (index, endpoint.role, endpoint.observed, endpoint.dialect)
+        if key not in known:
+            known[key] = self.reader.value(participant.pack, index, reading)
+        return known[key]
 
     def _without_effect(
         self, policy: Policy, index: int, explicit: Layer, owner: str, endpoint: Endpoint, identifier: str
@@ -579,41 +454,6 @@ class Resolver:
             roles = " and ".join(policy.roles) or "no endpoint"
             message = f"{owner} states `{policy.name}`, which only a {roles} has"
             self.reader.say("CQ210", message, stated.setting.place, endpoint.role, [identifier])
-
-
-class Starts:
-    """The order of start that a system states of some of its participants and endpoints."""
-
-    def __init__(self, system: System) -> None:
-        """Note what each of them states."""
-        self._system = system
-        self._stated: dict[str, list[str]] | None = None
-        self._known: dict[tuple[str, ...], frozenset[str]] = {}
-
-    def before(self, names: tuple[str, ...]) -> frozenset[str]:
-        """Return all that is up before whatever starts after ``names``: these, and what they start after."""
-        if not names:
-            return frozenset()
-        if names not in self._known:
-            stated, found, left = self._by_name(), set[str](), [*names]
-            while left:
-                name = left.pop()
-                if name not in found:
-                    found.add(name)
-                    left += stated.get(name, ())
-            self._known[names] = frozenset(found)
-        return self._known[names]
-
-    def _by_name(self) -> dict[str, list[str]]:
-        """What each participant and endpoint starts after; of a participant that is up, all endpoints are."""
-        if self._stated is None:
-            participants = self._system.participants
-            self._stated = {name: [*each.starts_after] for name, each in participants.items()}
-            for each in self._system.endpoints:
-                own = participants[each.participant].starts_after
-                self._stated[each.participant] += each.starts_after
-                self._stated.setdefault(each.id, []).extend((*each.starts_after, *own))
-        return self._stated
 
 
 @cache
@@ -636,29 +476,6 @@ def _conventions(pack: RulePack, key: str | None) -> tuple[tuple[Layer, ...], bo
             layers.append(Layer(f"convention of {convention.pattern}", settings, counts_as_stated=False))
             external = external or convention.external
     return tuple(layers), external
-
-
-def choose_variant(pack: RulePack, options: Settings) -> RulePack:
-    """Return the variant of ``pack`` that the system's options ask for, or the pack itself."""
-    for (option, value), variant in pack.variants.items():
-        setting = options.get(option)
-        if setting is not None and normalise(setting.text) == value:
-            return variant
-    return pack
-
-
-def packs_in_use(
-    system: System, find_pack: Callable[[str], RulePack | None], default_protocol: str | None
-) -> list[RulePack]:
-    """The packs that judge what the system states, by id."""
-    found = map(find_pack, _protocols_in_use(system, default_protocol))
-    return [choose_variant(pack, system.options.get(pack.id, {})) for pack in found if pack is not None]
-
-
-def _protocols_in_use(system: System, default: str | None) -> list[str]:
-    stated = {each.protocol for each in system.participants.values()}
-    stated |= {each.protocol for each in system.endpoints if each.protocol}
-    return sorted(filter(None, {protocol or system.protocol or default for protocol in stated}))
 
 
 def resolve(

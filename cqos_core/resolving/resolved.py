@@ -7,10 +7,12 @@ it again in the layers, for the few values a finding prints.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 from cqos_core.language.policy import NO, UNMATCHED, Policy
 from cqos_core.language.values import Anything, Depends, FromPeers, Value, is_plain
+from cqos_core.model.memory import MAXIMUM_REMEMBERED
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -120,11 +122,7 @@ def intern(pack: RulePack, values: Values, beside: Iterable[str] = (), refused: 
             READ.clear()
         opened = [index for index in range(pack.vocabulary.size) if not is_plain(values[index])]
         from_peers = tuple(index for index in opened if isinstance(values[index], FromPeers))
-        unmatched = frozenset(
-            index
-            for index, policy in enumerate(pack.policies)
-            if policy.enforced and _enforcement(pack, policy, values) == UNMATCHED
-        )
+        unmatched = _treated_as(pack, UNMATCHED, tuple([values[index] for index in _deciding(pack)]))
         needs = frozenset(name for name, (index, nothing) in pack.needs.items() if values[index] != nothing)
         codes = {value.code for index in opened if isinstance(value := values[index], Anything) and value.code}
         unread = tuple(sorted({*beside, *codes}))
@@ -134,14 +132,24 @@ def intern(pack: RulePack, values: Values, beside: Iterable[str] = (), refused: 
     return profile
 
 
-def _enforcement(pack: RulePack, policy: Policy, values: Values) -> str:
-    """How the middleware chosen by option values treats ``policy``; options under which it differs enforce it."""
-    for option, by_value in policy.enforced.items():
-        index = pack.vocabulary.indices["option", option]
-        found = treated(by_value, pack.policies[index], values[index])
-        if found is not None:
-            return found
-    return "yes"
+@cache
+def _deciding(pack: RulePack) -> tuple[int, ...]:
+    """The options by which middleware is told apart that ignores policies, or matches without them."""
+    options = {pack.vocabulary.indices["option", name] for policy in pack.policies for name in policy.enforced}
+    return tuple(sorted(options))
+
+
+@lru_cache(maxsize=MAXIMUM_REMEMBERED)
+def _treated_as(pack: RulePack, how: str, deciding: tuple[Value, ...]) -> frozenset[int]:
+    """The policies that the middleware treats in a way, under these values of `_deciding`; the first option that says counts."""
+    values = dict(zip(_deciding(pack), deciding, strict=True))
+    found = set()
+    for index, policy in enumerate(pack.policies):
+        at = [(pack.vocabulary.indices["option", option], table) for option, table in policy.enforced.items()]
+        said = (treated(table, pack.policies[option], values[option]) for option, table in at)
+        if next((each for each in said if each is not None), "yes") == how:
+            found.add(index)
+    return frozenset(found)
 
 
 def treated(by_value: Mapping[str, str], option: Policy, value: Value) -> str | None:
@@ -156,12 +164,17 @@ def treated(by_value: Mapping[str, str], option: Policy, value: Value) -> str | 
 class Surroundings:
     """What participants give their endpoints: values of options, connection and broker, and the texts of the former two.
 
-    Participants that state the same share it. ``unread`` has the codes of what is reported of it as not understood.
+    Participants that state the same share it.
+
+    Attributes:
+        unread: codes of what is reported of it as not understood.
+        unstated: what was found of endpoints that state nothing: the value by policy, role, whether they were observed, and dialect.
     """
 
     values: Mapping[int, Value]
     texts: Mapping[str, str]
     unread: tuple[str, ...] = ()
+    unstated: dict[tuple[int, str, bool, str], Value] = field(default_factory=dict)
 
 
 @dataclass(slots=True, eq=False)
@@ -251,10 +264,10 @@ class Resolved:
 
     def origin(self, index: int) -> tuple[str, Place | None]:
         """Where the value of a policy came from, and its place or the endpoint's."""
-        policy = self.pack.policies[index]
         if self.carried is not None and index in self.carried.own_index:
             return self.carried.endpoint.origin(self.carried.own_index[index])
-        if _enforced_no(self.pack, policy, self.profile.values):
+        deciding = tuple([self.profile.values[option] for option in _deciding(self.pack)])
+        if index in _treated_as(self.pack, NO, deciding):
             return "ignored by the middleware", self.endpoint.place
         for layer in (*self.layers, *self.participant.layers):
             stated = layer.settings.get(index)
@@ -278,10 +291,6 @@ class Resolved:
             if stated is not None:
                 return stated.text
         return None
-
-
-def _enforced_no(pack: RulePack, policy: Policy, values: Values) -> bool:
-    return bool(policy.enforced) and _enforcement(pack, policy, values) == NO
 
 
 @dataclass(slots=True)

@@ -23,7 +23,7 @@ def forget():
     for remembered in (
         *(shape._remembered, judge.judge_pair, judge.judge_endpoint, judge.refusals, judge.apart),
         *(judge.refusing_worlds, assumed._steered, assumed._options),
-        *(resolve._conventions, resolve._base_layer, _plain_remembered),
+        *(resolve._conventions, resolve._base_layer, resolved._deciding, resolved._treated_as, _plain_remembered),
     ):
         remembered.cache_clear()
 
@@ -41,6 +41,8 @@ def test_everything_that_remembers_is_forgotten_here():
         "_options",
         "apart",
         "_base_layer",
+        "_deciding",
+        "_treated_as",
         "_conventions",
     }
 

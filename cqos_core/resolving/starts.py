@@ -1,0 +1,41 @@
+"""The order of start that a system states."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cqos_core.model.system import System
+
+
+class Starts:
+    """The order of start that a system states of some of its participants and endpoints."""
+
+    def __init__(self, system: System) -> None:
+        """Note what each of them states."""
+        self._system = system
+        self._stated: dict[str, list[str]] | None = None
+        self._known: dict[tuple[str, ...], frozenset[str]] = {}
+
+    def before(self, names: tuple[str, ...]) -> frozenset[str]:
+        """Return all that is up before whatever starts after ``names``: these, and what they start after."""
+        if names not in self._known:
+            stated, found, left = self._by_name(), set[str](), [*names]
+            while left:
+                name = left.pop()
+                if name not in found:
+                    found.add(name)
+                    left += stated.get(name, ())
+            self._known[names] = frozenset(found)
+        return self._known[names]
+
+    def _by_name(self) -> dict[str, list[str]]:
+        """What each participant and endpoint starts after; of a participant that is up, all endpoints are."""
+        if self._stated is None:
+            participants = self._system.participants
+            self._stated = {name: [*each.starts_after] for name, each in participants.items()}
+            for each in self._system.endpoints:
+                own = participants[each.participant].starts_after
+                self._stated[each.participant] += each.starts_after
+                self._stated.setdefault(each.id, []).extend((*each.starts_after, *own))
+        return self._stated
