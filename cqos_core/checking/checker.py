@@ -325,18 +325,7 @@ def assemble(
         plain.append(_nothing_compared(system, resolved))
     made += [Made(finding, ("own", index), frozenset()) for index, finding in enumerate(plain)]
     if system.hypothetical:
-        own = frozenset(
-            bound.rule.code
-            for pack in packs.values()
-            for bound in (*pack.by_scope.get("endpoint", ()), *pack.beyond_topics)
-        )
-        # What is wrong with a pair, not with an end of it, is a warning: nothing says that they ever match.
-        made = [
-            replace(one, finding=replace(one.finding, severity=Severity.WARNING))
-            if one.finding.code not in own and one.finding.verdict and one.finding.severity is Severity.ERROR
-            else one
-            for one in made
-        ]
+        made = _only_tried(made, packs)
     made = with_severities(made, system.severities, context.find_rule)
     if system.accept:
         today = context.today or date.today()  # noqa: DTZ011 - a calendar day, where the user is
@@ -362,6 +351,18 @@ def assemble(
         hypothetical=hypothetical,
         assumed=assumed,
     )
+
+
+def _only_tried(made: Sequence[Made], packs: Mapping[str, RulePack]) -> list[Made]:
+    """Make a warning of what is wrong with a hypothetical pair, not with an end of it: nothing says that they ever match."""
+    rules = (bound for pack in packs.values() for bound in (*pack.by_scope.get("endpoint", ()), *pack.beyond_topics))
+    own = {bound.rule.code for bound in rules}
+    return [
+        replace(one, finding=replace(one.finding, severity=Severity.WARNING))
+        if one.finding.code not in own and one.finding.verdict and one.finding.severity is Severity.ERROR
+        else one
+        for one in made
+    ]
 
 
 def _nothing_compared(system: System, resolved: ResolvedSystem) -> Finding:
