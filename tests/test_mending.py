@@ -32,6 +32,13 @@ def test_the_best_remedy_of_each_error():
     assert system.endpoints[0].overlay == {}, "the system itself stays as it is"
 
 
+def test_what_a_remedy_states_counts_as_stated():
+    """Else it would be offered against a rule about stated values, which then refuses it."""
+    system = world(writer("t", "w"), reader("t", "r", delay="1ms"))
+    (error,) = [each for each in errors(system) if each.code == "POST102"]
+    assert "offer delay `1ms` on w" not in [remedy.text for remedy in error.remedies]
+
+
 def test_a_promise_of_the_program_is_only_made_if_that_is_allowed():
     system = world(writer("t", "w", delay="9s"), reader("t", "r", delay="1s"))
     assert changes(mend(system, CONTEXT, "configuration")) == [("r", "delay", "9s")]

@@ -47,9 +47,7 @@ def changed(values: Values, vocabulary: Vocabulary, index: int, value: Plain) ->
     policy, size = vocabulary.policies[index], vocabulary.size
     for at in vocabulary.follows(policy.name, values):
         values = (*values[:at], _FOLLOWS, *values[at + 1 :])
-    written = (
-        WrittenValue(normalise(policy.domain.format(value)), here=True) if values[size + index] is not None else None
-    )
+    written = WrittenValue(normalise(policy.domain.format(value)), here=True)
     return (*values[:index], value, *values[index + 1 : size + index], written, *values[size + index + 1 :])
 
 
