@@ -8,7 +8,7 @@ A page is followed from top to bottom, in a folder of its own that has the examp
 - a `python` block with prompts is a doctest. All of a page share their variables;
 - a `sentence` block has one sentence of the rule language per line, in its one text form.
 
-`python tests/test_docs.py` writes the output of commands that have another one now into the pages.
+`python -m tests.test_docs` writes the output of commands that have another one now into the pages.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ import pytest
 
 from cqos_core.language import expression
 from cqos_core.language.parsing import parse
+from tests.command import run
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -52,6 +53,8 @@ FOLLOWED = (
     "examples/README.md",
 )
 PAGES = (*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("examples/*.md"))
+SHELL = re.compile(r"""[|&;<>$*?'"\\]""")
+"""What makes a line one for the shell."""
 BLOCK = re.compile(r'^```(?P<kind>\w+)(?: title="(?P<title>[^"]+)")?\n(?P<text>.*?)^```$', re.MULTILINE | re.DOTALL)
 
 
@@ -104,17 +107,22 @@ def commands(block: re.Match[str]) -> Iterator[tuple[str, int, int]]:
 def execute(command: str, folder: Path, code: int) -> tuple[int, str]:
     """Run one command of a page as a reader would; return its exit code and all that it prints."""
     site = folder / ".site"
-    # Whoever follows the page installs into an environment of their own; this is one.
-    command = command.replace(
-        "pip install", f"{sys.executable} -m pip install --no-build-isolation --no-deps --no-index --target {site}"
-    )
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     python_path = os.pathsep.join(filter(None, [str(site), os.environ.get("PYTHONPATH")]))
     kept = {name: value for name, value in os.environ.items() if name not in {"COLUMNS", "CQOS_DEBUG", "FORCE_COLOR"}}
-    done = subprocess.run(
+    environment = kept | {"PATH": path, "PYTHONPATH": python_path, "PIP_DISABLE_PIP_VERSION_CHECK": "1"}
+    words = command.split()
+    if words[0] == "cqos" and not SHELL.search(command):
+        done = run(words[1:], folder, environment, together=True)
+        return done.code, without_ends(done.out)
+    # A reader installs into an environment of their own; this is one.
+    command = command.replace(
+        "pip install", f"{sys.executable} -m pip install --no-build-isolation --no-deps --no-index --target {site}"
+    )
+    ended = subprocess.run(
         ["sh", "-c", f"(exit {code}); {command}"],
         cwd=folder,
-        env=kept | {"PATH": path, "PYTHONPATH": python_path, "PIP_DISABLE_PIP_VERSION_CHECK": "1"},
+        env=environment,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
@@ -122,7 +130,12 @@ def execute(command: str, folder: Path, code: int) -> tuple[int, str]:
         check=False,
         timeout=120,
     )
-    return done.returncode, "".join(f"{line.rstrip()}\n" for line in done.stdout.splitlines())
+    return ended.returncode, without_ends(ended.stdout)
+
+
+def without_ends(text: str) -> str:
+    """Return a text without the spaces at the ends of its lines."""
+    return "".join(f"{line.rstrip()}\n" for line in text.splitlines())
 
 
 def run_doctest(text: str, variables: dict[str, object], page: str, line: int, folder: Path) -> None:
@@ -169,7 +182,7 @@ def test_a_page_can_be_followed(page, tmp_path):
     for said in follow(page, tmp_path):
         assert agrees(said.expected, said.actual), (
             f"{page} says that `{said.command}` prints\n\n{said.expected}\nbut it prints\n\n{said.actual}\n"
-            "if that is right, run: python tests/test_docs.py"
+            "if that is right, run: python -m tests.test_docs"
         )
 
 

@@ -6,22 +6,15 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 
 from cqos_core.cli import main
+from tests import command
+from tests.command import Done
 
 COMMAND = Path(sys.executable).with_name("cqos")
 CASES = Path(__file__).with_name("cases")
-
-
-class Done(NamedTuple):
-    """How a run ended."""
-
-    code: int
-    out: str
-    err: str
 
 
 def environment(**changes):
@@ -54,6 +47,16 @@ def cqos(files, capfd, monkeypatch):
         code = main([str(argument) for argument in arguments])
         done = capfd.readouterr()
         return Done(code, done.out, done.err)
+
+    return run
+
+
+@pytest.fixture
+def forked(files):
+    """Run the command in a process of its own, without its start."""
+
+    def run(*arguments, stdin="", **environ):
+        return command.run(arguments, files, environment(**environ), stdin.encode())
 
     return run
 

@@ -14,17 +14,17 @@ ROOT = Path(__file__).resolve().parents[2]
 DIAGRAM = ROOT / "examples" / "smart_agriculture_incompatible.bpmn"
 
 
-def test_a_diagram_becomes_a_system_file(real, files):
-    done = real("convert", DIAGRAM, "--to", "yaml", "--output", "system.yaml")
+def test_a_diagram_becomes_a_system_file(forked, files):
+    done = forked("convert", DIAGRAM, "--to", "yaml", "--output", "system.yaml")
     assert (done.code, done.out, done.err) == (0, "", "")
-    before = json.loads(real("check", DIAGRAM, "--format", "json").out)
-    after = json.loads(real("check", "system.yaml", "--format", "json").out)
+    before = json.loads(forked("check", DIAGRAM, "--format", "json").out)
+    after = json.loads(forked("check", "system.yaml", "--format", "json").out)
     assert after["verdict"] == before["verdict"]
     assert [each["code"] for each in after["findings"]] == [each["code"] for each in before["findings"]]
 
 
-def test_standard_output_and_input(real):
-    done = real(
+def test_standard_output_and_input(forked):
+    done = forked(
         "convert", "-", "--to", "yaml", "--stdin-name", "x.yaml", stdin="cqos: 1\nparticipants: {a: {publishes: {t: }}}"
     )
     assert (done.code, done.out) == (0, "# From x.yaml\ncqos: 1\n\nparticipants:\n  a:\n    publishes:\n      t: {}\n")

@@ -27,8 +27,8 @@ def two(files):
     return "old.yaml", "new.yaml"
 
 
-def test_text(real, two):
-    done = real("diff", *two, COLUMNS="200")
+def test_text(forked, two):
+    done = forked("diff", *two, COLUMNS="200")
     assert (done.code, done.err) == (1, "")
     assert (
         done.out
@@ -96,10 +96,10 @@ def test_a_folder_is_one_system(cqos, two, files):
     assert cqos("diff", "folder", two[1]).code == 1
 
 
-def test_standard_input(real, two):
-    assert real("diff", "-", two[1], stdin=OLD).code == 1
-    assert real("diff", two[0], "-", stdin=OLD).code == 0
-    assert real("diff", "-", "-", stdin=OLD).code == 2
+def test_standard_input(forked, two):
+    assert forked("diff", "-", two[1], stdin=OLD).code == 1
+    assert forked("diff", two[0], "-", stdin=OLD).code == 0
+    assert forked("diff", "-", "-", stdin=OLD).code == 2
 
 
 @pytest.mark.parametrize("bad", ["missing.yaml", "broken.yaml", "foreign.yaml"])

@@ -19,11 +19,11 @@ def log(files):
     return "node.log"
 
 
-def test_by_the_system_all_policies_and_what_to_change(real, log, files):
+def test_by_the_system_all_policies_and_what_to_change(forked, log, files):
     (files / "both.yaml").write_text(
         (files / "clashes.yaml").read_text().replace("reliability: reliable", "reliability: reliable, deadline: 1s")
     )
-    done = real("explain", "--log", log, "both.yaml", COLUMNS="200")
+    done = forked("explain", "--log", log, "both.yaml", COLUMNS="200")
     assert done.code == 1
     lines = done.out.splitlines()
     assert lines[:5] == [
@@ -38,16 +38,16 @@ def test_by_the_system_all_policies_and_what_to_change(real, log, files):
     assert done.out.endswith("incompatible: 1 topic, 1 pair judged, 2 errors\n")
 
 
-def test_by_the_line_alone(real, log):
-    done = real("explain", "--log", log, COLUMNS="300")
+def test_by_the_line_alone(forked, log):
+    done = forked("explain", "--log", log, COLUMNS="300")
     assert done.code == 1
     assert done.out.count("ROS101 reliability-weaker-than-requested: a best_effort publisher") == 2
     assert "only the last is named" in done.out
     assert "cqos explain --log node.log PATH..." in done.out
 
 
-def test_as_json(real, log):
-    document = json.loads(real("explain", "--log", log, "clashes.yaml", "--format", "json").out)
+def test_as_json(forked, log):
+    document = json.loads(forked("explain", "--log", log, "clashes.yaml", "--format", "json").out)
     assert (document["version"], document["log"], document["lines"]) == (1, "node.log", 4)
     first, second = document["misfits"]
     assert first == {
@@ -75,20 +75,20 @@ def test_as_json(real, log):
     assert [finding["code"] for finding in document["findings"]] == ["ROS101"]
 
 
-def test_standard_input(real):
-    done = real("explain", "--log", "-", "fits.yaml", stdin=LOG)
+def test_standard_input(forked):
+    done = forked("explain", "--log", "-", "fits.yaml", stdin=LOG)
     assert done.code == 1
     assert "<stdin>:2" in done.out
     assert "by the system they fit, so what runs differs from it" in done.out
-    done = real("explain", "--log", "-", "-", stdin=LOG)
+    done = forked("explain", "--log", "-", "-", stdin=LOG)
     assert (done.code, "only one of" in done.err) == (2, True)
 
 
-def test_a_log_without_complaints(real, files):
+def test_a_log_without_complaints(forked, files):
     (files / "quiet.log").write_text("all is well\n")
-    done = real("explain", "--log", "quiet.log", "clashes.yaml")
+    done = forked("explain", "--log", "quiet.log", "clashes.yaml")
     assert (done.code, done.out) == (0, "quiet.log: in 1 line no program says that an endpoint does not fit\n")
-    assert json.loads(real("explain", "--log", "quiet.log", "--format", "json").out)["misfits"] == []
+    assert json.loads(forked("explain", "--log", "quiet.log", "--format", "json").out)["misfits"] == []
 
 
 @pytest.mark.parametrize(
@@ -102,17 +102,17 @@ def test_a_log_without_complaints(real, files):
         b"[" * 300_000,
     ],
 )
-def test_hostile_logs(real, files, data):
+def test_hostile_logs(forked, files, data):
     (files / "hostile.log").write_bytes(data)
-    done = real("explain", "--log", "hostile.log", "clashes.yaml")
+    done = forked("explain", "--log", "hostile.log", "clashes.yaml")
     assert done.code == (1 if b"N\0e\0w" in data else 0)
     assert done.err == ""
 
 
-def test_a_topic_cannot_act_on_the_terminal(real, files):
+def test_a_topic_cannot_act_on_the_terminal(forked, files):
     line = LOG.splitlines()[1].replace("/scan", "/s\x07\u202ecan")
     (files / "strange.log").write_text(line, encoding="utf-8")
-    done = real("explain", "--log", "strange.log", "--color", "never")
+    done = forked("explain", "--log", "strange.log", "--color", "never")
     assert done.code == 1
     assert "\x07" not in done.out
     assert "\\x07" in done.out

@@ -132,54 +132,54 @@ BROKEN = (
 )
 
 
-def test_what_plugins_add_is_used(real, plugins, files):
+def test_what_plugins_add_is_used(forked, plugins, files):
     (files / "table.csv").write_text("lidar,publisher,scan\nplanner,subscriber,scan\n")
-    assert real("check", "table.csv", "--format", "shout", **plugins)[:2] == (0, "COMPATIBLE!\n")
-    assert real("check", "table.csv", "fits.yaml", "--format", "shout", **plugins)[:2] == (0, "COMPATIBLE!\n")
-    assert real("convert", "table.csv", "--to", "names", **plugins)[:2] == (0, "lidar\nplanner\n")
-    assert real("greet", "world", **plugins)[:2] == (5, "hello world\n")
+    assert forked("check", "table.csv", "--format", "shout", **plugins)[:2] == (0, "COMPATIBLE!\n")
+    assert forked("check", "table.csv", "fits.yaml", "--format", "shout", **plugins)[:2] == (0, "COMPATIBLE!\n")
+    assert forked("convert", "table.csv", "--to", "names", **plugins)[:2] == (0, "lidar\nplanner\n")
+    assert forked("greet", "world", **plugins)[:2] == (5, "hello world\n")
 
 
-def test_commands_of_plugins_stand_in_the_help(real, plugins):
-    out = real("--help", **plugins).out
+def test_commands_of_plugins_stand_in_the_help(forked, plugins):
+    out = forked("--help", **plugins).out
     assert "Commands of plugins:\n  greet" in out
     assert "Say hello." in out
 
 
-def test_a_broken_plugin_is_reported_and_harms_nothing(real, plugins):
-    done = real("check", "clashes.yaml", **plugins)
+def test_a_broken_plugin_is_reported_and_harms_nothing(forked, plugins):
+    done = forked("check", "clashes.yaml", **plugins)
     assert done.code == 1
     assert "error[ROS101]" in done.out
     assert f"warning: {BROKEN}\n" in done.err
     assert "thief_plugin 1.2.3 could not be loaded" in done.err
     assert "formatter `json`, which cqos-core " in done.err
     assert "`awful`" in done.err
-    assert real("check", "clashes.yaml", "--quiet", **plugins) == (1, "", "")
+    assert forked("check", "clashes.yaml", "--quiet", **plugins) == (1, "", "")
 
 
-def test_a_pack_that_cannot_be_imported_is_left_out(real, plugins, files):
+def test_a_pack_that_cannot_be_imported_is_left_out(forked, plugins, files):
     (files / "half.yaml").write_text((files / "fits.yaml").read_text().replace("ros2", "half"))
-    done = real("check", "half.yaml", "clashes.yaml", "--each", **plugins)
+    done = forked("check", "half.yaml", "clashes.yaml", "--each", **plugins)
     assert done.code == 2
     assert "CQ201" in done.out
     assert "error[ROS101]" in done.out
     assert "rule pack `half` of half_plugin 1.2.3 could not be loaded and is left out: ModuleNotFoundError" in done.err
-    assert real("rule", "ROS101", **plugins).code == 0
+    assert forked("rule", "ROS101", **plugins).code == 0
 
 
-def test_broken_plugins_are_listed_with_the_packs(real, plugins):
-    done = real("packs", **plugins)
+def test_broken_plugins_are_listed_with_the_packs(forked, plugins):
+    done = forked("packs", **plugins)
     assert done.code == 0
     broken = done.out.partition("\nBroken plugins\n")[2]
     for name in ("broken_plugin", "half", "thief_plugin"):
         assert f"  {name} " in broken
     assert "fine_plugin 1.2.3" in done.out
     assert "it never worked" not in done.err
-    assert "could not be loaded" in real("packs", "half", **plugins).err
+    assert "could not be loaded" in forked("packs", "half", **plugins).err
 
 
-def test_a_command_that_cannot_be_imported(real, plugins):
-    done = real("gone", **plugins)
+def test_a_command_that_cannot_be_imported(forked, plugins):
+    done = forked("gone", **plugins)
     assert done.code == 2
     assert "The command `gone` of fine_plugin 1.2.3 cannot be loaded: ModuleNotFoundError" in done.err
 
@@ -193,8 +193,8 @@ FAILS = {
 
 
 @pytest.mark.parametrize("how", FAILS)
-def test_a_formatter_that_fails_is_named_and_harms_no_other(real, plugins, files, how):
-    done = real("check", "fits.yaml", "--format", "concise", "--format", how, "--output", "out.txt", **plugins)
+def test_a_formatter_that_fails_is_named_and_harms_no_other(forked, plugins, files, how):
+    done = forked("check", "fits.yaml", "--format", "concise", "--format", how, "--output", "out.txt", **plugins)
     assert done.code == 2
     assert "compatible" in done.out
     assert f"error: formatter `{how}` of fine_plugin 1.2.3 failed: {FAILS[how]}" in done.err
@@ -203,9 +203,9 @@ def test_a_formatter_that_fails_is_named_and_harms_no_other(real, plugins, files
 
 
 @pytest.mark.parametrize("how", [*FAILS, "lost"])
-def test_an_exporter_that_fails_is_named(real, plugins, files, how):
+def test_an_exporter_that_fails_is_named(forked, plugins, files, how):
     (files / "out.txt").write_text("before")
-    done = real("convert", "fits.yaml", "--to", how, "--output", "out.txt", **plugins)
+    done = forked("convert", "fits.yaml", "--to", how, "--output", "out.txt", **plugins)
     assert (done.code, done.out) == (2, "")
     said = FAILS.get(how, "ModuleNotFoundError: No module named 'no_such_module'")
     assert f"error: exporter `{how}` of fine_plugin 1.2.3 failed: {said}" in done.err
@@ -215,18 +215,18 @@ def test_an_exporter_that_fails_is_named(real, plugins, files, how):
 
 @pytest.mark.parametrize(("how", "said"), [("crash", "KeyError: 'x'"), ("quit", FAILS["quit"]), ("none", "TypeError")])
 @pytest.mark.parametrize("command", [("check",), ("convert", "--to", "yaml"), ("diff", "fits.yaml")])
-def test_an_importer_that_fails_is_named_and_the_rest_is_read(real, plugins, files, how, said, command):
+def test_an_importer_that_fails_is_named_and_the_rest_is_read(forked, plugins, files, how, said, command):
     (files / "bad.csv").write_text(how)
-    done = real(*command, "bad.csv", **plugins)
+    done = forked(*command, "bad.csv", **plugins)
     assert (done.code, done.out) == (2, "")
     assert f"bad.csv: importer `csv` of fine_plugin 1.2.3 failed: {said}" in done.err
     assert "Traceback" not in done.err
-    assert "error[ROS101]" in real("check", "bad.csv", "clashes.yaml", "--each", **plugins).out
+    assert "error[ROS101]" in forked("check", "bad.csv", "clashes.yaml", "--each", **plugins).out
 
 
 @pytest.mark.parametrize("command", [("check", "--format", "crash"), ("convert", "--to", "crash")])
-def test_with_debug_the_traceback_of_what_failed_is_shown(real, plugins, command):
-    done = real("--debug", *command, "fits.yaml", **plugins)
+def test_with_debug_the_traceback_of_what_failed_is_shown(forked, plugins, command):
+    done = forked("--debug", *command, "fits.yaml", **plugins)
     assert done.code == 2
     assert "Traceback" in done.err
     assert "return 1 / 0" in done.err

@@ -2,16 +2,14 @@
 
 import json
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 import cqos_core as cqos
+from tests import command
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "robot_directory"
-COMMAND = Path(sys.executable).with_name("cqos")
 FILES = {"bag/metadata.yaml", "config/lidar.yaml", "config/porter.rviz", "drivers.txt", "robot.yaml"}
 
 # Rule and topic to both values: how it is said, where it comes from, and what stands there.
@@ -71,10 +69,7 @@ MENDED = [
 
 
 def run(*arguments, folder=EXAMPLE.parent):
-    done = subprocess.run(
-        [COMMAND, *arguments, "--no-config"], cwd=folder, capture_output=True, encoding="utf-8", timeout=60, check=False
-    )
-    return done.returncode, done.stdout, done.stderr
+    return command.run([*arguments, "--no-config"], folder)
 
 
 def errors(report):

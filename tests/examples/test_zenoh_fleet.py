@@ -2,16 +2,14 @@
 
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 import cqos_core as cqos
+from tests.command import run
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "zenoh_fleet"
-COMMAND = Path(sys.executable).with_name("cqos")
 FILES = ("carrier.json5", "desk.json5", "fleet.yaml")
 FOUND = {
     1: [("warning", "CQ403", "/carrier/battery_state")],
@@ -54,7 +52,7 @@ def test_each_is_mended_by_itself(number, tmp_path):
 
 def test_the_way_of_the_map_is_explained_hop_by_hop():
     ends = ["localization/publisher/map", "dashboard/subscriber/carrier/map"]
-    shown = subprocess.run([COMMAND, "explain", EXAMPLE, *ends], capture_output=True, text=True, check=True).stdout
+    shown = run(["explain", EXAMPLE, *ends], Path.cwd()).out
     first, *_ = shown.partition("\n\nguarantee")
     assert first.splitlines() == [
         "publisher `localization/publisher/map`",

@@ -1,23 +1,14 @@
-"""Runs the installed command in processes of their own, where plugins come from a folder on the path."""
+"""Runs the command in processes of their own, where plugins come from a folder on the path."""
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 
-COMMAND = Path(sys.executable).with_name("cqos")
+from tests.command import run
+
 UNWANTED = {"NO_COLOR", "COLUMNS", "CQOS_DEBUG", "CQOS_LOAD_PLUGINS", "PYTHONPATH"}
-
-
-class Done(NamedTuple):
-    """How a run ended."""
-
-    code: int
-    out: str
-    err: str
 
 
 @pytest.fixture
@@ -36,16 +27,7 @@ class Runner(NamedTuple):
 
     def __call__(self, *arguments, **environ):
         kept = {name: value for name, value in os.environ.items() if name not in UNWANTED}
-        done = subprocess.run(
-            [COMMAND, *map(str, arguments)],
-            cwd=self.folder,
-            env=kept | {"PYTHONPATH": str(self.site), "PYTHONDONTWRITEBYTECODE": "1"} | environ,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            check=False,
-            timeout=60,
-        )
-        return Done(done.returncode, done.stdout.decode(), done.stderr.decode())
+        return run(arguments, self.folder, kept | {"PYTHONPATH": str(self.site)} | environ)
 
 
 @pytest.fixture
