@@ -10,7 +10,7 @@ python3 dev.py build [--check]  wheels and source archives of all distributions 
 python3 dev.py goldens [ARGS]   record what C-QoS says of cases, examples, fixtures, random systems (--check: compare)
 python3 dev.py house [--record]  print how large rooms, modules and functions are; record it
 python3 dev.py bench [ARGS]     measure what C-QoS costs beside the bare work (--scale 0.1: shorter; --only pairs files ...)
-python3 dev.py explore [ARGS]   property tests with new random examples, and many of them (ARGS go to pytest)
+python3 dev.py explore [ARGS]   what `test` tries in short: all of it, and many new random examples (ARGS go to pytest)
 python3 dev.py run -- ARGS      the command `cqos` with ARGS
 python3 dev.py setup            only set up (the others do that by themselves, when something changed)
 """
@@ -21,6 +21,7 @@ import sys
 if sys.version_info < (3, 10):  # noqa: UP036 - said before anything fails
     sys.exit("dev.py: this is Python %d.%d, C-QoS needs 3.10 or newer" % sys.version_info[:2])  # noqa: UP031
 
+import contextlib
 import hashlib
 import importlib.util
 import json
@@ -28,7 +29,9 @@ import os
 import re
 import shutil
 import subprocess
+import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 if sys.version_info >= (3, 11):
@@ -136,14 +139,14 @@ def test(arguments: list[str]) -> int:
     have_programs()
     # One seed for the order of sets too: the same tests give the same answer every time.
     os.environ.setdefault("PYTHONHASHSEED", "0")
-    return run_steps([*lint_steps(), *docs_steps(), ("pytest", pytest_command(arguments))])
+    return run_steps([*lint_steps(), ("pytest", pytest_command(arguments))], beside=docs_steps())
 
 
 def explore(arguments: list[str]) -> int:
-    """Run the property tests with new examples; a failing example becomes a case."""
+    """Run the long form of tests, and random examples that no run had before; a failing example becomes a case."""
     setup(everything=True)
     os.environ["CQOS_HYPOTHESIS"] = "explore"
-    return run_steps([("pytest", pytest_command(["-m", "hypothesis", *arguments]))])
+    return run_steps([("pytest", pytest_command(["-m", "hypothesis or explored", *arguments]))])
 
 
 def lint(_: list[str]) -> int:
@@ -248,22 +251,39 @@ def packages() -> list[str]:
 
 
 def pytest_command(arguments: list[str]) -> list[str]:
-    """Pytest on all cores; ``arguments`` come last and win, and a bare ``--cov`` covers every package."""
+    """Pytest on all cores; ``arguments`` come last and win, and a bare ``--cov`` covers every package.
+
+    One process more than there are cores, because many tests wait for a service or for the middleware.
+    """
     covered = [f"--cov={name}" for project in projects() for name in packages_of(project)]
     rest = [argument for argument in arguments if argument != "--cov"]
     # Counting lines doubles the time, so it is off by default.
     coverage = [*covered, "--cov-report=term:skip-covered"] if "--cov" in arguments else []
-    return [tool("pytest"), "-n", "auto", "--dist", "worksteal", *coverage, *rest]
+    return [tool("pytest"), "-n", str((os.cpu_count() or 1) + 1), "--dist", "worksteal", *coverage, *rest]
 
 
-def run_steps(steps: list[tuple[str, list[str]]]) -> int:
-    """Run every step, also after one failed; return 1 if any did."""
-    failed = []
-    for name, command in steps:
-        print(f"\n== {name}", flush=True)
-        if subprocess.run(command, cwd=ROOT, env=environment(), check=False).returncode != 0:
-            failed.append(name)
-    passed = [name for name, _ in steps if name not in failed]
+def run_steps(steps: list[tuple[str, list[str]]], beside: Sequence[tuple[str, list[str]]] = ()) -> int:
+    """Run every step, also after one failed; return 1 if any did.
+
+    What stands in ``beside`` runs meanwhile, and is printed at the end.
+    """
+    with contextlib.ExitStack() as stack:
+        outputs = [stack.enter_context(tempfile.TemporaryFile()) for _ in beside]
+        running = [
+            subprocess.Popen(command, cwd=ROOT, env=environment(), stdout=output, stderr=subprocess.STDOUT)
+            for (_, command), output in zip(beside, outputs, strict=True)
+        ]
+        failed = []
+        for name, command in steps:
+            print(f"\n== {name}", flush=True)
+            if subprocess.run(command, cwd=ROOT, env=environment(), check=False).returncode != 0:
+                failed.append(name)
+        for (name, _), process, output in zip(beside, running, outputs, strict=True):
+            if process.wait() != 0:
+                failed.append(name)
+            output.seek(0)
+            print(f"\n== {name}\n{output.read().decode(errors='replace').rstrip()}", flush=True)
+    passed = [name for name, _ in (*steps, *beside) if name not in failed]
     print(f"\npassed: {', '.join(passed) or 'nothing'}")
     if failed:
         print(f"FAILED: {', '.join(failed)}")

@@ -131,9 +131,9 @@ class TestExactInXml:
         events = "".join(f'<e id="E{n}" qos:depth="1"/>\n' for n in range(20_000))
         data = f"<d {BINDINGS}>\n{events}</d>".encode()
         places = [xml_place(n + 2, f"E{n}") for n in range(20_000)]
-        start = time.monotonic()
+        start = time.process_time()
         assert all(place.column for place in exact(places, {"f.bpmn": data}).values())
-        assert time.monotonic() - start < 10
+        assert time.process_time() - start < 10
 
     @pytest.mark.parametrize("name", ["smart_agriculture.bpmn", "smart_agriculture_incompatible.bpmn"])
     def test_every_setting_of_the_examples(self, name):

@@ -209,7 +209,7 @@ class Editing(RuleBasedStateMachine):
         assert self.session.report() == cqos.check(self.session.system)
 
 
-Editing.TestCase.settings = settings(max_examples=60, stateful_step_count=20)
+Editing.TestCase.settings = settings(stateful_step_count=20)
 TestEditing = Editing.TestCase
 
 

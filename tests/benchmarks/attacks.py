@@ -279,13 +279,13 @@ ATTACKS: dict[str, Callable[[str, str], None]] = {
 
 
 @contextlib.contextmanager
-def attacking(name: str, address: str, web: str) -> Iterator[None]:
+def attacking(name: str, address: str, web: str, taking_hold: float = _TAKING_HOLD) -> Iterator[None]:
     """Let a process of its own attack; it is ended by its id."""
     here, there = SPAWNED.Pipe()
     process = SPAWNED.Process(target=attack, args=(there, name, address, web), daemon=True)
     process.start()
     here.recv()
-    time.sleep(_TAKING_HOLD)
+    time.sleep(taking_hold)
     try:
         yield
     finally:

@@ -15,7 +15,8 @@ import pytest
 
 from cqos_core import check
 from cqos_core.model.report import Severity, Verdict
-from tests.laws.test_fixes import CASES, checked, texts
+from tests.laws.test_fixes import CASES
+from tests.laws.test_fixes import reports as reports_of_cases
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -94,7 +95,7 @@ def shares(findings: Iterable[Finding]) -> Shares:
 def all_shares() -> dict[str, Shares]:
     found = {
         f"case files of {pack}": sum(
-            (shares(pair_errors(checked(text.encode()))) for _, text in texts(pack)), start=Shares()
+            (shares(pair_errors(report)) for _, _, report in reports_of_cases(pack)), start=Shares()
         )
         for pack in CASES
     }

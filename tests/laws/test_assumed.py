@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core.api import check_pair, read
@@ -16,7 +16,7 @@ from cqos_core.matching.pipeline import context
 from cqos_core.model.report import Assumption, Report, Verdict
 from cqos_core.model.system import Setting
 from tests.laws.systems import BOTH, WHERE, systems
-from tests.laws.test_fixes import EXAMPLES, random_systems
+from tests.laws.test_fixes import random_systems
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -95,7 +95,6 @@ def test_several_systems_name_an_assumption_once():
 
 
 @pytest.mark.parametrize("words", BOTH, ids=lambda words: words.protocol)
-@settings(max_examples=2 * EXAMPLES)
 @given(st.data())
 def test_a_known_verdict_is_that_of_every_assumed_value(words, data):
     system = data.draw(systems(words))

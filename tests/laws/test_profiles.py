@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core import check
@@ -14,7 +14,7 @@ from cqos_core.api import read
 from cqos_core.matching.pipeline import context
 from cqos_core.model.report import Severity
 from cqos_core.model.system import Profile, ProfileRef
-from tests.laws.test_fixes import EXAMPLES, random_systems
+from tests.laws.test_fixes import random_systems
 
 if TYPE_CHECKING:
     from cqos_core.model.report import Report
@@ -47,7 +47,6 @@ def said(report: Report, but: frozenset[str]) -> tuple[object, ...]:
 
 
 @pytest.mark.parametrize("protocol", ["ros2", "dds", "mqtt"])
-@settings(max_examples=2 * EXAMPLES)
 @given(st.data())
 def test_a_setting_may_stand_in_a_profile(protocol, data):
     pack = WHERE.find_pack(protocol)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from cqos_core import check, check_pair
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, System
-from tests.laws.test_fixes import EXAMPLES
+from tests.effort import EXAMPLES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -103,7 +103,6 @@ def systems(draw: Any, policy: str) -> System:
 
 
 @pytest.mark.parametrize("policy", WEAKEST_FIRST)
-@settings(max_examples=2 * EXAMPLES)
 @given(st.data())
 def test_a_known_verdict_is_that_of_every_order_of_start(policy: str, data: Any):
     system = data.draw(systems(policy))
@@ -113,7 +112,7 @@ def test_a_known_verdict_is_that_of_every_order_of_start(policy: str, data: Any)
 
 
 @pytest.mark.parametrize("policy", WEAKEST_FIRST)
-@settings(max_examples=EXAMPLES)
+@settings(max_examples=EXAMPLES // 2)
 @given(st.data())
 def test_an_order_that_is_stated_as_a_whole_decides(policy: str, data: Any):
     system = data.draw(systems(policy))

@@ -12,7 +12,7 @@ PAGE = "https://modeler.example"
 
 @pytest.fixture(scope="session")
 def service():
-    """The service that tests share; whoever harms it starts another one."""
+    """The service that tests share; a test that harms it starts another one."""
     doors = ("--web", "127.0.0.1:0", "--origin", PAGE, "--metrics", "127.0.0.1:0")
     with serving(*doors, "--max-message-bytes", "2000000") as running:
         yield running
@@ -42,6 +42,6 @@ def client(service):
         yield connected
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def start():
     return serving

@@ -108,8 +108,8 @@ class Service:
 
 @contextlib.contextmanager
 def serving(*arguments, **options):
-    """A service of one's own; it must end well."""
-    service = Service("--no-config", "--listen", "127.0.0.1:0", *arguments, **options)
+    """A service of one's own; it must end well, and at once unless a test says how long it takes calls when it ends."""
+    service = Service("--no-config", "--listen", "127.0.0.1:0", "--leaving", "0", *arguments, **options)
     try:
         yield service
     except BaseException:

@@ -252,7 +252,7 @@ class Crowd:
     ("greedy", "modest", "at_most"),
     [
         # Before, the queue was one for all, and the large ones had come first.
-        (("flood", 200), ("trickle", 20), 40),
+        (("flood", 100), ("trickle", 20), 40),
         # Each stream had its turn, whoever had opened it: more than 60 of their pairs for each of the other's.
         (("streams", 50), ("pairs", 20), 600),
         # And each session: more than 20 of their edits for each of the other's.

@@ -221,33 +221,37 @@ def test_nothing_is_read_of_those_who_are_not_let_in(narrow_in_bytes):
         assert (answer.status, json.loads(answer.read())["code"]) == (401, "unauthenticated")
 
 
-def test_a_request_that_does_not_come_is_not_waited_for():
-    with serving("--web", "127.0.0.1:0", "--max-seconds", "0.5") as own:
-        with half_sent(own, "", 10, 5) as connection:
-            answer = http.client.HTTPResponse(connection)
-            answer.begin()
-            told = json.loads(answer.read())
-        assert (answer.status, told["code"]) == (504, "deadline_exceeded")
-        assert told["message"] == "the request did not come within 0.5 seconds"
+@pytest.fixture(scope="module")
+def impatient():
+    with serving("--web", "127.0.0.1:0", "--max-seconds", "0.5") as running:
+        yield running
+
+
+def test_a_request_that_does_not_come_is_not_waited_for(impatient):
+    with half_sent(impatient, "", 10, 5) as connection:
+        answer = http.client.HTTPResponse(connection)
+        answer.begin()
+        content = json.loads(answer.read())
+    assert (answer.status, content["code"]) == (504, "deadline_exceeded")
+    assert content["message"] == "the request did not come within 0.5 seconds"
 
 
 @pytest.mark.parametrize(
     "head", [b"", b"POST / HTTP/1.1\r\nhost: x\r\n", b"GET /healthz HTTP/1.1\r\nhost: x\r\n\r\nGET /he"]
 )
-def test_a_connection_on_which_no_request_comes_is_closed(head):
-    """Neither before the first one nor after; or whoever opens enough of them keeps all others out."""
-    with serving("--web", "127.0.0.1:0", "--max-seconds", "0.5") as own:
-        host, _, port = own.addresses["web"].rpartition(":")
-        with socket.create_connection((host, int(port)), timeout=10) as connection:
-            connection.sendall(head)
-            while connection.recv(1000):
-                pass
-        with contextlib.closing(http.client.HTTPConnection(own.addresses["web"], timeout=10)) as kept:
-            for _ in range(8):  # one that is used is kept
-                kept.request("GET", "/healthz")
-                assert kept.getresponse().read() == b"serving\n"
-                time.sleep(0.2)
-            assert kept.sock is not None
+def test_a_connection_on_which_no_request_comes_is_closed(head, impatient):
+    """Neither before the first one nor after; else a caller that opens enough of them keeps all others out."""
+    host, _, port = impatient.addresses["web"].rpartition(":")
+    with socket.create_connection((host, int(port)), timeout=10) as connection:
+        connection.sendall(head)
+        while connection.recv(1000):
+            pass
+    with contextlib.closing(http.client.HTTPConnection(impatient.addresses["web"], timeout=10)) as kept:
+        for _ in range(8):  # one that is used is kept
+            kept.request("GET", "/healthz")
+            assert kept.getresponse().read() == b"serving\n"
+            time.sleep(0.2)
+        assert kept.sock is not None
 
 
 def test_a_limit_that_leaves_no_room_for_one_message_is_told(capsys):

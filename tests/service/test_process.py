@@ -366,7 +366,7 @@ def alive(number):
 
 
 def test_sigterm_under_load_answers_what_is_under_way_and_leaves_nothing(start):
-    heavy = check_pb2.CheckSystemRequest(system=system(2_000, topics=1_000, varied=True))
+    heavy = check_pb2.CheckSystemRequest(system=system(1_200, topics=600, varied=True))
     patient = ("--grace", "120", "--max-seconds", "120")  # as other work of the machine needs
     with start(*patient) as service, grpc.insecure_channel(service.grpc) as channel:
         checks = check_pb2_grpc.CheckServiceStub(channel)
@@ -388,7 +388,7 @@ def test_sigterm_under_load_answers_what_is_under_way_and_leaves_nothing(start):
 
             with pytest.raises(SessionLostError, match="the service ends"):  # when it takes no more calls
                 edit()
-            assert [len(each.result().report.groups) for each in under_way] == [1_000] * 3
+            assert [len(each.result().report.groups) for each in under_way] == [600] * 3
         assert service.stop(150) == 0
         with pytest.raises(grpc.RpcError) as raised:
             checks.CheckPair(check_pb2.CheckPairRequest(protocol="ros2"), timeout=2)
@@ -399,13 +399,13 @@ def test_sigterm_under_load_answers_what_is_under_way_and_leaves_nothing(start):
 
 
 def test_what_takes_longer_than_the_grace_is_cut_off(start):
-    heavy = check_pb2.CheckSystemRequest(system=system(16_000, topics=8_000, varied=True))
+    heavy = check_pb2.CheckSystemRequest(system=system(10_000, topics=5_000, varied=True))
     with start("--grace", "0.2") as service, grpc.insecure_channel(service.grpc) as channel:
         under_way = check_pb2_grpc.CheckServiceStub(channel).CheckSystem.future(heavy, timeout=60)
         time.sleep(0.3)
         began = time.monotonic()
         assert service.stop() == 0
-        assert time.monotonic() - began < 5
+        assert time.monotonic() - began < 15
         assert under_way.code() in {grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.CANCELLED}
 
 

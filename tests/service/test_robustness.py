@@ -371,12 +371,11 @@ def test_a_call_that_takes_too_long_is_ended_and_its_worker_replaced(start):
     ):
         checks = check_pb2_grpc.CheckServiceStub(channel)
         before = set(hasty.children())
+        request = check_pb2.CheckSystemRequest(system=system(16_000, topics=4_000, varied=True))
         began = time.monotonic()
-        error = refused(
-            checks.CheckSystem, check_pb2.CheckSystemRequest(system=system(16_000, topics=4_000, varied=True))
-        )
+        error = refused(checks.CheckSystem, request)
         assert error.code() == grpc.StatusCode.DEADLINE_EXCEEDED
-        assert time.monotonic() - began < 5
+        assert time.monotonic() - began < 10
         hasty.wait_for(lambda line: line["event"] == "worker ended", 5)
         again = check_pb2.CheckDocumentRequest(documents=[check_pb2.Document(content=SEEDS[0])])
         until = time.monotonic() + 30
@@ -405,16 +404,17 @@ def test_a_heavy_request_keeps_no_small_one_waiting(checks):
     with ThreadPoolExecutor(2) as threads:
         under_way = [threads.submit(checks.CheckSystem, heavy, timeout=60) for _ in range(2)]
         waited = []
+        first = time.monotonic()
         while not all(each.done() for each in under_way):
             began = time.monotonic()
             checks.CheckPair(small, timeout=10)
             waited.append(time.monotonic() - began)
             time.sleep(0.01)
+        took = time.monotonic() - first
         assert all(len(each.result().report.groups) == 1_500 for each in under_way)
     assert len(waited) > 10
     waited.sort()
-    # The heavy ones take seconds; a test machine may be busy with others.
-    assert waited[len(waited) * 9 // 10] < 0.25
+    assert waited[len(waited) * 9 // 10] < took / 4
 
 
 def test_a_slow_reader_delays_nobody_else(channel, checks):

@@ -36,6 +36,7 @@ from cqos_core.remote.client import AsyncClient, PairQuestion, RemoteSession, Se
 from cqos_core.remote.messages import report_message
 from cqos_core.remote.sessions import followed
 from cqos_core.service.sessions import EditSession, difference
+from tests.effort import EXAMPLES
 from tests.test_messages import reports
 from tests.test_session import Editing
 
@@ -356,7 +357,7 @@ class EditingFromAfar(Editing):
     opened = cast("Any", FromAfar)
 
 
-EditingFromAfar.TestCase.settings = settings(max_examples=20, stateful_step_count=20)
+EditingFromAfar.TestCase.settings = settings(max_examples=EXAMPLES // 3, stateful_step_count=20)
 TestEditingFromAfar = EditingFromAfar.TestCase
 
 

@@ -9,7 +9,6 @@ import signal
 import subprocess
 import threading
 import time
-from functools import partial
 
 import grpc
 import pytest
@@ -35,18 +34,11 @@ def besieged(start):
         yield own
 
 
-@pytest.fixture(scope="module")
-def start():
-    from tests.service.running import serving
-
-    return partial(serving, "--leaving", "0")
-
-
 @pytest.mark.parametrize("name", ATTACKS)
 def test_no_polite_call_is_lost_or_refused_under_attack(name, besieged):
     """The short form of `tests/benchmarks/attacks.py`: whether, and not how fast."""
-    with attacking(name, besieged.grpc, besieged.addresses["web"]):
-        seen = polite(besieged.grpc, 0.5, least=ANSWERED)
+    with attacking(name, besieged.grpc, besieged.addresses["web"], 0.3):
+        seen = polite(besieged.grpc, 0.3, least=ANSWERED)
         assert seen.calls >= ANSWERED
         assert seen.lost == 0
         page = http.client.HTTPConnection(besieged.addresses["web"], timeout=20)

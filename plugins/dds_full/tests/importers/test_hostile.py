@@ -42,10 +42,10 @@ MONSTERS: dict[str, tuple[str | bytes, str]] = {
 def test_what_no_real_file_has_is_refused_at_once(reader, name):
     text, expected = MONSTERS[name]
     data = text if isinstance(text, bytes) else text.encode()
-    began = time.perf_counter()
+    began = time.process_time()
     with pytest.raises(InputError) as refused:
         READERS[reader](Source("x.xml", data), ReadContext())
-    assert time.perf_counter() - began < 2
+    assert time.process_time() - began < 2
     (problem,) = refused.value.problems
     assert expected in problem.message.lower() or expected in problem.message
     assert problem.place.source == "x.xml"
@@ -94,9 +94,9 @@ def test_wherever_it_is_cut_off_one_error_says_so(length):
 )
 def test_large_files_take_time_and_memory_in_proportion(text):
     tracemalloc.start()
-    began = time.perf_counter()
+    began = time.process_time()
     system = dds_xml.read(Source("x.xml", text.encode()), ReadContext())
-    took = time.perf_counter() - began
+    took = time.process_time() - began
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert system.sources
@@ -139,10 +139,10 @@ def test_elements_of_thousands_of_names_are_not_all_listed():
 
 def test_a_file_of_a_million_tags_is_refused_before_it_is_parsed():
     data = b"<dds>" + b"<x/>" * 1_000_000 + b"</dds>"
-    began = time.perf_counter()
+    began = time.process_time()
     with pytest.raises(InputError) as refused:
         dds_xml.read(Source("x.xml", data), ReadContext())
-    assert time.perf_counter() - began < 0.5
+    assert time.process_time() - began < 0.5
     assert refused.value.problems[0].code == "CQ002"
 
 
