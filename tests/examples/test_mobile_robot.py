@@ -1,6 +1,7 @@
 """The mobile robot: every marked mistake is found, each mended line takes its findings away, and nothing else is said."""
 
 import re
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -114,9 +115,14 @@ def test_mistakes_are_numbered_one_after_the_other():
     assert set(MENDED) == set(MISTAKES)
 
 
+@cache
+def before_mending():
+    return {identity(finding): finding.code for finding in cqos.check(TEXT.encode()).findings}
+
+
 @pytest.mark.parametrize("number", MISTAKES)
 def test_a_mended_line_takes_its_own_findings_away_and_no_other(number):
-    before = {identity(finding): finding.code for finding in cqos.check(TEXT.encode()).findings}
+    before = before_mending()
     after = {identity(finding) for finding in loud(cqos.check(mend(TEXT, number)))}
     gone = {code for key, code in before.items() if key not in after and key[0] is not cqos.Severity.NOTE}
     assert gone == {code for code in MISTAKES[number].codes if code != "ROS311"}

@@ -1,6 +1,7 @@
 """``cqos snapshot dds`` sees what real programs do, each in a process of its own, on loopback and a domain of its own."""
 
 import contextlib
+import itertools
 import json
 import os
 import re
@@ -22,8 +23,8 @@ from cyclonedds.qos import Policy, Qos
 import cqos_core as cqos
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_dds.pack import PACK
-from cqos_dds.prove.dds import free_domain
 from cqos_dds.snapshot import discovery
+from tests.command import Done, run
 from tests.conformance.cyclone import LOOPBACK
 
 ROOT = Path(__file__).resolve().parents[4]
@@ -37,9 +38,14 @@ ENVIRONMENT = {**os.environ, "CYCLONEDDS_URI": LOOPBACK, "PYTHONPATH": str(ROOT)
 Start = Callable[..., None]
 
 
+WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")) % 9
+OWN_DOMAINS = itertools.cycle(range(10 * WORKER + 1, 10 * WORKER + 11))
+
+
 @pytest.fixture
 def domain() -> int:
-    return free_domain()
+    """A domain that neither another process of the tests takes, nor a prover, which takes one from 100 on."""
+    return next(OWN_DOMAINS)
 
 
 @pytest.fixture
@@ -47,7 +53,7 @@ def start(domain: int) -> Iterator[Start]:
     """Start programs; they end when their standard input does."""
     with contextlib.ExitStack() as running:
 
-        def run(name: str, *endpoints: tuple[Any, ...], **more: Any) -> None:
+        def begin(name: str, *endpoints: tuple[Any, ...], **more: Any) -> None:
             told = json.dumps({"name": name, "endpoints": endpoints, **more})
             program = subprocess.Popen(
                 [sys.executable, PROGRAM, str(domain), told],
@@ -60,7 +66,7 @@ def start(domain: int) -> Iterator[Start]:
             assert program.stdout is not None
             assert program.stdout.readline() == "up\n"
 
-        yield run
+        yield begin
 
 
 def _end(program: subprocess.Popen[str]) -> None:
@@ -72,15 +78,9 @@ def _end(program: subprocess.Popen[str]) -> None:
         raise
 
 
-def snapshot(domain: int, *arguments: Any, **environ: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [COMMAND, "snapshot", "dds", "--domain", str(domain), "--seconds", str(SECONDS), *map(str, arguments)],
-        env={**ENVIRONMENT, **environ},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=60,
-    )
+def snapshot(domain: int, *arguments: Any, **environ: str) -> Done:
+    asked = ["snapshot", "dds", "--domain", domain, "--seconds", SECONDS, *arguments]
+    return run(asked, ROOT, {**ENVIRONMENT, **environ})
 
 
 def endpoints(path: Path) -> dict[str, tuple[str, str, str, dict[str, str]]]:
@@ -112,8 +112,8 @@ def test_it_sees_exactly_what_runs(domain: int, start: Start, tmp_path: Path):
     )
     file = tmp_path / "running.yaml"
     done = snapshot(domain, "--output", file)
-    assert (done.returncode, done.stdout) == (0, "")
-    assert f"domain {domain}: 3 participants, 4 endpoints seen in" in done.stderr
+    assert (done.code, done.out) == (0, "")
+    assert f"domain {domain}: 3 participants, 4 endpoints seen in" in done.err
 
     system = cqos.read(file)
     assert sorted(system.participants) == ["listener", "python", "talker"]
@@ -162,7 +162,7 @@ def test_nodes_of_one_process_are_told_apart(domain: int, start: Start, tmp_path
     )
     file = tmp_path / "running.yaml"
     done = snapshot(domain, "--output", file)
-    assert done.returncode == 0, done.stderr
+    assert done.code == 0, done.err
     system = cqos.read(file)
     assert {
         name: each.settings["namespace"].text
@@ -185,7 +185,7 @@ def test_check_and_diff_work_on_it(domain: int, start: Start, tmp_path: Path):
     start("sensor", (PUBLISHER, "reading", "Reading", {"durability": "transient_local"}))
     start("logger", (SUBSCRIBER, "reading", "Reading", {"reliability": "reliable"}))
     running, design = tmp_path / "running.yaml", tmp_path / "design.yaml"
-    assert snapshot(domain, "--output", running).returncode == 0
+    assert snapshot(domain, "--output", running).code == 0
     designed: dict[str, Any] = {
         "cqos": 1,
         "protocol": "dds",
@@ -196,17 +196,16 @@ def test_check_and_diff_work_on_it(domain: int, start: Start, tmp_path: Path):
         },
     }
 
-    def diff() -> subprocess.CompletedProcess[str]:
+    def diff() -> Done:
         design.write_text(json.dumps(designed), encoding="utf-8")
-        command = [COMMAND, "diff", str(design), str(running)]
-        return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+        return run(["diff", design, running], ROOT)
 
     same = diff()
-    assert same.returncode == 0, same.stdout
+    assert same.code == 0, same.out
     designed["participants"]["logger"]["subscribes"]["reading"]["durability"] = "transient_local"
     other = diff()
-    assert other.returncode == 1
-    assert re.search(r"durability.*transient_local.*volatile", other.stdout, re.DOTALL)
+    assert other.code == 1
+    assert re.search(r"durability.*transient_local.*volatile", other.out, re.DOTALL)
 
 
 def test_an_interrupt_ends_it_with_what_was_seen(domain: int, start: Start, tmp_path: Path):
@@ -252,9 +251,9 @@ def test_who_left_is_not_there(domain: int, tmp_path: Path):
 def test_an_empty_domain_is_told_and_nothing_is_written(domain: int, tmp_path: Path):
     file = tmp_path / "running.yaml"
     done = snapshot(domain, "--output", file)
-    assert done.returncode == 2
-    assert f"domain {domain}: 0 participants, 0 endpoints seen in" in done.stderr
-    assert "nothing to write" in done.stderr
+    assert done.code == 2
+    assert f"domain {domain}: 0 participants, 0 endpoints seen in" in done.err
+    assert "nothing to write" in done.err
     assert not file.exists()
 
 
@@ -265,16 +264,16 @@ def test_who_lacks_cyclone_dds_is_told_what_to_install(tmp_path: Path):
         "raise ModuleNotFoundError(\"No module named 'cyclonedds'\")", encoding="utf-8"
     )
     done = snapshot(1, PYTHONPATH=str(tmp_path))
-    assert (done.returncode, done.stdout) == (2, "")
-    assert "pip install 'cqos-dds[snapshot]'" in done.stderr
+    assert (done.code, done.out) == (2, "")
+    assert "pip install 'cqos-dds[snapshot]'" in done.err
 
 
 def test_a_domain_that_cannot_be_joined_is_told(domain: int):
     nowhere = LOOPBACK.replace("127.0.0.1", "203.0.113.1", 1)
     done = snapshot(domain, CYCLONEDDS_URI=nowhere)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert f"Cyclone DDS cannot join domain {domain}" in done.stderr
-    assert "CYCLONEDDS_URI" in done.stderr
+    assert (done.code, done.out) == (2, "")
+    assert f"Cyclone DDS cannot join domain {domain}" in done.err
+    assert "CYCLONEDDS_URI" in done.err
 
 
 @pytest.mark.parametrize(
@@ -286,11 +285,9 @@ def test_a_domain_that_cannot_be_joined_is_told(domain: int):
     ],
 )
 def test_wrong_usage_is_refused_before_anybody_looks(arguments: tuple[str, ...], said: str):
-    done = subprocess.run(
-        [COMMAND, "snapshot", "dds", *arguments], capture_output=True, text=True, check=False, timeout=60
-    )
-    assert done.returncode == 2
-    assert said in " ".join(done.stderr.split())
+    done = run(["snapshot", "dds", *arguments], ROOT)
+    assert done.code == 2
+    assert said in " ".join(done.err.split())
 
 
 # Policies
