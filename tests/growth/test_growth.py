@@ -29,7 +29,7 @@ Point = tuple[int, float]
 def measured(model: Callable[[int], Model], smallest: int) -> list[Point]:
     """Bytes in and out, and processor time, of some sizes; each is new to the process."""
     points: list[Point] = []
-    model(max(2, smallest // 8)).work()  # what is read once in a process
+    model(max(2, smallest // 2)).work()  # what is read once in a process
     for times in SIZES:
         size, work = model(smallest * times)
         with uncollected():
