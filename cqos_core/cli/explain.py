@@ -234,10 +234,8 @@ def _way(pair: PairReport) -> list[str]:
     """Tell the way from publisher to subscriber, a line for each pair and each bridge."""
     lines = []
     for number, hop in enumerate(pair.hops, 1):
-        lines.append(
-            f"{number}. {clean(hop.publisher)} to {clean(hop.subscriber)} on {hop.protocol} topic "
-            f"`{clean(hop.topic)}`: {hop.verdict}"
-        )
+        ends = f"{clean(hop.publisher)} to {clean(hop.subscriber)}"
+        lines.append(f"{number}. {ends} on {hop.protocol} topic `{clean(hop.topic)}`: {hop.verdict}")
         if hop.bridge is not None:
             lines.append(f"   then over bridge {clean(hop.bridge)}")
     return lines
@@ -245,7 +243,10 @@ def _way(pair: PairReport) -> list[str]:
 
 def _gets(pair: PairReport, columns: int) -> list[str]:
     """Tell what the subscriber gets, hop by hop where there are several, and under which fault."""
-    faults = [(each.word, *(cell.value for cell in each.cells), _lost_by(each)) for each in pair.guarantees]
+    faults = [
+        (each.word, *(cell.value for cell in each.cells), ", ".join(dict.fromkeys(code for code, _ in _losses(each))))
+        for each in pair.guarantees
+    ]
     shown = [cell.fault for each in pair.guarantees[:1] for cell in each.cells]
     lines = table(("guarantee", *map(_column, shown), "lost by"), faults, columns)
     if pair.hops:
@@ -254,6 +255,10 @@ def _gets(pair: PairReport, columns: int) -> list[str]:
         rows = [(each.word, *(hop.get(each.word, "unknown") for hop in by_hop), each.value) for each in pair.guarantees]
         lines = [*table(header, rows, columns), "", *lines]
     return [*lines, *_seen(pair, columns)]
+
+
+def _losses(guarantee: Guarantee) -> Iterable[tuple[str, str]]:
+    return (*guarantee.lost, *(reason for cell in guarantee.cells for reason in cell.lost))
 
 
 def _column(fault: str) -> str:
@@ -285,11 +290,6 @@ def _origin(cell: GuaranteeCell) -> str:
 _NARROWEST: Final = 40
 
 
-def _lost_by(guarantee: Guarantee) -> str:
-    lost = (*guarantee.lost, *(reason for cell in guarantee.cells for reason in cell.lost))
-    return ", ".join(dict.fromkeys(code for code, _ in lost))
-
-
 _VERDICTS = {"compatible", "incompatible", "unknown"}
 
 
@@ -311,12 +311,14 @@ def _endpoints_as_text(endpoints: Sequence[Resolved], color: str) -> str:
     colors = paint(color=colored(color, sys.stdout))
     if not endpoints:
         return "there are no endpoints\n"
-    blocks = []
-    for (pack, topic), members in _by_topic(endpoints).items():
-        rows = [(f"  {each.role}", each.id, _about(each)) for each in members]
-        lines = table(("", "", ""), rows, width())[1:]
-        blocks.append("\n".join([colors(f"{clean(topic)} ({pack})", "title"), *lines]))
-    return "\n\n".join(blocks) + "\n"
+    blocks = (
+        [
+            colors(f"{clean(topic)} ({pack})", "title"),
+            *table(("", "", ""), [(f"  {each.role}", each.id, _about(each)) for each in members], width())[1:],
+        ]
+        for (pack, topic), members in _by_topic(endpoints).items()
+    )
+    return "\n\n".join(map("\n".join, blocks)) + "\n"
 
 
 def _about(endpoint: Resolved) -> str:

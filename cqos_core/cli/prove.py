@@ -8,6 +8,7 @@ import re
 import sys
 from dataclasses import asdict
 from functools import partial
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -151,28 +152,21 @@ def _chosen(system: System, asked: Sequence[str], where: Context) -> list[tuple[
         ends = ends_of(asked, endpoints_of(system, where))
         return None if ends is None else [(ends[0].id, ends[1].id, None)]
     report = check_system(system, where)
+    pairs = [(pair, each) for each in report.findings if (pair := _pair_of(each, report)) is not None]
     if asked:
-        found = [each for each in report.findings if _spells(asked[0], each) and _pair_of(each, report)]
+        code = asked[0].lower()
+        found = [(pair, each) for pair, each in pairs if code in {each.code.lower(), each.name.lower()}][:1]
         if not found:
-            codes = dict.fromkeys(each.code for each in report.findings if _pair_of(each, report))
+            codes = dict.fromkeys(each.code for _, each in pairs)
             known = f"the findings about pairs are {', '.join(codes)}" if codes else "there are no findings about pairs"
             say(f"there is no finding {asked[0]} about a pair here; {known}", severity="error")
             return None
-        found = found[:1]
     else:
-        found = [each for each in report.findings if each.severity is Severity.ERROR and _pair_of(each, report)]
+        found = [(pair, each) for pair, each in pairs if each.severity is Severity.ERROR]
         if not found:
             say("no pair has an error; name a publisher and a subscriber to run them", severity="note")
-    pairs: dict[tuple[str, str], Finding] = {}
-    for each in found:
-        pair = _pair_of(each, report)
-        if pair is not None:
-            pairs.setdefault(pair, each)
-    return [(*pair, finding) for pair, finding in pairs.items()]
-
-
-def _spells(text: str, finding: Finding) -> bool:
-    return text.lower() in {finding.code.lower(), finding.name.lower()}
+    firsts = dict(reversed(found))
+    return [(*pair, firsts[pair]) for pair in dict.fromkeys(pair for pair, _ in found)]
 
 
 def _pair_of(finding: Finding, report: Report) -> tuple[str, str] | None:
@@ -207,9 +201,7 @@ class _Session:
         self.where, self.on, self.fault, self.color, self.quiet, self.again = where, on, fault, color, quiet, again
         self.paint = paint(color=colored(color, sys.stdout))
         self.runs: list[dict[str, Any]] = []
-        self.wrong = 0
-        self.failed = 0
-        self.fixes = 0
+        self.wrong = self.failed = 0
 
     def prove(self, system: System, publisher: str, subscriber: str, finding: Finding | None) -> None:
         """Run one pair with each fault that is asked for or needed, and once more with its fixes if it has errors."""
@@ -233,7 +225,6 @@ class _Session:
                     else runs.fixed(each, self.where, finding, self.again)
                 )
                 if fixed is not None:
-                    self.fixes += 1
                     self.run(*fixed)
         except CqosError as error:
             self.failed += 1
@@ -275,41 +266,39 @@ class _Session:
     def end(self, record: str | None) -> None:
         """Write the total, and the record."""
         if self.runs:
-            outcome = "all as C-QoS says" if not self.wrong else f"{self.wrong} not as C-QoS says"
+            outcome = f"{self.wrong} not as C-QoS says" if self.wrong else "all as C-QoS says"
             self.show(f"{plural(len(self.runs), 'run')}: {outcome}")
+        text = json.dumps({"version": 1, "runs": self.runs}, indent=2) + "\n"
         if record is not None:
-            text = json.dumps({"version": 1, "runs": self.runs}, indent=2) + "\n"
             emit(text) if record == STDIN else write_file(record, text)
 
 
 def timeline(events: Iterable[Event]) -> list[str]:
     """Return a line for each event; samples that follow each other are one line."""
-    lines: list[tuple[float, str, str, str, list[int]]] = []
+    lines: list[tuple[Event, list[int]]] = []
     growing: dict[tuple[str, str, str], list[int]] = {}
     for event in events:
         key = (event.who, event.what, event.text)
         if event.number is None:
             growing.clear()
+            lines.append((event, []))
         elif key in growing:
             growing[key].append(event.number)
-            continue
-        numbers = growing.setdefault(key, [event.number]) if event.number is not None else []
-        lines.append((event.at, event.who, event.what.replace("_", " "), event.text, numbers))
+        else:
+            growing[key] = [event.number]
+            lines.append((event, growing[key]))
     return [
-        f"{at:7.3f} s  {who:<10}  {what}{f' {_ranges(numbers)}' if numbers else ''}{f': {text}' if text else ''}"
-        for at, who, what, text, numbers in lines
+        f"{event.at:7.3f} s  {event.who:<10}  {event.what.replace('_', ' ')}{f' {_ranges(numbers)}' if numbers else ''}"
+        f"{f': {event.text}' if event.text else ''}"
+        for event, numbers in lines
     ]
 
 
 def _ranges(numbers: Sequence[int]) -> str:
     """Return ``0 to 4, 6``: numbers in their order, runs of them as ranges."""
-    parts: list[list[int]] = []
-    for number in numbers:
-        if parts and parts[-1][-1] + 1 == number:
-            parts[-1].append(number)
-        else:
-            parts.append([number])
-    return ", ".join(f"{part[0]} to {part[-1]}" if len(part) > 1 else str(part[0]) for part in parts)
+    # Numbers of one run have one distance from their places.
+    runs = [[number for _, number in run] for _, run in groupby(enumerate(numbers), lambda each: each[1] - each[0])]
+    return ", ".join(f"{run[0]} to {run[-1]}" if len(run) > 1 else str(run[0]) for run in runs)
 
 
 def case_file(trial: Trial, outcome: Outcome) -> Path:

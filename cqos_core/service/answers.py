@@ -21,7 +21,8 @@ from cqos_core.inputs.files import SentFiles
 from cqos_core.inputs.loading import GivenSource, read_together
 from cqos_core.inputs.merging import merge
 from cqos_core.matching.pipeline import context, exact_places, with_options
-from cqos_core.model.problems import CqosError, InputError, Problem
+from cqos_core.model.problems import CqosError, InputError
+from cqos_core.model.system import System
 from cqos_core.plugins import load_plugins
 from cqos_core.remote.messages import list_text, pair_message, report_message, system_value, to_message
 from cqos_core.remote.request_problems import FieldProblem, system_problems
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
     from cqos.v1 import system_pb2
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import PairReport, Report
-    from cqos_core.model.system import System
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,11 +79,6 @@ def _answered(method: str, request: Any, most_endpoints: int) -> Message:
     except InputError as error:  # bridges make too much of what was read
         text = "\n".join(str(each) for each in error.problems)
         raise Refused("RESOURCE_EXHAUSTED", text, documents=error.problems, reason=TOO_LARGE) from None
-
-
-def most_endpoints(most: int) -> Context:
-    """Return the context of checks over systems of at most so many endpoints."""
-    return replace(context(), most_endpoints=most)
 
 
 def answer_json(method: str, data: bytes, most_endpoints: int) -> bytes:
@@ -192,7 +187,7 @@ def check_model(request: check_pb2.CheckSystemRequest, most: int) -> check_pb2.C
     """Check a model."""
     system = tried_out(read_system(request.system, most))
     return check_pb2.CheckSystemResponse(
-        revision=request.revision, report=reported(check_system(system, most_endpoints(most)))
+        revision=request.revision, report=reported(check_system(system, replace(context(), most_endpoints=most)))
     )
 
 
@@ -342,23 +337,23 @@ def read_documents(
     """
     reading = request.reading
     _refuse_unknown(request, path)
-    protocol = reading.protocol if reading.HasField("protocol") else None
-    importer = reading.importer if reading.HasField("importer") else None
+    protocol, importer = (
+        getattr(reading, name) if reading.HasField(name) else None for name in ("protocol", "importer")
+    )
     where = context((), protocol)
     switches = {name: dict(options.settings) for name, options in reading.switches.items()}
     sources = [Source(document.name or "<bytes>", document.content) for document in request.documents]
     opener = SentFiles([*sources, *(Source(each.name, each.content) for each in request.included)])
-    systems: list[System] = []
-    problems: list[Problem] = []
-    fields: list[FieldProblem] = []
     results = read_together([GivenSource(each, opener) for each in sources], importer, switches, protocol=protocol)
-    for index, result in enumerate(results):
-        if isinstance(result, InputError):
-            problems += result.problems
-            fields += [FieldProblem(f"{path}documents[{index}].content", str(each)) for each in result.problems]
-        else:
-            systems.append(result)
-    if problems:
+    systems = [each for each in results if isinstance(each, System)]
+    wrong = [(index, each) for index, each in enumerate(results) if isinstance(each, InputError)]
+    if wrong:
+        problems = [problem for _, error in wrong for problem in error.problems]
+        fields = [
+            FieldProblem(f"{path}documents[{index}].content", str(each))
+            for index, error in wrong
+            for each in error.problems
+        ]
         text = f"{problems[0]}" + (f" (and {len(problems) - 1} more)" if len(problems) > 1 else "")
         raise Refused("INVALID_ARGUMENT", text, fields, problems)
     routes = sum(len(bridge.routes) for system in systems for bridge in system.bridges.values())

@@ -135,18 +135,14 @@ def _rule(described: dict[str, Any]) -> catalogue_pb2.Rule:
         for row in described.pop("table")
     ]
     by = described.pop("severity_by")
-    given = _known(catalogue_pb2.Rule, described)
-    numbers = {
-        "kind_value": _number(catalogue_pb2.RuleKind, described["kind"]),
-        "scope_value": _number(catalogue_pb2.RuleScope, described["scope"]),
-        "role_value": _number(report_pb2.Role, described.get("role") or ""),
-        "guarantee_value": _number(report_pb2.GuaranteeWord, described.get("guarantee") or ""),
-        "survives_value": _number(report_pb2.Fault, described.get("survives") or ""),
-    }
     return catalogue_pb2.Rule(
         **{
-            **given,
-            **numbers,
+            **_known(catalogue_pb2.Rule, described),
+            "kind_value": _number(catalogue_pb2.RuleKind, described["kind"]),
+            "scope_value": _number(catalogue_pb2.RuleScope, described["scope"]),
+            "role_value": _number(report_pb2.Role, described.get("role") or ""),
+            "guarantee_value": _number(report_pb2.GuaranteeWord, described.get("guarantee") or ""),
+            "survives_value": _number(report_pb2.Fault, described.get("survives") or ""),
             "severity": _severity(described["severity"]),
             "table": rows,
             "severity_by": _severity_by(by),

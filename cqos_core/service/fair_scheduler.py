@@ -124,12 +124,8 @@ class Turns(Generic[T]):
             return
         most = max(self._shares.values(), key=lambda each: len(each.waiting))
         if len(most.waiting) <= len(share.waiting) + 1:
-            mine = len(share.waiting)
-            raise Refused(
-                "RESOURCE_EXHAUSTED",
-                f"{self._waiting} calls wait already, {mine} of them yours; try again later",
-                reason=BUSY,
-            )
+            message = f"{self._waiting} calls wait already, {len(share.waiting)} of them yours; try again later"
+            raise Refused("RESOURCE_EXHAUSTED", message, reason=BUSY)
         _, last = most.waiting.pop()
         self._waiting -= 1
         message = f"{len(most.waiting)} more calls of yours wait, and others need a place, too; send fewer at a time"
@@ -137,7 +133,12 @@ class Turns(Generic[T]):
 
     def _hand_out(self) -> None:
         while self._free:
-            ready = [each for each in self._shares.values() if each.waiting and self._may_use(each)]
+            # All of them only for a caller that is alone.
+            ready = [
+                each
+                for each in self._shares.values()
+                if each.waiting and (each.using < self._most_using or len(self._shares) == 1)
+            ]
             if not ready:
                 return
             share = min(ready, key=lambda each: (each.using, each.spent, each.waiting[0][0]))
@@ -147,10 +148,6 @@ class Turns(Generic[T]):
             self._served = max(self._served, share.spent)
             share.seen = asyncio.get_running_loop().time()
             turn.set_result(self._free.pop())
-
-    def _may_use(self, share: _Share[T]) -> bool:
-        """Whether a caller may have one more: all of them only who is alone."""
-        return share.using < self._most_using or len(self._shares) == 1
 
     async def _return(self, share: _Share[T], thing: T, doing: asyncio.Task[Any]) -> None:
         began = asyncio.get_running_loop().time()

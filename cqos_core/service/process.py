@@ -13,7 +13,7 @@ import socket
 import sys
 import tempfile
 import time
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -22,7 +22,7 @@ from cqos_core.service.observing import ALWAYS, Observer, end_tracing, start_log
 from cqos_core.service.settings import Settings, joined, split_address
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
 _METRICS_FOLDER: Final = "PROMETHEUS_MULTIPROC_DIR"
 _STOPPING: Final = (signal.SIGTERM, signal.SIGINT)
@@ -63,13 +63,13 @@ async def serve_here(
     native = NativeDoor(calls, settings)
     addresses = {"grpc": native.address}
     web: Any = None
-    stop_metrics: Callable[[], None] = lambda: None  # noqa: E731 - there may be none
+    stack = ExitStack()
     try:
         if settings.web is not None:
             web = _web_door(calls, settings)
             addresses["web"] = web.address
         if settings.metrics is not None and settings.processes == 1:
-            addresses["metrics"], stop_metrics = _serve_metrics(settings.metrics)
+            addresses["metrics"] = stack.enter_context(_serving_metrics(settings.metrics))
         # Each loads every rule pack, one here and one in the first worker.
         await asyncio.gather(calls.pool.warm(), asyncio.to_thread(calls.warm))
         await native.start()
@@ -89,7 +89,7 @@ async def serve_here(
         await asyncio.gather(native.stop(settings.grace), *([] if web is None else [web.stop(settings.grace)]))
     finally:
         await calls.close()
-        stop_metrics()
+        stack.close()
         if settings.tracing:
             end_tracing()
     tell(ALWAYS, "stopped")
@@ -103,8 +103,9 @@ def _web_door(calls: Any, settings: Settings) -> Any:
     return WebDoor(calls, settings)
 
 
-def _serve_metrics(address: str) -> tuple[str, Callable[[], None]]:
-    """Answer Prometheus, of one process or of all that write into one folder."""
+@contextmanager
+def _serving_metrics(address: str) -> Iterator[str]:
+    """Answer Prometheus, of one process or of all that write into one folder, and yield the address."""
     from prometheus_client import REGISTRY, CollectorRegistry, start_http_server
 
     host, port = split_address("--metrics", address)
@@ -119,12 +120,12 @@ def _serve_metrics(address: str) -> tuple[str, Callable[[], None]]:
     except OSError as error:
         raise CqosError(f"cannot listen on {address}: {error.strerror}") from None
 
-    def stop() -> None:
+    try:
+        yield joined(host, server.server_port)
+    finally:
         server.shutdown()
         server.server_close()
         thread.join()
-
-    return joined(host, server.server_port), stop
 
 
 # Several processes
@@ -137,15 +138,10 @@ def _supervise(settings: Settings) -> None:
         settings = replace(settings, listen=_held(stack, settings.listen))
         if settings.web is not None:
             settings = replace(settings, web=_held(stack, settings.web))
-        stop_metrics: Callable[[], None] = lambda: None  # noqa: E731 - there may be none
         if settings.metrics is not None:
             os.environ[_METRICS_FOLDER] = stack.enter_context(tempfile.TemporaryDirectory(prefix="cqos-metrics-"))
-            address, stop_metrics = _serve_metrics(settings.metrics)
-            settings = replace(settings, metrics=address)
-        try:
-            asyncio.run(_keep_running(settings))
-        finally:
-            stop_metrics()
+            settings = replace(settings, metrics=stack.enter_context(_serving_metrics(settings.metrics)))
+        asyncio.run(_keep_running(settings))
 
 
 def _held(stack: ExitStack, address: str) -> str:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from itertools import accumulate, takewhile
 from typing import TYPE_CHECKING, Any, Final
 
-from google.protobuf import duration_pb2
+from google.protobuf import any_pb2, duration_pb2
 from google.rpc import code_pb2, error_details_pb2, status_pb2
 
 from cqos.v1 import report_pb2
@@ -13,6 +14,8 @@ from cqos_core.remote.request_problems import FieldProblem
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
+
+    from google.protobuf.message import Message
 
     from cqos_core.model.problems import Problem
 
@@ -27,12 +30,14 @@ BUSY: Final = "BUSY"
 """All callers together have; it may be sent again later."""
 WORKER_LOST: Final = "WORKER_LOST"
 """A fault of the service; it may be sent again later."""
-LATER: Final = {CALLER_QUOTA: 1.0, BUSY: 1.0, WORKER_LOST: 1.0}
-"""Seconds after which a call that was refused for a reason may be sent again."""
+LATER: Final = frozenset({CALLER_QUOTA, BUSY, WORKER_LOST})
+"""Reasons for which a call that was refused may be sent again."""
+_AFTER: Final = error_details_pb2.RetryInfo(retry_delay=duration_pb2.Duration(seconds=1))
 _LISTS: Final = ((error_details_pb2.BadRequest, "field_violations"), (report_pb2.InputProblems, "problems"))
 _LONGEST_MESSAGE: Final = 2048
 """As it travels."""
 _ENTRY_BYTES: Final = 8
+_LISTED: Final = 3
 _LEFT_OUT_BYTES: Final = 256
 
 
@@ -56,29 +61,26 @@ class Refused(Exception):  # noqa: N818 - it is a refusal
     ) -> None:
         """Say why."""
         super().__init__(message)
-        self.code = code
-        self.message = message
-        self.fields = tuple(fields)
-        self.documents = tuple(documents)
-        self.reason = reason
+        self.code, self.message, self.reason = code, message, reason
+        self.fields, self.documents = tuple(fields), tuple(documents)
 
     def status(self) -> status_pb2.Status:
         """Return all of it as one message."""
+        violations = [
+            error_details_pb2.BadRequest.FieldViolation(field=each.field, description=each.description)
+            for each in self.fields
+        ]
+        problems = [to_message(each, report_pb2.Problem) for each in self.documents]
+        details: list[tuple[object, Message]] = [
+            (violations, error_details_pb2.BadRequest(field_violations=violations)),
+            (problems, report_pb2.InputProblems(problems=problems)),
+            (self.reason, error_details_pb2.ErrorInfo(reason=self.reason, domain=DOMAIN)),
+            (self.reason in LATER, _AFTER),
+        ]
         status = status_pb2.Status(code=code_pb2.Code.Value(self.code), message=self.message)
-        if self.fields:
-            violations = [
-                error_details_pb2.BadRequest.FieldViolation(field=each.field, description=each.description)
-                for each in self.fields
-            ]
-            status.details.add().Pack(error_details_pb2.BadRequest(field_violations=violations))
-        if self.documents:
-            problems = [to_message(each, report_pb2.Problem) for each in self.documents]
-            status.details.add().Pack(report_pb2.InputProblems(problems=problems))
-        if self.reason:
-            status.details.add().Pack(error_details_pb2.ErrorInfo(reason=self.reason, domain=DOMAIN))
-            if self.reason in LATER:
-                delay = duration_pb2.Duration(seconds=int(LATER[self.reason]))
-                status.details.add().Pack(error_details_pb2.RetryInfo(retry_delay=delay))
+        for is_there, detail in details:
+            if is_there:
+                status.details.add().Pack(detail)
         return status
 
 
@@ -108,46 +110,44 @@ def fitted(status: status_pb2.Status, most: int) -> status_pb2.Status:
     out = status_pb2.Status(code=status.code, message=message)
     lists: list[tuple[Any, str, Sequence[Any]]] = []
     for detail in status.details:
-        for kind, field in _LISTS:
-            found: Any = kind()
-            if detail.Unpack(found):
-                lists.append((kind, field, getattr(found, field)))
-                break
-        else:
+        found = next(((kind, field) for kind, field in _LISTS if detail.Is(kind.DESCRIPTOR)), None)
+        if found is None:
             out.details.add().CopyFrom(detail)
+        else:
+            lists.append((*found, getattr(_unpacked(detail, found[0]), found[1])))
     whole = max((len(entries) for _, _, entries in lists), default=0)
-    room, kept = most - out.ByteSize() - _LEFT_OUT_BYTES, 0
-    for number in range(whole):
-        room -= sum(entries[number].ByteSize() + _ENTRY_BYTES for _, _, entries in lists if number < len(entries))
-        if room < 0:
-            break
-        kept += 1
-    for kind, field, entries in lists:
-        if kept:
-            out.details.add().Pack(kind(**{field: entries[:kept]}))
+    sizes = (
+        sum(entries[number].ByteSize() + _ENTRY_BYTES for _, _, entries in lists if number < len(entries))
+        for number in range(whole)
+    )
+    room = most - out.ByteSize() - _LEFT_OUT_BYTES
+    kept = sum(1 for _ in takewhile(lambda used: used <= room, accumulate(sizes)))
+    for kind, field, entries in lists if kept else ():
+        out.details.add().Pack(kind(**{field: entries[:kept]}))
     if kept < whole:
-        left_out = error_details_pb2.ErrorInfo(
-            reason=LEFT_OUT, domain=DOMAIN, metadata={"left_out": str(whole - kept), "kept": str(kept)}
-        )
-        out.details.add().Pack(left_out)
+        numbers = {"left_out": str(whole - kept), "kept": str(kept)}
+        out.details.add().Pack(error_details_pb2.ErrorInfo(reason=LEFT_OUT, domain=DOMAIN, metadata=numbers))
     return out
+
+
+def _unpacked(detail: any_pb2.Any, kind: Any) -> Any:
+    made = kind()
+    detail.Unpack(made)
+    return made
 
 
 def _clipped(message: str) -> str:
     """A message as long as it may be; of what is not ASCII, each byte travels as three."""
-    size = 0
-    for at, character in enumerate(message):
-        size += 1 if " " <= character <= "~" else 3 * len(character.encode("utf-8", "replace"))
-        if size > _LONGEST_MESSAGE:
-            return f"{message[:at]}…"
-    return message
+    sizes = (1 if " " <= each <= "~" else 3 * len(each.encode("utf-8", "replace")) for each in message)
+    most = sum(1 for _ in takewhile(lambda size: size <= _LONGEST_MESSAGE, accumulate(sizes)))
+    return message if most == len(message) else f"{message[:most]}…"
 
 
 def unfit(fields: Sequence[FieldProblem]) -> Refused:
     """Return the refusal of a request with wrong fields."""
-    listed = "; ".join(f"{each.field}: {each.description}" for each in fields[:3])
-    more = f"; and {len(fields) - 3} more" if len(fields) > 3 else ""  # noqa: PLR2004
-    return Refused("INVALID_ARGUMENT", listed + more, fields)
+    listed = [f"{each.field}: {each.description}" for each in fields]
+    more = [f"and {len(fields) - _LISTED} more"] if len(fields) > _LISTED else []
+    return Refused("INVALID_ARGUMENT", "; ".join([*listed[:_LISTED], *more]), fields)
 
 
 def too_much(field: str, description: str) -> Refused:

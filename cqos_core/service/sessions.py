@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from google.protobuf.message import Message
@@ -39,40 +40,42 @@ class EditSession:
         """
         request = decode(session_pb2.EditRequest, data)
         response = session_pb2.EditResponse(revision=request.revision)
-        kind = request.WhichOneof("edit")
-        if self._session is None:
-            if kind != "open":
-                raise unfit([FieldProblem("open", "the first message of a stream opens a system")])
-            self._open(read_system(request.open, self._most, "open"))
+        opening = self._session is None
+        try:
+            self._follow(request)
+        except Refused as refused:
+            if opening:
+                raise
+            response.refusal.CopyFrom(refusal_message(refused.fields))
         else:
-            try:
-                if kind != "changes":
-                    raise unfit([FieldProblem("changes", "after the first message, changes are needed")])
-                self._change(self._session, request.changes)
-            except Refused as refused:
-                response.refusal.CopyFrom(refusal_message(refused.fields))
-                return response.SerializeToString()
-        self._report(request.revision, response)
+            self._report(request.revision, response)
         return response.SerializeToString()
 
     def repeat(self, messages: Sequence[bytes]) -> None:
         """Do again what was done in another process: its caller has the last report already."""
         for data in messages:
             request = decode(session_pb2.EditRequest, data)
-            if self._session is None:
-                self._open(read_system(request.open, self._most, "open"))
-            else:
-                try:
-                    self._change(self._session, request.changes)
-                except Refused:  # as it was then
-                    continue
-            self._revision = request.revision
-        revision = self._revision
-        self._report(revision, session_pb2.EditResponse(revision=revision))
+            with suppress(Refused):  # as it was then
+                self._follow(request)
+                self._revision = request.revision
+        self._report(self._revision, session_pb2.EditResponse(revision=self._revision))
 
-    def _open(self, system: System) -> None:
-        self._session = Session(system, most_endpoints=self._most)
-        self._known = _OpenSession(system)
+    def _follow(self, request: session_pb2.EditRequest) -> None:
+        """Open a system, or change the one that is open.
+
+        Raises:
+            Refused: that cannot be done.
+        """
+        kind = request.WhichOneof("edit")
+        if self._session is not None:
+            if kind != "changes":
+                raise unfit([FieldProblem("changes", "after the first message, changes are needed")])
+            self._change(self._session, request.changes)
+            return
+        if kind != "open":
+            raise unfit([FieldProblem("open", "the first message of a stream opens a system")])
+        system = read_system(request.open, self._most, "open")
+        self._session, self._known = Session(system, most_endpoints=self._most), _OpenSession(system)
 
     def _change(self, session: Session, changes: session_pb2.Changes) -> None:
         """Do all of the changes, or none.
@@ -101,8 +104,7 @@ class EditSession:
                 [FieldProblem("changes" if self._told else "open", str(each)) for each in error.problems]
             ) from None
         response.judged = session.judged
-        delta = None if self._told is None else difference(self._told, whole)
-        if delta is None:
+        if self._told is None or (delta := difference(self._told, whole)) is None:
             response.report.CopyFrom(whole)
         else:
             delta.base_revision = self._revision
@@ -199,9 +201,9 @@ def _changes(old: Sequence[Any], new: Sequence[Any]) -> tuple[list[int], list[in
         found = places.get(each.SerializeToString(deterministic=True))
         while found and found[0] < last:
             found.popleft()
-        if found:
-            last = found.popleft()
-            kept.add(last)
-        else:
+        if not found:
             added.append(position)
+            continue
+        last = found.popleft()
+        kept.add(last)
     return [position for position in range(len(old)) if position not in kept], added

@@ -170,15 +170,12 @@ class Files:
 
     def changed(self) -> bool:
         """Whether they are others than at the last time, and can be used; broken ones are logged and passed over."""
-        now = time.monotonic()
+        now, settings = time.monotonic(), self._settings
         if now - self._looked < _LOOK_SECONDS:
             return False
-        self._looked = now
-        state = self._state()
-        if state == self._seen:
+        before, self._seen, self._looked = self._seen, self._state(), now
+        if before == self._seen:
             return False
-        self._seen = state
-        settings = self._settings
         try:
             try_tls(settings.certificate, settings.key, settings.client_authority, names=_TLS_NAMES)
         except CqosError as error:
@@ -188,14 +185,17 @@ class Files:
         return True
 
     def _state(self) -> list[tuple[int, int]]:
-        found = []
-        for path in (self._settings.certificate, self._settings.key, self._settings.client_authority):
-            try:
-                stated = Path(path or "").stat()
-                found.append((stated.st_mtime_ns, stated.st_ino))
-            except OSError:
-                found.append((0, 0))
-        return found
+        settings = self._settings
+        return [_stamp(path or "") for path in (settings.certificate, settings.key, settings.client_authority)]
+
+
+def _stamp(path: str) -> tuple[int, int]:
+    """What changes when a file is replaced."""
+    try:
+        found = Path(path).stat()
+    except OSError:
+        return 0, 0
+    return found.st_mtime_ns, found.st_ino
 
 
 def split_address(name: str, address: str) -> tuple[str, int]:
