@@ -80,6 +80,17 @@ def test_rules_of_one_cause_are_known_each_and_further_ones_are_new():
     assert not is_known(known, finding(code="ROS102", more_codes=("ROS104",)))
 
 
+def test_a_merged_finding_is_known_if_each_of_its_rules_is():
+    one, other = finding(), finding("ROS102", members=("a", "b", "c"))
+    merged = finding(more_codes=("ROS102",), message="two rules at once")
+    known = baseline_of(one, other)
+    assert is_known(known, merged)
+    assert known.gone() == 0
+    assert not is_known(baseline_of(one), merged)
+    assert not is_known(baseline_of(one, finding("ROS102", members=("a",))), merged)
+    assert not is_known(known, finding(more_codes=("ROS102", "ROS103")))
+
+
 def test_findings_about_nothing_in_particular_are_told_apart_by_what_they_say():
     known = baseline_of(finding("CQ603", None, (), message="`ROS1`", severity=Severity.WARNING))
     assert is_known(known, finding("CQ603", None, (), message="`ROS1`"))

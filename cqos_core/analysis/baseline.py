@@ -53,19 +53,17 @@ class BaselineEntry:
         """Whether ``other``, a finding of today, was known when this entry was written."""
         if not other.codes <= self.codes or self.file not in {None, other.file}:
             return False
+        # A finding without a topic, or without members, is about something else.
+        if bool(other.topics) != bool(self.topics) or bool(other.members) != bool(self.members):
+            return False
         if not other.members and not other.topics:
-            return not self.members and not self.topics and self.message == other.message
-        return other.topics <= self.topics and other.members <= self.members and self._as_narrow(other)
+            return self.message == other.message
+        return other.topics <= self.topics and other.members <= self.members
 
     def names(self) -> list[tuple[str, ...]]:
         """What the entry is found by: its topics and members, else what it said."""
         named = [*(("topic", topic) for topic in self.topics), *(("member", member) for member in self.members)]
         return [(code, *name) for code in self.codes for name in named or [("message", self.message)]]
-
-    def _as_narrow(self, other: BaselineEntry) -> bool:
-        """Whether the finding names at least as much as the entry: one without a topic is about something else."""
-        return bool(other.topics) == bool(self.topics) and bool(other.members) == bool(self.members)
-
 
 @dataclass(slots=True)
 class Baseline:
@@ -87,13 +85,21 @@ class Baseline:
 
     def _marked(self, finding: Finding, file: str | None) -> Finding:
         today = entry_of(finding, None if file is None else name_of(file, self.path))
-        # An entry that covers the finding has all its names, so those under its rarest name are enough.
-        near = min((self._filed.get(name, []) for name in today.names()), key=len)
-        covering = [entry for entry in near if entry.covers(today)]
+        covering = self._covering(today)
+        if not covering and today.more_codes:
+            # An older C-QoS reported each of the rules by itself.
+            alone = [replace(today, code=code, more_codes=frozenset()) for code in today.codes]
+            each = [self._covering(one) for one in alone]
+            covering = [entry for entries in each for entry in entries] if all(each) else []
         self._met.update(covering)
         if not covering or finding.accepted is not None:
             return finding
         return replace(finding, accepted=f"known: it is in the baseline {self.path}")
+
+    def _covering(self, today: BaselineEntry) -> list[BaselineEntry]:
+        # An entry that covers the finding has all its names, so those under its rarest name are enough.
+        near = min((self._filed.get(name, []) for name in today.names()), key=len)
+        return [entry for entry in near if entry.covers(today)]
 
     def gone(self, files: Iterable[str] = ()) -> int:
         """How many entries no finding has met, of those about any file or one of ``files``."""

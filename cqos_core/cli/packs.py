@@ -119,27 +119,29 @@ def _settings(registered: dict[str, Any]) -> str:
 
 
 def _pack_as_text(pack: RulePack) -> str:
-    policies = [policy for policy in pack.policies if policy.level != "option"]
-    options = [policy for policy in pack.policies if policy.level == "option"]
-    presets = [(name, preset.doc, _needs(preset.needs)) for name, preset in pack.presets.items()]
-    rules = [
-        (bound.rule.code, bound.rule.name, " or ".join(dict.fromkeys(bound.severities.values())))
-        for bound in pack.bound_rules
-    ]
-    codes = [(info.code, info.name, info.severity) for info in pack.codes]
-    plain = [(function.name, function.doc, "") for function in pack.functions if not function.column]
-    blocks = [
-        "\n".join(part for part in (f"{pack.title} ({pack.id})", pack.summary) if part),
-        f"Who meets: {pack.meeting.described}.",
-        _section("Policies", [_policy_row(policy) for policy in policies]),
-        _section("Options, for `--option` and `options:`", [_policy_row(policy) for policy in options]),
-        _section("Presets", presets),
-        _section("Rules, see `cqos rule CODE`", rules),
-        _section("What its importers say, see `cqos rule CODE`", codes),
-        _section("Functions without a column form", plain),
-        _section("Not checked", [(text, "", "") for text in pack.not_checked]),
-    ]
-    return _joined(blocks)
+    tables = (
+        ("Policies", [_policy_row(each) for each in pack.policies if each.level != "option"]),
+        (
+            "Options, for `--option` and `options:`",
+            [_policy_row(each) for each in pack.policies if each.level == "option"],
+        ),
+        ("Presets", [(name, preset.doc, _needs(preset.needs)) for name, preset in pack.presets.items()]),
+        (
+            "Rules, see `cqos rule CODE`",
+            [
+                (each.rule.code, each.rule.name, " or ".join(dict.fromkeys(each.severities.values())))
+                for each in pack.bound_rules
+            ],
+        ),
+        (
+            "What its importers say, see `cqos rule CODE`",
+            [(each.code, each.name, each.severity) for each in pack.codes],
+        ),
+        ("Functions without a column form", [(each.name, each.doc, "") for each in pack.functions if not each.column]),
+        ("Not checked", [(text, "", "") for text in pack.not_checked]),
+    )
+    head = "\n".join(part for part in (f"{pack.title} ({pack.id})", pack.summary) if part)
+    return _joined([head, f"Who meets: {pack.meeting.described}.", *(_section(*each) for each in tables)])
 
 
 def _needs(needs: tuple[str, str] | None) -> str:

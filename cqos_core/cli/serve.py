@@ -5,18 +5,22 @@ from __future__ import annotations
 import os
 from dataclasses import fields
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import click
 
 from cqos_core.cli.parameters import debug_option, nearest
 from cqos_core.service.settings import Limits, Settings, read_tokens, refuse_short, token_sum
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_Decorator: TypeAlias = "Callable[[Callable[..., Any]], Callable[..., Any]]"
 _DEFAULTS: Final = Settings()
 _LIMITS: Final = _DEFAULTS.limits
 _PREFIX: Final = "CQOS_SERVE"
 _TOKEN: Final = f"{_PREFIX}_TOKEN"
-
+_PROCESSES: Final = click.IntRange(1, 256)
 
 _FILES: Final = frozenset({"token_file", "tls_cert", "tls_key", "tls_client_ca"})
 
@@ -48,6 +52,11 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
             raise click.UsageError(f"{at}: `{name}`: {error.message}", ctx) from None
     ctx.default_map = defaults
     return value
+
+
+def _number(name: str, kind: Any, default: float | None, text: str | None) -> _Decorator:
+    """Return the option of a number, whose default help shows if it has one."""
+    return click.option(name, type=kind, default=default, show_default=default is not None, help=text)
 
 
 @click.command(
@@ -90,87 +99,52 @@ def _configured(ctx: click.Context, _parameter: click.Parameter, value: str | No
 @click.option("--tls-key", metavar="FILE", help="Its private key.")
 @click.option("--tls-client-ca", metavar="FILE", help="Let in who has a certificate signed by one of these.")
 @click.option("--allow-anonymous", is_flag=True, help="Serve other machines without asking for credentials.")
-@click.option(
-    "--workers",
-    type=click.IntRange(1, 256),
-    default=_DEFAULTS.processes,
-    show_default=True,
-    help="Serving processes, which share the port.",
-)
-@click.option(
+@_number("--workers", _PROCESSES, _DEFAULTS.processes, "Serving processes, which share the port.")
+@_number(
     "--heavy-workers",
-    type=click.IntRange(1, 256),
-    default=_LIMITS.workers,
-    show_default=True,
-    help="Processes of each of them for documents and large models, so that these block no other call.",
+    _PROCESSES,
+    _LIMITS.workers,
+    "Processes of each of them for documents and large models, so that these block no other call.",
 )
-@click.option(
-    "--session-workers",
-    type=click.IntRange(1, 256),
-    default=_LIMITS.session_workers,
-    show_default=True,
-    help="Processes of each of them that edit sessions live in.",
+@_number(
+    "--session-workers", _PROCESSES, _LIMITS.session_workers, "Processes of each of them that edit sessions live in."
 )
-@click.option(
-    "--max-message-bytes", type=click.IntRange(1024, 1 << 30), default=_LIMITS.message_bytes, show_default=True
-)
-@click.option(
+@_number("--max-message-bytes", click.IntRange(1024, 1 << 30), _LIMITS.message_bytes, None)
+@_number(
     "--max-total-bytes",
-    type=click.IntRange(1024),
-    help="Of all requests under way together.  [default: 16 times --max-message-bytes]",
+    click.IntRange(1024),
+    None,
+    "Of all requests under way together.  [default: 16 times --max-message-bytes]",
 )
-@click.option(
-    "--max-endpoints", type=click.IntRange(1), default=_LIMITS.endpoints, show_default=True, help="Of one system."
-)
-@click.option(
-    "--max-seconds", type=click.FloatRange(0.01), default=_LIMITS.seconds, show_default=True, help="For one answer."
-)
-@click.option("--max-calls", type=click.IntRange(1), default=_LIMITS.calls, show_default=True, help="At the same time.")
-@click.option(
-    "--max-sessions", type=click.IntRange(0), default=_LIMITS.sessions, show_default=True, help="At the same time."
-)
-@click.option(
+@_number("--max-endpoints", click.IntRange(1), _LIMITS.endpoints, "Of one system.")
+@_number("--max-seconds", click.FloatRange(0.01), _LIMITS.seconds, "For one answer.")
+@_number("--max-calls", click.IntRange(1), _LIMITS.calls, "At the same time.")
+@_number("--max-sessions", click.IntRange(0), _LIMITS.sessions, "At the same time.")
+@_number(
     "--max-share",
-    type=click.FloatRange(0, 1),
-    default=_LIMITS.share,
-    show_default=True,
-    help="Part of the calls, their bytes and the sessions that one caller may have; the service identifies callers by token, certificate or "
+    click.FloatRange(0, 1),
+    _LIMITS.share,
+    "Part of the calls, their bytes and the sessions that one caller may have; the service identifies callers by token, certificate or "
     "address.",
 )
-@click.option(
+@_number(
     "--max-idle-seconds",
-    type=click.FloatRange(0.1),
-    default=_LIMITS.idle_seconds,
-    show_default=True,
-    help="After which a session that hears nothing is closed.",
+    click.FloatRange(0.1),
+    _LIMITS.idle_seconds,
+    "After which a session that hears nothing is closed.",
 )
-@click.option(
-    "--max-worker-memory",
-    type=click.IntRange(0),
-    default=_LIMITS.worker_memory,
-    show_default=True,
-    help="Bytes that a worker may use, on Linux; 0: any.",
+@_number(
+    "--max-worker-memory", click.IntRange(0), _LIMITS.worker_memory, "Bytes that a worker may use, on Linux; 0: any."
 )
-@click.option(
-    "--inline-bytes",
-    type=click.IntRange(0),
-    default=_LIMITS.inline_bytes,
-    show_default=True,
-    help="Requests up to this size are answered without a worker.",
+@_number(
+    "--inline-bytes", click.IntRange(0), _LIMITS.inline_bytes, "Requests up to this size are answered without a worker."
 )
-@click.option(
-    "--grace",
-    type=click.FloatRange(0),
-    default=_DEFAULTS.grace,
-    show_default=True,
-    help="Seconds that calls under way get at the end.",
-)
-@click.option(
+@_number("--grace", click.FloatRange(0), _DEFAULTS.grace, "Seconds that calls under way get at the end.")
+@_number(
     "--leaving",
-    type=click.FloatRange(0),
-    default=_DEFAULTS.leaving,
-    show_default=True,
-    help="Seconds before that in which calls are still taken, while health says that it ends.",
+    click.FloatRange(0),
+    _DEFAULTS.leaving,
+    "Seconds before that in which calls are still taken, while health says that it ends.",
 )
 @click.option("--metrics", metavar="HOST:PORT", help="Serve Prometheus metrics there. Needs the extra `metrics`.")
 @click.option("--tracing", is_flag=True, help="Send spans as the variables OTEL_* say. Needs the extra `otel`.")
