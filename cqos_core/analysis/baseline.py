@@ -65,6 +65,7 @@ class BaselineEntry:
         named = [*(("topic", topic) for topic in self.topics), *(("member", member) for member in self.members)]
         return [(code, *name) for code in self.codes for name in named or [("message", self.message)]]
 
+
 @dataclass(slots=True)
 class Baseline:
     """The content of a baseline file, and which of its entries were met."""

@@ -65,10 +65,12 @@ class Commands(click.Group):
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002 - click's signature
         """Write the list of commands from what plugins say about them."""
         plugins = load_plugins()
-        commands = plugins.commands.values()
-        ours = [(info.name, info.summary) for info in commands if plugins.shipped("commands", info.name)]
-        theirs = [(info.name, info.summary) for info in commands if not plugins.shipped("commands", info.name)]
-        for title, rows in (("Commands", ours), ("Commands of plugins", theirs)):
+        for title, shipped in (("Commands", True), ("Commands of plugins", False)):
+            rows = [
+                (info.name, info.summary)
+                for info in plugins.commands.values()
+                if plugins.shipped("commands", info.name) is shipped
+            ]
             if rows:
                 with formatter.section(title):
                     formatter.write_dl(rows)
@@ -125,7 +127,10 @@ def _run(arguments: list[str], this: Run) -> int:
         error.show()
         return USAGE
     except CqosError as error:
-        _tell(error)
+        if isinstance(error, InputError):
+            say_problems(error.problems)
+        else:
+            _say_lines(describe(error), "error")
         return USAGE
     except BrokenPipeError:
         _silence()
@@ -135,18 +140,9 @@ def _run(arguments: list[str], this: Run) -> int:
     return 0
 
 
-def _tell(error: CqosError) -> None:
-    if isinstance(error, InputError):
-        say_problems(error.problems)
-        return
-    _say_lines(describe(error), "error")
-
-
 def _say_lines(text: str, severity: str) -> None:
-    first, *more = text.splitlines()
-    say(first, severity=severity)
-    for line in more:
-        say(line)
+    for number, line in enumerate(text.splitlines()):
+        say(line, severity="" if number else severity)
 
 
 def _silence() -> None:

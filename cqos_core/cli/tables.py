@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import textwrap
-from typing import TYPE_CHECKING, Final
+from itertools import zip_longest
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.formatters.terminal import cells, clean
 
@@ -11,6 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
 _GAP: Final = "  "
+_WHOLE: Final[dict[str, Any]] = {"break_long_words": False, "break_on_hyphens": False}
 
 
 def table(
@@ -32,9 +34,9 @@ def table(
     widths = _fitting([max(map(cells, column)) for column in columns], list(map(_longest_word, columns)), width)
     lines = []
     for number, row in enumerate(texts):
-        broken = [_broken(text, room) for text, room in zip(row, widths, strict=True)]
-        for pieces in _side_by_side(broken):
-            padded = [_padded(piece, room) for piece, room in zip(pieces, widths, strict=True)]
+        broken = [textwrap.wrap(text, max(room, 1), **_WHOLE) or [""] for text, room in zip(row, widths, strict=True)]
+        for pieces in zip_longest(*broken, fillvalue=""):
+            padded = [piece + " " * (room - cells(piece)) for piece, room in zip(pieces, widths, strict=True)]
             if number:
                 padded = [paint(piece, column) for column, piece in enumerate(padded)]
             lines.append(_GAP.join(padded).rstrip())
@@ -48,24 +50,7 @@ def _longest_word(column: Sequence[str]) -> int:
 def _fitting(widths: list[int], floors: Sequence[int], width: int) -> list[int]:
     """Take from the widest columns until all fit, or none can give any more."""
     excess = sum(widths) + len(_GAP) * (len(widths) - 1) - width
-    while excess > 0:
-        giving = [index for index in range(len(widths)) if widths[index] > floors[index]]
-        if not giving:
-            break
-        widest = max(giving, key=lambda index: widths[index])
-        widths[widest] -= 1
+    while excess > 0 and (giving := [index for index, room in enumerate(widths) if room > floors[index]]):
+        widths[max(giving, key=widths.__getitem__)] -= 1
         excess -= 1
     return widths
-
-
-def _broken(text: str, room: int) -> list[str]:
-    return textwrap.wrap(text, max(room, 1), break_long_words=False, break_on_hyphens=False) or [""]
-
-
-def _side_by_side(columns: Sequence[Sequence[str]]) -> list[list[str]]:
-    height = max(map(len, columns))
-    return [[column[line] if line < len(column) else "" for column in columns] for line in range(height)]
-
-
-def _padded(text: str, room: int) -> str:
-    return text + " " * (room - cells(text))

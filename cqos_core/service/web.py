@@ -37,7 +37,7 @@ from cqos_core.service.refusal import Refused
 from cqos_core.service.settings import Files, joined, split_address
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from starlette.requests import Request
     from starlette.types import ASGIApp
@@ -222,32 +222,41 @@ class _Application(ConnectASGIApplication[Any]):
 def _unspoken(scope: Any) -> JSONResponse | None:
     """Say what is wrong with a request that is none of any protocol here; they would say nothing but a number."""
     path, method = scope["path"], scope["method"]
-    if path in (PAIRS, EDIT):
-        return _refusal(404, "unimplemented", f"{path} takes a stream of requests, which gRPC alone has (--listen)")
-    if path not in METHODS:
-        return _refusal(
-            404, "unimplemented", f"there is no call {path[:100]}; there is for instance {next(iter(METHODS))}"
-        )
-    if method == "GET":
-        encoding = parse_qs(scope["query_string"].decode("utf-8", "replace")).get("encoding", [""])[0]
-        if encoding not in {"proto", "json"}:
-            return _refusal(
-                415, "invalid_argument", "a GET states `encoding=json` or `encoding=proto`, and its `message`"
-            )
-    elif method == "POST":
-        kind = dict(scope["headers"]).get(b"content-type", b"").partition(b";")[0].strip().lower().decode("latin-1")
-        if kind not in _KINDS:
-            said = f"`{kind[:60]}` is not spoken here" if kind else "a content-type is needed"
-            text = f"{said}: it is one of {', '.join(_KINDS)}; gRPC itself has another address (--listen)"
-            return _refusal(415, "invalid_argument", text, {"accept-post": ", ".join(_KINDS)})
-    else:
-        text = f"{method[:20]} is not taken: POST is, and GET"
-        return _refusal(405, "unimplemented", text, {"allow": "GET, POST"})
+    encoding = parse_qs(scope["query_string"].decode("utf-8", "replace")).get("encoding", [""])[0]
+    kind = dict(scope["headers"]).get(b"content-type", b"").partition(b";")[0].strip().lower().decode("latin-1")
+    sent = f"`{kind[:60]}` is not spoken here" if kind else "a content-type is needed"
+    kinds = ", ".join(_KINDS)
+    for is_wrong, status, code, text, headers in (
+        (
+            path in (PAIRS, EDIT),
+            *(404, "unimplemented", f"{path} takes a stream of requests, which gRPC alone has (--listen)", None),
+        ),
+        (
+            path not in METHODS,
+            *(
+                404,
+                "unimplemented",
+                f"there is no call {path[:100]}; there is for instance {next(iter(METHODS))}",
+                None,
+            ),
+        ),
+        (
+            method not in {"GET", "POST"},
+            *(405, "unimplemented", f"{method[:20]} is not taken: POST is, and GET", {"allow": "GET, POST"}),
+        ),
+        (
+            method == "GET" and encoding not in {"proto", "json"},
+            *(415, "invalid_argument", "a GET states `encoding=json` or `encoding=proto`, and its `message`", None),
+        ),
+        (
+            method == "POST" and kind not in _KINDS,
+            *(415, "invalid_argument", f"{sent}: it is one of {kinds}; gRPC itself has another address (--listen)"),
+            {"accept-post": kinds},
+        ),
+    ):
+        if is_wrong:
+            return JSONResponse({"code": code, "message": text}, status, headers)
     return None
-
-
-def _refusal(status: int, code: str, text: str, headers: Mapping[str, str] | None = None) -> JSONResponse:
-    return JSONResponse({"code": code, "message": text}, status, headers)
 
 
 class WebDoor:
@@ -430,41 +439,42 @@ def application(calls: Calls, settings: Settings) -> ASGIApp:
         draining = calls.leaving
         return PlainTextResponse("draining\n" if draining else "serving\n", 503 if draining else 200)
 
-    middleware = []
-    if settings.origins:
-        cors = Middleware(
-            CORSMiddleware,
-            allow_origins=settings.origins,
-            allow_methods=["GET", "POST"],
-            allow_headers=_REQUEST_HEADERS,
-            expose_headers=_RESPONSE_HEADERS,
-            max_age=_PREFLIGHT_SECONDS,
-        )
-        middleware.append(cors)
+    cors = Middleware(
+        CORSMiddleware,
+        allow_origins=settings.origins,
+        allow_methods=["GET", "POST"],
+        allow_headers=_REQUEST_HEADERS,
+        expose_headers=_RESPONSE_HEADERS,
+        max_age=_PREFLIGHT_SECONDS,
+    )
     routes: list[Route | Mount] = [Route("/healthz", healthy), Mount("/", app=_Application(calls))]
-    return Starlette(routes=routes, middleware=middleware)
+    return Starlette(routes=routes, middleware=[cors] if settings.origins else [])
 
 
 def _endpoints(calls: Calls) -> Mapping[str, Any]:
     """Every call of one message, found by its descriptor."""
-    found = {}
-    for file in (catalogue_pb2, check_pb2):
-        for service in file.DESCRIPTOR.services_by_name.values():
-            for method in service.methods:
-                path = f"/{service.full_name}/{method.name}"
-                if path not in METHODS:
-                    continue
-                output: Any = method.output_type._concrete_class  # noqa: SLF001
-                info: MethodInfo[Any, Any] = MethodInfo(
-                    name=method.name,
-                    service_name=service.full_name,
-                    input=METHODS[path].request,
-                    output=output,
-                    idempotency_level=IdempotencyLevel.NO_SIDE_EFFECTS,
-                    stream_type=StreamType.UNARY,
-                )
-                found[path] = Endpoint.unary(info, _unary(calls, path))
-    return found
+    methods: Iterable[Any] = (
+        method
+        for file in (catalogue_pb2, check_pb2)
+        for service in file.DESCRIPTOR.services_by_name.values()
+        for method in service.methods
+    )
+    paths = {f"/{each.containing_service.full_name}/{each.name}": each for each in methods}
+    return {
+        path: Endpoint.unary(
+            MethodInfo(
+                name=method.name,
+                service_name=method.containing_service.full_name,
+                input=METHODS[path].request,
+                output=method.output_type._concrete_class,  # noqa: SLF001
+                idempotency_level=IdempotencyLevel.NO_SIDE_EFFECTS,
+                stream_type=StreamType.UNARY,
+            ),
+            _unary(calls, path),
+        )
+        for path, method in paths.items()
+        if path in METHODS
+    }
 
 
 def _unary(calls: Calls, method: str) -> Any:
