@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from html import escape, unescape
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -117,21 +118,16 @@ def _replaced(text: str, edit: Edit, data: bytes) -> Replacement | None:
 
 
 def _means(written: str, old: str) -> bool:
-    if written == old:
-        return True
-    try:
+    with suppress(InvalidValueError):
         read = flow(written)
-        return bool(read == old or (written[:1] in "[{" and read == flow(old)))
-    except InvalidValueError:
-        return False
+        return bool(old in (written, read) or (written[:1] in "[{" and read == flow(old)))
+    return written == old
 
 
 def _on_line(line: str, start: int, edit: Edit) -> Replacement | None:
     """Replace a word of a line, if the line has it once."""
-    found = list(re.finditer(rf"(?<![\w.]){re.escape(edit.old or '')}(?![\w.])", line))
-    if len(found) != 1:
-        return None
-    return Replacement(start + found[0].start(), start + found[0].end(), edit.new)
+    found = [*re.finditer(rf"(?<![\w.]){re.escape(edit.old or '')}(?![\w.])", line)]
+    return Replacement(start + found[0].start(), start + found[0].end(), edit.new) if len(found) == 1 else None
 
 
 def _in_xml(text: str, offset: int, edit: Edit) -> Replacement | None:

@@ -16,12 +16,12 @@ from cqos_core.model.remarks import plural
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
     from typing import Literal
 
     from cqos_core.analysis.system_fixes import Mended
     from cqos_core.cli.reading import InputReader
-    from cqos_core.model.system import ImportNote, System
+    from cqos_core.model.system import System
     from cqos_core.plugins import ExporterInfo
 
 _MOST_NOTES: Final = 50
@@ -83,11 +83,16 @@ def convert(
 
         with Progress("mending"):
             mended = mend(system, reader.context, remedies)
-    _say_import_notes(system.notes, color)
+    for note in system.notes:  # the report that would hold them is not made here
+        if note.severity != "note":
+            where = "" if note.place is None else f"{note.place}: "
+            say(f"{where}{note.message}", head=f"{note.severity}[{note.code}]", choice=color)
     if mended is not None and not _say_mended(mended, color):
         return
     exported = _export(info, system if mended is None else mended.system, reader, chosen, mended)
-    _say_notes(exported.notes, color)
+    more = [f"{len(exported.notes) - _MOST_NOTES} more like these"] if len(exported.notes) > _MOST_NOTES else []
+    for text in (*exported.notes[:_MOST_NOTES], *more):
+        say(text, severity="note", choice=color)
     if not exported.expressed:
         say(f"nothing of it can be expressed as {info.name}, so nothing is written", severity="error", choice=color)
         ctx.exit(UNUSABLE)
@@ -123,45 +128,25 @@ def _export(
     """
     where, changed = reader.context, None if mended is None else mended.changed
     with written_by("exporters", info.name):
-        exported = info.load()(system, ExportContext(where.find_pack, where.default_protocol, settings, changed))
-        _refuse_unusable(exported)
+        exported: object = info.load()(
+            system, ExportContext(where.find_pack, where.default_protocol, settings, changed)
+        )
+        if not isinstance(exported, Exported):
+            raise TypeError(f"its writer returned a {type(exported).__name__}, not an Exported")
+        if not isinstance(exported.text, str):
+            raise TypeError(f"its writer returned a text of type {type(exported.text).__name__}, not str")
     return exported
-
-
-def _refuse_unusable(exported: object) -> None:
-    """Refuse what a foreign exporter may return and nobody could write to a file."""
-    if not isinstance(exported, Exported):
-        raise TypeError(f"its writer returned a {type(exported).__name__}, not an Exported")
-    if not isinstance(exported.text, str):
-        raise TypeError(f"its writer returned a text of type {type(exported.text).__name__}, not str")
-
-
-def _say_import_notes(notes: Iterable[ImportNote], color: str) -> None:
-    """Repeat what importers warned of: the report that would hold it is not made here."""
-    for note in notes:
-        if note.severity != "note":
-            where = "" if note.place is None else f"{note.place}: "
-            say(f"{where}{note.message}", head=f"{note.severity}[{note.code}]", choice=color)
 
 
 def _say_mended(mended: Mended, color: str) -> bool:
     """Say what was changed and what was not; return whether anything was."""
     for error in mended.left:
         say(f"still there: {error.message} ({error.code})", severity="warning", choice=color)
-    if mended.applied:
-        for each in mended.applied:
-            say(f"{each.remedy.text} (for {each.code})", head="mended:", choice=color)
-        return True
-    if mended.left:
+    for each in mended.applied:
+        say(f"{each.remedy.text} (for {each.code})", head="mended:", choice=color)
+    if not mended.applied and mended.left:
         count = plural(len(mended.left), "error")
         say(f"no such remedy is known for {count}, so nothing is written", severity="warning", choice=color)
-    else:
+    elif not mended.applied:
         say("there is no error to fix, so nothing is written", severity="note", choice=color)
-    return False
-
-
-def _say_notes(notes: Sequence[str], color: str) -> None:
-    for note in notes[:_MOST_NOTES]:
-        say(note, severity="note", choice=color)
-    if len(notes) > _MOST_NOTES:
-        say(f"{len(notes) - _MOST_NOTES} more like these", severity="note", choice=color)
+    return bool(mended.applied)

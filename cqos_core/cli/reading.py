@@ -264,10 +264,9 @@ def _config(options: ReadingOptions, paths: Sequence[str]) -> Config:
         return Config()
     if options.config_file is not None:
         return load_config(options.config_file)
-    first = paths[0] if paths else "."
-    if first == STDIN:
-        first = "." if options.stdin_name == STDIN_NAME else options.stdin_name
-    return config_for(_folder_of(first))
+    named = "." if options.stdin_name == STDIN_NAME else options.stdin_name
+    first = next(iter(paths), ".")
+    return config_for(_folder_of(named if first == STDIN else first))
 
 
 def _folder_of(path: str) -> str:

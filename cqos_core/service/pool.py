@@ -294,9 +294,7 @@ class HostedSession:
 
     def __init__(self, house: Sessions, number: int, caller: str) -> None:
         """Live in one of the processes of ``house``."""
-        self._house = house
-        self._number = number
-        self._caller = caller
+        self._house, self._number, self._caller = house, number, caller
         self._home = house.home_for(caller)
         self._begun = False
         self._messages: list[bytes] | None = []

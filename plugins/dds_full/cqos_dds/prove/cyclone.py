@@ -28,9 +28,8 @@ class _Cyclone(Implementation):
 
     def missing(self) -> str | None:
         """Say how to install Cyclone DDS, where it is not there."""
-        if self._version() is None:
-            return "Cyclone DDS is not installed: pip install 'cqos-dds[prove]' (Python 3.10 to 3.13)"
-        return None
+        lacking = "Cyclone DDS is not installed: pip install 'cqos-dds[prove]' (Python 3.10 to 3.13)"
+        return lacking if self._version() is None else None
 
     def version(self) -> str:
         """Return the version of the Python package, which brings the library."""

@@ -60,12 +60,8 @@ def group(stated: Mapping[str, Any]) -> Qos:
 
 def qos(stated: Mapping[str, Any]) -> Qos:
     """Return what is set on the writer or reader."""
-    policies = [make(stated) for name, make in _POLICIES.items() if any(_policy_of(each) == name for each in stated)]
+    policies = [make(stated) for name, make in _POLICIES.items() if name in {each.partition(".")[0] for each in stated}]
     return Qos(*policies)
-
-
-def _policy_of(name: str) -> str:
-    return name.partition(".")[0]
 
 
 def _history(kind: str, depth: int) -> Any:
@@ -82,10 +78,9 @@ def _reliability(stated: Mapping[str, Any]) -> Any:
     return Policy.Reliability.Reliable(stated.get("reliability.max_blocking_time", 100_000_000))
 
 
-def _limits(stated: Mapping[str, Any], of: str) -> tuple[int, int, int]:
+def _limits(stated: Mapping[str, Any], of: str) -> tuple[int, ...]:
     names = ("max_samples", "max_instances", "max_samples_per_instance")
-    most, instances, each = (stated.get(f"{of}.{name}", -1) for name in names)
-    return most, instances, each
+    return tuple(stated.get(f"{of}.{name}", -1) for name in names)
 
 
 def _type_consistency(stated: Mapping[str, Any]) -> Any:

@@ -36,10 +36,7 @@ class _FastDds(Implementation):
         """Say what to install, where the compiler or the library is not there."""
         if _compiler() is None:
             return f"a C++ compiler is not installed, which Fast DDS needs here: {_INSTALL}"
-        found = _library_version()
-        if found is None:
-            return f"Fast DDS 2 and its headers are not installed: {_INSTALL}"
-        return None
+        return None if _library_version() else f"Fast DDS 2 and its headers are not installed: {_INSTALL}"
 
     def version(self) -> str:
         """Return the version of the library that is installed."""

@@ -269,12 +269,11 @@ class _Stage:
         what, number, text = words
         if what == "done":
             self.done += 1
-            return
-        if what == "seen":
+        elif what == "seen":
             self.seen.add(role)
-            return
-        process.answered |= what in {"created", "refused"}
-        self.happen(role, what, None if number == "-" else int(number), text)
+        else:
+            process.answered |= what in {"created", "refused"}
+            self.happen(role, what, None if number == "-" else int(number), text)
 
     def outcome(self) -> Outcome:
         """Return what happened so far."""

@@ -6,7 +6,7 @@ import asyncio
 import struct
 from collections import deque
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import count
 from typing import TYPE_CHECKING, Final
 
@@ -135,10 +135,6 @@ class Client:
         if self._task is not None:
             self._task.cancel()
 
-    def rename(self, client_id: str) -> None:
-        """Come back under another id."""
-        self.connection = replace(self.connection, client_id=client_id)
-
     async def _end(self) -> None:
         self.running.clear()
         if self._task is not None:
@@ -174,13 +170,11 @@ class Client:
     async def _talk(self, stream: asyncio.StreamReader) -> None:
         self._send(self._connect())
         connack = await packets.receive(stream)
-        code = connack.body[1]
-        if code:
+        if code := connack.body[1]:
             self._refused("refuses the connection", code)
             return
         resumed = bool(connack.body[0] & 1)
-        if not resumed:
-            self.session = Session()
+        self.session = self.session if resumed else Session()
         announced = packets.limits(connack, five=self.connection.five)
         self.window = min(self.connection.sends_at_once, announced.get(0x21, WIDEST))
         if self.subscription is None:
@@ -238,8 +232,7 @@ class Client:
             self.tell("granted", f"QoS {code}")
             self._ready(resumed)
         elif received.kind == packets.PUBREC:
-            publication = self.session.unacknowledged.get(identifier)
-            if publication is not None:
+            if (publication := self.session.unacknowledged.get(identifier)) is not None:
                 publication.received = True
             self._send(packets.acknowledgement(packets.PUBREL, identifier))
         elif received.kind == packets.PUBREL:
@@ -271,9 +264,8 @@ class Client:
             if publication.qos and len(self.session.unacknowledged) >= self.window:
                 return
             self.waiting.popleft()
-            identifier = 0
+            identifier = self._identifier() if publication.qos else 0
             if publication.qos:
-                identifier = self._identifier()
                 self.session.unacknowledged[identifier] = publication
             self._send(self._publish(publication, identifier))
 
@@ -287,26 +279,22 @@ class Client:
             self._writer.write(data)
 
     def _connect(self) -> bytes:
-        own = self.connection
-        flags = 2 * own.clean
-        tail = b""
-        if own.will is not None:
-            flags |= 4 | own.will.qos << 3 | own.will.retain << 5
-            if own.five:
-                tail += packets.properties({0x18: own.will.delay or None, 0x02: own.will.expiry})
-            tail += packets.text(own.will.topic) + packets.text(own.will.payload)
+        own, will = self.connection, self.connection.will
+        flags = 2 * own.clean | (own.username is not None) << 7
+        tail = [packets.text(own.client_id)]
+        if will is not None:
+            flags |= 4 | will.qos << 3 | will.retain << 5
+            stated = packets.properties({0x18: will.delay or None, 0x02: will.expiry})
+            tail += [stated if own.five else b"", packets.text(will.topic), packets.text(will.payload)]
         if own.username is not None:
-            flags |= 0x80
-            tail += packets.text(own.username)
-        body = packets.text("MQTT") + bytes([5 if own.five else 4, flags]) + struct.pack("!H", own.keep_alive)
-        if own.five:
-            entries: dict[int, int | str | None] = {
-                0x11: own.session_expiry or None,
-                0x21: own.receive_maximum if own.receive_maximum < WIDEST else None,
-                0x27: own.maximum_packet_size,
-            }
-            body += packets.properties(entries)
-        return packets.packet(1, 0, body + packets.text(own.client_id) + tail)
+            tail.append(packets.text(own.username))
+        entries: dict[int, int | str | None] = {
+            0x11: own.session_expiry or None,
+            0x21: own.receive_maximum if own.receive_maximum < WIDEST else None,
+            0x27: own.maximum_packet_size,
+        }
+        head = packets.text("MQTT") + bytes([5 if own.five else 4, flags]) + struct.pack("!H", own.keep_alive)
+        return packets.packet(1, 0, b"".join([head, packets.properties(entries) if own.five else b"", *tail]))
 
     def _subscribe(self, wanted: Subscription) -> bytes:
         options, more = wanted.qos, b""
@@ -318,9 +306,7 @@ class Client:
 
     def _publish(self, publication: Publication, identifier: int, *, again: bool = False) -> bytes:
         flags = publication.qos << 1 | publication.retain | again << 3
-        body = packets.text(publication.topic)
-        if publication.qos:
-            body += struct.pack("!H", identifier)
-        if self.connection.five:
-            body += packets.properties({0x02: publication.expiry, 0x23: publication.alias})
+        number = struct.pack("!H", identifier) if publication.qos else b""
+        stated = packets.properties({0x02: publication.expiry, 0x23: publication.alias})
+        body = packets.text(publication.topic) + number + (stated if self.connection.five else b"")
         return packets.packet(packets.PUBLISH, flags, body + publication.payload)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import time
 from contextlib import suppress
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
@@ -211,11 +212,9 @@ class _Run:
             raise NotRunnableError(
                 "a Will is published by the broker and not by its client, so no samples can be sent on it"
             )
-        self.plan = plan
-        self.report = report
-        self.began = time.monotonic()
+        self.plan, self.report = plan, report
+        self.began = self.last = time.monotonic()
         self.events: list[Event] = []
-        self.last = self.began
         self.ends = {"publisher": 0, "subscriber": 0}
         self.slow = plan.fault.seconds if plan.fault is not None and plan.fault.kind == "slow_reader" else 0.0
         self.disturbed = False
@@ -304,18 +303,13 @@ class _Run:
         )
 
     def _publish(self, number: int) -> None:
-        values = self.plan.publisher.values
+        values, payload = self.plan.publisher.values, str(number).encode()
         size = _number(of.PAYLOAD, values)
-        payload = str(number).encode()
-        if size is not None:
-            if size < len(payload):
-                raise NotRunnableError(
-                    f"samples of {size} bytes cannot be distinguished; the smallest has {len(payload)}"
-                )
-            payload = payload.ljust(size)
+        if size is not None and size < len(payload):
+            raise NotRunnableError(f"samples of {size} bytes cannot be distinguished; the smallest has {len(payload)}")
         publication = Publication(
             self.plan.topic,
-            payload,
+            payload.ljust(size or 0),
             _number(of.QOS, values) or 0,
             bool(known(of.RETAIN, values)),
             _seconds(of.EXPIRY, values),
@@ -373,7 +367,7 @@ class _Run:
         await asyncio.sleep(seconds)
         link.silent = False
         if known(of.GENERATED_ID, (self.plan.publisher if role == "publisher" else self.plan.subscriber).participant):
-            client.rename(f"cqos-{role}-again")
+            client.connection = replace(client.connection, client_id=f"cqos-{role}-again")
         client.start()
         self._tell(role, "started")
         await self._settled(role)
@@ -384,13 +378,12 @@ class _Run:
         def tell(what: str, text: str) -> None:
             if what == "connected":
                 self.taken.add(role)
-                self._tell(role, "matched", text)
-                return
-            if what == "disconnected" and not self.disturbed:
+                what = "matched"
+            elif what == "disconnected" and not self.disturbed:
                 self.ends[role] += 1
                 if self.ends[role] == _ENDED:
                     self.reasons[role] = self.clients[role].refusal or "the broker ends the connection"
-            if what == "refused" and not self.disturbed:
+            elif what == "refused" and not self.disturbed:
                 self.reasons.setdefault(role, text)
             self._tell(role, what, text)
 
