@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from cqos_core.model.codes import CodeInfo
-    from cqos_core.packs.pack import BoundRule, RulePack
+    from cqos_core.packs.bound_rule import BoundRule
+    from cqos_core.packs.pack import RulePack
 
 DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent

@@ -27,7 +27,7 @@ from cqos_core.model.system import (
     Setting,
     TeamRule,
 )
-from cqos_core.packs.pack import Meeting, NameContext, Naming
+from cqos_core.packs.meeting import Meeting, NameContext, Naming
 from cqos_core.packs.rule import forbids
 from tests.worlds import (
     CONTEXT,

@@ -14,7 +14,7 @@ from cqos_core.language.policy import Policy
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import PackError
 from cqos_core.model.system import Broker, ProfileRef, Setting
-from cqos_core.packs.pack import Completion, Known, Preset
+from cqos_core.packs.parts import Completion, Known, Preset
 from cqos_core.packs.rule import forbids, requires
 from tests.worlds import POST, checked, codes, only, participant, profile, reader, settings, world, writer
 

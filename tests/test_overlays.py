@@ -7,7 +7,7 @@ import pytest
 from cqos_core.matching.pipeline import context
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import Overlay, Place, Setting
-from cqos_core.packs.pack import Meeting
+from cqos_core.packs.meeting import Meeting
 from cqos_core.resolving.resolve import Resolver
 from tests.worlds import POST, checked, codes, only, reader, world, writer
 

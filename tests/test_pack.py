@@ -16,7 +16,9 @@ from cqos_core.language.values import Anything, FromPeers, OneOf
 from cqos_core.language.vocabulary import Function
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import PackError
-from cqos_core.packs.pack import Convention, Dialect, Preset, RulePack, column_form, rule_table
+from cqos_core.packs.catalogue import column_form, rule_table
+from cqos_core.packs.pack import RulePack
+from cqos_core.packs.parts import Convention, Dialect, Preset
 from cqos_core.packs.rule import forbids, meets, requires
 from cqos_core.packs.validation import KEPT
 from tests.worlds import CARE, CARRIER, DELAY, POLICIES, POST, RULES, codes, reader, world, writer

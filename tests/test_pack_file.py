@@ -20,9 +20,10 @@ from cqos_core.language.values import Anything, FromPeers
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import Endpoint, Participant, Setting, System
-from cqos_core.packs.pack import Convention, Dialect, Preset, RulePack
+from cqos_core.packs.pack import RulePack
 from cqos_core.packs.pack_file import read_pack
-from cqos_core.packs.rule import forbids, meets, requires
+from cqos_core.packs.parts import Convention, Dialect, Preset
+from cqos_core.packs.rule import forbids, matched_if, requires
 
 if TYPE_CHECKING:
     import random
@@ -83,7 +84,7 @@ rules:
     name: delay-above-requested
     because: letters may come too late
     doubt: true
-  - meets: overlaps(offered(streets), requested(streets)) | (offered(streets) == requested(streets))
+  - matched_if: overlaps(offered(streets), requested(streets)) | (offered(streets) == requested(streets))
     code: MAIL401
     name: streets-split
     because: they have no street in common
@@ -175,7 +176,7 @@ TWIN = RulePack(
             because="letters may come too late",
             doubt=True,
         ),
-        meets(
+        matched_if(
             parse("overlaps(offered(streets), requested(streets)) | (offered(streets) == requested(streets))"),
             code="MAIL401",
             name="streets-split",
@@ -205,6 +206,15 @@ def source(text: str) -> Source:
 
 def test_a_pack_in_a_file_describes_itself_like_its_twin_in_python():
     assert read_pack(source(FILE)).describe() == TWIN.describe()
+
+
+def test_the_former_name_of_a_matching_condition_is_read_alike():
+    assert read_pack(source(FILE.replace("  - matched_if:", "  - meets:"))).describe() == TWIN.describe()
+
+
+def test_what_is_null_in_a_file_is_not_stated():
+    text = FILE.replace("    doubt: true", "    doubt: true\n    severity: null\n    forbids: null", 1)
+    assert read_pack(source(text)).describe() == TWIN.describe()
 
 
 def test_a_severity_by_option_in_a_file_is_that_of_python():
@@ -354,7 +364,7 @@ WRONG = {
     "two sentences": (
         FILE.replace("    doubt: true", '    forbids: care == "plain"'),
         "- requires: offered(delay)",
-        "a rule has exactly one of `requires`, `forbids`, `meets` and `gives`",
+        "a rule has exactly one of `requires`, `forbids`, `matched_if` and `gives`",
     ),
     "no sentence": (
         FILE.replace("requires: offered(care) >= requested(care)\n    ", ""),

@@ -14,7 +14,8 @@ from cqos_core.language.expression import define
 from cqos_core.language.policy import Policy
 from cqos_core.matching.pipeline import context
 from cqos_core.model.system import Acceptance, Bound, Participant, TeamRule
-from cqos_core.packs.pack import Preset, RulePack
+from cqos_core.packs.pack import RulePack
+from cqos_core.packs.parts import Preset
 from cqos_core.packs.rule import forbids
 from tests.worlds import (
     CARE,

@@ -30,8 +30,9 @@ from cqos_core.language.values import Anything, FromPeers
 from cqos_core.language.vocabulary import Function
 from cqos_core.matching.pipeline import Context, as_text, context
 from cqos_core.model.system import Endpoint, Participant, Place, Profile, ProfileRef, Setting, System, Topic
-from cqos_core.packs.pack import Convention, Dialect, Preset, RulePack
-from cqos_core.packs.rule import forbids, meets, requires
+from cqos_core.packs.pack import RulePack
+from cqos_core.packs.parts import Convention, Dialect, Preset
+from cqos_core.packs.rule import forbids, matched_if, requires
 
 if TYPE_CHECKING:
     from cqos_core.model.report import Finding, Report
@@ -155,19 +156,19 @@ RULES: Final = (
         name="seal-before-2000",
         because="there was no wax before 2000",
     ),
-    meets(
+    matched_if(
         publisher(TOWN) == its_subscriber(TOWN),
         code="POST401",
         name="town-split",
         because="letters do not leave the town",
     ),
-    meets(
+    matched_if(
         overlaps(offered(STREETS), requested(STREETS)) | call("both_everywhere", offered(STREETS), requested(STREETS)),
         code="POST402",
         name="streets-split",
         because="they have no street in common",
     ),
-    meets(
+    matched_if(
         offered(STAMP) == requested(STAMP),
         code="POST403",
         name="stamps-differ",

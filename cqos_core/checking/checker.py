@@ -30,7 +30,8 @@ if TYPE_CHECKING:
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.system import Endpoint, Participant, System
-    from cqos_core.packs.pack import BoundRule, RulePack
+    from cqos_core.packs.bound_rule import BoundRule
+    from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved, ResolvedSystem
 
 

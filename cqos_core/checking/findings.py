@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from cqos_core.matching.judge import Violation
     from cqos_core.matching.outline import Outline
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
-    from cqos_core.packs.pack import BoundRule
+    from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.resolving.resolved import QosProfile, Resolved
 
 SCOPES: Final[dict[str, str]] = {PUBLISHER: "offered", SUBSCRIBER: "requested"}

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Plain
     from cqos_core.model.system import Broker, Endpoint, Participant, Setting
-    from cqos_core.packs.pack import Dialect
+    from cqos_core.packs.parts import Dialect
     from cqos_core.resolving.resolved import Layer, Resolved, Stated
 
 

@@ -17,7 +17,7 @@ from cqos_core.matching.outline import OfEnds
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import core_finding, suggestion
 from cqos_core.model.report import Finding, Severity
-from cqos_core.packs.pack import BoundRule
+from cqos_core.packs.bound_rule import BoundRule
 from cqos_core.packs.rule import requires
 from cqos_core.resolving.participants import packs_in_use
 

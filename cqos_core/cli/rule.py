@@ -10,12 +10,13 @@ import click
 from cqos_core.cli.parameters import debug_option, nearest, packs_option
 from cqos_core.cli.reading import packs_here
 from cqos_core.cli.streams import emit, width
-from cqos_core.packs.pack import describe_code, describe_rule
+from cqos_core.packs.catalogue import describe_code, describe_rule
 from cqos_core.packs.rule_docs import as_markdown, as_text, code_page, find, names, rule_page
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:
-    from cqos_core.packs.pack import BoundRule, RulePack
+    from cqos_core.packs.bound_rule import BoundRule
+    from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule_docs import Reported
 
 

@@ -15,7 +15,7 @@ from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import normalise
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import EVERYBODY, PUBLISHER, SUBSCRIBER, Cases, Profile, ProfileRef, Setting, System
-from cqos_core.packs.pack import NameContext
+from cqos_core.packs.meeting import NameContext
 from cqos_core.resolving.reader import spelled
 
 if TYPE_CHECKING:
@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from cqos_core.exporters.contract import ExportContext, Judged
     from cqos_core.language.policy import Policy
     from cqos_core.model.system import Acceptance, Endpoint, Participant, Role, Settings, TeamRule, Topic
-    from cqos_core.packs.pack import Dialect, RulePack
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.packs.parts import Dialect
     from cqos_core.resolving.resolved import Resolved
 
 KINDS: Final = frozenset({"message", "service_server", "service_client", "action_server", "action_client"})

@@ -44,7 +44,7 @@ def bind_operands(node: Node, vocabulary: Vocabulary) -> tuple[Judge, ...]:
     return tuple(form.open for form in binder.operands(node, None))
 
 
-class _Form(NamedTuple):
+class _Judges(NamedTuple):
     """What judges a part: where all values are known, and where some may be open."""
 
     plain: Judge
@@ -60,22 +60,22 @@ def _calling(call: Callable[..., Any], judges: Sequence[Judge]) -> Judge:
     return lambda a, b, s: call(*[judge(a, b, s) for judge in judges])
 
 
-def _applied(operation: Operation, forms: Sequence[_Form]) -> _Form:
-    return _Form(
+def _applied(operation: Operation, forms: Sequence[_Judges]) -> _Judges:
+    return _Judges(
         _calling(operation.plain, [form.plain for form in forms]),
         _calling(operation.open, [form.open for form in forms]),
     )
 
 
-def _joined(op: str, left: _Form, right: _Form) -> _Form:
+def _joined(op: str, left: _Judges, right: _Judges) -> _Judges:
     """Both, or either; the right one is asked only where the left one does not decide."""
     (f, f_open), (g, g_open) = left, right
     if op == "&":
-        return _Form(
+        return _Judges(
             lambda a, b, s: f(a, b, s) and g(a, b, s),
             lambda a, b, s: (known := f_open(a, b, s)) is not False and both(known, g_open(a, b, s)),
         )
-    return _Form(
+    return _Judges(
         lambda a, b, s: f(a, b, s) or g(a, b, s),
         lambda a, b, s: (known := f_open(a, b, s)) is True or either(known, g_open(a, b, s)),
     )
@@ -96,7 +96,7 @@ class _Binder:
         self.asked: set[int] = set()
         self.partial = False
 
-    def condition(self, node: Node) -> _Form:
+    def condition(self, node: Node) -> _Judges:
         match node:
             case Test("&" | "|" as op, (left, right)):
                 return _joined(op, self.condition(left), self.condition(right))
@@ -110,12 +110,12 @@ class _Binder:
                 return _applied(self.operation(name), self.operands(node, None))
         raise ConditionError(f"`{node}` is no sentence of the language")
 
-    def operand(self, node: Node, domain: Domain | None) -> _Form:
+    def operand(self, node: Node, domain: Domain | None) -> _Judges:
         """A value; constants are read as ``domain``."""
         match node:
             case Literal():
                 value = self.constant(node, domain)
-                return _Form(lambda a, b, s: value, lambda a, b, s: value)
+                return _Judges(lambda a, b, s: value, lambda a, b, s: value)
             case Term():
                 return self.term(node)
             case Apply(name) if name in AGGREGATES:
@@ -135,7 +135,7 @@ class _Binder:
         self.partial = True
         return over_known(function.call)
 
-    def stated(self, node: Test) -> _Form:
+    def stated(self, node: Test) -> _Judges:
         """Ask how a value was written; unknown where that was not understood."""
         term = node.args[0]
         if not isinstance(term, Term):
@@ -156,9 +156,9 @@ class _Binder:
             return written.here if here else not by_word or written.word == word
 
         judge = _calling(asked, [_looked_up(term, self.vocabulary.size + index)])
-        return _Form(judge, judge)
+        return _Judges(judge, judge)
 
-    def aggregate(self, node: Test | Apply) -> _Form:
+    def aggregate(self, node: Test | Apply) -> _Judges:
         """What holds of all publishers, or of all subscribers, of a signal; it is found once for each signal."""
         second = self.side(node)
         if self.within:
@@ -179,7 +179,7 @@ class _Binder:
             return combine([(number, *(part(values, values, s) for part in parts)) for values, number in rows])
 
         judge: Judge = lambda a, b, s: over(s) if s is NO_SIGNAL else s.remembered(key, lambda: over(s))  # noqa: E731
-        return _Form(judge, judge)
+        return _Judges(judge, judge)
 
     def side(self, node: Node) -> bool:
         """Whether the terms inside an aggregate speak of subscribers (True) or publishers (False)."""
@@ -195,7 +195,7 @@ class _Binder:
         self.uses.setdefault((second, index), Use(second, index, term))
         return index
 
-    def term(self, node: Term) -> _Form:
+    def term(self, node: Term) -> _Judges:
         index, second, shared = self.use(node), node.scope in SECOND_SCOPES, node.scope == "option"
         domain = self.vocabulary.policies[index].domain
         whole = Range(domain.lowest, domain.highest) if domain.ordered or domain.candidates() else None
@@ -206,7 +206,7 @@ class _Binder:
                 return whole
             return whole if isinstance(value, Anything) else value
 
-        return _Form(_looked_up(node, index), read)
+        return _Judges(_looked_up(node, index), read)
 
     def constant(self, node: Literal, domain: Domain | None) -> Any:
         value = node.value
@@ -226,7 +226,7 @@ class _Binder:
 
     # Kinds of values
 
-    def operands(self, node: Node, domain: Domain | None) -> list[_Form]:
+    def operands(self, node: Node, domain: Domain | None) -> list[_Judges]:
         """The values that something is applied to, constants read by the kind of the others."""
         kinds = self.kinds_of_test(node) if isinstance(node, Test) else self.kinds_of_value(node, domain)
         return [self.operand(arg, kind) for arg, kind in zip(node.args, kinds, strict=True)]

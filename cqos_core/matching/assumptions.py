@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Meaning, Policy
     from cqos_core.model.report import Finding, Group
-    from cqos_core.packs.pack import BoundRule, RulePack
+    from cqos_core.packs.bound_rule import BoundRule
+    from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved, ResolvedParticipant
 
 

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Value
     from cqos_core.language.vocabulary import Use
+    from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.guarantee import Word
-    from cqos_core.packs.pack import BoundRule
     from cqos_core.packs.rule import Rule
     from cqos_core.resolving.resolved import QosProfile
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from cqos_core.language.values import Values
-    from cqos_core.packs.pack import BoundRule
+    from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.rule import Rule
     from cqos_core.resolving.resolved import QosProfile
 

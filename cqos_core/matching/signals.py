@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from cqos_core.language.values import Values
     from cqos_core.matching.pairing import Alike, TopicShape
-    from cqos_core.packs.pack import BoundRule
+    from cqos_core.packs.bound_rule import BoundRule
 
 
 def signal_outlines(shape: TopicShape, met_by: Sequence[int]) -> Iterator[Outline[int]]:

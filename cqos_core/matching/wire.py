@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Value
-    from cqos_core.packs.pack import RulePack, Wire
+    from cqos_core.packs.meeting import Wire
+    from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolve import Resolver
     from cqos_core.resolving.resolved import Resolved
 

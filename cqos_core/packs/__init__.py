@@ -40,20 +40,9 @@ from cqos_core.language.policy import ENDPOINT, ByOption, Meaning, PerRole, Poli
 from cqos_core.language.values import INFINITE, Anything, Depends, FromPeers, OneOf, Plain, Value, is_plain, normalise
 from cqos_core.language.vocabulary import Function
 from cqos_core.packs.guarantee import LINK, NEEDS, OUTAGE, RELAYED, TAKEN_EVERY, WORDS, Proof, Unaffected, gives
-from cqos_core.packs.pack import (
-    Completion,
-    Convention,
-    Derivation,
-    Dialect,
-    Known,
-    Meeting,
-    NameContext,
-    NameProblem,
-    Naming,
-    Preset,
-    RulePack,
-    Wire,
-)
+from cqos_core.packs.meeting import Meeting, NameContext, NameProblem, Naming, Wire
+from cqos_core.packs.pack import RulePack
+from cqos_core.packs.parts import Completion, Convention, Derivation, Dialect, Known, Preset
 from cqos_core.packs.rule import Rule, forbids, matched_if, meets, requires
 
 Sentence = Condition  # former names

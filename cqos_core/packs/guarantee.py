@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import reduce
 from operator import and_
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 from cqos_core.language.domains import Count, Duration, Flag, Names
 from cqos_core.language.expression import Condition, as_condition, define, in_, offered, overlaps, requested
@@ -242,15 +242,10 @@ def gives(
     word: str,
     what: Condition | Operand | None,
     *,
-    code: str,
-    name: str,
     because: str,
-    clause: str = "",
     survives: str = LINK,
     doubt: bool = False,
-    fixes: tuple[str, ...] = (),
-    help: str = "",  # noqa: A002 - the field's name
-    aliases: tuple[str, ...] = (),
+    **metadata: Any,
 ) -> Rule:
     """Make a rule that says on what a guarantee rests; it speaks only of subscribers that need it.
 
@@ -258,16 +253,11 @@ def gives(
         word: of `WORDS`. Several rules of one word must all hold.
         what: a sentence under which it holds; it may compare with ``requested(WORDS[word].need)``. Or the number that is
             given, which is then compared with what is needed. None: nothing gives it.
-        code: permanent, as of every rule.
-        name: the bad pattern in kebab case.
         because: why the guarantee is lost where this does not hold; it follows "because".
-        clause: where the standard, or the source of the practice, says so.
         survives: ``link``, or the fault that this is about: one of `FAULTS`, or ``intermediary_restart`` for both of a broker.
             It then counts only where the need must survive that. Over a ``link_outage`` nothing holds unless `OUTAGE` is stated.
         doubt: where it does not hold, that leaves the need open rather than unmet, because something decides that no rule sees.
-        fixes: policies offered as remedies; empty: every endpoint policy of the sentence.
-        help: what to do where no remedy can be computed.
-        aliases: former codes and names.
+        metadata: the code, the name, the clause, fixes, help and aliases, as of every `Rule`.
 
     Raises:
         KeyError: there is no such word.
@@ -291,17 +281,12 @@ def gives(
     return Rule(
         silent if met is None else silent | met,
         "requires",
-        code,
-        name,
-        because,
-        clause,
+        because=because,
         says=f"{{subscriber}} needs {word}{amount}{after}, which {{publisher}} {does} give: {because}",
         doubt=doubt,
-        fixes=fixes,
-        help=help,
-        aliases=aliases,
         guarantee=word,
         survives=survives,
+        **metadata,
     )
 
 

@@ -6,9 +6,9 @@ the language of `cqos_core.language.expression`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from cqos_core.importers.forms import described
 from cqos_core.importers.reading import Reading, did_you_mean, listed
@@ -17,33 +17,46 @@ from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.language.domains import Choice, Count, Domain, Duration, Flag, Names, Text
 from cqos_core.language.expression import define
 from cqos_core.language.parsing import parse, parse_value
-from cqos_core.language.policy import ByOption, Meaning, PerRole, Policy
+from cqos_core.language.policy import ByOption, PerRole, Policy
 from cqos_core.language.values import Anything, FromPeers
 from cqos_core.language.vocabulary import terms
 from cqos_core.model.problems import ConditionError, InputError, PackError, Problem
 from cqos_core.model.system import Place
-from cqos_core.packs.guarantee import LINK, NEEDS, TAKEN_EVERY, Unaffected, gives
-from cqos_core.packs.pack import Convention, Dialect, Meeting, Preset, RulePack
-from cqos_core.packs.rule import Rule
+from cqos_core.packs.guarantee import NEEDS, TAKEN_EVERY, Unaffected, gives
+from cqos_core.packs.pack import RulePack
+from cqos_core.packs.parts import Convention, Dialect, Preset
+from cqos_core.packs.rule import Rule, forbids, matched_if, requires
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from cqos_core.importers.source import Source
     from cqos_core.importers.tree import Node
     from cqos_core.language.expression import Node as Part
-    from cqos_core.packs.rule import SeverityName
 
-Scalar: TypeAlias = str | int | bool
 RoleName: TypeAlias = Literal["publisher", "subscriber"]
 Word: TypeAlias = Literal[
     "latest", "loss_free", "duplicate_free", "ordered", "late_join", "offline", "max_age", "max_gap", "liveness"
 ]
 Fault: TypeAlias = Literal["link_outage", "subscriber_restart", "publisher_restart", "broker_stop", "broker_crash"]
+Many: TypeAlias = tuple[str, ...]
+
+
+def _text(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+Scalar: TypeAlias = Annotated[str | int | bool, AfterValidator(_text)]
+"""A text, a number or a flag, as the text that it is."""
 
 
 class _Model(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, coerce_numbers_to_str=True)
+
+    def given(self, *without: str) -> dict[str, Any]:
+        """Return what the file states, by name; what it leaves out has the default of the value that is built."""
+        stated = self.model_fields_set.difference(without)
+        return {name: value for name, value in self if name in stated and value is not None}
 
 
 class FromPeersModel(_Model):
@@ -76,34 +89,49 @@ class UnknownModel(_Model):
     unknown: str
 
 
-MeaningModel: TypeAlias = str | FromPeersModel | PerRoleModel | ByOptionModel | UnknownModel
+def _meaning(model: Any) -> Any:
+    match model:
+        case FromPeersModel():
+            return FromPeers(peers=model.from_peers, **model.given("from_peers"))
+        case PerRoleModel():
+            return PerRole(**model.given())
+        case ByOptionModel():
+            meanings: Any = tuple(model.cases.items())
+            return ByOption(option=model.by_option, meanings=meanings, **model.given("by_option", "cases"))
+        case UnknownModel():
+            return Anything(model.unknown)
+    return model
+
+
+_Forms: TypeAlias = "str | FromPeersModel | PerRoleModel | ByOptionModel | UnknownModel"
+MeaningModel: TypeAlias = Annotated[_Forms, AfterValidator(_meaning)]
 
 
 class PolicyModel(_Model):
     """One policy; ``kind`` says which of the other keys apply."""
 
     kind: Literal["choice", "duration", "count", "flag", "names", "text"]
-    values: list[str] = Field(default_factory=list)
+    values: Many = ()
     ordered: bool = True
     synonyms: dict[str, str] = Field(default_factory=dict)
-    affixes: list[str] = Field(default_factory=list)
+    affixes: Many = ()
     minimum: int = 0
     maximum: int = 2**31 - 1
-    unlimited: list[str] = Field(default_factory=list)
+    unlimited: Many = ()
     unit: str = ""
-    default: Scalar | dict[Literal["publisher", "subscriber"], Scalar] | None = None
+    default: Scalar | dict[RoleName, Scalar] | None = None
     doc: str = ""
     clause: str = ""
     level: Literal["endpoint", "topic", "participant", "broker", "option"] = "endpoint"
-    roles: list[RoleName] = Field(default_factory=lambda: list[RoleName](("publisher", "subscriber")))
-    aliases: list[str] = Field(default_factory=list)
+    roles: tuple[RoleName, ...] = ("publisher", "subscriber")
+    aliases: Many = ()
     words: dict[str, MeaningModel] = Field(default_factory=dict)
     zero: str | None = None
     enforced: dict[str, dict[str, Literal["yes", "unmatched", "no"]]] = Field(default_factory=dict)
     promise: bool = False
     stronger: Literal["higher", "lower", ""] = ""
     derived: bool = False
-    assume: list[str] = Field(default_factory=list)
+    assume: Many = ()
     fallback: str | None = None
 
     @model_validator(mode="after")
@@ -114,11 +142,12 @@ class PolicyModel(_Model):
 
 
 class RuleModel(_Model):
-    """One rule: exactly one of ``requires``, ``forbids`` and ``meets`` holds its sentence, or ``gives`` a word of guarantees."""
+    """One rule: exactly one of ``requires``, ``forbids`` and ``matched_if`` holds its condition, or ``gives`` a word of guarantees."""
 
     requires: str | None = None
     forbids: str | None = None
-    meets: str | None = None
+    matched_if: str | None = None
+    meets: str | None = None  # the former name
     gives: Word | None = None
     what: str | None = None
     survives: Fault | None = None
@@ -126,20 +155,21 @@ class RuleModel(_Model):
     name: str
     because: str
     clause: str = ""
-    severity: Literal["error", "warning", "note"] | ByOptionModel | None = None
+    severity: Annotated[Literal["error", "warning", "note"] | ByOptionModel, AfterValidator(_meaning)] | None = None
     says: str = ""
     role: Literal["publisher", "subscriber", ""] = ""
     doubt: bool = False
     creation: bool = False
     always: bool = False
-    fixes: list[str] = Field(default_factory=list)
+    fixes: Many = ()
     help: str = ""
-    aliases: list[str] = Field(default_factory=list)
+    aliases: Many = ()
 
     @model_validator(mode="after")
-    def _one_sentence(self) -> RuleModel:
-        if sum(each is not None for each in (self.requires, self.forbids, self.meets, self.gives)) != 1:
-            raise ValueError("a rule has exactly one of `requires`, `forbids`, `meets` and `gives`")
+    def _one_condition(self) -> RuleModel:
+        kinds = (self.requires, self.forbids, self.matched_if, self.meets, self.gives)
+        if sum(each is not None for each in kinds) != 1:
+            raise ValueError("a rule has exactly one of `requires`, `forbids`, `matched_if` and `gives`")
         other = {"what", "survives"} if self.gives is None else self.model_fields_set - _OF_GUARANTEES
         if wrong := sorted(self.model_fields_set & other):
             which = "only a rule with `gives` has" if self.gives is None else "a rule with `gives` has no"
@@ -156,9 +186,13 @@ class UnaffectedModel(_Model):
     """A guarantee that faults leave as it is."""
 
     guarantee: Word
-    faults: list[Fault]
+    faults: tuple[Fault, ...]
     because: str
     clause: str
+
+
+def _only(pairs: dict[str, str]) -> tuple[str, str] | None:
+    return next(iter(pairs.items()), None)
 
 
 class PresetModel(_Model):
@@ -166,8 +200,8 @@ class PresetModel(_Model):
 
     settings: dict[str, Scalar]
     doc: str = ""
-    needs: dict[str, str] | None = Field(default=None, max_length=1)
-    aliases: list[str] = Field(default_factory=list)
+    needs: Annotated[dict[str, str], Field(max_length=1), AfterValidator(_only)] | None = None
+    aliases: Many = ()
     level: Literal["endpoint", "broker"] = "endpoint"
 
 
@@ -187,7 +221,7 @@ class DialectModel(_Model):
     codes: dict[str, dict[str, str]] = Field(default_factory=dict)
     bare_unit: str | None = None
     zero_is_unset: bool = False
-    ignore: list[str] = Field(default_factory=list)
+    ignore: frozenset[str] = frozenset()
 
 
 class PackModel(_Model):
@@ -205,7 +239,7 @@ class PackModel(_Model):
     base_preset: str | None = None
     dialects: dict[str, DialectModel] = Field(default_factory=dict)
     conventions: list[ConventionModel] = Field(default_factory=list)
-    not_checked: list[str] = Field(default_factory=list)
+    not_checked: Many = ()
     unaffected: list[UnaffectedModel] = Field(default_factory=list)
 
 
@@ -263,6 +297,8 @@ _EXPECTED: Final = {
     "bool_type": "true or false",
     "bool_parsing": "true or false",
     "list_type": "a list",
+    "tuple_type": "a list",
+    "frozen_set_type": "a list",
     "dict_type": "a map",
     "model_type": "a map",
 }
@@ -330,15 +366,14 @@ def _located(error: Any, location: tuple[int | str, ...], root: Node, reading: R
         return Problem("CQ006", message, reading.place(key), f"known: {', '.join(known)}" if known else None)
     if error["type"] == "missing":
         return Problem("CQ010", f"{_called(location[:-1])} lacks the key `{location[-1]}`", reading.place(node))
-    if error["type"] == "value_error":
-        return Problem("CQ011", f"{_called(location)}: {error['ctx']['error']}", reading.place(node))
-    if error["type"] == "literal_error":
-        allowed = error["ctx"]["expected"].replace("'", "`")
-        return Problem("CQ011", f"{_called(location)} must be {allowed}, found {described(node)}", reading.place(node))
     expected = _EXPECTED.get(error["type"])
-    if expected is not None:
-        return Problem("CQ009", f"{_called(location)} must be {expected}, found {described(node)}", reading.place(node))
-    return Problem("CQ011", f"{_called(location)}: {error['msg']}", reading.place(node))
+    if error["type"] == "literal_error":
+        expected = error["ctx"]["expected"].replace("'", "`")
+    if expected is None:
+        said = error.get("ctx", {}).get("error", error["msg"])
+        return Problem("CQ011", f"{_called(location)}: {said}", reading.place(node))
+    code = "CQ011" if error["type"] == "literal_error" else "CQ009"
+    return Problem(code, f"{_called(location)} must be {expected}, found {described(node)}", reading.place(node))
 
 
 def _fields_at(location: tuple[int | str, ...]) -> tuple[str, ...]:
@@ -352,7 +387,7 @@ def _fields_at(location: tuple[int | str, ...]) -> tuple[str, ...]:
         "unaffected": UnaffectedModel,
     }
     model = models.get(str(location[0])) if location else PackModel
-    return tuple(model.model_fields) if model is not None else ()
+    return () if model is None else tuple(model.model_fields)
 
 
 def _build(model: PackModel, root: Node, reading: Reading) -> RulePack:
@@ -371,29 +406,19 @@ def _build(model: PackModel, root: Node, reading: Reading) -> RulePack:
             problems.append(Problem("CQ011", str(error), reading.place(_at(("rules", index), root))))
     if problems:
         raise InputError(problems)
+    made = {
+        "policies": (
+            *(_policy(name, each) for name, each in model.policies.items()),
+            *_policies_of_guarantees(model, rules),
+        ),
+        "rules": tuple(rules),
+        "presets": {name: Preset(**preset.given()) for name, preset in model.presets.items()},
+        "dialects": {name: Dialect(**dialect.given()) for name, dialect in model.dialects.items()},
+        "conventions": tuple(Convention(**each.given()) for each in model.conventions),
+        "unaffected": tuple(Unaffected(**each.given()) for each in model.unaffected),
+    }
     try:
-        return RulePack(
-            id=model.id,
-            title=model.title,
-            summary=model.summary,
-            source=model.source,
-            policies=(
-                *(_policy(name, policy) for name, policy in model.policies.items()),
-                *_policies_of_guarantees(model, rules),
-            ),
-            rules=tuple(rules),
-            presets={name: _preset(preset) for name, preset in model.presets.items()},
-            base_preset=model.base_preset,
-            dialects={name: _dialect(dialect) for name, dialect in model.dialects.items()},
-            conventions=tuple(
-                Convention(each.pattern, _texts(each.settings), each.external, each.doc) for each in model.conventions
-            ),
-            meeting=Meeting(),
-            not_checked=tuple(model.not_checked),
-            unaffected=tuple(
-                Unaffected(each.guarantee, tuple(each.faults), each.because, each.clause) for each in model.unaffected
-            ),
-        )
+        return RulePack(**model.given("cqos_pack", "define", *made), **made)  # type: ignore[arg-type]
     except PackError as error:
         codes = [rule.code for rule in model.rules]
         raise InputError(
@@ -408,14 +433,6 @@ def _steps(at: tuple[str, ...], codes: list[str]) -> tuple[int | str, ...]:
     return at
 
 
-def _texts(settings: dict[str, Scalar]) -> dict[str, str]:
-    return {name: _text(value) for name, value in settings.items()}
-
-
-def _text(value: Scalar) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
-
-
 def _policies_of_guarantees(model: PackModel, rules: Sequence[Rule]) -> Iterator[Policy]:
     """Yield the policies that rules about guarantees bring with them."""
     if any(rule.guarantee for rule in rules):
@@ -425,113 +442,31 @@ def _policies_of_guarantees(model: PackModel, rules: Sequence[Rule]) -> Iterator
         yield TAKEN_EVERY
 
 
-def _guarantee(model: RuleModel, word: str, defined: Mapping[str, Part]) -> Rule:
-    return gives(
-        word,
-        None if model.what is None else parse_value(model.what, defined),
-        code=model.code,
-        name=model.name,
-        because=model.because,
-        clause=model.clause,
-        survives=model.survives or LINK,
-        doubt=model.doubt,
-        fixes=tuple(model.fixes),
-        help=model.help,
-        aliases=tuple(model.aliases),
-    )
+_KINDS_OF_RULES: Final = {"requires": requires, "forbids": forbids, "matched_if": matched_if, "meets": matched_if}
 
 
 def _rule(model: RuleModel, defined: Mapping[str, Part]) -> Rule:
     if model.gives is not None:
-        return _guarantee(model, model.gives, defined)
-    kind: Literal["requires", "forbids", "meets"] = (
-        "requires" if model.requires is not None else "forbids" if model.forbids is not None else "meets"
-    )
-    condition = model.requires or model.forbids or model.meets or ""
-    return Rule(
-        condition=parse(condition, defined),
-        kind=kind,
-        code=model.code,
-        name=model.name,
-        because=model.because,
-        clause=model.clause,
-        severity=_severity(model, kind),
-        says=model.says,
-        role=model.role,
-        doubt=model.doubt,
-        creation=model.creation,
-        always=model.always,
-        fixes=tuple(model.fixes),
-        help=model.help,
-        aliases=tuple(model.aliases),
-    )
+        what = None if model.what is None else parse_value(model.what, defined)
+        return gives(model.gives, what, **model.given("gives", "what"))
+    kind = next(kind for kind in _KINDS_OF_RULES if getattr(model, kind) is not None)
+    return _KINDS_OF_RULES[kind](parse(getattr(model, kind), defined), **model.given(*_KINDS_OF_RULES))
 
 
-def _severity(model: RuleModel, kind: str) -> SeverityName | ByOption:
-    if isinstance(model.severity, ByOptionModel):
-        return _meaning(model.severity)  # type: ignore[return-value]
-    return model.severity or ("error" if kind == "requires" else "warning")
+_OF_KINDS: Final = ("kind", "values", "ordered", "synonyms", "affixes", "minimum", "maximum", "unlimited", "unit")
+
+
+_DOMAINS: Final[dict[str, Callable[[PolicyModel], Domain]]] = {
+    "choice": lambda model: Choice(
+        *model.values, ordered=model.ordered, affixes=model.affixes, synonyms=model.synonyms
+    ),
+    "duration": lambda model: Duration(bare_unit=model.unit or None),
+    "count": lambda model: Count(model.minimum, model.maximum, unlimited=model.unlimited, unit=model.unit),
+    "flag": lambda _: Flag(),
+    "names": lambda _: Names(),
+    "text": lambda _: Text(),
+}
 
 
 def _policy(name: str, model: PolicyModel) -> Policy:
-    default = model.default
-    return Policy(
-        name=name,
-        domain=_domain(model),
-        default={str(role): _text(text) for role, text in default.items()}
-        if isinstance(default, dict)
-        else None
-        if default is None
-        else _text(default),
-        doc=model.doc,
-        clause=model.clause,
-        level=model.level,
-        roles=tuple(model.roles),
-        aliases=tuple(model.aliases),
-        words={word: _meaning(meaning) for word, meaning in model.words.items()},
-        zero=model.zero,
-        enforced=model.enforced,
-        promise=model.promise,
-        stronger=model.stronger,
-        derived=model.derived,
-        assume=tuple(model.assume),
-        fallback=model.fallback,
-    )
-
-
-def _domain(model: PolicyModel) -> Domain:
-    match model.kind:
-        case "choice":
-            return Choice(*model.values, ordered=model.ordered, affixes=tuple(model.affixes), synonyms=model.synonyms)
-        case "duration":
-            return Duration(bare_unit=model.unit or None)
-        case "count":
-            return Count(model.minimum, model.maximum, unlimited=tuple(model.unlimited), unit=model.unit)
-        case "flag":
-            return Flag()
-        case "names":
-            return Names()
-    return Text()
-
-
-def _meaning(model: MeaningModel) -> Meaning:
-    match model:
-        case FromPeersModel():
-            return FromPeers(model.alone, model.from_peers, model.waits, model.side)
-        case PerRoleModel():
-            return PerRole(_meaning(model.publisher), _meaning(model.subscriber))
-        case ByOptionModel():
-            cases = tuple((name, _meaning(meaning)) for name, meaning in model.cases.items())
-            return ByOption(model.by_option, cases, None if model.otherwise is None else _meaning(model.otherwise))
-        case UnknownModel():
-            return Anything(model.unknown)
-    return model
-
-
-def _preset(model: PresetModel) -> Preset:
-    needs = next(iter(model.needs.items())) if model.needs else None
-    return Preset(_texts(model.settings), model.doc, needs, tuple(model.aliases), model.level)
-
-
-def _dialect(model: DialectModel) -> Dialect:
-    return Dialect(model.names, model.codes, model.bare_unit, model.zero_is_unset, frozenset(model.ignore))
+    return Policy(name=name, domain=_DOMAINS[model.kind](model), **model.given(*_OF_KINDS))

@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 from cqos_core.language.expression import definitions
 from cqos_core.language.solve import may_change
 from cqos_core.model.codes import CODES, CodeInfo, find_code
-from cqos_core.packs.pack import assumed_options, rule_table
+from cqos_core.packs.catalogue import assumed_options, rule_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from cqos_core.language.expression import Condition
     from cqos_core.language.vocabulary import Use
-    from cqos_core.packs.pack import BoundRule, RulePack
+    from cqos_core.packs.bound_rule import BoundRule
+    from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
 
 

@@ -15,12 +15,14 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.rule import SEVERITIES
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from cqos_core.language.expression import Node
     from cqos_core.language.policy import Meaning, Policy
     from cqos_core.model.codes import CodeInfo
-    from cqos_core.packs.pack import BoundRule, Dialect, Preset, RulePack
+    from cqos_core.packs.bound_rule import BoundRule
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.packs.parts import Dialect, Preset
     from cqos_core.packs.rule import Rule
 
 
@@ -32,49 +34,59 @@ class Mistake(NamedTuple):
 
 
 def mistakes(pack: RulePack) -> Iterator[Mistake]:
-    """Yield everything that is wrong with a pack beside its sentences."""
+    """Yield everything that is wrong with a pack beside its conditions."""
     yield from _names(pack)
     if pack.base_preset is not None and pack.base_preset not in pack.presets:
         yield Mistake(("base_preset",), f"base preset `{pack.base_preset}` is not among the presets")
+    for at, what, messages in _parts(pack):
+        yield from (Mistake(at, f"{what}: {message}") for message in messages)
+
+
+def _parts(pack: RulePack) -> Iterator[tuple[tuple[str, ...], str, Iterator[str]]]:
+    """Yield where each part stands, what it is, and what is wrong with it."""
     for policy in pack.policies:
-        at = ("policies", policy.name)
-        yield from (Mistake(at, f"policy `{policy.name}`: {message}") for message in _policy(policy, pack))
+        yield ("policies", policy.name), f"policy `{policy.name}`", _policy(policy, pack)
     for name, preset in pack.presets.items():
-        yield from (Mistake(("presets", name), f"preset `{name}`: {message}") for message in _preset(preset, pack))
+        yield ("presets", name), f"preset `{name}`", _preset(preset, pack)
     for name, dialect in pack.dialects.items():
-        yield from (Mistake(("dialects", name), f"dialect `{name}`: {message}") for message in _dialect(dialect, pack))
+        yield ("dialects", name), f"dialect `{name}`", _dialect(dialect, pack)
     for convention in pack.conventions:
         for name, text in convention.settings.items():
-            where = f"convention of `{convention.pattern}`"
-            yield from (Mistake(("conventions",), f"{where}: {said}") for said in _setting(pack, "topic", name, text))
+            yield ("conventions",), f"convention of `{convention.pattern}`", _setting(pack, "topic", name, text)
     for option, value in pack.variants:
-        messages = _option_value(pack, option, value)
-        yield from (Mistake((), f"variant of {option} {value}: {message}") for message in messages)
+        yield (), f"variant of {option} {value}", _option_value(pack, option, value)
+
+
+def _those(*said: tuple[object, str]) -> Iterator[str]:
+    """Yield what there is to say of everything that is wrong."""
+    return (message for wrong, message in said if wrong)
 
 
 def rule_mistakes(bound: BoundRule) -> Iterator[str]:
     """Yield what is wrong with a rule whose sentence is in order."""
-    rule = bound.rule
-    used = {use.term.name: use for use in (*bound.bound.uses, *bound.bound.aggregate_uses)}
-    if rule.kind == "meets" and bound.scope != "pair":
-        yield "a meeting condition compares a publisher with a subscriber"
-    if rule.role not in {"", *BOTH}:
-        yield f"role `{rule.role}` must be publisher or subscriber"
-    for use in (*bound.bound.uses, *bound.bound.aggregate_uses):
+    rule, of_itself = bound.rule, bound.bound.uses
+    uses = (*of_itself, *bound.bound.aggregate_uses)
+    used = {use.term.name for use in uses}
+    read = {*used, *(f"{use.term.scope} {use.term.name}" for use in of_itself)}
+    words = {"publisher", "subscriber", "endpoint", "topic"}
+    words |= {word for name in used for word in (name, f"offered {name}", f"requested {name}")}
+    yield from _those(
+        (rule.kind == "meets" and bound.scope != "pair", "a meeting condition compares a publisher with a subscriber"),
+        (rule.role not in {"", *BOTH}, f"role `{rule.role}` must be publisher or subscriber"),
+    )
+    for use in uses:
         policy = bound.bound.vocabulary.policies[use.index]
         role = {"offered": PUBLISHER, "requested": SUBSCRIBER, "own": bound.role}.get(use.term.scope)
         if policy.level == ENDPOINT and role is not None and role not in policy.roles:
             yield f"`{use.term}` is of a {role}, and only a {' and '.join(policy.roles) or 'nothing'} has `{policy.name}`"
-    read = {*used, *(f"{use.term.scope} {use.term.name}" for use in bound.bound.uses)}
-    for name in rule.fixes:
-        if name not in read:
-            yield f"`fixes` names `{name}`, which the sentence does not read"
+    yield from _those(
+        *((name not in read, f"`fixes` names `{name}`, which the sentence does not read") for name in rule.fixes)
+    )
     yield from _severity(bound)
-    words = {"publisher", "subscriber", "endpoint", "topic"}
-    words |= {word for name in used for word in (name, f"offered {name}", f"requested {name}")}
-    for word in re.findall(r"\{([^{}]+)\}", rule.says):
-        if word not in words:
-            yield f"`says` has {{{word}}}, which stands for nothing here"
+    written = re.findall(r"\{([^{}]+)\}", rule.says)
+    yield from _those(
+        *((word not in words, f"`says` has {{{word}}}, which stands for nothing here") for word in written)
+    )
 
 
 def _severity(bound: BoundRule) -> Iterator[str]:
@@ -88,15 +100,15 @@ def _severity(bound: BoundRule) -> Iterator[str]:
     if option is None or not values or not isinstance(option.default, str):
         yield f"its severity depends on `{by.option}`, which is no option with a default and listed values"
         return
-    if bound.rule.kind == "meets":
-        yield "a meeting condition has one severity"
+    yield from _those((bound.rule.kind == "meets", "a meeting condition has one severity"))
     for value, severity in (*by.meanings, (values[0], by.otherwise)):
-        if value not in values:
-            yield f"its severity names `{value}`, but option `{by.option}` is one of {', '.join(values)}"
-        if severity is not None and severity not in SEVERITIES:
-            yield f"severity `{severity}` must be error, warning or note"
-    if not by.meanings and by.otherwise is None:
-        yield f"its severity lists no value of option `{by.option}`"
+        other = f"its severity names `{value}`, but option `{by.option}` is one of {', '.join(values)}"
+        unknown = severity not in {None, *SEVERITIES}
+        yield from _those(
+            (value not in values, other), (unknown, f"severity `{severity}` must be error, warning or note")
+        )
+    none = not by.meanings and by.otherwise is None
+    yield from _those((none, f"its severity lists no value of option `{by.option}`"))
 
 
 KEPT: Final = {
@@ -110,32 +122,33 @@ _NAME: Final = re.compile(r"[a-z_][a-z0-9_]*(\.[a-z_][a-z0-9_]*)*")
 
 def _names(pack: RulePack) -> Iterator[Mistake]:
     """Yield names that stand for two things."""
-    seen: dict[str, str] = {}
     named: tuple[Rule | CodeInfo, ...] = (*pack.rules, *pack.codes)
-    for rule in named:
-        for spelling in (rule.code, rule.name, *rule.aliases):
-            if spelling in seen:
-                yield Mistake(("rules", rule.code), f"`{spelling}` names both {seen[spelling]} and {rule.code}")
-            seen.setdefault(spelling, rule.code)
-    taken: dict[tuple[str, str], str] = {}
-    for policy in pack.policies:
-        for spelling in sorted(policy.spellings):
-            other = taken.setdefault((policy.level, spelling), policy.name)
-            if other != policy.name:
-                message = f"`{spelling}` spells both policy `{other}` and policy `{policy.name}`"
-                yield Mistake(("policies", policy.name), message)
-    presets: dict[str, str] = {}
-    for name, preset in pack.presets.items():
-        for spelling in (name, *preset.aliases):
-            other = presets.setdefault(normalise(spelling), name)
-            if other != name:
-                yield Mistake(("presets", name), f"`{spelling}` names both preset `{other}` and preset `{name}`")
+    codes = [(spelling, rule.code) for rule in named for spelling in (rule.code, rule.name, *rule.aliases)]
+    for spelling, code, other in _taken(codes):
+        yield Mistake(("rules", code), f"`{spelling}` names both {other} and {code}")
+    for level in dict.fromkeys(policy.level for policy in pack.policies):
+        of_level = [policy for policy in pack.policies if policy.level == level]
+        policies = [(spelling, policy.name) for policy in of_level for spelling in sorted(policy.spellings)]
+        for spelling, name, other in _taken(policies):
+            if name != other:
+                yield Mistake(("policies", name), f"`{spelling}` spells both policy `{other}` and policy `{name}`")
+    presets = [(each, name) for name, preset in pack.presets.items() for each in (name, *preset.aliases)]
+    for spelling, name, other in _taken(presets, normalise):
+        if name != other:
+            yield Mistake(("presets", name), f"`{spelling}` names both preset `{other}` and preset `{name}`")
     yield from _definitions(pack)
-    functions: set[str] = set()
-    for function in pack.functions:
-        if function.name in {*SCOPES, *VALUE_FUNCTIONS, *CONDITION_FUNCTIONS} or function.name in functions:
-            yield Mistake((), f"function `{function.name}` has a name that is taken")
-        functions.add(function.name)
+    own = [(name, "") for name in (*SCOPES, *VALUE_FUNCTIONS, *CONDITION_FUNCTIONS)]
+    for name, _, _ in _taken([*own, *((function.name, "") for function in pack.functions)]):
+        yield Mistake((), f"function `{name}` has a name that is taken")
+
+
+def _taken(named: Iterable[tuple[str, str]], alike: Callable[[str], str] = str) -> Iterator[tuple[str, str, str]]:
+    """Yield each spelling that something had before, with what has it now and what had it first."""
+    first: dict[str, str] = {}
+    for spelling, name in named:
+        if alike(spelling) in first:
+            yield spelling, name, first[alike(spelling)]
+        first.setdefault(alike(spelling), name)
 
 
 def _definitions(pack: RulePack) -> Iterator[Mistake]:
@@ -154,20 +167,18 @@ def _definitions(pack: RulePack) -> Iterator[Mistake]:
 
 
 def _policy(policy: Policy, pack: RulePack) -> Iterator[str]:
-    if not _NAME.fullmatch(policy.name) or any(keyword.iskeyword(part) for part in policy.name.split(".")):
-        yield "a name is snake_case, with dots between its parts, and no word of Python"
+    legal = _NAME.fullmatch(policy.name) and not any(map(keyword.iskeyword, policy.name.split(".")))
+    yield from _those((not legal, "a name is snake_case, with dots between its parts, and no word of Python"))
     for spelling in sorted(policy.spellings & KEPT.get(policy.level, frozenset())):
         yield f"`{spelling}` is a key of the system file with a meaning of its own, so no policy can be set by it"
-    if policy.level not in LEVELS:
-        yield f"level `{policy.level}` must be one of {', '.join(LEVELS)}"
-    if policy.stronger not in DIRECTIONS:
-        yield f"`stronger` is `{policy.stronger}`; it must be higher, lower or empty"
-    if policy.stronger and not policy.domain.ordered:
-        yield "`stronger` needs values that have an order"
-    if policy.derived and policy.default is None:
-        yield "a derived policy needs the default that holds where nothing else follows"
-    if not set(policy.roles) <= set(BOTH):
-        yield f"roles must be of {' and '.join(BOTH)}"
+    unset = policy.derived and policy.default is None
+    yield from _those(
+        (policy.level not in LEVELS, f"level `{policy.level}` must be one of {', '.join(LEVELS)}"),
+        (policy.stronger not in DIRECTIONS, f"`stronger` is `{policy.stronger}`; it must be higher, lower or empty"),
+        (policy.stronger and not policy.domain.ordered, "`stronger` needs values that have an order"),
+        (unset, "a derived policy needs the default that holds where nothing else follows"),
+        (not set(policy.roles) <= set(BOTH), f"roles must be of {' and '.join(BOTH)}"),
+    )
     yield from _domain(policy)
     for text in dict.fromkeys((*map(policy.default_for, BOTH), *policy.assume, policy.fallback)):
         yield from _text(policy, text)
@@ -181,10 +192,10 @@ def _policy(policy: Policy, pack: RulePack) -> Iterator[str]:
 
 def _words(policy: Policy, pack: RulePack) -> Iterator[str]:
     for word, meaning in policy.words.items():
-        if _word(policy, word) != word:
-            yield f"word `{word}` must be written as it is read, `{_word(policy, word)}`"
-        if isinstance(policy.domain, Choice) and word in policy.domain.names:
-            yield f"word `{word}` is also a value"
+        yield from _those(
+            (_word(policy, word) != word, f"word `{word}` must be written as it is read, `{_word(policy, word)}`"),
+            (word in getattr(policy.domain, "names", ()), f"word `{word}` is also a value"),
+        )
         yield from _meaning(policy, meaning, pack)
         yield from _circle(policy, word)
     if policy.zero is not None and policy.zero not in policy.words:
@@ -197,17 +208,17 @@ def _word(policy: Policy, text: str) -> str:
 
 
 def _domain(policy: Policy) -> Iterator[str]:
-    domain = policy.domain
-    if isinstance(domain, Choice):
-        for rank, name in enumerate(domain.names):
-            if domain.names.index(name) != rank:
-                yield f"value `{name}` is listed twice"
-            elif domain.word(name) != name:
-                yield f"value `{name}` must be written as it is read, `{domain.word(name)}`"
-    if isinstance(domain, Count) and domain.lowest > domain.maximum:
-        yield f"there is no number from {domain.lowest} to {domain.maximum}"
-    if isinstance(domain, Duration) and not is_unit(domain.bare_unit):
-        yield f"`{domain.bare_unit}` is no unit of time"
+    match policy.domain:
+        case Choice() as choice:
+            for rank, name in enumerate(choice.names):
+                if choice.names.index(name) != rank:
+                    yield f"value `{name}` is listed twice"
+                elif choice.word(name) != name:
+                    yield f"value `{name}` must be written as it is read, `{choice.word(name)}`"
+        case Count(lowest=lowest, maximum=maximum) if lowest > maximum:
+            yield f"there is no number from {lowest} to {maximum}"
+        case Duration(bare_unit=unit) if not is_unit(unit):
+            yield f"`{unit}` is no unit of time"
 
 
 def _text(policy: Policy, text: str | None) -> Iterator[str]:
@@ -227,9 +238,8 @@ def _meaning(policy: Policy, meaning: Meaning, pack: RulePack) -> Iterator[str]:
         case OneOf(values):
             for text in values:
                 yield from _text(policy, text)
-        case PerRole():
-            yield from _meaning(policy, meaning.publisher, pack)
-            yield from _meaning(policy, meaning.subscriber, pack)
+        case PerRole(publisher, subscriber):
+            yield from (*_meaning(policy, publisher, pack), *_meaning(policy, subscriber, pack))
         case ByOption(option, meanings, otherwise):
             if not meanings:
                 yield from _option_value(pack, option, None)
@@ -269,13 +279,11 @@ def _texts(meaning: Meaning) -> Iterator[str]:
     match meaning:
         case str():
             yield meaning
-        case PerRole():
-            yield from _texts(meaning.publisher)
-            yield from _texts(meaning.subscriber)
+        case PerRole(publisher, subscriber):
+            yield from (*_texts(publisher), *_texts(subscriber))
         case ByOption(_, meanings, otherwise):
-            for inner in (*(inner for _, inner in meanings), otherwise):
-                if inner is not None:
-                    yield from _texts(inner)
+            listed = (*(inner for _, inner in meanings), *(() if otherwise is None else (otherwise,)))
+            yield from (text for inner in listed for text in _texts(inner))
 
 
 def _is_zero(policy: Policy, text: str) -> bool:
@@ -286,19 +294,23 @@ def _is_zero(policy: Policy, text: str) -> bool:
 
 
 def _option_value(pack: RulePack, option: str, value: str | None) -> Iterator[str]:
-    known = [policy for policy in pack.policies if policy.level == "option" and policy.name == option]
-    if not known:
+    known = _named(pack, option, "option")
+    if known is None:
         yield f"`{option}` is no option"
     elif value is not None:
-        yield from _text(known[0], value)
+        yield from _text(known, value)
 
 
 def _setting(pack: RulePack, level: str, name: str, text: str) -> Iterator[str]:
-    known = [policy for policy in pack.policies if policy.level == level and policy.name == name]
-    if not known:
+    known = _named(pack, name, level)
+    if known is None:
         yield f"`{name}` is no {level} policy"
     else:
-        yield from (f"`{name}`: {message}" for message in _text(known[0], text))
+        yield from (f"`{name}`: {message}" for message in _text(known, text))
+
+
+def _named(pack: RulePack, name: str, level: str) -> Policy | None:
+    return next((policy for policy in pack.policies if policy.level == level and policy.name == name), None)
 
 
 def _preset(preset: Preset, pack: RulePack) -> Iterator[str]:
@@ -311,10 +323,10 @@ def _preset(preset: Preset, pack: RulePack) -> Iterator[str]:
 def _dialect(dialect: Dialect, pack: RulePack) -> Iterator[str]:
     spellings = {spelling for policy in pack.policies for spelling in policy.spellings}
     for written, name in dialect.names.items():
-        if normalise(name) not in spellings:
-            yield f"`{written}` is read as `{name}`, which is no policy"
-        if normalise(written) != written:
-            yield f"`{written}` must be written as it is compared, `{normalise(written)}`"
+        yield from _those(
+            (normalise(name) not in spellings, f"`{written}` is read as `{name}`, which is no policy"),
+            (normalise(written) != written, f"`{written}` must be written as it is compared, `{normalise(written)}`"),
+        )
     for name, codes in dialect.codes.items():
         yield from _codes(pack, name, codes)
     if not is_unit(dialect.bare_unit):

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator
 
     from cqos_core.model.system import Endpoint, System
-    from cqos_core.packs.pack import NameProblem, RulePack
+    from cqos_core.packs.meeting import NameProblem
+    from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved, ResolvedSystem
 
 

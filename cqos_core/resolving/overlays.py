@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from cqos_core.model.system import Endpoint, Overlay, System
-    from cqos_core.packs.pack import Naming, RulePack
+    from cqos_core.packs.meeting import Naming
+    from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.reader import SettingsReader
     from cqos_core.resolving.resolved import ResolvedParticipant, Stated
 

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from cqos_core.model.system import Place, Profile, ProfileRef, Scope, System
-    from cqos_core.packs.pack import Preset, RulePack
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.packs.parts import Preset
     from cqos_core.resolving.reader import SettingsReader
     from cqos_core.resolving.resolved import ResolvedParticipant
 

@@ -35,7 +35,8 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Plain
     from cqos_core.model.report import Finding, Severity
     from cqos_core.model.system import Place, Settings
-    from cqos_core.packs.pack import Dialect, RulePack
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.packs.parts import Dialect
     from cqos_core.resolving.resolved import Layer, ResolvedParticipant
 
 _TYPING_ERRORS: Final = 2

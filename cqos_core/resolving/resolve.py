@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 from cqos_core.language.policy import ENDPOINT, NEED, TOPIC, Policy
 from cqos_core.model.memory import MAXIMUM_REMEMBERED, MOST_LETTERS, letters, remember
 from cqos_core.model.system import MESSAGE, PUBLISHER, Setting
-from cqos_core.packs.pack import NameContext, nothing_follows, nothing_summed
+from cqos_core.packs.meeting import NameContext
+from cqos_core.packs.parts import nothing_follows, nothing_summed
 from cqos_core.resolving.completion import known_broker, known_endpoint, known_participant, sum_up
 from cqos_core.resolving.left_over import left_over
 from cqos_core.resolving.overlays import Overlays
@@ -38,7 +39,8 @@ if TYPE_CHECKING:
 
     from cqos_core.language.values import Value, WrittenValue
     from cqos_core.model.system import Endpoint, Participant, Settings, System
-    from cqos_core.packs.pack import NameProblem, Naming, RulePack
+    from cqos_core.packs.meeting import NameProblem, Naming
+    from cqos_core.packs.pack import RulePack
 
 
 _NAMED: dict[tuple[Any, ...], Naming] = {}

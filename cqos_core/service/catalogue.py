@@ -7,7 +7,7 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from cqos.v1 import catalogue_pb2, report_pb2
-from cqos_core.packs.pack import describe_policy, describe_rule
+from cqos_core.packs.catalogue import describe_policy, describe_rule
 from cqos_core.plugins import load_plugins
 from cqos_core.remote.messages import word_of
 
@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from cqos_core.language.policy import Policy
-    from cqos_core.packs.pack import Dialect, Preset, RulePack
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.packs.parts import Dialect, Preset
 
 
 def packs_message(revision: int) -> catalogue_pb2.ListPacksResponse:

@@ -4,7 +4,7 @@ import grpc
 import pytest
 
 from cqos.v1 import catalogue_pb2, check_pb2, check_pb2_grpc, report_pb2
-from cqos_core.packs.pack import describe_policy
+from cqos_core.packs.catalogue import describe_policy
 from cqos_core.plugins import load_plugins
 from cqos_core.remote.client import ServiceError
 

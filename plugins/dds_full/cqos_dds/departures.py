@@ -22,23 +22,16 @@ from cqos_dds.implementations import (
     publisher_is,
     subscriber_is,
 )
-from cqos_dds.policies import (
-    ANNOUNCEMENT_PERIOD,
+from cqos_dds.kept_policies import DEPTH, HISTORY, MAX_INSTANCES, MAX_PER_INSTANCE, MAX_SAMPLES, SERVICE_DEPTH
+from cqos_dds.policies import ANNOUNCEMENT_PERIOD, KEYED, SERVICE_RUNS
+from cqos_dds.requested_policies import (
     COHERENT,
     DATA_REPRESENTATION,
-    DEPTH,
     DESTINATION_ORDER,
     DURABILITY,
-    HISTORY,
-    KEYED,
     LEASE,
     LIVELINESS,
-    MAX_INSTANCES,
-    MAX_PER_INSTANCE,
-    MAX_SAMPLES,
     ORDERED,
-    SERVICE_DEPTH,
-    SERVICE_RUNS,
 )
 from cqos_dds.rules import (
     DESTINATION_ORDER_FITS,

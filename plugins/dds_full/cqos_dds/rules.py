@@ -2,7 +2,7 @@
 
 How to read them: `offered` is the value of the writer or its publisher, `requested` that of the reader or its subscriber. A bare
 policy is that of the endpoint itself. `requires` reports if its condition is false, `forbids` only if it is certainly true. If a
-`meets` condition is false, two endpoints of one topic do not match. Values have the order of the standard, so `>=` is "at least
+`matched_if` condition is false, two endpoints of one topic do not match. Values have the order of the standard, so `>=` is "at least
 as strong as". `both_are(...)` is about implementations that do not compare a policy: no end refuses only if both are such.
 
 `departures` has the differences of implementations from the standard, `advice` connections that may surprise.
@@ -18,7 +18,7 @@ from cqos_core.packs import (
     first,
     forbids,
     in_,
-    meets,
+    matched_if,
     offered,
     overlaps,
     publisher,
@@ -40,33 +40,33 @@ from cqos_dds.implementations import (
     publisher_is,
     subscriber_is,
 )
-from cqos_dds.policies import (
-    ACCESS_SCOPE,
-    COHERENT,
-    DATA_REPRESENTATION,
-    DEADLINE,
+from cqos_dds.kept_policies import (
     DEPTH,
-    DESTINATION_ORDER,
-    DOMAIN,
-    DURABILITY,
     HISTORY,
-    LATENCY_BUDGET,
-    LEASE,
-    LIVELINESS,
     MAX_INSTANCES,
     MAX_PER_INSTANCE,
     MAX_SAMPLES,
-    ORDERED,
-    OWNERSHIP,
-    PARTITION,
-    RELIABILITY,
     SERVICE_DEPTH,
     SERVICE_HISTORY,
     SERVICE_MAX_INSTANCES,
     SERVICE_MAX_PER_INSTANCE,
     SERVICE_MAX_SAMPLES,
-    TIME_BASED_FILTER,
-    TOPIC_TYPE,
+)
+from cqos_dds.policies import DOMAIN, TIME_BASED_FILTER, TOPIC_TYPE
+from cqos_dds.requested_policies import (
+    ACCESS_SCOPE,
+    COHERENT,
+    DATA_REPRESENTATION,
+    DEADLINE,
+    DESTINATION_ORDER,
+    DURABILITY,
+    LATENCY_BUDGET,
+    LEASE,
+    LIVELINESS,
+    ORDERED,
+    OWNERSHIP,
+    PARTITION,
+    RELIABILITY,
     TYPE,
     TYPE_INFORMATION,
 )
@@ -307,14 +307,14 @@ SUBSCRIBER_MEETS: Final = define(
 )
 
 MEETING: Final = (
-    meets(
+    matched_if(
         publisher(DOMAIN) == subscriber(DOMAIN),
         code="DDS401",
         name="domain-split",
         because="participants of different domains never meet",
         clause="DDS 1.4, 2.2.2.2.1",
     ),
-    meets(
+    matched_if(
         (offered(TYPE) == requested(TYPE)) | (offered(TYPE_INFORMATION) & requested(TYPE_INFORMATION)),
         code="DDS402",
         name="type-mismatch",
@@ -323,14 +323,14 @@ MEETING: Final = (
         severity="error",
         always=True,
     ),
-    meets(
+    matched_if(
         PUBLISHER_MEETS | SUBSCRIBER_MEETS,
         code="DDS403",
         name="partition-split",
         because="they share no partition, and a split alone is no incompatibility that a status reports",
         clause="DDS 1.4, 2.2.3.13",
     ),
-    meets(
+    matched_if(
         (PUBLISHER_MEETS & SUBSCRIBER_MEETS) | (~PUBLISHER_MEETS & ~SUBSCRIBER_MEETS),
         code="DDS404",
         name="partitions-compared-differently",

@@ -10,7 +10,7 @@ import pytest
 from cqos_core import check, check_pair
 from cqos_core.model.report import Report
 from cqos_core.packs import parse
-from cqos_core.packs.pack import rule_table
+from cqos_core.packs.catalogue import rule_table
 from cqos_dds.pack import PACK
 
 

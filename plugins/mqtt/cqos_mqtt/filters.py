@@ -46,50 +46,48 @@ def has_wildcards(written: str) -> bool:
 
 def wrong_with_name(name: str) -> str | None:
     """Say what keeps a text from being the name of a topic, None where nothing does."""
-    if has_wildcards(name):
-        return "it has a wildcard, and a message goes to one topic only"
-    if name.startswith(SHARE):
-        return f"it begins with `{SHARE}`, which belongs to shared subscriptions"
-    return _wrong_text(name)
+    return _first(
+        (has_wildcards(name), "it has a wildcard, and a message goes to one topic only"),
+        (name.startswith(SHARE), f"it begins with `{SHARE}`, which belongs to shared subscriptions"),
+        *_wrong_text(name),
+    )
 
 
 def wrong_with_filter(written: str) -> str | None:
     """Say what keeps a text from being a filter, None where nothing does."""
-    shared = share(written)
-    if written.rstrip("/") == SHARE.rstrip("/"):
-        return "a shared subscription is `$share/group/filter`"
-    if shared is not None:
-        if not shared.group:
-            return "the name of its share group is empty"
-        if has_wildcards(shared.group):
-            return f"the name of its share group, `{shared.group}`, has a wildcard"
-        if not shared.filter:
-            return "nothing follows the name of its share group"
-    return _wrong_text(written) or wrong_wildcards(bare(written))
+    group, own = share(written) or ("-", written)
+    in_share = _first(
+        (written.rstrip("/") == SHARE.rstrip("/"), "a shared subscription is `$share/group/filter`"),
+        (not group, "the name of its share group is empty"),
+        (has_wildcards(group), f"the name of its share group, `{group}`, has a wildcard"),
+        (not own and own != written, "nothing follows the name of its share group"),
+        *_wrong_text(written),
+    )
+    return in_share or wrong_wildcards(own)
 
 
 def wrong_wildcards(written: str) -> str | None:
     """Say which wildcard is not where it may be."""
-    *levels, last = written.split("/")
-    for level in levels:
-        if REST in level:
-            return "`#` stands for the rest, so it can only be the last level"
-    for level in (*levels, last):
-        if (ONE in level or REST in level) and len(level) > 1:
-            return f"a wildcard is a whole level, not a part of one as in `{level}`"
-    return None
+    levels = written.split("/")
+    parts = (level for level in levels if has_wildcards(level) and len(level) > 1)
+    return _first(
+        (any(REST in level for level in levels[:-1]), "`#` stands for the rest, so it can only be the last level"),
+        *((True, f"a wildcard is a whole level, not a part of one as in `{level}`") for level in parts),
+    )
 
 
-def _wrong_text(text: str) -> str | None:
-    if not text:
-        return "it is empty"
-    if "\0" in text:
-        return "it has the character U+0000"
-    if any("\ud800" <= character <= "\udfff" for character in text):
-        return "it has half a character, which UTF-8 cannot say"
-    if len(text.encode()) > LONGEST:
-        return f"it has more than {LONGEST} bytes"
-    return None
+def _wrong_text(text: str) -> tuple[tuple[bool, str], ...]:
+    return (
+        (not text, "it is empty"),
+        ("\0" in text, "it has the character U+0000"),
+        (any("\ud800" <= each <= "\udfff" for each in text), "it has half a character, which UTF-8 cannot say"),
+        (len(text.encode(errors="replace")) > LONGEST, f"it has more than {LONGEST} bytes"),
+    )
+
+
+def _first(*said: tuple[bool, str]) -> str | None:
+    """Return what there is to say of the first thing that is wrong."""
+    return next((message for wrong, message in said if wrong), None)
 
 
 def matches(written: str, name: str) -> bool:

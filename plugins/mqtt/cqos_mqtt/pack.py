@@ -6,10 +6,12 @@ from typing import Final
 
 from cqos_core.packs import NEEDS, Convention, Derivation, Dialect, Function, Meeting, RulePack
 from cqos_mqtt import filters, names, queues, sessions
+from cqos_mqtt.broker_policies import IMPLEMENTATION
+from cqos_mqtt.endpoint_policies import QOS
 from cqos_mqtt.evidence import PROOFS
 from cqos_mqtt.guarantees import GUARANTEES, UNAFFECTED
 from cqos_mqtt.importers.codes import CODES
-from cqos_mqtt.policies import IMPLEMENTATION, POLICIES, QOS
+from cqos_mqtt.policies import POLICIES
 from cqos_mqtt.presets import PRESETS
 from cqos_mqtt.rules import EFFECTIVE, RULES
 

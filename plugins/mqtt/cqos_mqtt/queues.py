@@ -14,9 +14,8 @@ from cqos_core.matching.judge import apart
 from cqos_core.model.remarks import listed
 from cqos_core.model.system import PUBLISHER
 from cqos_core.packs import INFINITE, TAKEN_EVERY, Anything, Depends, as_condition, broker, is_plain
-from cqos_mqtt.filters import LONGEST, has_wildcards, match
-from cqos_mqtt.policies import (
-    BURST,
+from cqos_mqtt.broker_policies import QUEUED, QUEUED_BYTES, QUEUES_QOS0
+from cqos_mqtt.endpoint_policies import (
     BURST_BYTES,
     BURSTS,
     ENVELOPE,
@@ -25,19 +24,16 @@ from cqos_mqtt.policies import (
     IS_WILL,
     PACED,
     PAYLOAD,
-    PERIOD,
     PROPERTIES,
     QOS,
     QUEUE_LASTS,
-    QUEUED,
-    QUEUED_BYTES,
-    QUEUES_QOS0,
     SHARED,
     TOPIC_ALIAS,
-    VERSION,
     WAITING,
     WAITING_BYTES,
 )
+from cqos_mqtt.filters import LONGEST, has_wildcards, match
+from cqos_mqtt.policies import BURST, PERIOD, VERSION
 from cqos_mqtt.rules import EFFECTIVE
 
 if TYPE_CHECKING:

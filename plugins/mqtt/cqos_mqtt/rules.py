@@ -1,6 +1,6 @@
 """The rules of MQTT without requirements, one condition each; `guarantees` has those with requirements.
 
-`requires` reports when its condition is false, `forbids` only when it is certainly true. If a `meets` condition is false, two
+`requires` reports when its condition is false, `forbids` only when it is certainly true. If a `matched_if` condition is false, two
 endpoints do not match. A bare policy is that of the endpoint itself, `offered` that of the publication, `requested` that of the
 subscription. `publisher`, `subscriber` and `participant` are their connections, and `broker` is between them.
 
@@ -9,22 +9,16 @@ A stated QoS is no requirement, so its loss is a note: the option `implied_needs
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.packs import (
     WORDS,
-    all_equal,
-    any_of,
     as_condition,
     broker,
-    by_option,
-    call,
-    count,
     define,
     forbids,
     greatest,
     least,
-    meets,
     offered,
     participant,
     publisher,
@@ -34,90 +28,52 @@ from cqos_core.packs import (
     subscriber,
     topic,
 )
-from cqos_mqtt.policies import (
-    ALIASES,
-    BROKER,
+from cqos_mqtt.broker_policies import (
     BROKER_ALIASES,
     BROKER_PACKET_SIZE,
-    BURST_BYTES,
-    BURSTS,
-    CLEAN,
-    CLIENT_ID,
-    CLOSING,
-    COMMAND,
-    CONTROLLED,
-    ENVELOPE,
-    ENVELOPE_TO_BROKER,
-    EXPIRY,
-    GENERATED_ID,
     GRANTED_QOS,
     IDENTIFIER_AVAILABLE,
-    IMPLIED_NEEDS,
     INFLIGHT,
-    IS_WILL,
     MAXIMUM_QOS,
-    MAY_PUBLISH,
-    MIXED_QOS,
-    NEEDS_RETAIN_FLAG,
     NEWEST,
-    NO_LOCAL,
     OLDEST,
-    OVERLAPPING,
-    PACED,
+    QUEUED,
+    QUEUED_BYTES,
+    RETAIN_AVAILABLE,
+    SHARED_AVAILABLE,
+    UPGRADES,
+    WILDCARD_AVAILABLE,
+)
+from cqos_mqtt.conditions import IMPLIED, in_3_1_1, keeps_session
+from cqos_mqtt.connection_policies import (
     PACKET_SIZE,
+    RECEIVE_MAXIMUM,
+)
+from cqos_mqtt.endpoint_policies import (
+    BURST_BYTES,
+    BURSTS,
+    ENVELOPE,
+    ENVELOPE_TO_BROKER,
+    IS_WILL,
+    MIXED_QOS,
+    PACED,
     PAYLOAD,
     PROPERTIES,
     QOS,
-    QUEUED,
-    QUEUED_BYTES,
-    READABLE,
-    RECEIVE_MAXIMUM,
-    REPEATED,
-    RESERVED,
     RETAIN,
-    RETAIN_AS_PUBLISHED,
-    RETAIN_AVAILABLE,
     RETAIN_HANDLING,
-    SAME_ID,
-    SESSION,
-    SESSION_EXPIRY,
     SHARED,
-    SHARED_AVAILABLE,
     SUBSCRIPTION_ID,
     TOPIC_ALIAS,
-    TOPIC_NAME,
-    UNREADABLE,
-    UPGRADES,
-    VERSION,
-    WILDCARD_AVAILABLE,
     WILDCARDS,
-    WILL_DELAY,
-    WILL_TOPIC,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from cqos_core.packs import Condition, Operand, Term
+from cqos_mqtt.policies import COMMAND, VERSION
+from cqos_mqtt.session_rules import SESSIONS, WILL
+from cqos_mqtt.subscription_rules import FILTERS
 
 # The core of MQTT: what a subscription is granted, and with which guarantee a message arrives.
 GRANTED: Final = define("granted", least(requested(QOS), broker(MAXIMUM_QOS), broker(GRANTED_QOS)))
 EFFECTIVE: Final = define("effective", least(GRANTED, greatest(offered(QOS), broker(UPGRADES))))
-
-
-def in_3_1_1(side: Callable[[Term], Operand]) -> Condition:
-    """The connection speaks the older version."""
-    return define(f"{side.__name__}_in_3_1_1", side(VERSION) == "3.1.1")
-
-
-def keeps_session(side: Callable[[Term], Operand]) -> Condition:
-    """The broker keeps the session of this connection while it is away."""
-    in_5_0 = (side(VERSION) == "5.0") & (side(SESSION_EXPIRY) > "0s")
-    return define(f"{side.__name__}_keeps_session", (in_3_1_1(side) & ~side(CLEAN)) | in_5_0)
-
-
-# How severe the loss of a QoS is that was stated, and that no stated need asks for.
-IMPLIED: Final = by_option(IMPLIED_NEEDS.name, note="note", warning="warning")
 
 # MQTT1xx: with which QoS messages arrive ---------------------------------------------------------------------
 
@@ -336,253 +292,6 @@ RETAINED: Final = (
         says="{endpoint} retains orders on `{topic}`: a later subscriber carries out the last one again",
         because="a retained order is carried out again by everybody who subscribes or comes back later",
         clause="C-QoS, practice",
-    ),
-)
-
-# MQTT4xx: sessions -------------------------------------------------------------------------------------------
-
-# What a client that states no receive maximum has, and one of 3.1.1 always.
-WIDEST_WINDOW: Final = 65_535
-
-SESSIONS: Final = (
-    forbids(
-        stated(offered(QOS)) & (offered(QOS) >= "1") & ~offered(IS_WILL) & ~keeps_session(publisher),
-        code="MQTT404",
-        name="publisher-without-session",
-        says="{endpoint} publishes with QoS {qos}, but its session ends with the connection",
-        because="what is on its way when the connection breaks is not sent again, because the session is gone",
-        clause="MQTT 3.1.1, MQTT-4.4.0-1; MQTT 5.0, MQTT-4.4.0-1",
-        fixes=("clean_start", "session_expiry_interval"),
-        severity=IMPLIED,
-        aliases=("MQTT454", "publisher-without-session-warned"),
-    ),
-    forbids(
-        in_3_1_1(participant) & (participant(CLIENT_ID) == "") & ~participant(CLEAN),
-        code="MQTT408",
-        name="empty-client-id",
-        because="the broker refuses an empty client id without clean session, because it could not find the session again",
-        clause="MQTT 3.1.1, MQTT-3.1.3-7 and MQTT-3.1.3-8",
-        severity="error",
-    ),
-    forbids(
-        keeps_session(participant)
-        & (participant(GENERATED_ID) | ((participant(VERSION) == "5.0") & (participant(CLIENT_ID) == ""))),
-        code="MQTT409",
-        name="generated-client-id",
-        because="the session is kept, but never found again, because the client comes back with another id",
-        clause="MQTT 5.0, MQTT-3.1.3-6 and MQTT-3.2.2-16",
-    ),
-    forbids(
-        as_condition(participant(SAME_ID)),
-        code="MQTT410",
-        name="duplicate-client-id",
-        because="two clients of one broker have the same id, so each ends the connection of the other",
-        clause="MQTT 3.1.1, MQTT-3.1.4-2; MQTT 5.0, MQTT-3.1.4-3",
-        severity="error",
-    ),
-    forbids(
-        in_3_1_1(participant)
-        & (
-            (participant(SESSION_EXPIRY) > "0s")
-            | (participant(WILL_DELAY) > "0s")
-            | define(
-                "states_limits",
-                (participant(RECEIVE_MAXIMUM) < WIDEST_WINDOW)
-                | (participant(PACKET_SIZE) < "unlimited")
-                | (participant(ALIASES) > 0),
-            )
-        ),
-        code="MQTT411",
-        name="connection-field-not-in-3-1-1",
-        because="MQTT 3.1.1 has no session expiry, no delay of the Will, and no limits that a client tells, so they cannot be sent",
-        clause="MQTT 5.0, 3.1.2.11 and 3.1.3.2.2",
-        severity="warning",
-    ),
-    forbids(
-        in_3_1_1(publisher) & stated(offered(EXPIRY)) & (offered(EXPIRY) < "infinite"),
-        code="MQTT412",
-        name="message-expiry-not-in-3-1-1",
-        because="MQTT 3.1.1 has no message expiry, so it cannot be sent, and the messages never expire",
-        clause="MQTT 5.0, 3.3.2.3.3",
-        severity="warning",
-    ),
-    forbids(
-        in_3_1_1(publisher) & stated(offered(TOPIC_ALIAS)),
-        code="MQTT413",
-        name="topic-alias-not-in-3-1-1",
-        says="{endpoint} of MQTT 3.1.1 states topic alias {topic_alias}",
-        because="MQTT 3.1.1 has no topic aliases, so it cannot be sent",
-        clause="MQTT 5.0, 3.3.2.3.4",
-        severity="error",
-    ),
-)
-
-MAX_AGE: Final = WORDS["max_age"].need
-
-# MQTT5xx: the Will -------------------------------------------------------------------------------------------
-
-WILL: Final = (
-    forbids(
-        (requested(MAX_AGE) < "infinite") & (offered(EXPIRY) <= requested(MAX_AGE)),
-        code="MQTT503",
-        name="age-counted-in-broker-only",
-        says="{subscriber} needs max_age {requested need.max_age}, and the expiry of {publisher} counts whole seconds in the broker only",
-        because="neither the time on the network nor that in the queues of clients counts",
-        clause="MQTT 5.0, MQTT-3.3.2-6",
-        severity="note",
-    ),
-    forbids(
-        (participant(WILL_TOPIC) != "")
-        & (participant(VERSION) == "5.0")
-        & (participant(WILL_DELAY) > participant(SESSION_EXPIRY)),
-        code="MQTT508",
-        name="will-delay-cut",
-        because="the Will is published when the session ends, which is before its delay is over",
-        clause="MQTT 5.0, MQTT-3.1.2-8 and 3.1.3.2.2",
-        severity="note",
-    ),
-    forbids(
-        offered(IS_WILL) & ~offered(CLOSING),
-        code="MQTT510",
-        name="clean-exit-silent",
-        says="{endpoint} is not published when the client ends in good order, and the client itself publishes nothing there",
-        because="a client that disconnects in good order discards its Will, so no subscriber learns that it is gone",
-        clause="MQTT 3.1.1, MQTT-3.14.4-3; MQTT 5.0, MQTT-3.14.4-3",
-        severity=IMPLIED,
-        aliases=("MQTT560", "clean-exit-silent-warned"),
-    ),
-    forbids(
-        (count(offered(IS_WILL) & ~offered(RETAIN)) > 0) & (count(~offered(IS_WILL) & offered(RETAIN)) > 0),
-        code="MQTT511",
-        name="will-leaves-retained-state",
-        says="the Will on `{topic}` is not retained, and what is published there is",
-        because="once the client is lost, who subscribes later is sent the retained message of when it was still there",
-        clause="MQTT 3.1.1, 3.3.1.3 and MQTT-3.1.2-16; MQTT 5.0, 3.3.1.3 and MQTT-3.1.2-14",
-        help="retain the Will as well, so that it takes the place of that message",
-    ),
-)
-
-# MQTT6xx: filters and options of subscriptions, who meets whom -----------------------------------------------
-
-FILTERS: Final = (
-    forbids(
-        ~call("is_filter", topic(TOPIC_NAME)),
-        code="MQTT601",
-        name="invalid-filter",
-        because="the broker refuses the subscription or ends the connection",
-        clause="MQTT 3.1.1, MQTT-4.7.1-2, MQTT-4.7.1-3 and MQTT-4.7.3-1 to 3; MQTT 5.0, MQTT-4.7.1-1, MQTT-4.7.1-2, "
-        "MQTT-4.7.3-1 to 3, MQTT-4.8.2-1 and MQTT-4.8.2-2",
-        severity="error",
-    ),
-    forbids(
-        ~call("is_topic", topic(TOPIC_NAME)),
-        code="MQTT602",
-        name="invalid-topic-name",
-        because="the broker ends the connection of who publishes there",
-        clause="MQTT 3.1.1, MQTT-3.3.2-2 and MQTT-4.7.1-1; MQTT 5.0, MQTT-3.3.2-2 and MQTT-4.7.0-1",
-        severity="error",
-    ),
-    forbids(
-        requested(OVERLAPPING) & (offered(QOS) >= "0"),
-        code="MQTT605",
-        name="overlapping-filters",
-        says="{subscriber} and another filter of the same client both match `{topic}`",
-        because="several filters of one client match the topic, so each message may come once for each of them",
-        clause="MQTT 3.1.1, MQTT-3.3.5-1; MQTT 5.0, MQTT-3.3.4-2",
-        severity="note",
-        help="one filter that covers both, or one client for each",
-    ),
-    forbids(
-        as_condition(requested(REPEATED)),
-        code="MQTT606",
-        name="same-filter-replaced",
-        says="{endpoint} is stated more than once, with different settings",
-        because="a client has one subscription per filter, and the settings that it sends last take the place of the others",
-        clause="MQTT 3.1.1, MQTT-3.8.4-3; MQTT 5.0, MQTT-3.8.4-3",
-        help="state the filter once",
-    ),
-    requires(
-        ~requested(NO_LOCAL) | ~requested(SHARED),
-        code="MQTT607",
-        name="no-local-shared",
-        says="{endpoint} is shared and has no_local",
-        because="the broker ends the connection: No Local on a shared subscription is a protocol error",
-        clause="MQTT 5.0, MQTT-3.8.3-4",
-    ),
-    meets(
-        ~requested(NO_LOCAL) | (subscriber(SESSION) == "") | (publisher(SESSION) != subscriber(SESSION)),
-        code="MQTT608",
-        name="no-local-hides-own",
-        because="with No Local a client is not sent what it publishes itself",
-        clause="MQTT 5.0, MQTT-3.8.3-3",
-    ),
-    forbids(
-        any_of(requested(SHARED)) & (count(offered(QOS) >= "0") == 0) & ~all_equal(requested(QOS)),
-        code="MQTT611",
-        name="shared-mixed-qos",
-        says="the members of share group `{topic}` ask for different QoS",
-        because="with which QoS a message arrives then depends on who of the group gets it",
-        clause="MQTT 5.0, MQTT-4.8.2-3",
-        help="ask for the same QoS in the whole group",
-    ),
-    forbids(
-        requested(SHARED) & in_3_1_1(subscriber),
-        code="MQTT612",
-        name="share-in-3-1-1",
-        says="{endpoint} is a shared subscription over MQTT 3.1.1",
-        because="3.1.1 has no shared subscriptions: some brokers know them all the same, to others it is a filter that matches "
-        "nothing",
-        clause="MQTT 5.0, 4.8.2",
-    ),
-    forbids(
-        in_3_1_1(subscriber)
-        & (
-            requested(NO_LOCAL)
-            | requested(RETAIN_AS_PUBLISHED)
-            | (requested(RETAIN_HANDLING) != "send")
-            | (requested(SUBSCRIPTION_ID) != "none")
-        ),
-        code="MQTT613",
-        name="subscription-option-not-in-3-1-1",
-        says="{endpoint} of MQTT 3.1.1 states options of subscriptions that only 5.0 has",
-        because="MQTT 3.1.1 has no options of subscriptions beside the QoS, so they cannot be sent",
-        clause="MQTT 5.0, 3.8.2.1.2 and 3.8.3.1",
-        severity="warning",
-    ),
-    forbids(
-        requested(NEEDS_RETAIN_FLAG) & (in_3_1_1(subscriber) | ~requested(RETAIN_AS_PUBLISHED)),
-        code="MQTT614",
-        name="retain-flag-lost",
-        because="messages that are forwarded come without their RETAIN flag, unless the subscription asks for it as published",
-        clause="MQTT 3.1.1, MQTT-3.3.1-9; MQTT 5.0, MQTT-3.3.1-12 and MQTT-3.3.1-13",
-        fixes=("retain_as_published",),
-    ),
-    requires(
-        ~offered(RESERVED),
-        code="MQTT622",
-        name="published-to-sys",
-        says="{endpoint} publishes below `$SYS/`, where only the broker publishes",
-        because="brokers drop or refuse what clients publish there",
-        clause="MQTT 3.1.1, 4.7.2; MQTT 5.0, 4.7.2; Mosquitto by running it",
-        help="publish to a topic that does not begin with `$SYS/`",
-    ),
-    meets(
-        offered(MAY_PUBLISH)
-        & (
-            (offered(CONTROLLED) == "")
-            | call("may_read", offered(CONTROLLED), requested(READABLE), requested(UNREADABLE))
-        ),
-        code="MQTT621",
-        name="not-allowed",
-        because="the access control of the broker does not let the one publish there, or the other read it",
-        clause="Mosquitto, mosquitto.conf(5), acl_file",
-    ),
-    meets(
-        publisher(BROKER) == subscriber(BROKER),
-        code="MQTT620",
-        name="different-brokers",
-        because="they are connected to different brokers",
-        clause="MQTT 3.1.1, 1.2; MQTT 5.0, 1.2",
     ),
 )
 

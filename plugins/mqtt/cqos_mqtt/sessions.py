@@ -12,14 +12,9 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Setting
 from cqos_core.packs import ENDPOINT, Completion, Known
 from cqos_mqtt import names
-from cqos_mqtt.filters import SHARE, Trie, bare, has_wildcards, matches
-from cqos_mqtt.policies import (
-    ACCESS,
-    BROKER,
+from cqos_mqtt.broker_policies import ACCESS
+from cqos_mqtt.connection_policies import (
     CLIENT_ID,
-    NO_LOCAL,
-    POLICIES,
-    QOS,
     USERNAME,
     WILL_EXPIRY,
     WILL_PAYLOAD,
@@ -27,6 +22,9 @@ from cqos_mqtt.policies import (
     WILL_RETAIN,
     WILL_TOPIC,
 )
+from cqos_mqtt.endpoint_policies import NO_LOCAL, QOS
+from cqos_mqtt.filters import SHARE, Trie, bare, has_wildcards, matches
+from cqos_mqtt.policies import BROKER, POLICIES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

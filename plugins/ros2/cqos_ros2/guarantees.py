@@ -12,7 +12,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.packs import (
-    OUTAGE,
     RELAYED,
     TAKEN_EVERY,
     WORDS,
@@ -21,18 +20,27 @@ from cqos_core.packs import (
     ceil,
     define,
     gives,
-    in_,
     offered,
     publisher,
     requested,
-    subscriber,
     topic,
 )
+from cqos_ros2.guarantee_terms import (
+    BETWEEN_BRIDGES,
+    FROM_MICRO_ROS,
+    KEEPS_ALL,
+    KEPT,
+    MAX_AGE,
+    MAX_GAP,
+    OVER_ZENOH,
+    STRAIGHT,
+    spans,
+)
+from cqos_ros2.outage_guarantees import EXPIRED, OVER_AN_OUTAGE
 from cqos_ros2.policies import (
     DEADLINE,
     DEPTH,
     DEPTH_MARGIN,
-    DURABILITY,
     HISTORY,
     KEYED,
     LEASE,
@@ -41,29 +49,18 @@ from cqos_ros2.policies import (
     PERIOD,
     RELIABILITY,
     RESEND_ROUND_TRIPS,
-    RMW,
     ROUND_TRIP,
 )
 
 if TYPE_CHECKING:
     from cqos_core.packs import Condition, Operand
 
+
 LATE_JOIN: Final = requested(WORDS["late_join"].need)
 OFFLINE: Final = requested(WORDS["offline"].need)
-MAX_AGE: Final = WORDS["max_age"]
-MAX_GAP: Final = requested(WORDS["max_gap"].need)
-
-BETWEEN_BRIDGES: Final = define("between_bridges", publisher(RMW) == "zenoh_bridge")
-OVER_ZENOH: Final = define("over_zenoh", (publisher(RMW) == "zenoh") | BETWEEN_BRIDGES)
-FROM_MICRO_ROS: Final = define("from_micro_ros", publisher(RMW) == "micro_ros")
-RELAY: Final = ("zenoh", "zenoh_bridge", "micro_ros")
-STRAIGHT: Final = define("straight", ~in_(publisher(RMW), *RELAY) & ~in_(subscriber(RMW), *RELAY))
 
 RELIABLE: Final = define("reliable", (offered(RELIABILITY) == "reliable") & (requested(RELIABILITY) == "reliable"))
 DELIVERED: Final = define("delivered", RELIABLE | OVER_ZENOH)
-KEPT: Final = define("kept", (offered(DURABILITY) == "transient_local") & (requested(DURABILITY) == "transient_local"))
-# Zenoh keeps `depth` samples for late subscriptions whatever the history is.
-KEEPS_ALL: Final = define("keeps_all", (offered(HISTORY) == "keep_all") & ~OVER_ZENOH)
 WAITS: Final = define("waits", (offered(RELIABILITY) == "reliable") & (offered(HISTORY) == "keep_all"))
 NEVER_DROPPED: Final = define(
     "never_dropped",
@@ -76,11 +73,6 @@ RESENT_IN: Final = define("resent_in", ceil(RESEND_ROUND_TRIPS * ROUND_TRIP, top
 # What the program has not taken yet waits in the subscription's history too, and a keep_last one replaces it.
 WAITING: Final = define(
     "waiting", ceil(RESEND_ROUND_TRIPS * ROUND_TRIP + requested(TAKEN_EVERY), topic(PERIOD)) + DEPTH_MARGIN
-)
-# The silence is as long as the outage and what is left of a period before and after it.
-SILENCE: Final = define("silence", OUTAGE + topic(PERIOD) + topic(PERIOD))
-STILL_MATCHED: Final = define(
-    "still_matched", (publisher(PARTICIPANT_LEASE) > SILENCE) & (subscriber(PARTICIPANT_LEASE) > SILENCE)
 )
 
 RMW_ZENOH: Final = "rmw_zenoh, docs/design.md and rmw_publisher_data.cpp"
@@ -95,11 +87,6 @@ THROUGH_RELAY: Final = "what goes through the micro-ROS agent or a Zenoh router 
 def has_room(all_kept: Condition, depth: Operand, samples: Operand) -> Condition:
     """Say that a history has room for some samples."""
     return all_kept | (depth >= samples)
-
-
-def spans(all_kept: Condition, depth: Operand, time: Operand) -> Condition:
-    """Say that a history has room for what is published in some time."""
-    return all_kept | (depth * topic(PERIOD) >= time)
 
 
 LATEST: Final = (
@@ -409,146 +396,6 @@ LATER: Final = (
             ("ROS536", "ordered"),
             ("ROS537", "max_age"),
             ("ROS538", "liveness"),
-        )
-    ),
-)
-
-# What a broken link costs: shorter than the participant leases, both ends stay matched and lost samples are sent again;
-# longer, the match ends, and begins anew as for a late subscription.
-ENDS_MATCH: Final = "DDSI-RTPS 2.5, 8.5.3.2; DDS 1.4, 2.2.3.4"
-SENT_AGAIN: Final = define("sent_again", topic(PERIOD) < "infinite")
-NEVER_EXPIRES: Final = define("never_expires", (offered(LIFESPAN) == "infinite") | FROM_MICRO_ROS)
-EXPIRED: Final = (
-    gives(
-        "max_age",
-        (subscriber(RMW) != "fastdds") | MAX_AGE.enough(offered(LIFESPAN) + requested(TAKEN_EVERY)),
-        code="ROS556",
-        name="age-while-not-taken",
-        because="a subscription of Fast DDS keeps what its program has not taken beyond the lifespan of the publisher",
-        clause="DDS 1.4, 2.2.3.16; Fast DDS, seen by running it",
-        help="state at the subscription `taken_every`: how often the program takes samples",
-    ),
-    gives(
-        "latest",
-        NEVER_EXPIRES | (offered(LIFESPAN) >= RESEND_ROUND_TRIPS * ROUND_TRIP + requested(TAKEN_EVERY)),
-        code="ROS554",
-        name="latest-expired",
-        because="the newest sample is dropped too once it is older than the lifespan of its publisher",
-        clause="DDS 1.4, 2.2.3.16",
-        help="state at the subscription `taken_every`, how often the program takes samples, and the option `round_trip_time`",
-    ),
-    gives(
-        "latest",
-        NEVER_EXPIRES | SENT_AGAIN,
-        survives="subscriber_restart",
-        code="ROS555",
-        name="latest-expired-in-restart",
-        because="what is kept is dropped once it is older than the lifespan of its publisher",
-        clause="DDS 1.4, 2.2.3.16",
-        help="state the `period` of the topic",
-    ),
-)
-OVER_AN_OUTAGE: Final = (
-    gives(
-        "latest",
-        (KEPT & NEVER_EXPIRES) | SENT_AGAIN,
-        survives="link_outage",
-        code="ROS539",
-        name="latest-lost-in-outage",
-        because="what is sent while the link is down for longer than a participant lease reaches only a transient_local subscription",
-        clause=ENDS_MATCH,
-        help="state the `period` of the topic if its publisher sends again and again; else let both ends be transient_local",
-    ),
-    gives(
-        "loss_free",
-        STILL_MATCHED | KEPT,
-        survives="link_outage",
-        code="ROS540",
-        name="loss-in-outage",
-        because="after an outage longer than a participant lease a volatile subscription gets only what is sent then",
-        clause=ENDS_MATCH,
-        help="state the `period` of the topic; let both ends be transient_local, or set `participant_lease` of both nodes to "
-        "more than the outage",
-    ),
-    gives(
-        "loss_free",
-        (STILL_MATCHED & define("spans_silence", spans(offered(HISTORY) == "keep_all", offered(DEPTH), SILENCE)))
-        | (~STILL_MATCHED & KEEPS_ALL),
-        survives="link_outage",
-        code="ROS541",
-        name="outage-longer-than-publisher-keeps",
-        because="the publisher keeps less than is sent while the link is down",
-        clause="DDS 1.4, 2.2.3.18",
-        help="state the `period` of the topic",
-    ),
-    gives(
-        "loss_free",
-        (requested(HISTORY) == "keep_all") | (STILL_MATCHED & (requested(DEPTH) * topic(PERIOD) >= SILENCE)),
-        survives="link_outage",
-        code="ROS542",
-        name="outage-longer-than-subscription-keeps",
-        because="what was sent while the link was down arrives at once, and a keep_last subscription replaces the oldest of it",
-        clause="DDS 1.4, 2.2.3.18",
-        help="state the `period` of the topic",
-    ),
-    gives(
-        "duplicate_free",
-        STILL_MATCHED | ~KEPT | (subscriber(RMW) == "fastdds"),
-        survives="link_outage",
-        code="ROS543",
-        name="replayed-after-outage",
-        because="a transient_local subscription that is matched again gets again what it got before",
-        clause=ENDS_MATCH,
-        help="let the application tell by the content what it has had before",
-    ),
-    gives(
-        "ordered",
-        STILL_MATCHED | ~KEPT | (subscriber(RMW) == "fastdds"),
-        survives="link_outage",
-        code="ROS544",
-        name="disorder-after-outage",
-        because="what a transient_local subscription gets again when it is matched again comes after newer samples",
-        clause=ENDS_MATCH,
-    ),
-    gives(
-        "max_gap",
-        OUTAGE + topic(PERIOD) <= MAX_GAP,
-        survives="link_outage",
-        code="ROS545",
-        name="gap-in-outage",
-        because="nothing arrives while the link is down",
-        clause="DDS 1.4, 2.2.3.7",
-        help="state the `period` of the topic",
-    ),
-    gives(
-        "max_gap",
-        None,
-        survives="link_outage",
-        doubt=True,
-        code="ROS546",
-        name="gap-after-outage",
-        because="no policy says how soon samples arrive again once the link is back",
-        clause="DDS 1.4, 2.2.3.7",
-    ),
-    *(
-        gives(
-            word,
-            STRAIGHT,
-            survives="link_outage",
-            doubt=True,
-            code=code,
-            name=f"{word.replace('_', '-')}-over-outage-of-relay",
-            because="how the micro-ROS agent and Zenoh routers take up a link that was down is not known",
-            clause="rmw_zenoh, docs/design.md; rmw_microxrcedds",
-        )
-        for code, word in (
-            ("ROS547", "latest"),
-            ("ROS548", "loss_free"),
-            ("ROS549", "duplicate_free"),
-            ("ROS550", "ordered"),
-            ("ROS551", "late_join"),
-            ("ROS552", "max_age"),
-            ("ROS553", "liveness"),
         )
     ),
 )

@@ -1,6 +1,6 @@
 """The rules of ROS 2, one condition each.
 
-`requires` reports when its condition is false, `forbids` only when it is certainly true. If a `meets` condition is false, two
+`requires` reports when its condition is false, `forbids` only when it is certainly true. If a `matched_if` condition is false, two
 endpoints of one topic do not match. A bare policy is that of the endpoint itself,
 `offered` is the publisher's, `requested` the subscription's.
 """
@@ -13,22 +13,21 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.packs import (
     all_equal,
-    ceil,
     define,
     forbids,
     in_,
+    matched_if,
     matches,
-    meets,
     offered,
     publisher,
     requested,
     requires,
     stated,
-    stated_here,
     subscriber,
     topic,
     total,
 )
+from cqos_ros2.endpoint_rules import CONCEPT, ENDPOINTS
 from cqos_ros2.names import HIDDEN, ILLEGAL, REPEATED_UNDERSCORE
 from cqos_ros2.policies import (
     ACCUMULATED,
@@ -37,24 +36,16 @@ from cqos_ros2.policies import (
     BRIDGE_CACHE,
     DEADLINE,
     DEPTH,
-    DEPTH_MARGIN,
-    DISTRO,
     DOMAIN,
     DURABILITY,
     HISTORY,
     INTERFACE,
-    INTRA_PROCESS,
     LATCHED,
     LEASE,
-    LIFESPAN,
     LIVELINESS,
     NETWORK,
-    PERIOD,
-    RAW_SETTINGS,
     RELIABILITY,
-    RESEND_ROUND_TRIPS,
     RMW,
-    ROUND_TRIP,
     TOPIC_NAME,
     TOPIC_TYPE,
     TYPE,
@@ -65,7 +56,6 @@ if TYPE_CHECKING:
 
     from cqos_core.packs import Condition, Policy, Term
 
-CONCEPT: Final = "ROS 2 concepts, Quality of Service settings"
 COMPATIBILITY: Final = f"{CONCEPT}, compatibilities"
 
 # ROS1xx: what a subscription requests must be offered ------------------------------------------------------
@@ -196,268 +186,6 @@ PAIRS: Final = (
     ),
 )
 
-# ROS3xx: one endpoint by itself ----------------------------------------------------------------------------
-
-DURABLE: Final = DURABILITY >= "transient_local"
-MANUAL: Final = LIVELINESS >= "manual_by_node"
-RESENDING: Final = define("resending", RESEND_ROUND_TRIPS * ROUND_TRIP)
-
-ENDPOINTS: Final = (
-    forbids(
-        RAW_SETTINGS & stated(HISTORY) & (HISTORY == "keep_last") & ~stated(DEPTH),
-        code="ROS301",
-        name="keep-last-depth-missing",
-        says="{endpoint} states history keep_last without a depth",
-        because="rclpy refuses a keep_last profile without a depth",
-        clause="rclpy, QoSProfile",
-        severity="error",
-        creation=True,
-        fixes=("depth",),
-        help="state the depth",
-    ),
-    forbids(
-        RAW_SETTINGS & ~stated(HISTORY) & ~stated(DEPTH),
-        code="ROS302",
-        name="history-and-depth-missing",
-        says="{endpoint} states neither history nor depth",
-        because="rclpy refuses a profile with neither history nor depth",
-        clause="rclpy, QoSProfile",
-        severity="error",
-        creation=True,
-        fixes=("depth",),
-        help="state the depth, which implies keep_last, or the history",
-    ),
-    forbids(
-        (HISTORY == "keep_last") & stated(DEPTH, "0"),
-        code="ROS303",
-        name="keep-last-depth-zero",
-        says="{endpoint} states history keep_last with depth 0",
-        because="a depth of 0 means the middleware's own default, which is 1 almost everywhere",
-        clause="rmw, RMW_QOS_POLICY_DEPTH_SYSTEM_DEFAULT",
-        fixes=("depth",),
-        help="state the depth that is meant",
-    ),
-    forbids(
-        (HISTORY == "keep_all") & stated(DEPTH) & ~stated(DEPTH, "0"),
-        code="ROS304",
-        name="keep-all-depth",
-        says="{endpoint} states a depth beside history keep_all",
-        because="keep_all ignores the depth",
-        clause="DDS 1.4, 2.2.3.18",
-        severity="note",
-    ),
-    forbids(
-        RAW_SETTINGS
-        & (
-            stated(HISTORY, "unknown")
-            | stated(RELIABILITY, "unknown")
-            | stated(DURABILITY, "unknown")
-            | stated(LIVELINESS, "unknown")
-        ),
-        code="ROS305",
-        name="unknown-value",
-        says="{endpoint} cannot be created with the value `unknown`",
-        because="`unknown` is what introspection reports for a value it cannot read; nothing can be created with it",
-        clause="rmw, RMW_QOS_POLICY_…_UNKNOWN",
-        severity="error",
-        creation=True,
-        fixes=("history", "reliability", "durability", "liveliness"),
-        help="state the value that is meant",
-    ),
-    forbids(
-        (DISTRO <= "humble")
-        & (
-            stated(RELIABILITY, "best_available")
-            | stated(DURABILITY, "best_available")
-            | define(
-                "best_available_times",
-                stated(DEADLINE, "best_available")
-                | stated(LIVELINESS, "best_available")
-                | stated(LEASE, "best_available"),
-            )
-        ),
-        code="ROS306",
-        name="best-available-distro",
-        says="{endpoint} states best_available, which {distro} does not have",
-        because="best_available exists from Iron on",
-        clause="rmw, RMW_QOS_POLICY_…_BEST_AVAILABLE",
-        severity="error",
-        creation=True,
-        fixes=("distro",),
-        help="state the values that are meant, or target Iron or newer",
-    ),
-    forbids(
-        LIVELINESS == "manual_by_node",
-        code="ROS307",
-        name="manual-by-node",
-        because="manual_by_node is deprecated",
-        clause="rmw, RMW_QOS_POLICY_LIVELINESS_MANUAL_BY_NODE",
-    ),
-    forbids(
-        MANUAL & (LEASE == "infinite"),
-        code="ROS308",
-        name="manual-no-lease",
-        because="without a lease duration liveliness can never be lost, so asserting it has no effect",
-        clause=f"{CONCEPT}, liveliness",
-        severity="note",
-        help="state the lease duration within which the program asserts its liveliness",
-    ),
-    forbids(
-        MANUAL & (DEADLINE < "infinite") & (LEASE < DEADLINE),
-        code="ROS309",
-        name="lease-under-deadline",
-        because="a publisher that keeps its deadline counts as dead before the next message is due, unless its program asserts it in between",
-        clause=f"{CONCEPT}, liveliness",
-        fixes=("liveliness_lease_duration", "liveliness"),
-    ),
-    forbids(
-        (offered(DEADLINE) < "infinite") & (offered(LIFESPAN) < offered(DEADLINE)),
-        code="ROS310",
-        name="lifespan-under-deadline",
-        because="samples expire before the next one is due",
-        clause=f"{CONCEPT}, lifespan",
-        severity="note",
-        fixes=("lifespan",),
-    ),
-    forbids(
-        stated_here(requested(LIFESPAN)) & (requested(LIFESPAN) < "infinite") & (subscriber(RMW) != "micro_ros"),
-        code="ROS311",
-        name="lifespan-on-subscription",
-        says="{endpoint} states lifespan {lifespan}, but lifespan acts at the publisher",
-        because="a publisher's lifespan is the one that counts; overrides do not even exist for subscriptions",
-        clause=f"{CONCEPT}, lifespan",
-        severity="note",
-    ),
-    forbids(
-        DURABLE & (RELIABILITY == "best_effort") & ~in_(RMW, "zenoh", "zenoh_bridge"),
-        code="ROS312",
-        name="durable-best-effort",
-        says="{endpoint} with durability {durability} and reliability {reliability}: stored samples are never replayed",
-        because="stored samples are replayed over the reliable protocol only, so best_effort never gets them",
-        clause="DDSI-RTPS 2.5, 8.4",
-    ),
-    forbids(
-        DURABLE & (HISTORY == "keep_all"),
-        code="ROS313",
-        name="durable-keep-all",
-        because="what is kept for late subscriptions grows without bound unless resource limits are set",
-        clause="DDS 1.4, 2.2.3.18",
-        severity="note",
-        fixes=("history",),
-    ),
-    forbids(
-        (offered(DURABILITY) >= "transient_local") & stated(offered(LIFESPAN)) & (offered(LIFESPAN) < "infinite"),
-        code="ROS314",
-        name="durable-finite-lifespan",
-        because="a subscription that comes later than the lifespan gets none of the stored samples",
-        clause="DDS 1.4, 2.2.3.16",
-        severity="note",
-        fixes=("lifespan",),
-    ),
-    forbids(
-        MANUAL & (RELIABILITY == "best_effort"),
-        code="ROS315",
-        name="manual-best-effort",
-        because="asserting liveliness over best_effort may get lost, and a healthy publisher then counts as dead",
-        clause="DDSI-RTPS 2.5, 8.4.13",
-    ),
-    forbids(
-        (DEADLINE < "infinite") & (RELIABILITY == "best_effort"),
-        code="ROS316",
-        name="deadline-best-effort",
-        because="every lost sample looks like a missed deadline",
-        clause=f"{CONCEPT}, deadline",
-        severity="note",
-    ),
-    forbids(
-        (requested(DEADLINE) < "infinite") & (requested(DURABILITY) >= "transient_local"),
-        code="ROS317",
-        name="deadline-durable",
-        because="replayed samples restart the deadline, as if the publisher had just sent them",
-        clause="DDS 1.4, 2.2.3.7",
-        severity="note",
-    ),
-    forbids(
-        offered(DEADLINE) < topic(PERIOD),
-        code="ROS318",
-        name="deadline-under-period",
-        because="the publisher promises samples more often than it sends any",
-        clause=f"{CONCEPT}, deadline",
-    ),
-    forbids(
-        (offered(HISTORY) == "keep_last")
-        & (offered(LIFESPAN) < "infinite")
-        & (offered(LIFESPAN) > offered(DEPTH) * topic(PERIOD)),
-        code="ROS319",
-        name="lifespan-over-history",
-        says="{endpoint} with lifespan {lifespan}, depth {depth} and period {period}: the history drops samples before they expire",
-        because="the history drops samples before their lifespan is over",
-        clause="DDS 1.4, 2.2.3.18",
-        severity="note",
-        fixes=("depth", "lifespan"),
-    ),
-    forbids(
-        (offered(DEPTH) < ceil(RESENDING, topic(PERIOD)) + DEPTH_MARGIN)
-        & (offered(HISTORY) == "keep_last")
-        & (offered(RELIABILITY) == "reliable"),
-        code="ROS320",
-        name="reliable-shallow",
-        says="{endpoint} with depth {depth}, period {period} and round trip {round_trip_time}: lost samples are overwritten before they are sent again",
-        because="a lost sample is overwritten by newer ones before it can be sent again",
-        clause="DDS 1.4, 2.2.3.14",
-        fixes=("depth", "history"),
-    ),
-    forbids(
-        # A reader learns of a loss by heartbeats too, so the period of the samples does not matter.
-        (offered(RELIABILITY) == "reliable") & (offered(LIFESPAN) < RESENDING),
-        code="ROS321",
-        name="reliable-short-lifespan",
-        says="{endpoint} with lifespan {lifespan} and round trip {round_trip_time}: lost samples expire before they are sent again",
-        because="a lost sample has expired before it can be sent again; what arrives at once is not concerned",
-        clause="DDS 1.4, 2.2.3.16",
-        severity="note",
-        fixes=("lifespan",),
-    ),
-    forbids(
-        (INTERFACE == "service") & DURABLE,
-        code="ROS322",
-        name="service-durable",
-        says="{endpoint} is part of a service and has durability {durability}",
-        because="a server that is started again gets the requests of before",
-        clause=f"{CONCEPT}, QoS profiles",
-    ),
-    forbids(
-        INTRA_PROCESS & ((HISTORY == "keep_all") | stated(DEPTH, "0")),
-        code="ROS323",
-        name="intra-process-history",
-        says="{endpoint} uses intra-process communication with a history it does not support",
-        because="rclcpp throws: intra-process communication needs keep_last and a depth of at least 1",
-        clause="rclcpp, create_publisher and create_subscription",
-        severity="error",
-        creation=True,
-        fixes=("history", "depth"),
-    ),
-    forbids(
-        INTRA_PROCESS & DURABLE & (DISTRO <= "iron"),
-        code="ROS324",
-        name="intra-process-durable",
-        says="{endpoint} uses intra-process communication with durability {durability} on {distro}",
-        because="rclcpp throws: intra-process communication is volatile only before Jazzy",
-        clause="rclcpp, create_publisher and create_subscription",
-        severity="error",
-        creation=True,
-        fixes=("durability",),
-    ),
-    forbids(
-        stated(offered(LIFESPAN)) & (offered(LIFESPAN) < "infinite") & (publisher(RMW) == "micro_ros"),
-        code="ROS325",
-        name="lifespan-over-xrce",
-        says="{endpoint} states lifespan {lifespan}, which {rmw} does not carry",
-        because="XRCE does not carry the lifespan to the agent, so samples never expire",
-        clause="rmw_microxrcedds",
-    ),
-)
-
 # ROS4xx: names, and who meets whom -------------------------------------------------------------------------
 
 BOTH_ON_ZENOH: Final = define("both_on_zenoh", (publisher(RMW) == "zenoh") & (subscriber(RMW) == "zenoh"))
@@ -466,14 +194,14 @@ BOTH_BRIDGES: Final = define(
 )
 
 NAMES: Final = (
-    meets(
+    matched_if(
         publisher(DOMAIN) == subscriber(DOMAIN),
         code="ROS401",
         name="domain-split",
         because="nodes of different ROS domains never meet",
         clause="ROS 2 concepts, The ROS_DOMAIN_ID",
     ),
-    meets(
+    matched_if(
         BOTH_ON_ZENOH
         | BOTH_BRIDGES
         | ~(in_(publisher(RMW), "zenoh", "zenoh_bridge") | in_(subscriber(RMW), "zenoh", "zenoh_bridge")),
@@ -483,7 +211,7 @@ NAMES: Final = (
         "keys differently; micro-ROS meets DDS through its agent",
         clause="rmw_zenoh, docs/design.md; zenoh-plugin-ros2dds, ros2_utils.rs",
     ),
-    meets(
+    matched_if(
         offered(TYPE) == requested(TYPE),
         code="ROS403",
         name="type-mismatch",
@@ -492,7 +220,7 @@ NAMES: Final = (
         severity="error",
         always=True,
     ),
-    meets(
+    matched_if(
         offered(AVOID_CONVENTIONS) == requested(AVOID_CONVENTIONS),
         code="ROS404",
         name="namespace-conventions-differ",
@@ -507,14 +235,14 @@ NAMES: Final = (
         clause="rmw, rmw_validate_full_topic_name",
         severity="error",
     ),
-    meets(
+    matched_if(
         publisher(NETWORK) == subscriber(NETWORK),
         code="ROS409",
         name="network-split",
         because="discovery does not leave the network, or the machine, that it is confined to",
         clause="ROS 2, Improved Dynamic Discovery",
     ),
-    meets(
+    matched_if(
         publisher(BRIDGE) != subscriber(BRIDGE),
         code="ROS410",
         name="own-bridge",

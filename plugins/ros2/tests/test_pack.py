@@ -14,7 +14,7 @@ from cqos_core.matching.pipeline import context
 from cqos_core.model.report import Report
 from cqos_core.model.system import Endpoint, Participant, Setting, System
 from cqos_core.packs import parse
-from cqos_core.packs.pack import rule_table
+from cqos_core.packs.catalogue import rule_table
 from cqos_ros2.conventions import CONVENTIONS
 from cqos_ros2.pack import PACK
 

@@ -19,7 +19,8 @@ from cqos_dds.exporters.xml_form import (
     unsayable,
 )
 from cqos_dds.importers.policy_forms import FAST_QOS, FAST_TOPIC
-from cqos_dds.policies import DURABILITY, KEYED
+from cqos_dds.policies import KEYED
+from cqos_dds.requested_policies import DURABILITY
 
 if TYPE_CHECKING:
     from cqos_core.exporters.contract import ExportContext

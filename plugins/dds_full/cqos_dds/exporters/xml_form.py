@@ -11,7 +11,7 @@ from lxml import etree
 
 from cqos_core.exporters.contract import judged
 from cqos_core.packs import ENDPOINT, INFINITE, Choice, Count, Duration, Names, is_plain
-from cqos_dds.policies import DATA_REPRESENTATION, TYPE, TYPE_CONSISTENCY
+from cqos_dds.requested_policies import DATA_REPRESENTATION, TYPE, TYPE_CONSISTENCY
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

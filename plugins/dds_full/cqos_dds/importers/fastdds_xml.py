@@ -35,7 +35,7 @@ from cqos_dds.importers.xml_values import (
     not_set,
     text,
 )
-from cqos_dds.policies import (
+from cqos_dds.kept_policies import (
     MAX_INSTANCES,
     MAX_PER_INSTANCE,
     MAX_SAMPLES,

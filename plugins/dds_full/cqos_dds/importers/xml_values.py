@@ -17,7 +17,7 @@ from cqos_core.model.system import Place, Setting, System
 from cqos_core.packs import Choice, Count, Duration, Flag, Names, Text, normalise
 from cqos_dds.importers.codes import note
 from cqos_dds.importers.policy_forms import BESIDE_POLICIES
-from cqos_dds.policies import DATA_REPRESENTATION
+from cqos_dds.requested_policies import DATA_REPRESENTATION
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping

@@ -11,7 +11,10 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.analysis.proving import FAULTS, Event, Fault, NotRunnableError, Outcome, numbers
 from cqos_core.packs import INFINITE
-from cqos_mqtt import policies as of
+from cqos_mqtt import broker_policies as of_broker
+from cqos_mqtt import connection_policies as of_connection
+from cqos_mqtt import endpoint_policies as of
+from cqos_mqtt import policies as of_deployment
 from cqos_mqtt.kinds import LONGEST, Access
 from cqos_mqtt.prove.client import WIDEST, Client, Connection, Publication, Subscription
 from cqos_mqtt.prove.mosquitto import Link, Mosquitto, program, version
@@ -42,12 +45,12 @@ _ENDED: Final = 3
 _SMALLEST: Final = 20
 _HOUR: Final = 3600 * _SECOND
 _FIXED: Final = (
-    (of.WILDCARD_AVAILABLE, 1),
-    (of.SHARED_AVAILABLE, 1),
-    (of.IDENTIFIER_AVAILABLE, 1),
-    (of.GRANTED_QOS, 2),
-    (of.OLDEST, 0),
-    (of.NEWEST, 1),
+    (of_broker.WILDCARD_AVAILABLE, 1),
+    (of_broker.SHARED_AVAILABLE, 1),
+    (of_broker.IDENTIFIER_AVAILABLE, 1),
+    (of_broker.GRANTED_QOS, 2),
+    (of_broker.OLDEST, 0),
+    (of_broker.NEWEST, 1),
 )
 """What no configuration of Mosquitto changes."""
 
@@ -110,8 +113,8 @@ def configuration(values: Mapping[str, str]) -> list[str]:
                 f"Mosquitto cannot be configured with {policy.name} {values[policy.name]}: it always has "
                 f"{policy.domain.format(only)}"
             )
-    size, kept = _number(of.BROKER_PACKET_SIZE, values), _number(of.BROKER_SESSION_EXPIRY, values)
-    saves, saved = known(of.AUTOSAVE, values) is not None, _seconds(of.AUTOSAVE, values)
+    size, kept = _number(of_broker.BROKER_PACKET_SIZE, values), _number(of_broker.BROKER_SESSION_EXPIRY, values)
+    saves, saved = known(of_broker.AUTOSAVE, values) is not None, _seconds(of_broker.AUTOSAVE, values)
     for is_wrong, why in (
         (
             size is not None and size < _SMALLEST,
@@ -127,11 +130,11 @@ def configuration(values: Mapping[str, str]) -> list[str]:
             raise NotRunnableError(why)
     limited = {name: policy for name, policy in _LIMITS.items() if known(policy, values) is not None}
     directives = {
-        "max_qos": known(of.MAXIMUM_QOS, values),
+        "max_qos": known(of_broker.MAXIMUM_QOS, values),
         **{name: "true" if known(policy, values) else "false" for name, policy in _FLAGS.items()},
         **{name: _number(policy, values) or 0 for name, policy in limited.items()},
         "max_packet_size": size,
-        "max_keepalive": _seconds(of.SERVER_KEEP_ALIVE, values),
+        "max_keepalive": _seconds(of_broker.SERVER_KEEP_ALIVE, values),
         "autosave_interval": saved or 0 if saves else None,
         "persistent_client_expiration": None if kept is None else f"{kept // _HOUR}h",
     }
@@ -139,22 +142,22 @@ def configuration(values: Mapping[str, str]) -> list[str]:
 
 
 _FLAGS: Final = {
-    "retain_available": of.RETAIN_AVAILABLE,
-    "queue_qos0_messages": of.QUEUES_QOS0,
-    "upgrade_outgoing_qos": of.UPGRADES,
-    "persistence": of.PERSISTENCE,
+    "retain_available": of_broker.RETAIN_AVAILABLE,
+    "queue_qos0_messages": of_broker.QUEUES_QOS0,
+    "upgrade_outgoing_qos": of_broker.UPGRADES,
+    "persistence": of_broker.PERSISTENCE,
 }
 _LIMITS: Final = {
-    "max_queued_messages": of.QUEUED,
-    "max_queued_bytes": of.QUEUED_BYTES,
-    "max_inflight_messages": of.INFLIGHT,
-    "max_topic_alias": of.BROKER_ALIASES,
+    "max_queued_messages": of_broker.QUEUED,
+    "max_queued_bytes": of_broker.QUEUED_BYTES,
+    "max_inflight_messages": of_broker.INFLIGHT,
+    "max_topic_alias": of_broker.BROKER_ALIASES,
 }
 
 
 def access_list(values: Mapping[str, str]) -> list[str]:
     """Write the access control of a broker as lines of an acl_file."""
-    text = values.get(of.ACCESS.name)
+    text = values.get(of_broker.ACCESS.name)
     entries = [entry.split(" ", 2) for entry in Access().parse(text)] if text else []
     return [
         *(f"topic {access} {written}" for access, user, written in entries if user == NO_USER),
@@ -175,31 +178,31 @@ def _or(value: int | None, endless: int) -> int:
 def connection(end: End, role: str, patience: float = 0.0) -> Connection:
     """Return what the client of an end says when it connects."""
     values = end.participant
-    written = known(of.WILL_TOPIC, values)
+    written = known(of_connection.WILL_TOPIC, values)
     will = None
     if written:
         will = Will(
             str(written),
-            str(known(of.WILL_PAYLOAD, values) or "gone").encode(),
-            _number(of.WILL_QOS, values) or 0,
-            bool(known(of.WILL_RETAIN, values)),
-            _or(_seconds(of.WILL_DELAY, values), LONGEST),
-            _seconds(of.WILL_EXPIRY, values),
+            str(known(of_connection.WILL_PAYLOAD, values) or "gone").encode(),
+            _number(of_connection.WILL_QOS, values) or 0,
+            bool(known(of_connection.WILL_RETAIN, values)),
+            _or(_seconds(of_connection.WILL_DELAY, values), LONGEST),
+            _seconds(of_connection.WILL_EXPIRY, values),
         )
-    name, user = known(of.CLIENT_ID, values), known(of.USERNAME, values)
-    five = values.get(of.VERSION.name, "5.0") == "5.0"
+    name, user = known(of_connection.CLIENT_ID, values), known(of_connection.USERNAME, values)
+    five = values.get(of_deployment.VERSION.name, "5.0") == "5.0"
     return Connection(
         f"cqos-{role}" if name is None else str(name),
         five=five,
-        clean=bool(known(of.CLEAN, values)),
-        session_expiry=_or(_seconds(of.SESSION_EXPIRY, values), LONGEST),
-        keep_alive=_seconds(of.KEEP_ALIVE, values) or 0,
-        receive_maximum=_number(of.RECEIVE_MAXIMUM, values) or WIDEST,
-        maximum_packet_size=_number(of.PACKET_SIZE, values),
-        sends_at_once=_number(of.SENDS_AT_ONCE, values) or (WIDEST if five else _AT_ONCE),
+        clean=bool(known(of_connection.CLEAN, values)),
+        session_expiry=_or(_seconds(of_connection.SESSION_EXPIRY, values), LONGEST),
+        keep_alive=_seconds(of_connection.KEEP_ALIVE, values) or 0,
+        receive_maximum=_number(of_connection.RECEIVE_MAXIMUM, values) or WIDEST,
+        maximum_packet_size=_number(of_connection.PACKET_SIZE, values),
+        sends_at_once=_number(of_connection.SENDS_AT_ONCE, values) or (WIDEST if five else _AT_ONCE),
         username=None if user is None else str(user),
         will=will,
-        stores_session=bool(known(of.STORES_SESSION, values)),
+        stores_session=bool(known(of_connection.STORES_SESSION, values)),
         patience=patience,
     )
 
@@ -366,7 +369,10 @@ class _Run:
         self._tell(role, "killed")
         await asyncio.sleep(seconds)
         link.silent = False
-        if known(of.GENERATED_ID, (self.plan.publisher if role == "publisher" else self.plan.subscriber).participant):
+        if known(
+            of_connection.GENERATED_ID,
+            (self.plan.publisher if role == "publisher" else self.plan.subscriber).participant,
+        ):
             client.connection = replace(client.connection, client_id=f"cqos-{role}-again")
         client.start()
         self._tell(role, "started")

@@ -6,7 +6,8 @@ from cqos_core.language.domains import Choice, Text
 from cqos_core.language.expression import call, offered, requested
 from cqos_core.language.policy import Policy
 from cqos_core.language.vocabulary import Function
-from cqos_core.packs.pack import Meeting, RulePack
+from cqos_core.packs.meeting import Meeting
+from cqos_core.packs.pack import RulePack
 from cqos_core.packs.rule import requires
 
 SPEED = Policy("speed", Choice("slow", "fast"), default="slow")

@@ -3,7 +3,8 @@
 from cqos_core.language.domains import Choice
 from cqos_core.language.expression import offered, requested
 from cqos_core.language.policy import Policy
-from cqos_core.packs.pack import Preset, RulePack
+from cqos_core.packs.pack import RulePack
+from cqos_core.packs.parts import Preset
 from cqos_core.packs.rule import requires
 
 SPEED = Policy("speed", Choice("slow", "fast"), default="medium")

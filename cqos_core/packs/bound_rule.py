@@ -1,0 +1,93 @@
+"""Rules bound to the policies of their pack."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+from cqos_core.language.binding import bind
+from cqos_core.language.expression import in_, option
+from cqos_core.language.policy import BOTH, ENDPOINT, Policy
+from cqos_core.language.vocabulary import Vocabulary, role_of, scope_of
+from cqos_core.model.problems import ConditionError
+from cqos_core.packs.rule import SEVERITIES
+from cqos_core.packs.validation import Mistake, rule_mistakes
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from cqos_core.language.evaluate import BoundCondition
+    from cqos_core.packs.rule import Rule, SeverityName
+
+
+@dataclass(frozen=True, slots=True)
+class BoundRule:
+    """A rule with its sentence bound to the pack's policies, and the scope that follows from its terms.
+
+    ``absent``: by role, the policies that it reads of an endpoint itself and that endpoints of the role do not have.
+    """
+
+    rule: Rule
+    bound: BoundCondition
+    scope: str
+    role: str | None
+    absent: Mapping[str, tuple[int, ...]] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Note which policies are absent."""
+        policies = self.bound.vocabulary.policies
+        own = [
+            use.index for use in self.bound.uses if use.term.scope == "own" and policies[use.index].level == ENDPOINT
+        ]
+        absent = {role: tuple(index for index in own if role not in policies[index].roles) for role in BOTH}
+        object.__setattr__(self, "absent", absent)
+
+    @property
+    def severities(self) -> dict[str, SeverityName]:
+        """By value of the option that it depends on, the severity; a plain severity stands alone under an empty value."""
+        by = self.rule.severity
+        if isinstance(by, str):
+            return {"": by}
+        listed, domain = dict(by.meanings), self.option.domain
+        found = {text: listed.get(text, by.otherwise) for text in map(domain.format, domain.candidates())}
+        return {text: severity for text, severity in found.items() if severity is not None}  # type: ignore[misc]
+
+    @property
+    def option(self) -> Policy:
+        """The option on which the severity depends."""
+        vocabulary = self.bound.vocabulary
+        return vocabulary.policies[vocabulary.indices["option", self.rule.severity.option]]  # type: ignore[union-attr]
+
+    @property
+    def severity(self) -> SeverityName:
+        """The severity by default: that of the option's default, or the worst where the rule is not checked then."""
+        found = self.severities
+        usual = None if "" in found else found.get(str(self.option.default))
+        return min(found.values(), key=SEVERITIES.index) if usual is None else usual
+
+    def by_severity(self) -> Iterator[BoundRule]:
+        """Yield the rule once for each severity, limited to the values of the option that give it."""
+        if isinstance(self.rule.severity, str):
+            yield self
+            return
+        found, condition = self.severities, self.rule.condition
+        for severity in dict.fromkeys(found.values()):
+            here = in_(option(self.option), *(value for value, each in found.items() if each == severity))
+            limited = condition & here if self.rule.kind == "forbids" else condition | ~here
+            rule = replace(self.rule, condition=limited, severity=severity)
+            yield BoundRule(rule, bind(limited, self.bound.vocabulary), self.scope, self.role)
+
+
+def bound_rules(rule: Rule, vocabulary: Vocabulary, found: list[Mistake]) -> list[BoundRule]:
+    """Bind a rule, and add what is wrong with it to ``found``; none where it cannot be bound."""
+    at = ("rules", rule.code)
+    try:
+        judged = bind(rule.condition, vocabulary)
+    except ConditionError as error:
+        found.append(Mistake(at, f"rule {rule.code} `{rule.condition}`: {error}"))
+        return []
+    # A guarantee is one of pairs, even where it rests on one side alone.
+    scope = "pair" if rule.guarantee else scope_of(rule.condition)
+    bound = BoundRule(rule, judged, scope, rule.role or role_of(rule.condition))
+    found += (Mistake(at, f"rule {rule.code}: {message}") for message in rule_mistakes(bound))
+    return [bound]

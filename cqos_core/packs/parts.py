@@ -1,0 +1,166 @@
+"""The parts of a rule pack beside policies and rules: presets, dialects, conventions, and what follows from a whole system."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+from cqos_core.language.policy import ENDPOINT, Policy
+from cqos_core.language.values import Anything, is_plain
+from cqos_core.model.system import Setting
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Mapping, Sequence
+
+    from cqos_core.language.expression import Operand
+    from cqos_core.language.values import Value
+    from cqos_core.model.logs import Misfit
+    from cqos_core.model.system import Endpoint, Place, Settings
+
+
+@dataclass(frozen=True, slots=True)
+class Preset:
+    """A named bundle of values that comes with the pack.
+
+    Attributes:
+        settings: policy name to text; policies not named keep their defaults.
+        level: whose policies these are: ``endpoint`` or ``broker``.
+        needs: option and the least value of it that has this preset, for instance ``("distro", "iron")``; None: always.
+        aliases: other spellings; compared normalised.
+    """
+
+    settings: Mapping[str, str]
+    doc: str = ""
+    needs: tuple[str, str] | None = None
+    aliases: tuple[str, ...] = ()
+    level: Literal["endpoint", "broker"] = ENDPOINT
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Known:
+    """A participant, an endpoint or a broker as `RulePack.complete` sees it: with resolved values, never with their text.
+
+    Attributes:
+        id, place, template, external: as stated.
+        read: returns the value of a policy and its place, or None where nothing states it.
+        find_needs: returns the guarantees that an endpoint needs.
+        role, topic, participant, kind: of an endpoint.
+    """
+
+    id: str
+    read: Callable[[Policy], tuple[Value, Place | None] | None] = field(repr=False)
+    find_needs: Callable[[], Collection[str]] = field(repr=False, default=tuple)
+    place: Place | None = None
+    template: str | None = None
+    external: bool = False
+    role: str = ""
+    topic: str | None = None
+    participant: str = ""
+    kind: str = ""
+
+    @property
+    def needs(self) -> Collection[str]:
+        """The guarantees that an endpoint needs, in the words of `cqos_core.packs.guarantee`."""
+        return self.find_needs()
+
+    def value(self, policy: Policy) -> Value | None:
+        """Return what is stated of a policy, in the settings, a profile, a preset or an overlay; None where nothing is."""
+        found = self.read(policy)
+        return None if found is None else found[0]
+
+    def setting(self, policy: Policy) -> Setting | None:
+        """Return the same as a setting in its one spelling; it is unknown where the value is not plain."""
+        found = self.read(policy)
+        if found is None:
+            return None
+        value, place = found
+        if is_plain(value):
+            return Setting(policy.domain.format(value), place)  # type: ignore[arg-type]
+        code = value.code if isinstance(value, Anything) else ""
+        return Setting("", place, unknown=policy.format(value), reported=code)
+
+
+@dataclass(frozen=True, slots=True)
+class Completion:
+    """What follows from all that a system states together, and nothing in it states alone.
+
+    Attributes:
+        participants: settings by id of the participant.
+        endpoints: settings by position of the endpoint.
+        implied: endpoints that participants have by their own settings, such as the message that a connection leaves behind.
+    """
+
+    participants: Mapping[str, Settings] = field(default_factory=dict)
+    endpoints: Mapping[int, Settings] = field(default_factory=dict)
+    implied: tuple[Endpoint, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """How one kind of file writes the pack's settings.
+
+    Attributes:
+        names: attribute name (normalised) to policy name, beside the policies' own aliases.
+        codes: policy name to its integer codes: ``{"history": {"0": "keep_last"}}``.
+        bare_unit: unit of a duration without one (``s``, ``ns``); None refuses it.
+        zero_is_unset: a numeric zero of a count or duration means that nobody stated it.
+        ignore: attribute names (normalised) that are no settings of this pack.
+    """
+
+    names: Mapping[str, str] = field(default_factory=dict)
+    codes: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    bare_unit: str | None = None
+    zero_is_unset: bool = False
+    ignore: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
+class Convention:
+    """What users of a protocol agree on about some topics: facts that hold unless stated otherwise.
+
+    Attributes:
+        pattern: shell pattern over the resolved topic name.
+        settings: topic-level settings: ``{"latched": "true"}``.
+        external: the other side is usually part of no design (a log collector, say), so a missing partner is no finding.
+    """
+
+    pattern: str
+    settings: Mapping[str, str] = field(default_factory=dict)
+    external: bool = False
+    doc: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Derivation:
+    """What a pair amounts to in a value that neither end states: the QoS with which a message arrives.
+
+    Attributes:
+        name: for people, such as ``arrives with QoS``.
+        operand: over the policies of both ends, with few values.
+        policy: the policy whose values it has.
+        doc: how it comes about, in a few words.
+    """
+
+    name: str
+    operand: Operand
+    policy: Policy
+    doc: str = ""
+
+
+def no_misfits(line: str) -> tuple[Misfit, ...]:  # noqa: ARG001 - the signature of all that read output
+    """Read nothing from the output of programs."""
+    return ()
+
+
+def nothing_follows(
+    participants: Sequence[Known],  # noqa: ARG001 - the signature of all
+    endpoints: Sequence[Known],  # noqa: ARG001
+    brokers: Mapping[str, Known],  # noqa: ARG001
+) -> Completion:
+    """Add nothing to what a system states."""
+    return Completion()
+
+
+def nothing_summed(endpoints: Sequence[Any]) -> Mapping[int, Mapping[str, Value]]:  # noqa: ARG001 - as above
+    """Add nothing to the values of endpoints."""
+    return {}

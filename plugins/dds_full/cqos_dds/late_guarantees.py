@@ -1,0 +1,177 @@
+"""What a reader of DDS gets that joins late or was away."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from cqos_core.packs import (
+    as_condition,
+    gives,
+    offered,
+    requested,
+    topic,
+)
+from cqos_dds.guarantee_terms import (
+    DURABLE,
+    KEPT,
+    LATE_JOIN,
+    OFFLINE,
+    OUTLIVES,
+    RELIABLE,
+    RUN_SERVICE,
+    STATE_PERIOD,
+    STORE,
+    STORE_HAS_ROOM,
+    STORE_SPANS,
+    has_room,
+    spans,
+)
+from cqos_dds.kept_policies import (
+    AUTODISPOSE,
+    AUTOPURGE_NOWRITER,
+    LIFESPAN,
+)
+from cqos_dds.policies import (
+    PERIOD,
+)
+from cqos_dds.requested_policies import (
+    DURABILITY,
+)
+
+LATE: Final = (
+    gives(
+        "late_join",
+        KEPT & RELIABLE,
+        code="DDS519",
+        name="late-join-not-kept",
+        because="samples from before are replayed only between ends that are both durable and reliable, and if an endpoint or service keeps them",
+        clause="DDS 1.4, 2.2.3.4",
+        help=DURABLE,
+    ),
+    gives(
+        "late_join",
+        STORE_HAS_ROOM,
+        code="DDS520",
+        name="late-join-of-shallow-store",
+        because="the writer's history, or that of the durability service, keeps no more for readers that come late",
+        clause="DDS 1.4, 2.2.3.5 and 2.2.3.18",
+        fixes=(
+            *("history.depth", "history", "durability_service.history_depth", "durability_service.history_kind"),
+            *("resource_limits.max_samples", "resource_limits.max_samples_per_instance"),
+        ),
+    ),
+    gives(
+        "late_join",
+        has_room(requested, LATE_JOIN),
+        code="DDS521",
+        name="late-join-of-shallow-reader",
+        because="of what is replayed the reader keeps no more than its history",
+        clause="DDS 1.4, 2.2.3.18",
+    ),
+    gives(
+        "late_join",
+        offered(LIFESPAN) >= LATE_JOIN * topic(PERIOD),
+        code="DDS522",
+        name="late-join-expired",
+        because="of what is kept only so much is left as was written within the lifespan",
+        clause="DDS 1.4, 2.2.3.16",
+        help=STATE_PERIOD,
+    ),
+    gives(
+        "late_join",
+        OUTLIVES,
+        survives="publisher_restart",
+        code="DDS523",
+        name="late-join-kept-in-writer",
+        because="what is kept in the writer's process is gone with it; only a durability service has it longer",
+        clause="DDS 1.4, 2.2.3.4",
+        help=RUN_SERVICE,
+    ),
+    gives(
+        "late_join",
+        ~as_condition(offered(AUTODISPOSE)),
+        survives="publisher_restart",
+        code="DDS524",
+        name="late-join-disposed",
+        because="a writer that ends disposes its instances, so the durability service drops what should outlive it",
+        clause="DDS 1.4, 2.2.3.21",
+    ),
+    gives(
+        "late_join",
+        requested(AUTOPURGE_NOWRITER) == "infinite",
+        survives="publisher_restart",
+        doubt=True,
+        code="DDS525",
+        name="late-join-purged",
+        because="what comes from a durability service while its writer is away is dropped if the program does not take it in time",
+        clause="DDS 1.4, 2.2.3.22",
+    ),
+    gives(
+        "late_join",
+        offered(DURABILITY) != "transient",
+        survives="intermediary_restart",
+        doubt=True,
+        code="DDS526",
+        name="late-join-in-memory-of-service",
+        because="a durability service keeps transient samples in memory, which only a second service bridges",
+        clause="DDS 1.4, 2.2.3.4",
+        help="offer persistent, which a service keeps on disk",
+    ),
+    gives(
+        "offline",
+        KEPT & RELIABLE,
+        code="DDS527",
+        name="offline-not-kept",
+        because="what is written while a reader is away reaches it later only if both ends are durable and reliable, and an endpoint or service keeps it",
+        clause="DDS 1.4, 2.2.3.4",
+        help=DURABLE,
+    ),
+    gives(
+        "offline",
+        STORE_SPANS,
+        code="DDS528",
+        name="offline-longer-than-store",
+        because="the writer's history, or that of the durability service, keeps less than is written meanwhile",
+        clause="DDS 1.4, 2.2.3.5 and 2.2.3.18",
+        fixes=STORE,
+        help=STATE_PERIOD,
+    ),
+    gives(
+        "offline",
+        spans(requested, OFFLINE, "absence"),
+        code="DDS529",
+        name="offline-longer-than-history",
+        because="of what was written meanwhile the reader keeps no more than its history",
+        clause="DDS 1.4, 2.2.3.18",
+        help=STATE_PERIOD,
+    ),
+    gives(
+        "offline",
+        offered(LIFESPAN) >= OFFLINE,
+        code="DDS530",
+        name="offline-longer-than-lifespan",
+        because="what is older than the lifespan of its writer is not kept",
+        clause="DDS 1.4, 2.2.3.16",
+    ),
+    gives(
+        "offline",
+        OUTLIVES & ~as_condition(offered(AUTODISPOSE)),
+        survives="publisher_restart",
+        code="DDS531",
+        name="offline-kept-in-writer",
+        because="only a durability service keeps what its writer wrote, and only if the writer does not dispose of it when it ends",
+        clause="DDS 1.4, 2.2.3.4 and 2.2.3.21",
+        help=RUN_SERVICE,
+    ),
+    gives(
+        "offline",
+        offered(DURABILITY) != "transient",
+        survives="intermediary_restart",
+        doubt=True,
+        code="DDS532",
+        name="offline-in-memory-of-service",
+        because="a durability service keeps transient samples in memory, which only a second service bridges",
+        clause="DDS 1.4, 2.2.3.4",
+        help="offer persistent, which a service keeps on disk",
+    ),
+)

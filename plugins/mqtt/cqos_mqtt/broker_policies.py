@@ -1,0 +1,201 @@
+"""What a broker of MQTT can do."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from cqos_core.packs import Choice, Count, Duration, Flag, Policy
+from cqos_mqtt.endpoint_policies import version
+from cqos_mqtt.kinds import Access, Raised, Seconds, quality, unlimited
+
+# What a broker can do ---------------------------------------------------------------------------------------
+
+IMPLEMENTATION: Final = Policy(
+    "implementation",
+    Choice("mosquitto", "hivemq_ce", "emqx", "aws_iot_core", "zenoh", "other", ordered=False),
+    None,
+    "Which software it is; `cqos explain` says what of a pair was seen on that.",
+    level="broker",
+)
+
+MAXIMUM_QOS: Final = Policy(
+    "maximum_qos",
+    quality(),
+    "2",
+    "The highest QoS it takes; a publication above it ends the connection.",
+    "MQTT 5.0, 3.2.2.3.4",
+    level="broker",
+    aliases=("max_qos",),
+    stronger="higher",
+)
+GRANTED_QOS: Final = Policy(
+    "granted_qos",
+    quality(),
+    "2",
+    "The highest QoS it grants a subscription, where that is less than it takes.",
+    "MQTT 3.1.1, 3.9.3; MQTT 5.0, 3.9.3",
+    level="broker",
+    stronger="higher",
+)
+RETAIN_AVAILABLE: Final = Policy(
+    "retain_available",
+    Flag(),
+    "true",
+    "Whether it keeps retained messages; if not, a retained publication ends the connection.",
+    "MQTT 5.0, 3.2.2.3.5",
+    level="broker",
+    stronger="higher",
+)
+WILDCARD_AVAILABLE: Final = Policy(
+    "wildcard_subscription_available",
+    Flag(),
+    "true",
+    "Whether it takes filters with wildcards.",
+    "MQTT 5.0, 3.2.2.3.11",
+    level="broker",
+    stronger="higher",
+)
+SHARED_AVAILABLE: Final = Policy(
+    "shared_subscription_available",
+    Flag(),
+    "true",
+    "Whether it takes shared subscriptions.",
+    "MQTT 5.0, 3.2.2.3.13",
+    level="broker",
+    stronger="higher",
+)
+IDENTIFIER_AVAILABLE: Final = Policy(
+    "subscription_identifier_available",
+    Flag(),
+    "true",
+    "Whether it takes subscription identifiers.",
+    "MQTT 5.0, 3.2.2.3.12",
+    level="broker",
+    stronger="higher",
+)
+BROKER_SESSION_EXPIRY: Final = Policy(
+    "session_expiry_interval",
+    Seconds(),
+    "infinite",
+    "The longest time that it keeps a session, whatever the client asks for.",
+    "MQTT 5.0, 3.2.2.3.2",
+    level="broker",
+    aliases=("persistent_client_expiration", "maximum_session_expiry"),
+    stronger="higher",
+)
+SERVER_KEEP_ALIVE: Final = Policy(
+    "server_keep_alive",
+    Seconds(65_535),
+    "infinite",
+    "The longest keep alive that it allows; it takes the place of a longer one of a client of 5.0.",
+    "MQTT 5.0, 3.2.2.3.14",
+    level="broker",
+    aliases=("max_keepalive",),
+    stronger="lower",
+)
+BROKER_RECEIVE_MAXIMUM: Final = Policy(
+    "receive_maximum",
+    Count(1, 65_535),
+    "65535",
+    "How many messages of QoS 1 and 2 a client may send before it waits for an answer.",
+    "MQTT 5.0, 3.2.2.3.3",
+    level="broker",
+    stronger="higher",
+)
+BROKER_PACKET_SIZE: Final = Policy(
+    "maximum_packet_size",
+    unlimited(unit="bytes"),
+    "unlimited",
+    "The largest packet that it takes.",
+    "MQTT 5.0, 3.2.2.3.6",
+    level="broker",
+    aliases=("max_packet_size",),
+    stronger="higher",
+)
+BROKER_ALIASES: Final = Policy(
+    "topic_alias_maximum",
+    Count(0, 65_535),
+    None,
+    "The highest topic alias that it understands; a broker that announces none understands none.",
+    "MQTT 5.0, 3.2.2.3.8",
+    level="broker",
+    stronger="higher",
+)
+OLDEST: Final = Policy("oldest_version", version(), "3.1.1", "The oldest version it speaks.", level="broker")
+NEWEST: Final = Policy("newest_version", version(), "5.0", "The newest version it speaks.", level="broker")
+INFLIGHT: Final = Policy(
+    "max_inflight_messages",
+    unlimited(1, 65_535),
+    "unlimited",
+    "How many messages of QoS 1 and 2 it has on their way to one client at most.",
+    level="broker",
+    stronger="higher",
+)
+QUEUED: Final = Policy(
+    "max_queued_messages",
+    unlimited(0),
+    None,
+    "How many messages it keeps for a client that is absent or slow; further messages are dropped, and the publisher gets no report.",
+    level="broker",
+    stronger="higher",
+)
+QUEUED_BYTES: Final = Policy(
+    "max_queued_bytes",
+    unlimited(0, unit="bytes"),
+    "unlimited",
+    "How many bytes of payload it keeps for a client that is absent or slow; what comes then is dropped.",
+    "Mosquitto, mosquitto.conf(5), max_queued_bytes",
+    level="broker",
+    stronger="higher",
+)
+QUEUES_QOS0: Final = Policy(
+    "queue_qos0_messages",
+    Flag(),
+    "false",
+    "Whether it keeps messages of QoS 0 for absent clients too.",
+    "MQTT 3.1.1, 3.1.2.4; MQTT 5.0, 4.1",
+    level="broker",
+    stronger="higher",
+)
+PERSISTENCE: Final = Policy(
+    "persistence",
+    Flag(),
+    None,
+    "Whether sessions and retained messages are still there after it was restarted.",
+    level="broker",
+    stronger="higher",
+)
+NOTICES_LATER: Final = Policy(
+    "keep_alive_delay",
+    Duration(bare_unit="s"),
+    "0s",
+    "By how much it notices a silent client later than one and a half keep alives, because it looks only now and then.",
+    "C-QoS, Mosquitto by running it",
+    level="broker",
+)
+AUTOSAVE: Final = Policy(
+    "autosave_interval",
+    Duration(bare_unit="s"),
+    None,
+    "How often it saves sessions, retained and waiting messages, so that a crash loses no more than what came since; 0s: each "
+    "message is saved before it is acknowledged; infinite: it saves only when it ends in good order.",
+    "Mosquitto, mosquitto.conf(5), autosave_interval",
+    level="broker",
+)
+UPGRADES: Final = Policy(
+    "upgrade_outgoing_qos",
+    Raised(),
+    "false",
+    "Whether it delivers with the QoS of the subscription also where the publication has less, which MQTT does not allow.",
+    level="broker",
+)
+
+ACCESS: Final = Policy(
+    "acl",
+    Access(),
+    None,
+    "Who may do what, one line each: `read`, `write`, `readwrite` or `deny`, the user (`*` everybody, `-` who gives no name), "
+    "the filter. Where there is any, all else is forbidden.",
+    "Mosquitto, mosquitto.conf(5), acl_file",
+    level="broker",
+)
