@@ -7,7 +7,7 @@ from copy import copy
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cqos_core.language.expression import (
@@ -203,7 +203,6 @@ def with_names(node, draw, found):
     return found[-1]
 
 
-@settings(max_examples=40)
 @given(sentences, st.data())
 def test_definitions_are_read_with_the_definitions_of_the_pack(sentence, data):
     found: list[Node] = []

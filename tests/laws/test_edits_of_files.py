@@ -14,6 +14,7 @@ from cqos_core.language.domains import Choice, Count, Duration, Flag
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError
 from cqos_core.resolving.resolve import resolve
+from tests.effort import EXPLORE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -30,7 +31,7 @@ FILES: Final = sorted(
     for path in ROOT.glob(pattern)
     if path.is_file()
 )
-ENDPOINTS: Final = 8
+ENDPOINTS: Final = 24 if EXPLORE else 4
 """So many of a file are edited."""
 
 
@@ -62,6 +63,7 @@ def changes(endpoint: Resolved) -> Iterator[tuple[int, Plain]]:
             yield index, value
 
 
+@pytest.mark.explored
 @pytest.mark.parametrize("path", FILES, ids=lambda path: f"{path.parent.name}/{path.name}")
 def test_every_edit_is_read_back_as_its_value(path):
     data = path.read_bytes()

@@ -19,6 +19,7 @@ from cqos_core.resolving.resolve import resolve
 from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT
 from cqos_ros2.pack import PACK as ROS2
+from tests.effort import EXPLORE
 from tests.worlds import POST
 
 if TYPE_CHECKING:
@@ -35,6 +36,9 @@ WORDS: Final = {
     "text": ("x", "y"),
     "flag": ("true", "false"),
 }
+
+
+SEEDS: Final = 40 if EXPLORE else 3
 
 
 def a_system(pack: RulePack, seed: int) -> System:
@@ -63,7 +67,8 @@ def a_system(pack: RulePack, seed: int) -> System:
     return system
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.explored
+@pytest.mark.parametrize("seed", range(SEEDS))
 @pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.id)
 def test_a_report_is_the_same_however_combinations_are_judged(pack, seed, monkeypatch):
     reports = []
@@ -75,7 +80,8 @@ def test_a_report_is_the_same_however_combinations_are_judged(pack, seed, monkey
     assert reports[0] == reports[1]
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.explored
+@pytest.mark.parametrize("seed", range(SEEDS))
 @pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.id)
 def test_what_is_certain_is_what_every_combination_amounts_to(pack, seed):
     resolved = resolve(a_system(pack, seed), WHERE.find_pack).endpoints

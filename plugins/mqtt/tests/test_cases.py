@@ -4,16 +4,22 @@ from pathlib import Path
 
 import pytest
 
-from cqos_core.testing import Case, load_cases, run_case
+from cqos_core.testing import load_cases, run_case
 from cqos_mqtt.pack import PACK
 
 CASES = Path(__file__).parent / "cases"
 ELSEWHERE = {"MQTT509": "of bridges: test_pack.py"}
 
 
-@pytest.mark.parametrize("case", load_cases(CASES, "mqtt"), ids=str)
-def test_case(case: Case):
-    run_case(case, [PACK])
+@pytest.mark.parametrize("file", sorted(CASES.glob("*.yml")), ids=lambda file: file.stem)
+def test_cases(file: Path):
+    wrong = []
+    for case in load_cases(file, "mqtt"):
+        try:
+            run_case(case, [PACK])
+        except AssertionError as error:
+            wrong.append(str(error))
+    assert not wrong, "\n".join(wrong)
 
 
 def test_every_rule_has_cases_that_speak_and_cases_that_are_silent():
