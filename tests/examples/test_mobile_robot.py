@@ -116,13 +116,13 @@ def test_mistakes_are_numbered_one_after_the_other():
 
 
 @cache
-def before_mending():
+def all_found():
     return {identity(finding): finding.code for finding in cqos.check(TEXT.encode()).findings}
 
 
 @pytest.mark.parametrize("number", MISTAKES)
 def test_a_mended_line_takes_its_own_findings_away_and_no_other(number):
-    before = before_mending()
+    before = all_found()
     after = {identity(finding) for finding in loud(cqos.check(mend(TEXT, number)))}
     gone = {code for key, code in before.items() if key not in after and key[0] is not cqos.Severity.NOTE}
     assert gone == {code for code in MISTAKES[number].codes if code != "ROS311"}

@@ -61,7 +61,7 @@ def still_there(finding: Finding, remedy: Remedy, after: Report) -> bool:
 
 
 def law(text: str, before: Report) -> Iterator[str]:
-    """Yield what is wrong with the fixes of a system, of which the report is there."""
+    """Yield what is wrong with the fixes of a system with its report."""
     data = text.encode()
     for finding in before.findings:
         for remedy in finding.remedies:
