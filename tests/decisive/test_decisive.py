@@ -15,7 +15,6 @@ import pytest
 
 from cqos_core import check
 from cqos_core.model.report import Severity, Verdict
-from tests.effort import EXPLORE
 from tests.laws.test_fixes import CASES
 from tests.laws.test_fixes import reports as reports_of_cases
 
@@ -41,8 +40,6 @@ EXAMPLES: Final = {
     "weather_station.yaml": ("mixed/weather_station.yaml",),
     "zenoh_fleet": tuple(f"zenoh_fleet/{name}" for name in ("fleet.yaml", "carrier.json5", "desk.json5")),
 }
-EVERY: Final = 1 if EXPLORE or __name__ == "__main__" else 4
-"""One of so many cases is checked."""
 MOST_UNKNOWN: Final = 0.02
 LEAST_FIXED: Final = 0.95
 LEAST_AS_TEXT: Final = 0.80
@@ -98,7 +95,7 @@ def shares(findings: Iterable[Finding]) -> Shares:
 def all_shares() -> dict[str, Shares]:
     found = {
         f"case files of {pack}": sum(
-            (shares(pair_errors(report)) for _, _, report in reports_of_cases(pack, EVERY)), start=Shares()
+            (shares(pair_errors(report)) for _, _, report in reports_of_cases(pack)), start=Shares()
         )
         for pack in CASES
     }
@@ -143,14 +140,12 @@ def test_few_pairs_of_correct_designs_are_unknown():
     assert sum(map(unknown_pairs, reports)) <= MOST_UNKNOWN * sum(report.pair_count for report in reports)
 
 
-@pytest.mark.explored
 def test_nearly_every_pair_error_has_a_fix_as_text_for_its_file():
     for source, found in all_shares().items():
         assert found.fixed >= LEAST_FIXED * found.errors, source
         assert found.as_text >= LEAST_AS_TEXT * found.fixed, source
 
 
-@pytest.mark.explored
 def test_the_page_has_these_figures():
     assert stated("designs") == table("designs")
     figures = [[int(cell) for cell in row.split("|")[2:-1]] for row in stated("fixes").splitlines()[4:]]
