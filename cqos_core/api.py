@@ -113,7 +113,7 @@ def diff(
         protocol: pack id for participants that state none.
         options: by pack id, laid over those of both.
         packs: further rule packs beside the installed ones.
-        topics: shell patterns of the topics to compare; all if there are none.
+        topics: shell patterns of the topics to compare; all if empty.
         ignored: shell patterns of the topics not to compare.
 
     Raises:

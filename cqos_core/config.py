@@ -73,7 +73,7 @@ class Config:
     """What a project has configured; everything may be absent.
 
     Attributes:
-        path: the file, None where there is none.
+        path: the file, None without one.
         options, severities, checks, accept: as in a system file.
         packs, baseline: paths that can be opened from where the process runs.
         exclude: what a search of folders passes over.
@@ -135,7 +135,7 @@ class Config:
 
 
 def config_for(path: str | Path) -> Config:
-    """Return the configuration that holds for a file or folder; an empty one where there is none.
+    """Return the configuration that holds for a file or folder, or an empty one.
 
     Raises:
         InputError: with everything that is wrong with it.

@@ -1,6 +1,6 @@
 """Hook specifications and the manager that loads packs, importers, exporters, formatters and commands.
 
-Everything C-QoS ships comes through the same entry-point group ``cqos`` as anybody's plugin. Hooks hand over light
+The parts of C-QoS use the same entry-point group ``cqos`` as other plugins. Hooks hand over light
 descriptors; what they describe is imported on use, so that start-up loads only what a command needs. Plugins are
 loaded one at a time: a broken one is reported in `Plugins.broken` and the rest works. ``docs/plugins.md`` says how to
 write one.
@@ -239,7 +239,7 @@ class Origin:
     Attributes:
         plugin: name of the entry point.
         distribution: name and version.
-        shipped: it is one of ours, and so comes before anybody else's.
+        shipped: it is a part of C-QoS, and so comes before others.
         package: the import package of the entry point.
     """
 
@@ -258,7 +258,7 @@ class BrokenPlugin:
 
     Attributes:
         name: of the entry point, or of what was registered.
-        distribution: name and version; empty if there is none.
+        distribution: name and version, or empty.
         reason: what went wrong, of several lines perhaps.
         noun: what it is.
         failed: what it failed to do.
@@ -294,7 +294,7 @@ class Plugins:
         return self.owners[kind, name].distribution
 
     def shipped(self, kind: str, name: str) -> bool:
-        """Whether we ship what is registered under ``name``, rather than somebody else."""
+        """Whether a part of C-QoS is registered under ``name``."""
         return self.owners[kind, name].shipped
 
     def culprit(self, error: BaseException) -> Origin | None:
@@ -307,7 +307,7 @@ class Plugins:
         return found
 
     def pack(self, pack_id: str) -> RulePack | None:
-        """Return the installed pack ``pack_id``, imported on first use; None if there is none, or it is broken."""
+        """Return the installed pack ``pack_id``, imported on first use; None if it is missing or broken."""
         info = self.packs.get(pack_id)
         if info is None or ("packs", pack_id) in self._failed:
             return None
@@ -352,7 +352,7 @@ def load_from(entries: Iterable[EntryPoint], only: str | None = None) -> Plugins
     plugins = Plugins()
     wanted = None if only is None else {_normalised(name): name.strip() for name in only.split(",") if name.strip()}
     found = [(_origin(entry), entry) for entry in entries]
-    # Ours first, then by name: nobody can take a name we ship, whatever the order of installation.
+    # Parts of C-QoS first, then by name: no plugin can take their names, in any order of installation.
     found.sort(key=lambda pair: (pair[0].package != "cqos_core", not pair[0].shipped, pair[1].name, pair[1].value))
     for origin, entry in found:
         name = _normalised(origin.distribution.partition(" ")[0])
@@ -428,7 +428,7 @@ def _refuse_idle(manager: pluggy.PluginManager, module: Any) -> None:
 
 
 def _refuse_malformed(kind: _Kind, info: Any) -> None:
-    """Refuse a descriptor that would make trouble later, where nobody would know whose it is."""
+    """Refuse a descriptor that would fail later, when its plugin is unknown."""
     if not isinstance(info, kind.descriptor):
         raise CqosError(f"its `{kind.hook}` registers {info!r}, which is no {kind.descriptor.__name__}")
     name, what = info.name, f"its {kind.noun} `{info.name}`"

@@ -17,9 +17,9 @@ A case file has the code of one rule and named cases::
 
 A case states a pair (``offered``, ``requested``, ``needs``), one endpoint (``publisher`` or ``subscriber``), or a small ``system`` in
 the YAML form. ``expect`` is the severity with which the rule speaks, ``ok`` where it is silent, ``unknown`` where it leaves
-the pair open. ``verdict``, ``findings`` (codes of all warnings and errors) and ``remedies`` are compared where they are given. Whatever a
-case expects, no headline may be left with ``{braces}`` of its rule that nothing fills, and no two findings of a pair may name the same missing
-fact: what it leaves open is one finding, with the codes of all its rules.
+the pair open. ``verdict``, ``findings`` (codes of all warnings and errors) and ``remedies`` are compared where they are given. In every
+case, no headline may have unfilled ``{braces}`` of its rule. No two findings of a pair may name the same missing
+fact: it is one finding, with the codes of all its rules.
 
 A pack's own test module is then::
 

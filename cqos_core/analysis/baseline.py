@@ -1,7 +1,7 @@
-"""Findings that are known already, kept in a file: they no longer count, and what is new does.
+"""Known findings, kept in a file: they do not count, and new ones do.
 
-A finding is known if an entry has its rule and its topic, and names all its endpoints. So a baseline outlives moved
-lines, changed values, other words and further instances, and never hides an endpoint that was not there when it was written.
+A finding is known if an entry has its rule and its topic, and names all its endpoints. So moved
+lines, changed values, other words and further instances do not make it new. A baseline never hides a new endpoint.
 """
 
 from __future__ import annotations
@@ -136,7 +136,7 @@ def entry_of(finding: Finding, file: str | None = None) -> BaselineEntry:
 def write_baseline(path: str, reports: Iterable[tuple[str | None, Report]]) -> str:
     """Return the text of a baseline that is to stand at ``path``.
 
-    It holds the warnings and errors of ``reports`` that nobody accepted; beside each report stands the file to limit
+    It holds the warnings and errors of ``reports`` that are not accepted; beside each report stands the file to limit
     its entries to, or None. Notes are left out: they never count.
     """
     entries = {

@@ -138,7 +138,7 @@ class _KnownValues(NamedTuple):
 def compare(a: System, b: System, context: Context, topics: Sequence[str] = (), ignored: Sequence[str] = ()) -> Diff:
     """Compare two systems, ``a`` and ``b``.
 
-    ``topics`` are shell patterns of the topics to compare, all if there are none, and ``ignored`` of those not to compare.
+    ``topics`` are shell patterns of the topics to compare, all if empty, and ``ignored`` of those not to compare.
     """
     known_a, known_b = (
         _known(system, side, context, topics, ignored) for side, system in ((ComparedSide.A, a), (ComparedSide.B, b))
@@ -281,7 +281,7 @@ def _matched(a: Sequence[_End], b: Sequence[_End], *, by_id: bool) -> tuple[_Pai
 
 
 def _differences(a: _End, b: _End) -> Iterator[Different]:
-    """Yield each policy of which both systems know a value, and not the same one; of several parts alike, once."""
+    """Yield each policy with known and different values in both systems; once for equal parts."""
     seen: set[tuple[str, str, str]] = set()
     parts = zip(a.judged.parts, b.judged.parts, a.profiles, b.profiles, strict=False)
     for part_a, part_b, profile_a, profile_b in parts:

@@ -1,4 +1,4 @@
-"""Applies remedies to a whole system until no error is left that one of the wanted kind mends."""
+"""Applies remedies to a whole system until none of the wanted kind fixes another error."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Mended:
 def mend(system: System, context: Context, wanted: Wanted) -> Mended:
     """Apply for each error the best remedy of the wanted kind; none that makes another pair worse.
 
-    After each round the system is checked anew, so that what one remedy mends needs no second one.
+    It checks the system again after each round, so an error that one remedy fixes needs no second one.
     """
     endpoints = judged(system, ExportContext(context.find_pack, context.default_protocol)).endpoints
     # What stands for several topics has one setting for all of them, and its parts cannot be changed apart.

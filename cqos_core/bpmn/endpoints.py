@@ -29,7 +29,7 @@ class EventTopic:
     """Where an element meets others.
 
     Attributes:
-        topic: the topic's name, None where there is none or nobody can know it.
+        topic: the topic's name, None if it is missing or unknown.
         is_guess: the name is the event's own.
         type: the data type as the signal or message states it.
         external: the other side is a black box.

@@ -6,7 +6,7 @@ import re
 from decimal import Decimal, InvalidOperation
 from functools import lru_cache
 
-# Marks of zero width and of writing direction: nobody sees them, and two names that differ in them look the same.
+# Marks of zero width and of writing direction are invisible: two names that differ in them look the same.
 _INVISIBLE = re.compile("[\u061c\u200b-\u200f\u202a-\u202e\u2060-\u2064\u2066-\u2069\ufeff]")
 _AT_RUN_TIME = re.compile(r"[$#]\{|^=")
 _NOT_COUNTED = re.compile(r"[-_\s]")
@@ -15,7 +15,7 @@ _LONGEST_NUMBER = 100
 
 
 def fold(name: str | None) -> str:
-    """Return ``name`` in one line, without blanks around it and without invisible marks; empty if there is none."""
+    """Return ``name`` in one line, without blanks around it and without invisible marks; perhaps empty."""
     return " ".join(_INVISIBLE.sub("", name or "").split())
 
 

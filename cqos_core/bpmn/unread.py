@@ -1,4 +1,4 @@
-"""What a model states and nothing reads: it is reported, so that nobody takes it for checked."""
+"""Reports statements of a model that C-QoS does not read, so that readers do not take them for checked."""
 
 from __future__ import annotations
 

@@ -69,17 +69,19 @@ def _partners(
     if system.partial:
         return findings, unmatched
     busy = _Busy(results, packs, [key for key in lonely if key not in silenced])
-    told = {e.endpoint.template for key in silenced for e in lonely[key] if e.endpoint.alternative}
+    reported = {e.endpoint.template for key in silenced for e in lonely[key] if e.endpoint.alternative}
     for key in sorted(results):
         for role, code in ((SUBSCRIBER, "CQ401"), (PUBLISHER, "CQ402")):
             alone = [
                 e
                 for e in lonely.get(key, ())
-                if e.role == role and not e.external and not (e.endpoint.alternative and e.endpoint.template in told)
+                if e.role == role
+                and not e.external
+                and not (e.endpoint.alternative and e.endpoint.template in reported)
             ]
             if not alone or key in silenced:
                 continue
-            told |= {e.endpoint.template for e in alone if e.endpoint.alternative}
+            reported |= {e.endpoint.template for e in alone if e.endpoint.alternative}
             findings.append(_alone(code, role, alone, kinds, busy.meant(key)))
     return findings, unmatched
 
@@ -120,7 +122,7 @@ class _Busy:
         return None if topic is None else f"did you mean `{topic}`?"
 
 
-# What an endpoint does: one of them, several, and what nobody does on the other side.
+# The verb of an endpoint: one of them, several, and the missing verb of the other side.
 _DOES: Final = {
     SUBSCRIBER: ("subscribes to", "subscribe to", "publishes"),
     PUBLISHER: ("publishes", "publish", "subscribes to"),
@@ -376,7 +378,7 @@ def _nothing_compared(system: System, resolved: ResolvedSystem) -> Finding:
 
 
 def _merged(results: Mapping[TopicKey, TopicResult]) -> list[Made]:
-    """What is to be said of topics, with what is to be said once put together."""
+    """Collect the findings of topics; combine those that several topics share."""
     by_key: dict[tuple[Any, ...], list[Made]] = {}
     for key in sorted([key for key, result in results.items() if result.made]):
         for one in results[key].made:
@@ -471,7 +473,7 @@ def check(
     ] = lambda _key, _ends, judge: judge(),
     step: Callable[[int, int], None] = lambda _done, _all: None,
 ) -> Report:
-    """Check a system; ``judged`` may know what is to be said of a topic, or calls its last argument to judge it."""
+    """Check a system; ``judged`` may know the result of a topic, or calls its last argument to judge it."""
     system = pipeline.system
     teams, problems = bind_checks(system, pipeline.where.find_pack, pipeline.where.default_protocol)
     pipeline.asked = words_asked(teams)

@@ -14,7 +14,7 @@ from cqos_core.matching.delivery_paths import DUPLICATE_FREE, Arrivals, repetiti
 from cqos_core.matching.derived_guarantees import derive, faults_between, give, over
 from cqos_core.matching.hops import Hop
 from cqos_core.matching.judge import (
-    already_told,
+    already_reported,
     apart,
     judge_endpoint,
     judge_pair,
@@ -202,7 +202,7 @@ class _Pair:
             verdict,
             findings,
             later(lambda: _comparisons(self.topic)),
-            () if strangers else later(lambda: _told(give(a, b), faults_between(a, b))),
+            () if strangers else later(lambda: _guarantees(give(a, b), faults_between(a, b))),
             derived=() if strangers else later(lambda: derive(a, b)),
             assumed=later(lambda: self.assumed(verdict, findings)),
         )
@@ -215,7 +215,7 @@ class _Pair:
         return assumptions(ends, [of_pair], findings, packs)
 
     def findings(self) -> list[Finding]:
-        """What is to be said of the two: of each, of the pair, and of the topic where that refuses them."""
+        """Return the findings of both ends, of the pair, and of the topic if that refuses them."""
         topic, ends = self.topic, (self.topic.publishers[0], self.topic.subscribers[0])
         a, b = (members.profile for members in ends)
         concerned = {self.offering.id, self.requesting.id}
@@ -235,7 +235,7 @@ class _Pair:
         drafts = [
             Outline(spoken, {ends[0]: None}, {ends[1]: None}, 1)
             for spoken in (() if reasons else (*undecided, *judge_pair(a, b).spoken))
-            if not already_told(spoken, a, b) and not (refused and spoken.bound.rule.guarantee)
+            if not already_reported(spoken, a, b) and not (refused and spoken.bound.rule.guarantee)
         ]
         for members in ends:
             for spoken in judge_endpoint(members.profile, members.first.role, members.observed):
@@ -249,7 +249,7 @@ class _Pair:
         return sorted(found, key=lambda each: (each.severity.rank, each.code, each.message))
 
 
-def _told(given: Iterable[DerivedGuarantees], faults: Collection[str]) -> tuple[Guarantee, ...]:
+def _guarantees(given: Iterable[DerivedGuarantees], faults: Collection[str]) -> tuple[Guarantee, ...]:
     return tuple(
         Guarantee(
             each.word.name,
@@ -291,7 +291,7 @@ def _path_report(
                 publisher.shown,
                 publisher.pack.id,
                 verdict_between(topic, publisher, subscriber),
-                _told(given[-1], faults),
+                _guarantees(given[-1], faults),
                 bridges[index].bridge.id if index < len(bridges) else None,
             )
         )
@@ -299,7 +299,7 @@ def _path_report(
     return PairReport(
         verdict=max((hop.verdict for hop in hops), key=lambda verdict: verdict.rank),
         findings=tuple(each for each in report.findings if each.endpoints and set(each.endpoints) <= members),
-        guarantees=_told(over(given, carried=all(hop.carries_liveliness for hop in bridges)), befall),
+        guarantees=_guarantees(over(given, carried=all(hop.carries_liveliness for hop in bridges)), befall),
         hops=tuple(hops),
         assumed=report.assumed,
     )

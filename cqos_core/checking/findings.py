@@ -74,7 +74,7 @@ def fact(resolved: Resolved, profile: QosProfile, index: int) -> Fact:
 
 
 def _is_news(resolved: Resolved, profile: QosProfile, index: int, *, meeting: bool) -> bool:
-    """Whether a value helps to understand a finding: of options and topics, only what somebody stated.
+    """Whether a value helps to understand a finding: of options and topics, only a stated one.
 
     Where endpoints do not meet, it may be the default of one side that keeps them apart.
     """
@@ -144,18 +144,18 @@ def headline(spoken: Violation, sides: Sequence[Side], topic: str, because: Sequ
     if rule.says:
         return _fill(rule.says, _template_words(sides, topic))
     if spoken.bound.scope == "pair":
-        # The offer is told first, whichever side is primary.
-        told = [
+        # The offer comes first, for any primary side.
+        clauses = [
             f"{subject(side)} {VERBS[side.role][0]} {_values(_compared(spoken, side))}"
             for side in reversed(stated)
             if side.facts
         ]
-        text = ", ".join(told)
+        text = ", ".join(clauses)
         return text if rule.kind == "requires" else f"{text}: {rule.because}"
     if spoken.bound.scope == "signal" and not any(side.facts for side in stated):
         return f"on topic `{topic}`, {rule.because}"
-    told = [f"{subject(side)} has {_values(side.facts)}" for side in sides if side.facts]
-    return f"{', '.join(told) or f'topic `{topic}`'}: {rule.because}"
+    clauses = [f"{subject(side)} has {_values(side.facts)}" for side in sides if side.facts]
+    return f"{', '.join(clauses) or f'topic `{topic}`'}: {rule.because}"
 
 
 def _compared(spoken: Violation, side: Side) -> Sequence[Fact]:
@@ -269,9 +269,9 @@ def make(topic: MatchedTopic, draft: Outline[EndpointGroup]) -> Made:
     spoken = draft.spoken
     bound = spoken.bound
     publishers, subscribers = shown(draft)
-    sides = told = sides_of(spoken, publishers, subscribers)
+    sides = example = sides_of(spoken, publishers, subscribers)
     if draft.more:
-        # No one change mends all of them.
+        # No single change fixes all of them.
         sides = [replace(side, facts=()) for side in sides_of(spoken, draft.publishers, draft.subscribers)]
     first_publisher = publishers[0].profile if publishers else None
     first_subscriber = subscribers[0].profile if subscribers else None
@@ -283,7 +283,7 @@ def make(topic: MatchedTopic, draft: Outline[EndpointGroup]) -> Made:
     )
     worlds = _worlds(spoken)
     notes = because if not worlds else ()
-    message = headline(spoken, told, topic.shown, because)
+    message = headline(spoken, example, topic.shown, because)
     if draft.more:
         message = f"{_further(draft)}, for instance: {message}"
     finding = Finding(
@@ -346,7 +346,7 @@ def _merge_key(draft: Outline[EndpointGroup], finding: Finding, because: tuple[s
         values = tuple((s.role, f.policy, f.value) for s in finding.sides for f in s.facts)
         return ("template", rule.code, templates, values, draft.tags)
     if any(endpoint.visiting for endpoint in endpoints):
-        # A subscriber that meets many topics is told once what is alike on all of them.
+        # For a subscriber of many topics, equal findings on all of them are reported once.
         values = tuple((s.role, f.policy, f.value) for s in finding.sides for f in s.facts)
         wanting = frozenset(e.id for members in draft.subscribers for e in members.endpoints)
         return ("meeting", rule.code, wanting, values, draft.tags)
@@ -457,14 +457,14 @@ def of_participants(bound: BoundRule, spoken: Violation, endpoints: Sequence[Res
     members = tuple(sorted({endpoint.participant.participant.id for endpoint in endpoints}))
     facts = tuple(fact(first, first.profile, use.index) for use in bound.bound.uses)
     side = Side("participant", members, "set here", facts, first.participant.participant.place)
-    told = _fill(rule.says, _template_words([side], "")) if rule.says else ""
+    says = _fill(rule.says, _template_words([side], "")) if rule.says else ""
     return Finding(
         code="CQ701" if spoken.failed else rule.code,
         name="rule-failed" if spoken.failed else rule.name,
         severity=Severity.ERROR if spoken.failed else _severity(spoken),
         message=f"rule {rule.code} could not be judged: {spoken.failed}"
         if spoken.failed
-        else told or f"{subject(side)} has {_values(facts)}: {rule.because}",
+        else says or f"{subject(side)} has {_values(facts)}: {rule.because}",
         source=first.pack.id,
         verdict=_verdict(spoken),
         sides=(side,),

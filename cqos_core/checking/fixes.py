@@ -243,7 +243,7 @@ def _remedy(
         and _required_elsewhere(topic, changing)
     ):
         return []  # more on this topic may be too much for another one, which is not judged here
-    mends, breaks = effect(topic, changing, index, value)
+    improves, breaks = effect(topic, changing, index, value)
     members = member_ids(groups)
     text_value = policy.domain.format(value)
     return [
@@ -254,7 +254,7 @@ def _remedy(
             value=text_value,
             kind="needs_code" if _is_promise(policy, groups[0].profile.values[index], value, role) else "configuration",
             text=remedy_text(role, policy.name, text_value, members, policy.level, _named(first, policy.level)),
-            mends=mends,
+            mends=improves,
             breaks=breaks,
             weakens=weakens,
             edits=edits_of((each for members in groups for each in members.endpoints), index, value),
@@ -314,7 +314,7 @@ def effect(
     """How many pairs of the topic a change makes better, and how many worse; None where that would take too long."""
     if len(groups) * max(len(topic.publishers), len(topic.subscribers)) > _EFFECT_LIMIT or _reaches_far(groups, index):
         return None, None
-    mends = breaks = 0
+    improves = breaks = 0
     after = {id(members): _with(members.profile, index, value) for members in groups}
     for publisher, subscriber in _pairs_of(topic, groups):
         before = _rank_of(publisher, publisher.profile, subscriber, subscriber.profile)
@@ -323,9 +323,9 @@ def effect(
             *(subscriber, after.get(id(subscriber), subscriber.profile)),
         )
         count = len(publisher.endpoints) * len(subscriber.endpoints)
-        mends += count if then < before else 0
+        improves += count if then < before else 0
         breaks += count if then > before else 0
-    return mends, breaks
+    return improves, breaks
 
 
 def _reaches_far(groups: Iterable[EndpointGroup], index: int) -> bool:
@@ -369,7 +369,7 @@ def merged_remedies(findings: Sequence[Finding]) -> tuple[Remedy, ...]:
             each = list({(topic, remedy.members): remedy for topic, remedy in same}.values())
             places = {(topic, member) for topic, remedy in same for member in remedy.members}
             known = len(places) == sum(len(remedy.members) for remedy in each)
-            mends, breaks = (_sum(r.mends for r in each), _sum(r.breaks for r in each)) if known else (None, None)
+            improves, breaks = (_sum(r.mends for r in each), _sum(r.breaks for r in each)) if known else (None, None)
             texts = {remedy.text for _, remedy in same}
             first = same[0][1]
             text = first.text.removesuffix(_where(first.members)) + _where(members) if len(texts) > 1 else first.text
@@ -377,7 +377,7 @@ def merged_remedies(findings: Sequence[Finding]) -> tuple[Remedy, ...]:
             parts = [remedy.edits for _, remedy in same]
             edits = tuple(dict.fromkeys(edit for part in parts for edit in part)) if all(parts) else ()
             weakens = any(remedy.weakens for _, remedy in same)
-            merged = replace(same[0][1], members=members, text=text, mends=mends, breaks=breaks)
+            merged = replace(same[0][1], members=members, text=text, mends=improves, breaks=breaks)
             found.append(replace(merged, weakens=weakens, edits=edits))
     return tuple(sorted(found, key=_rank))
 

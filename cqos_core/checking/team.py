@@ -75,7 +75,7 @@ def bind_checks(
 
 
 def words_asked(teams: Mapping[int, NameIndex[TeamCheck]]) -> dict[int, frozenset[int]]:
-    """By id of a pack, the policies of which the team's rules ask how they were written."""
+    """By id of a pack, the policies whose spelling the team's rules ask for."""
     return {
         pack: frozenset(index for check in checks for index in check.bound.bound.asked)
         for pack, checks in teams.items()

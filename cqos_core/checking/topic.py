@@ -1,4 +1,4 @@
-"""One topic as a unit: who meets whom, what is to be said of it, who is left alone."""
+"""One topic as a unit: its pairs, its findings, its unmatched endpoints."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def _group(topic: MatchedTopic, row: Row) -> Group:
 
 
 def _splits(topic: MatchedTopic, judged: ShapeResult) -> list[Made]:
-    """Report what keeps endpoints apart: each that is left alone by it, and once a topic where nobody is."""
+    """Report the rules that keep endpoints apart: for each unmatched endpoint, and once a topic without one."""
     met_by_any = 0
     for met in judged.met:
         met_by_any |= met
@@ -134,23 +134,23 @@ def _splits(topic: MatchedTopic, judged: ShapeResult) -> list[Made]:
     own_bridge = [_of_one_bridge(publisher, ends) for publisher in topic.publishers]
     left_alone = [_alone([each], judged.met.__getitem__, at) for at, each in enumerate(topic.publishers)]
     for each in judged.kept_apart:
-        told: dict[int, int] = {}
+        reported: dict[int, int] = {}
         for index, missed in each.hits.items():
             hit = missed if each.bound.rule.always else missed & ~over_bridges[index]
             if not hit:
                 continue
             left = left_alone[index]
-            worth = hit if each.bound.rule.always or left.told else hit & alone.told
-            # That the ends of one bridge are apart is what it is for, even if nobody else is on one side.
+            worth = hit if each.bound.rule.always or left.reported else hit & alone.reported
+            # The ends of one bridge are apart on purpose, even if no other endpoint is on one side.
             own = worth & own_bridge[index]
             if worth & ~own:
-                told[index] = worth & ~own
-            # Of those whose partners are elsewhere anyway there is nothing to say.
+                reported[index] = worth & ~own
+            # Endpoints with partners elsewhere need no report.
             rest = 0 if left.all else hit & ~worth & ~alone.all
             if own | rest:
                 reach(quiet.setdefault((each.bound.rule.code,), _outline(each)), {index: own | rest})
-        if told:
-            _tell(loud, each, told)
+        if reported:
+            _report(loud, each, reported)
     return [
         *(_split_finding(topic, placed(topic, split), quiet=False) for split in loud.values()),
         *(_split_finding(topic, placed(topic, split), quiet=True) for split in quiet.values()),
@@ -160,20 +160,20 @@ def _splits(topic: MatchedTopic, judged: ShapeResult) -> list[Made]:
 _Splits = dict[tuple[Any, ...], Outline[int]]
 
 
-def _tell(splits: _Splits, apart: Apart, told: Mapping[int, int]) -> None:
-    """Note each combination of values that is kept apart; of too many the rest together."""
+def _report(splits: _Splits, apart: Apart, reported: Mapping[int, int]) -> None:
+    """Note each combination of values that is kept apart; beyond a limit the rest together."""
     code, classes = apart.bound.rule.code, apart.subscribers
-    whole = reduce(or_, told.values())
+    whole = reduce(or_, reported.values())
     room = MOST_COMBINATIONS - sum(key[0] == code for key in splits)
     for one in classes.within(whole)[:room] if room > 0 else ():
         split = splits[code, id(apart), id(one)] = _outline(apart, apart.tags | one.first.tags)
-        for publisher, mask in told.items():
+        for publisher, mask in reported.items():
             if mask & one.mask:
                 reach(split, {publisher: mask & one.mask})
         whole &= ~one.mask
     for tags, same in classes.by_tags(whole):
         key = (code, "further", apart.tags | tags)
-        hits = {publisher: hit for publisher, mask in told.items() if (hit := mask & same)}
+        hits = {publisher: hit for publisher, mask in reported.items() if (hit := mask & same)}
         further = splits.setdefault(key, _outline(apart, apart.tags | tags))
         first = classes.within(same)[0]
         for publisher, hit in sorted(hits.items(), key=lambda each: not each[1] & first.mask):
@@ -201,10 +201,10 @@ def _of_one_bridge(publisher: EndpointGroup, ends: Mapping[frozenset[str | None]
 
 
 class _Alone(NamedTuple):
-    """Groups without any partner, as bits: all of them, and those of which it is worth telling."""
+    """Groups without any partner, as bits: all of them, and those to report."""
 
     all: int
-    told: int
+    reported: int
 
 
 def _alone(groups: Sequence[EndpointGroup], met: Callable[[int], int], first: int = 0) -> _Alone:

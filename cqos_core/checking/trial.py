@@ -1,7 +1,7 @@
-"""Profiles without anybody who uses them, tried out: each as a publisher and a subscriber that meet.
+"""Tries profiles that no endpoint uses: each as a publisher and a subscriber that match.
 
-A library of profiles has no endpoints, so there would be nothing to check. But whoever writes one wants to know that what
-its profiles describe can be created, and that both ends of a topic that take the same profile fit.
+A library of profiles has no endpoints, so there would be nothing to check. Its authors want to know two things: endpoints with
+its profiles can be created, and both ends of a topic with the same profile are compatible.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _ANY: Final = "*"
 
 
 def tried_out(system: System, protocol: str | None = None) -> System:
-    """Return a system in which every profile is used, if ``system`` has profiles and nobody who could use them.
+    """Return a system in which every profile is used, if ``system`` has profiles and no endpoint that could use them.
 
     Each profile becomes one publisher and one subscriber, as far as it says something about them, on a topic of its own.
     ``protocol`` judges where the system states none; without any, nothing is tried.
@@ -68,9 +68,9 @@ def _try(profile: Profile, pattern: str, system: System) -> None:
 
 
 def _says_something(profile: Profile, role: Role, topic: str, system: System) -> bool:
-    """Whether a profile, or one it is based on, has settings for endpoints of a role, or something that is to be reported."""
+    """Whether a profile, or one it is based on, has settings for endpoints of a role, or a mistake to report."""
     refs = _bases(profile.name, system, lambda scope: scope.covers(role, topic))
-    # What is based on itself, a preset, or no profile is to be reported.
+    # A profile that is based on itself, a preset or an unknown profile is reported.
     return bool(profile.settings) or any(
         ref.name == profile.name or ref.name not in system.profiles or system.profiles[ref.name].settings
         for ref in refs

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 USAGE = 2
 INTERNAL = 3
 _WIDEST_HELP = 120  # wider lines are hard to read
-_BROKEN_PIPE = 141  # as shells report a command that wrote to nobody
+_BROKEN_PIPE = 141  # as shells report a command whose output has no reader
 
 
 class Commands(click.Group):
@@ -135,7 +135,7 @@ def _run(arguments: list[str], this: Run) -> int:
     except BrokenPipeError:
         _silence()
         return _BROKEN_PIPE
-    except Exception as error:  # noqa: BLE001 - nobody shall see a traceback who did not ask for one
+    except Exception as error:  # noqa: BLE001 - a traceback is shown on request only
         return _internal(error, this)
     return 0
 

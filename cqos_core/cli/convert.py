@@ -1,4 +1,4 @@
-"""``cqos convert``: a system, or what mends it, written in another form."""
+"""``cqos convert``: a system, or only its fixes, written in another form."""
 
 from __future__ import annotations
 

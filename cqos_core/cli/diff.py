@@ -131,11 +131,11 @@ def _values(differences: Iterable[Different], at: Mapping[Place, Place]) -> list
             ends = (each.a.id, each.b.id)
             other = "" if each.a.id == each.b.id else f", in B `{clean(each.b.id)}`"
             lines.append(f"  {_named(each.a)}{other}")
-        told = " and ".join(
+        values = " and ".join(
             f"{clean(wording.value(fact))} in {side}{_where(fact.place, at)}"
             for side, fact in (("A", each.value_a), ("B", each.value_b))
         )
-        lines.append(f"    {each.policy} is {told}")
+        lines.append(f"    {each.policy} is {values}")
     return lines
 
 

@@ -112,7 +112,7 @@ def _as_text(
     for topic, members in topics.items():
         text.append(colors(clean(topic), "title"))
         for each in members:
-            text += _told(each, style.width, alone=system is None)
+            text += _lines(each, style.width, alone=system is None)
         text.append("")
     if system is None:
         advice = "Of several policies that do not fit, only the last is named. To see all of them, and what to change, "
@@ -121,7 +121,7 @@ def _as_text(
     return "\n".join(text) + "\n" + (render_full(report, style) if report.groups else "")
 
 
-def _told(each: Explained, width: int, *, alone: bool) -> list[str]:
+def _lines(each: Explained, width: int, *, alone: bool) -> list[str]:
     misfit, place = each.occurrence.misfit, wording.position(each.occurrence.place)
     times = "" if each.occurrence.count == 1 else f", {each.occurrence.count} times"
     owner = f" of {misfit.participant}" if misfit.participant else ""

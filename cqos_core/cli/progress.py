@@ -1,4 +1,4 @@
-"""A progress bar for whoever waits at a terminal longer than a second."""
+"""A progress bar on a terminal, for work of more than a second."""
 
 from __future__ import annotations
 

@@ -138,7 +138,7 @@ class InputReader:
     """Reads paths as the command line and the configuration ask, and lays over the systems what these say.
 
     Attributes:
-        config: of the project; empty where there is none.
+        config: of the project, or empty.
         context: the packs, those of --pack among them.
     """
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Counted:
-    """Which findings count: those of ``selected`` rules, or of all where there are none, but not the ``ignored``.
+    """Which findings count: those of ``selected`` rules, or of all if empty, but not the ``ignored``.
 
     Rules are beginnings of codes, in lower case. A finding of several rules counts as long as one of them does.
     """

@@ -54,7 +54,7 @@ class PairingCommand(click.Command):
 def pair_sinks(
     ctx: click.Context, formats: Sequence[str], outputs: Sequence[str], default: str = DEFAULT_FORMAT
 ) -> list[Sink]:
-    """Pair formats with outputs as they stood on the command line, and refuse what nobody can have meant.
+    """Pair formats with outputs in the order of the command line, and refuse combinations without a meaning.
 
     Each output belongs to the format before it; one that stands first, to the format after it. ``default`` is the format
     where none is named.

@@ -56,7 +56,7 @@ def width() -> int:
 def say(text: str, *, severity: str = "", head: str = "", choice: str = "auto", lines: bool = False) -> None:
     """Write one message to standard error: ``warning: text``, or ``head text``.
 
-    Nobody may be listening, which is no reason to fail. Text of several ``lines`` must be clean.
+    A closed output is no reason to fail. Text of several ``lines`` must be clean.
     """
     colors = paint(color=colored(choice, sys.stderr))
     lead = f"{severity}:" if severity else head

@@ -1,7 +1,7 @@
-"""Any system as one that the YAML form can say: every setting in its words, overlays laid over, ids told apart.
+"""Any system as one that the YAML form can express: settings in its words, overlays laid over, unique ids.
 
-What an importer reads may be written in a dialect (integer codes, bare seconds, names in free text) or lie in a file of
-its own (overlays). Here all of that becomes what a person would have written into a system file, and what cannot is noted.
+An importer may read settings in a dialect (integer codes, bare seconds, names in free text) or from another
+file (overlays). This module converts them to settings of a system file, and notes what the form cannot express.
 """
 
 from __future__ import annotations
@@ -357,7 +357,7 @@ class _User(NamedTuple):
     topic: str
 
 
-_ANYBODY: Final = _User(PUBLISHER, "")
+_ANY_USER: Final = _User(PUBLISHER, "")
 
 
 def _user(each: Judged) -> _User:
@@ -367,7 +367,7 @@ def _user(each: Judged) -> _User:
 class _Profiles:
     """The profiles of a system as the form has them: each the same for all who use it.
 
-    One that is used in several dialects, or of which endpoints take different parts, becomes one for each way in which it
+    One that is used in several dialects, or with different parts, becomes one for each way in which it
     reads.
     """
 
@@ -383,7 +383,7 @@ class _Profiles:
     def used(self, refs: Iterable[ProfileRef], tongue: _Tongue, user: _User) -> tuple[ProfileRef, ...]:
         """Return references to the profiles as they read in ``tongue``, of their parts those that ``user`` takes."""
         covering = [ref for ref in refs if ref.scope.covers(user.role, user.topic)]
-        user = user if self.scoped else _ANYBODY
+        user = user if self.scoped else _ANY_USER
         return tuple(ProfileRef(self._name(ref.name, ref.scope.part, tongue, user, ()), ref.place) for ref in covering)
 
     def _name(self, name: str, part: str | None, tongue: _Tongue, user: _User, above: tuple[str, ...]) -> str:
@@ -435,14 +435,14 @@ class _Profiles:
         return False
 
     def made(self) -> dict[str, Profile]:
-        """Return all profiles, those that nobody uses as they were stated."""
+        """Return all profiles, unused ones as they were stated."""
         if self.scoped:
             self._make_unused()
             return dict(self.made_of)
         return {**self.stated, **self.made_of}
 
     def _make_unused(self) -> None:
-        """Make of each profile that nobody uses, and that is no part of another, what each role takes of it."""
+        """Make of each unused profile, if it is no part of another, the settings that each role takes from it."""
         parts = {ref.name for each in self.stated.values() for ref in each.base if ref.scope.part is not None}
         plain = _Tongue(None, None, YAML)
         for name in self.stated:

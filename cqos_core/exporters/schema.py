@@ -1,8 +1,8 @@
 """The JSON schema of the system form, for editors and generators, made from the forms that files are read by and from rule packs.
 
-Structure comes from the forms: what the schema refuses there, the reader refuses too. What packs know (settings, values, presets,
-options, needs) is only suggested: every list of suggestions ends in ``true``, which takes anything, because a pack reads more
-spellings than it is useful to list, and a file may be for a pack that is not installed here.
+Structure comes from the forms: what the schema refuses there, the reader refuses too. The schema only suggests what packs
+know (settings, values, presets, options, needs): every list of suggestions ends in ``true``, which accepts anything. A pack reads
+more spellings than a list should have, and a file may be for a pack that is not installed here.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def _settings(sources: Iterable[tuple[RulePack, str]]) -> dict[str, Any]:
 
 
 def written_name(policy: Policy) -> str:
-    """Return the name under which a system file states a policy: needs go by their word."""
+    """Return the name under which a system file states a policy: a need has its word."""
     return policy.aliases[0] if policy.level == NEED and policy.aliases else policy.name
 
 

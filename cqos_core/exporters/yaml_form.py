@@ -63,7 +63,7 @@ def write(system: System, context: ExportContext) -> Exported:
 
 
 def _unsaid(system: System) -> list[str]:
-    """What a library loses: with endpoints each takes what is meant for it, but profiles alone cannot say for whom they are."""
+    """What a library loses: each endpoint takes its own part, but profiles alone cannot name their endpoints."""
     scoped = any(ref.scope != EVERYBODY for each in system.profiles.values() for ref in each.base)
     if system.endpoints or not scoped:
         return []
@@ -125,7 +125,7 @@ class _Form:
         return document
 
     def _only(self, what: str, text: str) -> str:
-        """Return a text of which there is one in the whole system, and which therefore can mention no variable."""
+        """Return a text that the whole system has once, so it can mention no variable."""
         if "${" in text:
             self.notes[f"{what} `{text}` loses its `$`, which would begin a variable"] = None
             text = text.replace("${", "{")
@@ -325,7 +325,7 @@ def _broker(broker: Broker) -> Node:
 
 
 def _own_settings(settings: Settings, form: Form) -> dict[str, Node]:
-    """Return settings that stand beside the keys of a form; one named like a key is told from it by a capital.
+    """Return settings that stand beside the keys of a form; one named like a key gets a capital.
 
     Names of settings are read whatever their case, keys are not.
     """

@@ -46,7 +46,7 @@ Node: TypeAlias = "Raw | Block | dict[str, Node] | list[Node]"
 
 
 def scalar(text: str) -> Raw:
-    """Return a text as a scalar that is read back as this text, be it a number or a flag to YAML, and never as nothing."""
+    """Return a text as a scalar that is read back as this text, never as nothing; to YAML it may be a number or a flag."""
     plain = ScalarNode(text, None, None, plain=True)
     return Raw(quoted_where_needed(ScalarNode(text, None, None, plain=not is_null(plain))))
 

@@ -14,7 +14,7 @@ def fingerprint(finding: Finding) -> str:
     """Return a stable identity of ``finding``: of its rule, topic, endpoints and policies, never of lines or values.
 
     Instances of one template are one, however many there are, and so are the topics that they are on. A finding without
-    endpoints is told apart by the elements it points at, and only without these by its message.
+    endpoints is identified by the elements it points at, and only without these by its message.
     """
     sides = [_identity(side) for side in finding.sides]
     named = any(members or elements for _, members, elements, _ in sides)

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 _FACTS = 3  # a side with more values than this names the others without an excerpt
 _TAB = 4
 _NARROWEST_EXCERPT = 30
-_ZERO = re.compile(r"""(?:^|=\s*["'])0s?["']?$""")  # a word or an attribute that stands for something else
-_LABEL = 50  # cells that what is said at a value gets, even if it then begins left of the value
+_ZERO = re.compile(r"""(?:^|=\s*["'])0s?["']?$""")  # a word or an attribute for another value
+_LABEL = 50  # least cells for the label of a value
 
 
 def render_full(report: Report, style: Style) -> str:
@@ -109,7 +109,7 @@ def _stated(side: Side) -> list[tuple[Fact | None, Place | None]]:
 
 
 def _pointed(side: Side) -> tuple[Fact, ...]:
-    """The values to show with an excerpt: those that somebody stated, or, if nobody did, the defaults."""
+    """The values to show with an excerpt: the stated ones, or else the defaults."""
     stated = tuple(fact for fact in side.facts if fact.origin != "default")
     return (stated or side.facts)[:_FACTS]
 
@@ -234,7 +234,7 @@ class _Page:
         where = "" if first.place is None else wording.position(first.place)
         said = first.text if first.excerpt is None else ""
         parts = [part for part in map(terminal.clean, (where, who, said)) if part]
-        if parts:  # what is said of the whole system stands nowhere
+        if parts:  # a finding about the whole system has no place
             yield f"{self._indent}{self._paint(arrow, 'frame')} {'  '.join(parts)}"
 
     def excerpt(self, excerpt: Excerpt) -> Iterator[str]:

@@ -17,7 +17,7 @@ _COMMANDS = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE
 
 
 def render_github(report: Report, style: Style) -> str:
-    """Return one workflow command per finding that nobody accepted, and one line with the verdict and all counts."""
+    """Return one workflow command per finding that is not accepted, and one line with the verdict and all counts."""
     findings = [finding for finding in wording.shown(report, style) if finding.accepted is None]
     places = Places(findings, style.sources)
     commands = [_command(finding, places) for finding in findings]

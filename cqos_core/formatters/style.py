@@ -1,4 +1,4 @@
-"""How a report is to be shown: the few choices all formatters share."""
+"""The style of a report: the few choices that all formatters share."""
 
 from __future__ import annotations
 

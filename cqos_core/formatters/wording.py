@@ -120,7 +120,7 @@ def _assumptions(worlds: Iterable[str]) -> dict[str, str]:
 
 
 def heading(report: Report) -> str:
-    """What was checked: the system's name, else the sources; empty where there are none."""
+    """What was checked: the system's name, else the sources, or an empty text."""
     if report.system or not report.sources:
         return report.system
     more = len(report.sources) - 1

@@ -1,7 +1,7 @@
-"""Forms: what a document may hold, as data, from which it is read, checked, explained and described as JSON schema.
+"""Forms: the contents of a document as data. They read, check and explain it, and describe it as JSON schema.
 
-A `Shape` reads one value and knows its schema. A `Form` lists the keys of a map; whatever is wrong with the map is
-collected in the `Reading`, and what is right comes back as an `Entry`, typed by the keys it is asked for.
+A `Shape` reads one value and knows its schema. A `Form` lists the keys of a map. It collects mistakes of the map in the
+`Reading`, and returns the valid rest as an `Entry`, typed by its keys.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Shape(Generic[T]):
         self.leaf = leaf or {}
 
     def read(self, node: Node, reading: Reading, name: str) -> T | None:
-        """Return the value; None where it is refused, which is then told.
+        """Return the value; report a refused one and return None.
 
         ``node`` states something (see `is_null`); ``name`` is its key, or that of the list it stands in.
         """
@@ -383,7 +383,7 @@ class Form(Shape[Entry]):
         short: the key that a bare text stands for, as in ``topic: profile``; None where a map is wanted.
         others: the shape of settings, which may stand beside the form's own keys; None where nothing may.
         never: names that are no settings, because they are keys of a form nearby.
-        one_of: keys of which at least one is required.
+        one_of: at least one of these keys is required.
         hints: parts of the schema in which rule packs suggest settings or the bare text; they refuse nothing.
     """
 

@@ -79,7 +79,7 @@ class InstancesShape(Shape[tuple[str, ...]]):
 
 
 class TooManyError(Exception):
-    """``instances`` would make more than anybody could look at; the text says what of."""
+    """``instances`` would make too many copies; the text names them."""
 
 
 class Multiplier:
@@ -95,7 +95,7 @@ class Multiplier:
         self.characters = 0
 
     def check(self, node: ScalarNode, reading: Reading, refused: Container[str]) -> None:
-        """Tell variables in ``node`` that do not exist or are not closed; of those ``refused`` it is told already."""
+        """Report variables in ``node`` that do not exist or are not closed; ``refused`` ones are reported already."""
         for mention in _MENTION.finditer(node.text):
             if mention[1] is None:
                 continue
@@ -119,7 +119,7 @@ class Multiplier:
         return (mention[1] for mention in _MENTION.finditer(text) if mention[2] and mention[1] in self.instances)
 
     def bindings(self, names: Iterable[str]) -> Iterator[dict[str, str]]:
-        """Yield every combination of values of the variables ``names``; one empty combination where there are none.
+        """Yield every combination of values of the variables ``names``; one empty combination without variables.
 
         Raises:
             TooManyError: before anything is made.

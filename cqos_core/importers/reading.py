@@ -44,7 +44,7 @@ class Reading:
         """Collect a problem.
 
         Raises:
-            InputError: with all of them, when there are so many that nobody would read on.
+            InputError: with all of them, above a limit.
         """
         place = where if isinstance(where, Place) else self.place(where)
         collect(self.problems, Problem(code, message, place, advice))
@@ -68,7 +68,7 @@ def collect(problems: list[Problem], problem: Problem) -> None:
     """Add ``problem`` to ``problems``.
 
     Raises:
-        InputError: with all of them, when there are so many that nobody would read on.
+        InputError: with all of them, above a limit.
     """
     problems.append(problem)
     if len(problems) >= _MOST_PROBLEMS:
@@ -81,7 +81,7 @@ def collector_paused() -> Iterator[None]:
     """Keep the cyclic garbage collector from running within: reading makes many objects and no cycles.
 
     It would look at all of them again and again, which takes longer than the reading. Threads may do this at the
-    same time: whoever found it running switches it on again.
+    same time: the caller that found it running switches it on again.
     """
     running = gc.isenabled()
     gc.disable()

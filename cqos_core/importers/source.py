@@ -46,10 +46,10 @@ class ForeignReader(Protocol):
     """Reads a source of any format that is installed, for a file that includes it."""
 
     def __call__(self, source: Source, protocols: frozenset[str]) -> System | None:
-        """Return what ``source`` states, None where nobody reads it; ``protocols`` are those of the including file."""
+        """Return what ``source`` states, None without an importer; ``protocols`` are those of the including file."""
 
 
-def nobody_reads(source: Source, protocols: frozenset[str]) -> None:
+def no_other_format(source: Source, protocols: frozenset[str]) -> None:
     """Read no other format: for readers that are used by themselves."""
 
 
@@ -79,7 +79,7 @@ class ReadContext:
     """
 
     open: Opener = no_files
-    read: ForeignReader = nobody_reads
+    read: ForeignReader = no_other_format
     options: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     family: Family = field(default_factory=Family)
 

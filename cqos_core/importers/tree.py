@@ -1,7 +1,7 @@
-"""A tree of text with places: what YAML, JSON and TOML documents become before anybody asks what they mean.
+"""A tree of text with places: YAML, JSON and TOML documents before their interpretation.
 
-Scalars stay the text they were written as. What a plain scalar would be in YAML 1.2's core schema (a number, a flag,
-nothing) is only asked where it matters, so `no`, `1:30` and `2027-01-01` are what they look like: text.
+Scalars stay the text they were written as. Callers ask for the meaning of a plain scalar in YAML 1.2's core schema (a number, a
+flag, nothing) only where it matters. So `no`, `1:30` and `2027-01-01` are text.
 """
 
 from __future__ import annotations

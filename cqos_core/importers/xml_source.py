@@ -1,7 +1,7 @@
 """Safe parsing of XML: bytes become a tree, or one clear error with its line and column.
 
-For every importer of XML. Documents come from strangers, so there are no entities, no document types, no files and no
-network, depth and lengths are bounded, and time and memory are those of one plain parse.
+For every importer of XML. Documents come from strangers, so the parser has no entities, no document types, no files and no
+network. Depth and lengths are limited, and time and memory are those of one plain parse.
 """
 
 from __future__ import annotations

@@ -111,7 +111,7 @@ class Loader:
         return found[::-1]
 
     def keep_templates(self, tree: Tree, reading: Reading) -> None:
-        """Keep the texts that mention variables, and refuse those of which there is one in the whole system."""
+        """Keep the texts that mention variables, and refuse those that the whole system has once."""
         if not tree.templates:
             return
         maps = [root for root in tree.documents if isinstance(root, MappingNode)]
@@ -133,7 +133,7 @@ class Loader:
             self.missing_version(reading, reading.place(root), f"`cqos: {VERSION}` is missing")
             return None
         if not isinstance(version[1], ScalarNode) or whole_number(version[1]) != VERSION:
-            # What another version means is not known, so nothing else is said of it.
+            # The meaning of another version is unknown, so this is its only problem.
             CQOS.shape.read(version[1], reading, CQOS.name)
             return None
         _, instances = root.entries.get(INSTANCES.name, (None, None))

@@ -1,6 +1,6 @@
 """Finds what YAML read otherwise than a person meant: names lost in comments, keys glued to their values.
 
-Only what is hardly ever meant so is told; an ordinary comment, wherever it stands, never is.
+It reports only what is hardly ever meant so, and never an ordinary comment.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """YAML and JSON to trees with places, from the events of the C parser: no objects are constructed, nothing recurses.
 
-Building our own slotted nodes from events takes half the time of PyYAML's own composer and a third of its memory, and
-what the composer does on the C stack (deep nesting ends the process there) is a loop with a limit here.
+Building slotted nodes from events takes half the time of PyYAML's own composer and a third of its memory. The composer
+recurses on the C stack, where deep nesting ends the process; here it is a loop with a limit.
 """
 
 from __future__ import annotations
@@ -84,9 +84,9 @@ def read_tree(reading: Reading, *, repeated: Repeated = "refuse") -> Tree:
         if not _looks_like_json(reading.source.data):
             explain(reading, error)
             return composer.tree
-        told = reading.problems[before:]
+        earlier = reading.problems[before:]
         del reading.problems[before:]
-        return _read_json(reading, error, told)
+        return _read_json(reading, error, earlier)
     return composer.tree
 
 
@@ -94,8 +94,8 @@ def _looks_like_json(data: bytes) -> bool:
     return data[:64].replace(b"\0", b"").lstrip(b"\xef\xbb\xbf\xfe\xff \t\r\n").startswith(b"{")
 
 
-def _read_json(reading: Reading, yaml_error: yaml.YAMLError, told: list[Problem]) -> Tree:
-    """Read as JSON what YAML refused after it ``told`` some problems.
+def _read_json(reading: Reading, yaml_error: yaml.YAMLError, earlier: list[Problem]) -> Tree:
+    """Read as JSON what YAML refused with the ``earlier`` problems.
 
     What is neither is explained in the words of what its name says it is.
     """
@@ -111,7 +111,7 @@ def _read_json(reading: Reading, yaml_error: yaml.YAMLError, told: list[Problem]
             where = Place(reading.source.name, error.line, error.column)
             reading.problem("CQ001", f"this is not JSON: {error}", where)
         else:
-            reading.problems += told
+            reading.problems += earlier
             explain(reading, yaml_error)
         return Tree()
     return composer.tree
@@ -132,7 +132,7 @@ def read_json5(reading: Reading) -> Tree:
 
 
 class _RefusedError(Exception):
-    """The document is larger or deeper than it may be; the problem is already told."""
+    """The document is larger or deeper than it may be; the problem is already reported."""
 
 
 @dataclass(slots=True, eq=False)

@@ -113,7 +113,7 @@ def read_source(
         family: the sources of its format that are read together with it.
 
     Raises:
-        InputError: nobody reads the format, or the content cannot be read; with every problem found.
+        InputError: no importer reads the format, or the content cannot be read; with every problem found.
     """
     plugins = load_plugins()
     info = recognise(source, plugins, importer, {*beside, *_stated(protocol)})
@@ -143,7 +143,7 @@ def read_together(
     protocol: str | None = None,
     others: Iterable[System] = (),
 ) -> list[System | InputError]:
-    """Read sources that are given together, and ``others``: of each its system, or why there is none.
+    """Read sources that are given together, and ``others``: for each its system, or why it has no system.
 
     Sources whose reader is decided by what they are given with are read last. Of one that another of them includes, the
     system is empty: it is read as part of that.
@@ -189,7 +189,7 @@ def _parts(read: Mapping[str, System]) -> dict[str, str]:
 def included_files(
     given: Sequence[GivenSource], importer: str | None = None, *, protocol: str | None = None
 ) -> tuple[Source, ...]:
-    """Return every file that sources include, for whoever sends them to where their disk is not.
+    """Return every file that sources include, for a client that sends them to another machine.
 
     What else is wrong with them is found where they are understood.
 
@@ -301,8 +301,8 @@ class Loaded:
     @property
     def problems(self) -> list[Problem]:
         """Everything that could not be read, and why; once, also where it is in a file that several include."""
-        told = (problem for each in self.outcomes for problem in each.problems)
-        return [*self.unsearched, *dict.fromkeys(told)]
+        found = (problem for each in self.outcomes for problem in each.problems)
+        return [*self.unsearched, *dict.fromkeys(found)]
 
 
 def load_paths(
@@ -324,7 +324,7 @@ def load_paths(
         stdin: what ``-`` stands for.
         protocol: of files that state none; or what says it of each path.
         excluded: what a search of folders passes over.
-        step: told after each file how many of how many are read.
+        step: called after each file with the number of read files and the number of all.
     """
     plugins = load_plugins()
     found = find_files(paths, plugins, importer, excluded)
@@ -388,7 +388,7 @@ def _divide(outcomes: Sequence[FileOutcome], loaded: Loaded) -> None:
 
 
 def _open(file: File, plugins: Plugins, importer: str | None) -> Source | None:
-    """Read a file; None if it was found in a directory and nobody claims it.
+    """Read a file; None if it was found in a directory and no importer claims it.
 
     A YAML file in a directory may be anything; only a file that was named must be ours.
     """

@@ -5,8 +5,8 @@ as far as a rule asks for those (``stated``). A bound condition judges two such 
 ``offered``, ``publisher`` and the neutral scopes look up, the second what ``requested`` and ``subscriber`` look up.
 For conditions over one endpoint both are the same tuple.
 
-`cqos_core.language.binding` makes two forms of every condition: a plain one for values that are all known, which is most of them,
-and an open one that computes with ranges and answers None where the answer depends on what is not known.
+`cqos_core.language.binding` makes two forms of every condition. The plain form is for values that are all known, as most are.
+The open form computes with ranges and answers None if the answer depends on an unknown value.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class BoundCondition:
         plain: judges two tuples whose used values are all known.
         open: judges any two tuples without `Depends`, answers None for unknown.
         uses: the terms outside aggregates; `aggregate_uses` those within.
-        asked: indices of the policies of which it asks how they were written.
+        asked: indices of the policies whose spelling it asks for.
         partial: whether it may be unknown even of known values (a quotient by zero, a pack's own function).
     """
 
@@ -102,7 +102,7 @@ class BoundCondition:
 
     @cached_property
     def indices(self) -> tuple[int, ...]:
-        """Of which policies it reads values, on any side."""
+        """The policies whose values it reads, on any side."""
         return tuple(dict.fromkeys(use.index for use in (*self.uses, *self.aggregate_uses)))
 
     @cached_property
@@ -146,7 +146,7 @@ class BoundCondition:
             a is b or all(a[index] == b[index] for index in self.options)
         ):
             return RuleAnswer(self.plain(a, b, NO_SIGNAL))
-        # What is open is open alike for many endpoints (an option that nobody set), so answers are remembered.
+        # What is open is open alike for many endpoints (an option that is not set), so answers are cached.
         first, second = self.sides
         key = (*[a[index] for index in first], *[b[index] for index in second])
         outcome = self.memory.get(key)

@@ -36,7 +36,7 @@ def as_range(value: Any) -> Range | None:
 
 
 def compare_open(op: str, left: Any, right: Any) -> Answer:
-    """Compare two values of which either may be a `Range` or unknown (`Anything`, None)."""
+    """Compare two values; each may be a `Range` or unknown (`Anything`, None)."""
     if type(left) in KNOWN and type(right) in KNOWN:
         return bool(_COMPARISONS[op](left, right))
     x, y = as_range(left), as_range(right)

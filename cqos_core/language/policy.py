@@ -51,7 +51,7 @@ ENDPOINT: Final = "endpoint"
 TOPIC: Final = "topic"
 BROKER: Final = "broker"
 NEED: Final = "need"
-"""Level of what is said of an endpoint without being a setting of it: what its application needs."""
+"""Level of the requirements of an endpoint's application, which are no settings of the endpoint."""
 LEVELS: Final = (ENDPOINT, TOPIC, "participant", BROKER, "option", NEED)
 BOTH: Final = ("publisher", "subscriber")
 Stronger: TypeAlias = Literal["higher", "lower", ""]
@@ -62,12 +62,12 @@ DIRECTIONS: Final[tuple[Stronger, ...]] = ("higher", "lower", "")
 class Policy(Term):
     """One named QoS setting. In a sentence it stands for the endpoint's own value; comparisons build sentences.
 
-    ``==`` is taken by the language, so policies are told apart by ``name`` and ``level``.
+    ``==`` is taken by the language, so policies are distinguished by ``name`` and ``level``.
 
     Attributes:
         name: canonical snake_case name; with dots where a policy has several fields.
         domain: its kind of value.
-        default: text of the default, or per role; None for a fact, which has no value until somebody states one.
+        default: text of the default, or per role; None for a fact, which has no value until a system states one.
         doc: one sentence for property panels and docs.
         clause: where the standard defines it.
         level: what it is a setting of: ``endpoint``, ``topic``, ``participant``, ``broker`` or ``option``; or ``need``.

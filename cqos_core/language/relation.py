@@ -1,8 +1,8 @@
 """Between which of many values a condition holds, as bits, without judging every combination.
 
 A condition is taken apart into those of one side and those that compare a value of each side. The former are judged once per
-value. Of the latter, values are sorted or looked up (`Function.many` for functions of packs). Each answer is the set of second
-values for which a first one may make the condition true, and the set for which it may make it false.
+value. Of the latter, values are sorted or looked up (`Function.many` for functions of packs). An answer belongs to a first value. It
+has the set of second values for which the condition may be true, and the set for which it may be false.
 """
 
 from __future__ import annotations

@@ -72,7 +72,7 @@ def solutions(
         b: the requesting side's values; the same tuple for a condition over one endpoint.
         second: which side may change (ignored where both are the same tuple).
         want: the truth to reach.
-        fixes: which policies may change, of which side; see `Rule`.
+        fixes: the policies that may change, by side; see `Rule`.
         signal: for conditions with aggregates.
         pair: it is one of pairs, even where it reads nothing of one side.
         levels: of the policies that may change.

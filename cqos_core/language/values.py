@@ -34,7 +34,7 @@ class Anything:
     code: str = ""
 
     @property
-    def told(self) -> bool:
+    def reported(self) -> bool:
         """Whether the cause is a finding of its own."""
         return bool(self.code)
 

@@ -1,7 +1,7 @@
-"""Bridges: each route is an endpoint that subscribes and one that publishes, and what is needed behind it is needed before.
+"""Bridges: each route is an endpoint that subscribes and one that publishes, and requirements propagate over it.
 
-So either side of a bridge is judged by its own protocol like any endpoint, and where a path loses what its last subscriber
-needs, the hop that loses it is the one that is reported.
+So each side of a bridge is judged by its own protocol like any endpoint. If a path violates a requirement of its last
+subscriber, the finding names the hop that does.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class _Copying:
         self.beyond = {hop.target.id: hop.source for hop in hops} | {hop.source.id: hop.target for hop in hops}
 
     def value(self, end: Resolved, index: int) -> Value | None:
-        """Return a value that is copied over the bridge; None for one that peers alone decide, or somebody in no file."""
+        """Return a value that is copied over the bridge; None for one that peers alone decide, or a participant in no file."""
         taken: Value = end.profile.values[index]
         if not isinstance(taken, FromPeers) or taken.side in {"peers", _MET[end.role]}:
             return None
@@ -107,7 +107,7 @@ class _Copying:
     def reached(self, end: Resolved, index: int, role: Role, *, through_all: bool = False) -> list[Resolved]:
         """Return who of a role is copied: those whom an end meets, or meets beyond the bridge.
 
-        With ``through_all``, ends that copy nobody are looked through as well.
+        With ``through_all``, values cross ends without copied values too.
         """
         found: dict[str, Resolved] = {}
         passed: set[str] = set()

@@ -103,10 +103,10 @@ class Arrivals:
 
 def repetition(publisher: str, at: str, ways: Sequence[Way], *, sure: bool) -> str:
     """Say over which two ways the samples of a publisher arrive."""
-    one, other = (_told(way) for way in ways)
+    one, other = (_described(way) for way in ways)
     return f"what `{publisher}` publishes {'arrives' if sure else 'may arrive'} at {at} twice: {one}, and {other}"
 
 
-def _told(way: Way) -> str:
+def _described(way: Way) -> str:
     bridges = [f"`{each.bridge.id}`" for each in way if isinstance(each, Hop)]
     return f"over {' and then '.join(bridges)}" if bridges else "straight"

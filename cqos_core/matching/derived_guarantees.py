@@ -112,7 +112,7 @@ def derive(publisher: QosProfile, subscriber: QosProfile) -> tuple[tuple[str, st
 
 @lru_cache(maxsize=_CACHE)
 def give(publisher: QosProfile, subscriber: QosProfile) -> tuple[DerivedGuarantees, ...]:
-    """Return all guarantees of which the pack says anything, in the order of the words."""
+    """Return all guarantees with a rule in the pack, in the order of the words."""
     rules = publisher.pack.guaranteed
     return tuple(
         _give(word, rules[name], publisher, subscriber)

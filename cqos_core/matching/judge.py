@@ -114,7 +114,7 @@ def worst(verdicts: Iterable[Verdict]) -> Verdict:
 def apart(publisher: QosProfile, subscriber: QosProfile) -> tuple[BoundRule, ...]:
     """Return the meeting conditions that keep two profiles of one topic apart; nothing: they form a pair.
 
-    A condition that cannot be decided does not keep anybody apart.
+    An undecided condition keeps no endpoints apart.
     """
     return tuple(
         bound
@@ -237,8 +237,8 @@ def of_end(
     return tuple(each for each in found if each[1])
 
 
-def already_told(spoken: Violation, publisher: QosProfile, subscriber: QosProfile) -> bool:
+def already_reported(spoken: Violation, publisher: QosProfile, subscriber: QosProfile) -> bool:
     """Whether all that keeps a rule from being decided is reported as a finding of its own."""
     values = [(subscriber if use.second else publisher).values[use.index] for use in spoken.bound.bound.uses]
     opened = [value for value in values if isinstance(value, (Anything, Depends))]
-    return spoken.unknown and bool(opened) and all(isinstance(value, Anything) and value.told for value in opened)
+    return spoken.unknown and bool(opened) and all(isinstance(value, Anything) and value.reported for value in opened)

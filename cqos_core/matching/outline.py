@@ -1,4 +1,4 @@
-"""Outlines of findings: which rule speaks of which groups of endpoints, before there are words."""
+"""Outlines of findings: a rule and the groups of endpoints that it reports, before the message."""
 
 from __future__ import annotations
 

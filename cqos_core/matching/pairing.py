@@ -52,13 +52,13 @@ class TopicShape(NamedTuple):
 
 @dataclass(slots=True, eq=False)
 class EndpointGroup:
-    """Endpoints of one role and topic that nothing tells apart: equal values, equally observed, equally excused.
+    """Endpoints of one role and topic that are equal: same values, equally observed, equally accepted.
 
     Attributes:
         profile: their values; `settle` may replace it.
         tags: indices of the acceptances that name these endpoints.
-        carried: they are copies, from another protocol or another key, that meet endpoints of this topic only; what else is to
-            be said of them is said where they come from.
+        carried: they are copies, from another protocol or another key, that match endpoints of this topic only; other
+            findings about them belong to their origin.
         wired: they are copies from another protocol.
         starts_after: what is up before them, for values that come from peers.
     """

@@ -60,7 +60,7 @@ class Pipeline:
     Each stage runs when it is first asked for, and once. A report, an explanation, a difference and an export begin here.
 
     Attributes:
-        asked: by id of a pack, policies of which rules beside those of the pack ask how they were written.
+        asked: by id of a pack, policies whose spelling other rules than those of the pack ask for.
     """
 
     def __init__(self, system: System, where: Context, resolve: Callable[[Pipeline], Resolver] | None = None) -> None:

@@ -128,7 +128,7 @@ class _Growing:
         own: the bridge of each endpoint that was added.
         came: by the id of such an endpoint, how its name came about.
         turning: routes by which names come back longer than they were; what `turned_back` had in the round before.
-        notes: what is to be said of them.
+        notes: findings about them.
     """
 
     whole: System
@@ -214,7 +214,7 @@ class _Growing:
         self.taken.add(identifier)
         self.own[identifier] = bridge.id
         template = endpoint_id(bridge.id, does, side.topic or "") if patterned else None
-        # A pattern brings whatever there is, so there is nothing to say where nobody behind the bridge wants it.
+        # A pattern brings all topics, so one without a subscriber behind the bridge is no finding.
         external = side.external or (patterned and unasked)
         self.whole.endpoints.append(replace(side, id=identifier, topic=topic, template=template, external=external))
         return identifier
@@ -353,14 +353,14 @@ class _Around:
     def carried(self, bridge: Bridge, route: Route) -> Iterator[tuple[str, str, str]]:
         """Yield the topics that a route with a pattern carries, each with the name it has on the other side, and an endpoint.
 
-        That is what is published before it, or served behind it. Where those may be somebody who is in no file, it is also
-        what is subscribed behind it, or called before it, and nobody there publishes or serves.
+        That is what is published before it, or served behind it. If that may be a participant in no file, it is also
+        what is subscribed behind it, or called before it, without a publisher or server there.
         """
         pattern = route.source.topic or ""
         other = route.target.topic or pattern
         there, here = _ends(route)
         rests = self.rests(bridge, *there, route.source.kind)
-        if there[0].external and not self.somebody_else(bridge, there[0].participant):
+        if there[0].external and not self.has_other_participant(bridge, there[0].participant):
             wanted = self.rests(bridge, *here, route.target.kind)
             own = self.rests(bridge, here[0], there[1], here[2], route.source.kind)
             rests = {rest: name for rest, name in wanted.items() if rest not in own} | rests
@@ -419,8 +419,8 @@ class _Around:
         key = self._key(asking)
         return filed if key is None else {each: filed[each] for each in (key, None) if each in filed}
 
-    def somebody_else(self, bridge: Bridge, participant: str) -> bool:
-        """Whether anybody but the bridge is on the wire that one of its participants is on."""
+    def has_other_participant(self, bridge: Bridge, participant: str) -> bool:
+        """Whether another participant is on the wire of one of the bridge's participants."""
         asking = self.within.get((bridge.id, participant, SUBSCRIBER))
         if asking is None:
             return False
@@ -451,7 +451,7 @@ class _Known:
 
 
 def _ends(route: Route) -> tuple[tuple[Endpoint, Role, str], tuple[Endpoint, Role, str]]:
-    """Where somebody is whose topics a route carries, in which role and by which names, and where others wait for them."""
+    """Where endpoints are whose topics a route carries, with role and names, and where others wait for them."""
     before = (route.source, PUBLISHER, route.source.topic or "")
     behind = (route.target, SUBSCRIBER, route.target.topic or route.source.topic or "")
     return (before, behind) if route.source.kind == MESSAGE else (behind, before)

@@ -1,9 +1,9 @@
-"""A topic as rules see it: groups of endpoints on both sides, without names. What they say of a shape is remembered.
+"""A topic as rules see it: groups of endpoints on both sides, without names. Results of a shape are cached.
 
-A rule looks at a few policies only, so it is judged once per distinct combination of those (its *classes*) rather than
-per pair of endpoints, and what it says of a publisher is a set of subscribers, held as the bits of an integer. So even a
-topic on which all endpoints differ costs little more than its distinct values. Most topics of most systems are like
-others, in the same system or in the one that came before, and cost a look-up.
+A rule reads only a few policies. So it is judged once per distinct combination of those (its *classes*), not per pair of
+endpoints. Its answer for a publisher is a set of subscribers, held as the bits of an integer. So even a
+topic on which all endpoints differ costs little more than its distinct values. Most topics equal others, in the same system or in
+an earlier one, and cost a look-up.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cqos_core.language.relation import positions, related
 from cqos_core.language.values import Depends
 from cqos_core.matching.judge import (
     Violation,
-    already_told,
+    already_reported,
     ask,
     judge_endpoint,
     of_end,
@@ -75,7 +75,7 @@ class ShapeResult(NamedTuple):
         met: per publisher group, the subscriber groups it meets, as bits.
         kept_apart: what keeps which groups from each other.
         rows: all pairs.
-        outlines: of what is to be said.
+        outlines: of its findings.
     """
 
     met: tuple[int, ...]
@@ -85,7 +85,7 @@ class ShapeResult(NamedTuple):
 
 
 def judge_shape(shape: TopicShape) -> ShapeResult:
-    """Judge a shape; nobody may change the result, which others share."""
+    """Judge a shape; the result is shared, so do not change it."""
     if len(shape.publishers) + len(shape.subscribers) > _REMEMBERED_GROUPS:
         return _judge(shape)
     return _remembered(shape)
@@ -388,7 +388,7 @@ def _classes(groups: Iterable[Alike], indices: Sequence[int]) -> Classes:
 def _outline(shape: TopicShape, pairs: _Pairs, outlines: _Outlines, said: _Said, asked: Sequence[int]) -> None:
     """Note what a rule says of two classes, or of further ones that are put together, where they are pairs of ``asked``."""
     publishers, subscribers, spoken, combinations = said
-    if spoken.unknown and already_told(spoken, publishers.profile, subscribers.profile):
+    if spoken.unknown and already_reported(spoken, publishers.profile, subscribers.profile):
         return
     hits = {publisher: hit for publisher in publishers.members if (hit := asked[publisher] & subscribers.mask)}
     if not hits:

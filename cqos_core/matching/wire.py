@@ -2,7 +2,7 @@
 
 A pack says by `cqos_core.packs.pack.Wire` what its endpoints are on the wire. Where endpoints of the wire's own protocol are
 there too, copies of the carried ones are put beside them; pairs of one of each are then judged by the wire's pack. What is
-known of a topic is known of it whoever stated it, so there it holds for both.
+known of a topic holds there for both, for any source.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def on_wire(resolver: Resolver, endpoint: Resolved, wire: Wire, name: str, pack:
         profiles=(),
         overlay={},
         dialect="yaml",
-        # What its own protocol knows is here; the rest it never sets, whether or not anybody saw it run.
+        # What its own protocol knows is here; the rest it never sets, observed or not.
         observed=False,
         protocol=pack.id,
         type=None if stated.type is None else wire.type(stated.type),

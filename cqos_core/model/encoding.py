@@ -41,7 +41,7 @@ def byte_order_mark(data: bytes) -> tuple[str, int]:
 def encoding_of(data: bytes) -> str:
     """Return the encoding of a text file or XML document, as it is marked, visible or declared, else ``utf-8``.
 
-    A declared name is returned as written, so it may be one that nobody knows. A declared UTF-16 that the bytes
+    A declared name is returned as written, so it may be an unknown one. A declared UTF-16 that the bytes
     plainly do not have is taken for UTF-8: some programs print every document with the declaration of a string.
     """
     marked, _ = byte_order_mark(data)

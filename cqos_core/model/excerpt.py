@@ -318,7 +318,7 @@ def _offset(place: Place, path: re.Match[str] | None, found: _Found, names: _Nam
 
 
 def _candidates(place: Place, path: re.Match[str] | None, found: _Found, names: _Names) -> list[_Tag]:
-    """Return the start tags that ``place`` may mean; several where an id is not unique or there is none."""
+    """Return the start tags that ``place`` may mean; several if an id is missing or not unique."""
     child = path["tag"] if path else None
     if place.element is None:
         tags = found.by_line.get(place.line or 0, [])

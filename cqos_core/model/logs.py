@@ -30,7 +30,7 @@ class Misfit:
         topic: as it is printed, None where the line names none.
         participant: who wrote the line, as its protocol addresses it; None where the line does not tell.
         named: the policy that the line names, as it is printed.
-        policies: the policies of the pack of which one is meant; empty if the name says nothing.
+        policies: the policies of the pack that may be meant; empty for an unknown name.
     """
 
     protocol: str
@@ -107,7 +107,7 @@ def _lines(stream: BinaryIO) -> Iterator[str]:
 
 
 class _Resumed(io.RawIOBase):
-    """A stream from its beginning, of which the first bytes are read already."""
+    """A stream from its beginning, whose first bytes are read already."""
 
     def __init__(self, head: bytes, stream: BinaryIO) -> None:
         self._head = head

@@ -41,7 +41,7 @@ def pattern(text: str) -> Callable[[str], bool]:
     try:
         compiled: Any = re2.compile(_sound(text), options)
     except re2.error as error:
-        raise PatternError(_told(error)) from None
+        raise PatternError(_reason(error)) from None
     return lambda name: compiled.fullmatch(_sound(name)) is not None
 
 
@@ -71,7 +71,7 @@ def _sound(text: str) -> str:
     return text.encode("utf-8", "replace").decode()
 
 
-def _told(error: Exception) -> str:
+def _reason(error: Exception) -> str:
     """What RE2 says: ``missing ): (a``."""
     said = error.args[0]
     return said.decode("utf-8", "replace") if isinstance(said, bytes) else str(said)

@@ -51,7 +51,7 @@ class PackError(CqosError):
     """A rule pack is not well formed: an unknown policy in a condition, a code used twice, a bad default.
 
     Attributes:
-        mistakes: each mistake with where it stands, in the keys of a pack file; empty where only one is told.
+        mistakes: each mistake with where it stands, in the keys of a pack file; empty for a single one.
     """
 
     def __init__(self, message: str, mistakes: Sequence[tuple[tuple[str, ...], str]] = ()) -> None:
@@ -91,7 +91,7 @@ class InvalidValueError(CqosError):
         super().__init__(f"{message}; expected {expected}" if expected else message)
 
     def advice(self, expected: str = "") -> str:
-        """What to do about it, where ``expected`` may be told in other words."""
+        """The advice, where ``expected`` may have other words."""
         meant = f"did you mean `{self.near}`? " if self.near else ""
         return f"{meant}expected {expected or self.expected}"
 
@@ -109,7 +109,7 @@ def add_note(error: BaseException, note: str) -> None:
 
 
 def keep_traceback(what: str, error: BaseException) -> None:
-    """Hand an error that became mere words to whoever listens to the logger ``cqos_core``: ``cqos --debug`` does."""
+    """Pass an error that became a message to the logger ``cqos_core``, which ``cqos --debug`` shows."""
     import logging
 
     logging.getLogger("cqos_core").debug(what, exc_info=error)

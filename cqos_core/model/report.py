@@ -118,7 +118,7 @@ class Fact:
         value: text in YAML spelling; for an undetermined value what it depends on, for instance
             ``system_default (best_effort with fastdds, reliable with cyclonedds)``.
         origin: ``explicit``, ``profile NAME``, ``preset NAME``, ``default``, ``option NAME``, ``overlay``, ``settled``.
-        place: where it was stated, or where the endpoint was if nobody stated it.
+        place: its place, or that of the endpoint if it is not stated.
     """
 
     policy: str
@@ -276,7 +276,7 @@ class Pair:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Publishers and subscribers of one topic of which every pair was judged alike, by the same rules.
+    """Publishers and subscribers of one topic whose pairs all have the same result, by the same rules.
 
     ``internal`` counts the pairs whose two ends belong to one participant; ``codes`` are the rules that spoke.
     """
@@ -393,7 +393,7 @@ class Report:
         )
 
     def fails(self, level: Severity = Severity.ERROR) -> bool:
-        """Whether a finding at or above ``level`` stands that nobody accepted."""
+        """Whether a finding at or above ``level`` is not accepted."""
         return any(f.severity.rank <= level.rank and f.accepted is None for f in self.findings)
 
 

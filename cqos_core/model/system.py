@@ -1,6 +1,6 @@
 """What importers produce: systems of participants, endpoints, topics and bridges, settings still as text.
 
-Everything here is a plain value. Importers fill it, `resolve` reads it, nobody else changes it. Every stated
+Everything here is a plain value. Importers fill it, `resolve` reads it, no other part changes it. Every stated
 thing keeps its `Place`, so that a finding can point at the line it came from.
 """
 
@@ -179,7 +179,7 @@ class Topic:
         name: as written.
         settings: topic facts as text: ``type``, ``keyed``, ``period``, ``size``, ``latched`` and whatever a pack declares
             at topic level.
-        external: somebody outside this system publishes or subscribes here, so a missing partner is no finding.
+        external: participants outside this system publish or subscribe here, so a missing partner is no finding.
         protocol: limits the entry to one protocol; None means any.
     """
 
@@ -334,7 +334,7 @@ class Route:
     With servers as ``source`` and clients as ``target`` it carries calls, and replies back. A target without a topic has that of the source.
 
     Attributes:
-        only: regular expressions, of which one has to match the whole name that a ``*`` of the source stands in for; none:
+        only: regular expressions; one has to match the whole name that a ``*`` of the source stands in for; none:
             every name is carried.
         but: those of names that are not carried.
     """

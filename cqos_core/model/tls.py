@@ -1,4 +1,4 @@
-"""Certificates and keys, tried before anything speaks TLS with them: where that fails later, nobody hears why."""
+"""Validates certificates and keys at start-up; TLS handshake errors give no reason."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ def try_tls(certificate: str | None, key: str | None, authority: str | None, *, 
     if certificate is not None and key is not None:
         both = f"{for_certificate} {certificate} and {for_key} {key}"
         try:
-            # Nobody is asked for a password: it is an empty text.
+            # No prompt for a password: it is an empty text.
             context.load_cert_chain(certificate, key, password=str)
         except ssl.SSLError as error:
             if error.reason == "KEY_VALUES_MISMATCH":
                 raise CqosError(f"{both} do not belong together: the key is that of another certificate") from None
-            told = "expected a chain of certificates and the private key of the first, without a password, both PEM"
-            raise CqosError(f"{both} cannot be used: {told}") from None
+            expected = "expected a chain of certificates and the private key of the first, without a password, both PEM"
+            raise CqosError(f"{both} cannot be used: {expected}") from None
     if authority is not None:
         try:
             context.load_verify_locations(authority)

@@ -1,8 +1,8 @@
-"""Guarantees: what a subscriber really gets and what its application needs, in words that no protocol owns.
+"""Guarantees of subscribers and requirements of their applications, in words that no protocol owns.
 
-A need is a policy of level ``need``: it belongs to the subscription, and by default nothing is needed. A pack says what its
-pairs give by rules made with `gives`: each is silent until the need is stated, and then required like anything else. So a
-need that is certainly unmet makes a pair incompatible, an undecidable one is a warning, and reasons, remedies and groups
+A need is a policy of level ``need``: it belongs to the subscription, and by default it requires nothing. A pack states the guarantees
+of its pairs by rules made with `gives`. Each reports only if the need is stated, and is then required like any other rule. So a
+need that is certainly unmet makes a pair incompatible, and an undecided one is a warning. Reasons, remedies and groups
 are those of every rule.
 """
 
@@ -67,7 +67,7 @@ class Word:
 
     @property
     def nothing(self) -> Plain:
-        """The value of somebody who does not need it."""
+        """The "not required" value."""
         return INFINITE if self.kind == "at_most" else 0
 
     def joined(self, *, faulty: bool) -> Over:

@@ -1,4 +1,4 @@
-"""What is wrong with a rule pack, found when it is loaded: everything that would otherwise surprise whoever uses it."""
+"""Validates a rule pack at load time."""
 
 from __future__ import annotations
 

@@ -158,7 +158,7 @@ def _documents(
     """Bring files along, and what they include: the service cannot read them.
 
     Raises:
-        InputError: some are missing, or there are none; with what is wrong with the others as well.
+        InputError: some or all are missing; with the mistakes of the others as well.
     """
     files = list(files)
     given: list[GivenSource] = []

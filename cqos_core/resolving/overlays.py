@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 
 class Overlays:
-    """The overlays of one system, told by their positions.
+    """The overlays of one system, identified by their positions.
 
     Attributes:
-        used: those that cover somebody.
+        used: those that cover an endpoint.
     """
 
     def __init__(self, system: System, reader: SettingsReader) -> None:

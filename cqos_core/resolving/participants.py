@@ -242,7 +242,7 @@ class Participants:
         return Broker(name, pack.id)
 
     def report(self) -> None:
-        """Report participants of which it is not known which broker they connect to."""
+        """Report participants with an unknown broker."""
         for _, participants in sorted(self._brokerless.items()):
             ids = sorted(participants)
             more = f" and {len(ids) - 1} more" if len(ids) > 1 else ""

@@ -39,7 +39,7 @@ class Profiles:
     """The profiles of one system and the presets of packs.
 
     Attributes:
-        by_topic: what somebody takes from a profile may depend on the name of the topic.
+        by_topic: the settings that an endpoint takes from a profile may depend on the name of the topic.
     """
 
     def __init__(self, system: System, reader: SettingsReader) -> None:
@@ -94,12 +94,12 @@ class Profiles:
                 trail[each.name] = None
                 waiting.append((iter(() if own is None else own.base[::-1]), part))
         if not any(layer.unread == _NO_PROFILE for layer, _ in found.values()):
-            # Where a name is no profile, each place that uses it is told.
+            # Each place that uses an unknown profile is reported.
             self._layers[key] = tuple(found.values())
         return tuple(found.values())
 
     def _report_circle(self, names: Sequence[str]) -> None:
-        """Print a circle of profiles, from the first of its names on, whoever was met first."""
+        """Print a circle of profiles, always from the first of its names on."""
         start = names.index(min(names))
         circle = [*names[start:], *names[:start], names[start]]
         base = self._system.profiles[circle[0]].base

@@ -101,7 +101,7 @@ class SettingsReader:
         self.findings.append(finding)
 
     def say_once(self, code: str, message: str, place: Place | None, help_text: str = "") -> None:
-        """Report, unless the same is said already."""
+        """Report, unless the same is reported already."""
         finding = core_finding(code, message, place=place, help=help_text or None)
         self.say_cause((code, message, place, help_text), finding, ())
 
@@ -363,7 +363,7 @@ def either(participant: ResolvedParticipant, when: tuple[str, str], then: Value,
 
 
 def how_written(policy: Policy, index: int, layers: Sequence[Layer]) -> WrittenValue | None:
-    """How the nearest of ``layers`` states a policy; None where nobody does, or a preset."""
+    """How the nearest of ``layers`` states a policy; None if none of them does, or a preset."""
     for layer in layers:
         stated = layer.settings.get(index)
         if stated is not None:
@@ -376,7 +376,7 @@ def how_written(policy: Policy, index: int, layers: Sequence[Layer]) -> WrittenV
 def spelled(policy: Policy, text: str, dialect: Dialect | None) -> str | None:
     """Return a dialect's text in the spelling of the YAML form: integer codes in words, durations with their unit.
 
-    None where a zero of the dialect means that nobody stated the value.
+    None if a zero of the dialect means "not stated".
     """
     if dialect is None:
         return text

@@ -54,7 +54,7 @@ class Resolver:
         ids: of the endpoints among it.
         clashes: two endpoints have one id, and got numbers.
         completed: a pack was asked what follows from the whole system.
-        asked: by id of a pack, further policies of which somebody asks how they were written.
+        asked: by id of a pack, further policies whose spelling a rule asks for.
     """
 
     def __init__(
@@ -181,7 +181,7 @@ class Resolver:
             self.result.endpoints.append(self._resolved(expanded, owner, self._unique(expanded.id), endpoint.id))
 
     def report_rest(self) -> None:
-        """Report what was read but is judged by nobody."""
+        """Report input that no rule pack checks."""
         if self._packless or self._name_problems or any(each.needs for each in self.system.endpoints):
             self.result.findings += left_over(self.result, self._packless, self._name_problems, self.known)
         if self.system.overlays:

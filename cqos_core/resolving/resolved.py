@@ -46,7 +46,7 @@ class Layer:
     Attributes:
         here: they stand at the endpoint itself.
         counts_as_stated: ``stated(P)`` holds for them.
-        assumed: nobody named them: what the protocol gives an endpoint that says nothing.
+        assumed: not stated: what the protocol gives an endpoint that states nothing.
         overlay: they are laid over the endpoint's own from elsewhere: ``holds``, or ``may_hold`` where that is not known.
         unread: codes of the errors that report what was stated beside them and is not understood.
         dialect: of an overlay or profile: which of the pack's dialects its texts are written in.
@@ -72,7 +72,7 @@ class Layer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class QosProfile:
-    """The values of one endpoint, shared by all endpoints with equal ones and told apart by identity.
+    """The values of one endpoint, shared by all endpoints with equal ones and compared by identity.
 
     Attributes:
         values: one per policy of the pack, then one `WrittenValue` or None per policy.
@@ -108,7 +108,7 @@ class QosProfile:
 _PROFILES: dict[tuple[object, ...], QosProfile] = {}
 _MAXIMUM_PROFILES: Final = 200_000
 READ: Final[dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]]] = {}
-"""What endpoints' texts made earlier, in any system; forgotten with the profiles, or equal ones would be told apart."""
+"""Cached results of endpoints' texts, of any system; dropped with the profiles, or equal ones would differ."""
 
 
 def intern(pack: RulePack, values: Values, beside: Iterable[str] = (), refused: Iterable[str] = ()) -> QosProfile:

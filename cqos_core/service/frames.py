@@ -16,8 +16,8 @@ _HEAD: Final = struct.Struct(">BQQ")
 ANSWER, ANSWER_JSON, ANSWER_PAIR, OPEN_SESSION, EDIT_SESSION, CLOSE_SESSION, REOPEN_SESSION = range(7)
 """What a call asks for."""
 OK, REFUSED, FAILED, SPENT, GONE = range(5)
-"""What came of it: an answer, a google.rpc.Status, a traceback that is the service's own business, a google.rpc.Status after
-which nothing more comes as there is no memory left, or that the session lived in the process before this one."""
+"""The outcome: an answer, a google.rpc.Status, an internal traceback, the last google.rpc.Status of a worker without memory, or
+a session that an earlier process had."""
 
 
 class Frame(NamedTuple):

@@ -111,7 +111,7 @@ class Event:
 
 
 def numbers(events: Iterable[Event], what: str) -> tuple[int, ...]:
-    """Return the numbers of the samples of which events say this, in order."""
+    """Return the numbers of the samples with such an event, in order."""
     return tuple(each.number for each in events if each.what == what and each.number is not None)
 
 

@@ -242,7 +242,7 @@ def _value(profile: QosProfile, policy: Policy) -> Value:
 def _is_stated(profile: QosProfile, policy: Policy) -> bool:
     """Whether a fact is stated, even if it is not understood."""
     value = _value(profile, policy)
-    return not isinstance(value, Anything) or value.told
+    return not isinstance(value, Anything) or value.reported
 
 
 def _fact(profile: QosProfile, policy: Policy) -> int | None:
