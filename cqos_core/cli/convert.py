@@ -64,7 +64,7 @@ def convert(
 ) -> None:
     """Write a system in another form: as a design in YAML, as parameters, as code.
 
-    All paths are taken together as one system. What the form cannot express is told on standard error.
+    All paths are one system. C-QoS reports on standard error what the form cannot express.
 
     \b
     Examples:
@@ -77,19 +77,19 @@ def convert(
     reader = prepare(reading, paths)
     check_targets("--output", [] if output is None else [output], paths)
     system, _ = reader.one(paths, color)  # half of a system would pass for the whole of it
-    mended = None
+    fixed = None
     if remedies is not None:
         from cqos_core.analysis.system_fixes import mend
 
-        with Progress("mending"):
-            mended = mend(system, reader.context, remedies)
+        with Progress("fixing"):
+            fixed = mend(system, reader.context, remedies)
     for note in system.notes:  # the report that would hold them is not made here
         if note.severity != "note":
             where = "" if note.place is None else f"{note.place}: "
             say(f"{where}{note.message}", head=f"{note.severity}[{note.code}]", choice=color)
-    if mended is not None and not _say_mended(mended, color):
+    if fixed is not None and not _say_fixed(fixed, color):
         return
-    exported = _export(info, system if mended is None else mended.system, reader, chosen, mended)
+    exported = _export(info, system if fixed is None else fixed.system, reader, chosen, fixed)
     more = [f"{len(exported.notes) - _MOST_NOTES} more like these"] if len(exported.notes) > _MOST_NOTES else []
     for text in (*exported.notes[:_MOST_NOTES], *more):
         say(text, severity="note", choice=color)
@@ -119,14 +119,14 @@ def _settings(info: ExporterInfo, stated: Iterable[str]) -> dict[str, str]:
 
 
 def _export(
-    info: ExporterInfo, system: System, reader: InputReader, settings: dict[str, str], mended: Mended | None
+    info: ExporterInfo, system: System, reader: InputReader, settings: dict[str, str], fixed: Mended | None
 ) -> Exported:
     """Let the exporter write.
 
     Raises:
         CqosError: the exporter is a plugin's and failed, or returned what cannot be written.
     """
-    where, changed = reader.context, None if mended is None else mended.changed
+    where, changed = reader.context, None if fixed is None else fixed.changed
     with written_by("exporters", info.name):
         exported: object = info.load()(
             system, ExportContext(where.find_pack, where.default_protocol, settings, changed)
@@ -138,15 +138,15 @@ def _export(
     return exported
 
 
-def _say_mended(mended: Mended, color: str) -> bool:
+def _say_fixed(fixed: Mended, color: str) -> bool:
     """Say what was changed and what was not; return whether anything was."""
-    for error in mended.left:
+    for error in fixed.left:
         say(f"still there: {error.message} ({error.code})", severity="warning", choice=color)
-    for each in mended.applied:
-        say(f"{each.remedy.text} (for {each.code})", head="mended:", choice=color)
-    if not mended.applied and mended.left:
-        count = plural(len(mended.left), "error")
+    for each in fixed.applied:
+        say(f"{each.remedy.text} (for {each.code})", head="fixed:", choice=color)
+    if not fixed.applied and fixed.left:
+        count = plural(len(fixed.left), "error")
         say(f"no such remedy is known for {count}, so nothing is written", severity="warning", choice=color)
-    elif not mended.applied:
+    elif not fixed.applied:
         say("there is no error to fix, so nothing is written", severity="note", choice=color)
-    return bool(mended.applied)
+    return bool(fixed.applied)

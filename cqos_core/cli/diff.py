@@ -64,11 +64,11 @@ def diff(
     reading: ReadingOptions,
     color: str,
 ) -> None:
-    """Say what two systems say differently about the same topics and endpoints.
+    """List the differences of two systems on the same topics and endpoints.
 
-    A and B are files of any format, or folders, all files of which are then one system: two versions of a design, a design
-    and a snapshot of what runs, a design and a recording. Only what both know is compared: of what was observed, values
-    that discovery does not report are no differences, nor are topics that were not looked at.
+    A and B are files of any format, or folders, each as one system: two versions of a design, a design and a snapshot, a
+    design and a recording. C-QoS compares only what both can know. For an observed system, values that discovery does not
+    report are no differences, nor are topics outside of the snapshot.
 
     \b
     Examples:

@@ -70,8 +70,8 @@ class _FaultType(click.ParamType):  # type: ignore[type-arg]  # generic since cl
 
 
 @click.command(
-    epilog="Exit codes: 0 every run did what C-QoS says, 1 one did not, 2 wrong usage, input that cannot be read, or a pair "
-    "that cannot be run here, 3 internal error."
+    epilog="Exit codes: 0 every run did what C-QoS says; 1 one did not; 2 wrong usage, input that cannot be read, or a pair "
+    "that cannot be run here; 3 internal error."
 )
 @click.argument("arguments", nargs=-1, required=True, metavar="PATH... [CODE | PUBLISHER SUBSCRIBER]")
 @click.option(

@@ -69,8 +69,8 @@ def test_a_mended_design(cqos, files):
     done = cqos("convert", DIAGRAM, "--to", "yaml", "--remedies", "configuration", "--output", "mended.yaml")
     assert done.code == 0
     assert done.err.splitlines() == [
-        "mended: offer reliability `reliable` on Drone_ThrowReq (for ROS101)",
-        "mended: request liveliness `automatic` on Station_CatchReq (for ROS104)",
+        "fixed: offer reliability `reliable` on Drone_ThrowReq (for ROS101)",
+        "fixed: request liveliness `automatic` on Station_CatchReq (for ROS104)",
     ]
     assert "# reliability from a remedy of ROS101" in (files / "mended.yaml").read_text()
     assert cqos("check", "mended.yaml").code == 0
