@@ -31,6 +31,7 @@ RENAMED: Final = {
     "assumed": "matching.assumptions",
     "detours": "matching.bridge_reachability",
     "given": "matching.derived_guarantees",
+    "importers.editing": "exporters.editing",
     "mending": "analysis.system_fixes",
     "misfits": "analysis.runtime_logs",
     "mistakes": "packs.validation",

@@ -13,8 +13,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from cqos_core.importers.forms import TEXT, TEXTS, Form, Key, OneOrMore, SettingsMap, Word
+from cqos_core.importers.forms import Form, Key, OneOrMore, SettingsMap
 from cqos_core.importers.reading import Reading, shown
+from cqos_core.importers.shapes import TEXT, TEXTS, one_of
 from cqos_core.importers.source import Source
 from cqos_core.importers.team_rules import acceptance, team_rule
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
@@ -44,9 +45,9 @@ _OURS: Final = re.compile(r"^\s*\[+\s*tool\s*\.\s*[\"']?cqos", re.MULTILINE)
 
 PROTOCOL: Final = Key("protocol", TEXT, "Protocol of systems that state none, like --protocol.")
 SHOW: Final = Key(
-    "show", OneOrMore(Word("notes", "not-checked")), "What to show beside errors and warnings, like --show."
+    "show", OneOrMore(one_of("notes", "not-checked")), "What to show beside errors and warnings, like --show."
 )
-FAIL_ON: Final = Key("fail_on", Word("error", "warning"), "From which severity on the check fails, like --fail-on.")
+FAIL_ON: Final = Key("fail_on", one_of("error", "warning"), "From which severity on the check fails, like --fail-on.")
 FORMAT: Final = Key("format", TEXT, "Format of the output, like --format.")
 BASELINE: Final = Key("baseline", TEXT, "File of known findings, relative to this file, like --baseline.")
 PACKS: Final = Key("packs", TEXTS, "Rule packs in YAML files, relative to this file, like --pack.")
@@ -312,8 +313,7 @@ def _stated_lines(text: str) -> Iterator[tuple[_Path, int]]:
         if begins_within is not None:
             continue
         if header := _HEADER.fullmatch(line):
-            table = _indexed(_parts(header[2]), counts, new=header[1] == "[[")
-            yield table, number
+            yield _indexed(_parts(header[2]), counts, new=header[1] == "[["), number
         elif stated := _STATED.match(line):
             yield (*table, *_parts(stated[1])), number
 

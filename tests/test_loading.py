@@ -173,7 +173,7 @@ def test_what_is_ignored_above_a_folder_holds_in_it_as_far_as_the_repository_goe
         ("?.yaml", "a.yaml", True),
         ("[!a].yaml", "a.yaml", None),
         ("[ab].yaml", "b.yaml", True),
-        ("[b", "[b", True),
+        ("[b", "[b", None),
         ("a.yaml/", "a.yaml", None),
         ("\\#a", "#a", True),
         ("a  ", "a", True),

@@ -16,8 +16,8 @@ from cqos_core.bpmn.reading import DiagramReading
 from cqos_core.bpmn.signals import read_signals
 from cqos_core.bpmn.unread import report_unread
 from cqos_core.bpmn.words import read_system_words
+from cqos_core.importers.reading import read_switches
 from cqos_core.importers.xml_source import parse_xml
-from cqos_core.model.problems import InputError, Problem
 
 if TYPE_CHECKING:
     from cqos_core.importers.source import ReadContext, Source
@@ -42,7 +42,7 @@ def read(source: Source, context: ReadContext) -> System:
         InputError: if this is no XML or no BPMN 2.0, or has more shared processes than a system may hold. What is
             incomplete or makes no sense in C-QoS's own words is a note of severity error, and the rest is read.
     """
-    switches = _switches(context)
+    switches = read_switches("bpmn", context, SWITCHES)
     root = parse_xml(source)
     require_bpmn(root, source)
     document = Document(root, source.name)
@@ -51,25 +51,8 @@ def read(source: Source, context: ReadContext) -> System:
     read_system_words(reading)
     endpoints = Endpoints(reading, read_participants(reading))
     read_events(reading, endpoints, read_signals(reading))
-    with_messages = switches["message_flows"] == "true"
+    with_messages = switches.get("message_flows") == "true"
     if with_messages:
         read_messages(reading, endpoints)
     report_unread(reading, endpoints, with_messages=with_messages)
     return reading.system
-
-
-def _switches(context: ReadContext) -> dict[str, str]:
-    chosen = {name: values[-1] for name, values in SWITCHES.items()}
-    problems = []
-    for name, value in context.options.get("bpmn", {}).items():
-        if name not in SWITCHES:
-            message = f"the BPMN importer has no switch `{name}`; it has {', '.join(SWITCHES)}"
-            problems.append(Problem("CQ047", message))
-        elif value not in SWITCHES[name]:
-            message = f"the switch `bpmn.{name}` is `{value}`, it can be {' or '.join(SWITCHES[name])}"
-            problems.append(Problem("CQ047", message))
-        else:
-            chosen[name] = value
-    if problems:
-        raise InputError(problems)
-    return chosen

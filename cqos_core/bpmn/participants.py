@@ -91,8 +91,7 @@ def _any_policy(reading: DiagramReading, element: Element, words: Iterable[str])
     lost = [*reading.lost.children(extension_children(element), words), *reading.lost.settings(element, ours=True)]
     if element is reading.document.root and qos_attributes(element).keys() - {"protocol"}:
         cause = "an attribute of `definitions` is not read"
-        place = reading.document.place(element)
-        lost.append((EVERY_OTHER, Setting("", place, unknown=cause, reported="CQ041")))
+        lost.append((EVERY_OTHER, Setting("", reading.document.place(element), unknown=cause, reported="CQ041")))
     return [(EVERY_OTHER, setting) for _, setting in lost[:1]]
 
 

@@ -58,8 +58,7 @@ def read_qos(reading: DiagramReading, element: Element, extensions: list[Child])
     settings = {name: replace(setting, text=_decimal(setting.text)) for name, setting, _ in merged.values()}
     if all(name in merged and number(merged[name][1].text) == 0 for name in POLICIES):
         message = "all eight QoS attributes are 0, which modelers write unasked: are these values chosen?"
-        place = reading.document.place(element)
-        reading.note("CQ038", message, place, endpoint=identity(element))
+        reading.note("CQ038", message, reading.document.place(element), endpoint=identity(element))
         settings |= {name: replace(settings[name], unknown=_ZEROS) for name in settings if key(name) in _CODED}
     return settings
 

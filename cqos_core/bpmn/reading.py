@@ -43,8 +43,7 @@ class DiagramReading:
         endpoint: str | None = None,
     ) -> None:
         """Say something that is no reason to stop; its severity is that of the code."""
-        severity = CODES[code].severity
-        self.system.notes.append(ImportNote(code, severity, message, place, advice, endpoint))
+        self.system.notes.append(ImportNote(code, CODES[code].severity, message, place, advice, endpoint))
 
     def count_copies(self, number: int, element: Element) -> None:
         """Count what stands in the model once and in the system several times.

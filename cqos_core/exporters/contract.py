@@ -9,6 +9,8 @@ from cqos_core.matching.pipeline import Context, Pipeline, resolver_of
 from cqos_core.packs.export import ExportContext, Exported, Writer
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from cqos_core.model.system import Endpoint, Overlay, System
     from cqos_core.resolving.resolved import Resolved
 
@@ -56,6 +58,16 @@ def judged(system: System, context: ExportContext) -> Judgement:
     return Judgement(tuple(found), idle)
 
 
+def judged_by(pack: str, system: System, context: ExportContext, notes: dict[str, None]) -> Iterator[Judged]:
+    """Yield the endpoints that a pack judges, also those that are not to be written; note that there are others."""
+    endpoints = judged(system, context).endpoints
+    own = [each for each in endpoints if each.parts and each.parts[0].pack.id == pack]
+    yield from own
+    others = len(endpoints) - len(own)
+    if others and context.changed is None:
+        notes[f"{others} endpoint{'s' if others > 1 else ''} of other protocols left out"] = None
+
+
 def unique(wanted: str, taken: set[str]) -> str:
     """Return ``wanted``, with a number where it is taken, and take it."""
     name, number = wanted, 2
@@ -65,4 +77,4 @@ def unique(wanted: str, taken: set[str]) -> str:
     return name
 
 
-__all__ = ["ExportContext", "Exported", "Judged", "Judgement", "Writer", "judged", "unique"]
+__all__ = ["ExportContext", "Exported", "Judged", "Judgement", "Writer", "judged", "judged_by", "unique"]

@@ -13,7 +13,7 @@ from cqos_core.importers.yaml_form import BROKER, ENDPOINT, PARTICIPANT, PROFILE
 from cqos_core.model.system import EVERYBODY, MESSAGE, endpoint_id
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.exporters.contract import ExportContext
     from cqos_core.exporters.design import Design
@@ -56,7 +56,7 @@ def write(system: System, context: ExportContext) -> Exported:
     design = design_of(system, context)
     if context.settings.get("profiles") == "shared":
         design = with_shared_profiles(design)
-    form = _Form(design)
+    form = _SystemFile(design)
     text = document(form.document(), _head(system))
     expressed = len(design.system.endpoints) or len(design.system.profiles)
     return Exported(text, expressed, (*design.notes, *form.notes, *_unsaid(system)))
@@ -81,7 +81,7 @@ def _head(system: System) -> list[str]:
     return [f"From {', '.join(sources[:_SHOWN_SOURCES])}{more}"] if sources else []
 
 
-class _Form:
+class _SystemFile:
     """Writes one design; whatever the form cannot hold is in `notes`."""
 
     def __init__(self, design: Design) -> None:
@@ -95,15 +95,15 @@ class _Form:
     def document(self) -> Block:
         """Return the whole document."""
         system = self.system
-        head: dict[str, Node] = {"cqos": Raw(str(VERSION))}
-        if system.name:
-            head["system"] = scalar(self._only("the name of the system", system.name))
-        if system.protocol:
-            head["protocol"] = scalar(self._only("the protocol", system.protocol))
-        if self.observed:
-            head["observed"] = _TRUE
-        if options := self._options():
-            head["options"] = options
+        head = _stated(
+            {
+                "cqos": Raw(str(VERSION)),
+                "system": _optional(self._only("the name of the system", system.name), scalar),
+                "protocol": _optional(self._only("the protocol", system.protocol or ""), scalar),
+                "observed": _flag(self.observed),
+                "options": self._options() or None,
+            }
+        )
         parts: dict[str, dict[str, Node]] = {
             "profiles": {name: _profile(each) for name, each in system.profiles.items()},
             "topics": {name: _topic(each) for name, each in system.topics.items()},
@@ -115,13 +115,14 @@ class _Form:
         document.entries |= {
             name: Block({_escaped(key): node for key, node in part.items()}) for name, part in parts.items() if part
         }
-        checks = [self._check(each) for each in system.checks]
-        if stated := [each for each in checks if each is not None]:
-            document.entries["checks"] = stated
-        if system.accept:
-            document.entries["accept"] = [_acceptance(each) for each in system.accept]
-        if system.severities:
-            document.entries["severities"] = {name: value(level) for name, level in system.severities.items()}
+        checks = [node for each in system.checks if (node := self._check(each)) is not None]
+        document.entries |= _stated(
+            {
+                "checks": checks or None,
+                "accept": [_acceptance(each) for each in system.accept] or None,
+                "severities": {name: value(level) for name, level in system.severities.items()} or None,
+            }
+        )
         return document
 
     def _only(self, what: str, text: str) -> str:
@@ -152,27 +153,22 @@ class _Form:
         return {name: self._participant(each, of.get(name, ())) for name, each in self.system.participants.items()}
 
     def _participant(self, participant: Participant, endpoints: Sequence[Endpoint]) -> Node:
-        own: dict[str, Node] = {}
-        if participant.label:
-            own["label"] = _text(participant.label)
-        if participant.protocol:
-            own["protocol"] = _text(participant.protocol)
-        if participant.external:
-            own["external"] = _TRUE
-        if participant.starts_after:
-            own["starts_after"] = _texts(participant.starts_after)
+        own = _stated(
+            {
+                "label": _optional(participant.label),
+                "protocol": _optional(participant.protocol),
+                "external": _flag(participant.external),
+                "starts_after": _texts(participant.starts_after),
+            }
+        )
         client: dict[str, Node] = {}
         for name, setting in participant.settings.items():
             # A map, and what is named like a key of the form, stands where everything is a setting.
             node = _said(setting)
             (client if name in PARTICIPANT.keys or node.text.startswith("{") else own)[_escaped(name)] = node
-        if client:
-            own["client"] = client
-        if participant.remap:
-            own["remap"] = {_escaped(old): _text(new) for old, new in participant.remap.items()}
-        if not endpoints:
-            return own
-        return Block({**own, **self._endpoints(endpoints)})
+        remap: dict[str, Node] = {_escaped(old): _text(new) for old, new in participant.remap.items()}
+        own |= _stated({"client": client or None, "remap": remap or None})
+        return own if not endpoints else Block({**own, **self._endpoints(endpoints)})
 
     def _endpoints(self, endpoints: Iterable[Endpoint]) -> dict[str, Node]:
         by_key: dict[str, dict[str, list[Endpoint]]] = {}
@@ -194,45 +190,39 @@ class _Form:
         return found
 
     def _endpoint(self, endpoint: Endpoint) -> Node:
-        own: dict[str, Node] = {}
-        if endpoint.id in self.ids:
-            own["id"] = _text(endpoint.id)
-        if endpoint.label:
-            own["label"] = _text(endpoint.label)
-        if endpoint.protocol:
-            own["protocol"] = _text(endpoint.protocol)
-        if endpoint.profiles:
-            own["profile"] = _refs(endpoint.profiles)
-        if endpoint.type:
-            own["type"] = _text(endpoint.type)
-        own |= _own_settings(endpoint.settings, ENDPOINT)
-        if endpoint.needs:
-            own["needs"] = _settings(endpoint.needs)
-        if endpoint.external:
-            own["external"] = _TRUE
-        if endpoint.starts_after:
-            own["starts_after"] = _texts(endpoint.starts_after)
-        if endpoint.observed and not self.observed:
-            own["observed"] = _TRUE
+        own = _stated(
+            {
+                "id": _text(endpoint.id) if endpoint.id in self.ids else None,
+                "label": _optional(endpoint.label),
+                "protocol": _optional(endpoint.protocol),
+                "profile": _refs(endpoint.profiles),
+                "type": _optional(endpoint.type),
+                **_own_settings(endpoint.settings, ENDPOINT),
+                "needs": _settings(endpoint.needs) or None,
+                "external": _flag(endpoint.external),
+                "starts_after": _texts(endpoint.starts_after),
+                "observed": _flag(endpoint.observed and not self.observed),
+            }
+        )
         return own["profile"] if list(own) == ["profile"] and isinstance(own["profile"], Raw) else own
 
     # The team's rules
 
     def _check(self, check: TeamRule) -> Node | None:
-        own: dict[str, Node] = {"name": _text(check.name)}
-        if check.where:
-            own["where"] = {key: _text(pattern) for key, pattern in check.where}
-        if check.require:
-            own["require"] = self._bounds(check)
-        if check.sentence:
-            own["sentence"] = _text(check.sentence)
-        if len(own) == 1 or not own.get("require", True):
+        require = self._bounds(check)
+        if not (check.where or require or check.sentence) or (check.require and not require):
             self.notes[f"check `{check.name}` requires nothing"] = None
             return None
-        if check.severity != "error":
-            own["severity"] = _text(check.severity)
-        own["because"] = _text(check.because)
-        return own
+        return _stated(
+            {
+                "name": _text(check.name),
+                "where": {key: _text(pattern) for key, pattern in check.where} or None,
+                "require": require or None,
+                "sentence": _optional(check.sentence),
+                "severity": _text(check.severity) if check.severity != "error" else None,
+                "because": _text(check.because),
+            }
+        )
 
     def _bounds(self, check: TeamRule) -> dict[str, Node]:
         by_policy: dict[str, dict[str, Bound]] = {}
@@ -259,69 +249,71 @@ def _bound(bound: Bound) -> Node:
 
 
 def _acceptance(acceptance: Acceptance) -> Node:
-    stated = {
-        "rule": acceptance.rule,
-        "topic": acceptance.topic,
-        "endpoint": acceptance.endpoint,
-        "until": acceptance.until,
-        "because": acceptance.because,
+    return {
+        name: _text(text)
+        for name in ("rule", "topic", "endpoint", "until", "because")
+        if (text := getattr(acceptance, name)) is not None
     }
-    return {name: _text(text) for name, text in stated.items() if text is not None}
 
 
 # What has a name
 
 
 def _profile(profile: Profile) -> Node:
-    base: dict[str, Node] = {"profile": _refs(profile.base)} if profile.base else {}
-    return {**base, **_own_settings(profile.settings, PROFILE_FORM)}
+    return _stated({"profile": _refs(profile.base), **_own_settings(profile.settings, PROFILE_FORM)})
 
 
 def _topic(topic: Topic) -> Node:
-    own = _own_settings(topic.settings, TOPIC)
-    if topic.external:
-        own["external"] = _TRUE
-    if topic.protocol:
-        own["protocol"] = _text(topic.protocol)
+    own = _stated(
+        {
+            **_own_settings(topic.settings, TOPIC),
+            "external": _flag(topic.external),
+            "protocol": _optional(topic.protocol),
+        }
+    )
     return own["type"] if list(own) == ["type"] else own
 
 
 def _bridge(bridge: Bridge) -> Node:
-    own: dict[str, Node] = {"routes": [_route(each) for each in bridge.routes]}
-    if bridge.carries:
-        own["carries"] = [_text(each) for each in bridge.carries]
-    return own
+    return _stated({"routes": [_route(each) for each in bridge.routes], "carries": _listed(bridge.carries)})
 
 
 def _route(route: Route) -> Node:
-    own: dict[str, Node] = {"from": _route_side(route.source), "to": _route_side(route.target)}
-    if route.source.kind != MESSAGE:
-        own["kind"] = _text(route.source.kind.partition("_")[0])
-    for name, patterns in (("only", route.only), ("but", route.but)):
-        if patterns:
-            own[name] = [_text(each) for each in patterns]
-    return own
+    kind = route.source.kind
+    return _stated(
+        {
+            "from": _route_side(route.source),
+            "to": _route_side(route.target),
+            "kind": _text(kind.partition("_")[0]) if kind != MESSAGE else None,
+            "only": _listed(route.only),
+            "but": _listed(route.but),
+        }
+    )
 
 
 def _route_side(side: Endpoint) -> Node:
-    own: dict[str, Node] = {"participant": _text(side.participant)}
-    for key, text in (("topic", side.topic), ("id", side.id), ("label", side.label), ("type", side.type)):
-        if text:
-            own[key] = _text(text)
-    if side.profiles:
-        own["profile"] = _refs(side.profiles)
-    if side.external:
-        own["external"] = _TRUE
-    return {**own, **_own_settings(side.settings, ROUTE_SIDE)}
+    return _stated(
+        {
+            "participant": _text(side.participant),
+            "topic": _optional(side.topic),
+            "id": _optional(side.id),
+            "label": _optional(side.label),
+            "type": _optional(side.type),
+            "profile": _refs(side.profiles),
+            "external": _flag(side.external),
+            **_own_settings(side.settings, ROUTE_SIDE),
+        }
+    )
 
 
 def _broker(broker: Broker) -> Node:
-    own: dict[str, Node] = {}
-    if broker.protocol:
-        own["protocol"] = _text(broker.protocol)
-    if broker.profiles:
-        own["profile"] = _refs(broker.profiles)
-    return {**own, **_own_settings(broker.settings, BROKER)}
+    return _stated(
+        {
+            "protocol": _optional(broker.protocol),
+            "profile": _refs(broker.profiles),
+            **_own_settings(broker.settings, BROKER),
+        }
+    )
 
 
 def _own_settings(settings: Settings, form: Form) -> dict[str, Node]:
@@ -360,12 +352,29 @@ def _text(text: str) -> Raw:
     return scalar(_escaped(text))
 
 
-def _texts(texts: Sequence[str]) -> Node:
-    return _text(texts[0]) if len(texts) == 1 else [_text(text) for text in texts]
+def _optional(text: str | None, written: Callable[[str], Raw] = _text) -> Raw | None:
+    return written(text) if text else None
 
 
-def _refs(refs: Sequence[ProfileRef]) -> Node:
+def _flag(holds: bool) -> Raw | None:  # noqa: FBT001 - a value
+    return _TRUE if holds else None
+
+
+def _listed(texts: Iterable[str]) -> Node | None:
+    return [_text(text) for text in texts] or None
+
+
+def _texts(texts: Sequence[str]) -> Node | None:
+    return _text(texts[0]) if len(texts) == 1 else _listed(texts)
+
+
+def _refs(refs: Sequence[ProfileRef]) -> Node | None:
     return _texts([ref.name for ref in refs])
+
+
+def _stated(entries: Mapping[str, Node | None]) -> dict[str, Node]:
+    """Return those entries that state something."""
+    return {name: node for name, node in entries.items() if node is not None}
 
 
 def _value(text: str) -> Raw:

@@ -53,9 +53,7 @@ def scalar(text: str) -> Raw:
 
 def value(text: str) -> Raw:
     """Return the text of a setting: a list or map where it is one in flow form, else a scalar."""
-    if text[:1] in {"[", "{"} and _same_flow(text):
-        return Raw(text)
-    return scalar(text)
+    return Raw(text) if text[:1] in {"[", "{"} and _same_flow(text) else scalar(text)
 
 
 def _same_flow(text: str) -> bool:

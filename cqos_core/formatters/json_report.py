@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import json
 import re
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.formatters.places import Places
 from cqos_core.model import report_form
@@ -17,15 +18,11 @@ from cqos_core.model.report_form import VERSION
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping
 
     from cqos_core.formatters.style import Style
-    from cqos_core.model.system import Role
 
 _SURROGATE = re.compile("[\ud800-\udfff]")
-_ROLES: tuple[Role, ...] = (PUBLISHER, SUBSCRIBER)
-_Kind = TypeVar("_Kind")
-_Text = TypeVar("_Text", bound=str)
 
 Json = dict[str, Any]
 
@@ -77,181 +74,161 @@ def report_from_json(text: str | bytes) -> Report:
         raise CqosError(f"this is no JSON report: {error}") from None
     if not isinstance(document, dict) or "version" not in document:
         raise CqosError("this is no JSON report: it is no object with a `version`")
-    report = _Object(document, "report")
-    if (version := report.number("version")) != VERSION:
+    if (version := _number(document["version"], "report.version")) != VERSION:
         raise CqosError(f"the JSON report has version {version}, this C-QoS reads version {VERSION}")
-    return _read_report(report)
+    counts = _values(_COUNTS, document.get("counts"), "report.counts")
+    return Report(**_values(_KEYS[Report], document, "report"), **counts)
 
 
-class _Object:
-    """A JSON object that is read key by key, each with the type it must have."""
+_Take: TypeAlias = Callable[[Any, str], Any]
+"""Returns what stands at a path of the document as the library has it."""
 
-    def __init__(self, values: object, path: str) -> None:
-        """Take ``values``, which stand at ``path`` of the document."""
-        self._path = path
-        if not isinstance(values, dict):
-            raise self._unfit(None, "an object", values)
-        self._values: Json = values
 
-    def _unfit(self, key: str | None, expected: str, found: object) -> CqosError:
-        where = self._path if key is None else f"{self._path}.{key}"
-        shown = "nothing" if found is None else json.dumps(found)[:60]
-        return CqosError(f"the JSON report is damaged: `{where}` should be {expected}, found {shown}")
+def _unfit(path: str, expected: str, found: object) -> CqosError:
+    shown = "nothing" if found is None else json.dumps(found)[:60]
+    return CqosError(f"the JSON report is damaged: `{path}` should be {expected}, found {shown}")
 
-    def _get(self, key: str, kind: type[_Kind], expected: str) -> _Kind:
-        found = self._values.get(key)
+
+def _values(keys: Mapping[str, _Take], found: Any, path: str) -> dict[str, Any]:
+    """Return what an object states, by key; keys that older reports lack may be missing."""
+    if not isinstance(found, dict):
+        raise _unfit(path, "an object", found)
+    return {
+        name: take(found.get(name), f"{path}.{name}")
+        for name, take in keys.items()
+        if name not in _LATER or found.get(name) is not None
+    }
+
+
+def _is_a(kind: type, expected: str) -> _Take:
+    def take(found: Any, path: str) -> Any:
         # A boolean is an int to Python, but no number to JSON.
         if not isinstance(found, kind) or isinstance(found, bool):
-            raise self._unfit(key, expected, found)
+            raise _unfit(path, expected, found)
         return found
 
-    def text(self, key: str) -> str:
-        return self._get(key, str, "text")
+    return take
 
-    def text_or_none(self, key: str) -> str | None:
-        return None if self._values.get(key) is None else self.text(key)
 
-    def flag(self, key: str) -> bool:
-        """Whether a key that older reports lack is true."""
-        return self._values.get(key) is True
+_text = _is_a(str, "text")
+_number = _is_a(int, "a whole number")
 
-    def number(self, key: str) -> int:
-        return self._get(key, int, "a whole number")
 
-    def number_or_none(self, key: str) -> int | None:
-        return None if self._values.get(key) is None else self.number(key)
+def _optional(take: _Take) -> _Take:
+    return lambda found, path: None if found is None else take(found, path)
 
-    def texts(self, key: str) -> tuple[str, ...]:
-        found = self._get(key, list, "a list of texts")
-        if not all(isinstance(item, str) for item in found):
-            raise self._unfit(key, "a list of texts", found)
-        return tuple(found)
 
-    def one_of(self, key: str, allowed: Iterable[_Text]) -> _Text:
-        found = self.text(key)
-        choices = {str(choice): choice for choice in allowed}
-        if found not in choices:
-            raise self._unfit(key, f"one of {', '.join(choices)}", found)
+def _texts(found: Any, path: str) -> tuple[str, ...]:
+    items = _is_a(list, "a list of texts")(found, path)
+    if not all(isinstance(item, str) for item in items):
+        raise _unfit(path, "a list of texts", items)
+    return tuple(items)
+
+
+def _one_of(allowed: Iterable[str]) -> _Take:
+    choices = {str(choice): choice for choice in allowed}
+
+    def take(found: Any, path: str) -> Any:
+        if _text(found, path) not in choices:
+            raise _unfit(path, f"one of {', '.join(choices)}", found)
         return choices[found]
 
-    def object(self, key: str) -> _Object:
-        return _Object(self._values.get(key), f"{self._path}.{key}")
-
-    def objects(self, key: str) -> list[_Object]:
-        found = self._get(key, list, "a list of objects")
-        return [_Object(item, f"{self._path}.{key}[{index}]") for index, item in enumerate(found)]
-
-    def has(self, key: str) -> bool:
-        """Whether a key that reports of earlier versions lack is there."""
-        return key in self._values
-
-    def verdict_or_none(self, key: str) -> Verdict | None:
-        return None if self._values.get(key) is None else self.one_of(key, Verdict)
-
-    def verdicts(self, key: str) -> dict[str, Verdict]:
-        found = self._get(key, dict, "an object")
-        verdicts = _Object(found, f"{self._path}.{key}")
-        return {name: verdicts.one_of(name, Verdict) for name in found}
-
-    def place(self) -> Place | None:
-        return None if self._values.get("place") is None else _read_place(self.object("place"))
+    return take
 
 
-def _read_report(report: _Object) -> Report:
-    counts = report.object("counts")
-    return Report(
-        verdict=report.one_of("verdict", Verdict),
-        groups=tuple(_read_group(group) for group in report.objects("groups")),
-        findings=tuple(_read_finding(finding) for finding in report.objects("findings")),
-        not_checked=report.texts("not_checked"),
-        system=report.text("system"),
-        sources=report.texts("sources"),
-        endpoints=counts.number("endpoints"),
-        topics=counts.number("topics"),
-        partial=report.flag("partial"),
-        unmatched=counts.number_or_none("unmatched") or 0,
-        hypothetical=counts.number_or_none("hypothetical") or 0,
-        assumed=tuple(
-            Assumption(each.text("option"), each.texts("values"))
-            for each in (report.objects("assumed") if report.has("assumed") else ())
-        ),
-    )
+def _one(kind: type) -> _Take:
+    return lambda found, path: kind(**_values(_KEYS[kind], found, path))
 
 
-def _read_group(group: _Object) -> Group:
-    return Group(
-        topic=group.text("topic"),
-        publishers=group.texts("publishers"),
-        subscribers=group.texts("subscribers"),
-        verdict=group.one_of("verdict", Verdict),
-        protocol=group.text("protocol"),
-        internal=group.number("internal"),
-        codes=group.texts("codes"),
-    )
+def _many(kind: type) -> _Take:
+    def take(found: Any, path: str) -> Any:
+        items = _is_a(list, "a list of objects")(found, path)
+        return tuple(_one(kind)(item, f"{path}[{index}]") for index, item in enumerate(items))
+
+    return take
 
 
-def _read_finding(finding: _Object) -> Finding:
-    return Finding(
-        code=finding.text("code"),
-        name=finding.text("name"),
-        severity=finding.one_of("severity", Severity),
-        message=finding.text("message"),
-        source=finding.text("source"),
-        topic=finding.text_or_none("topic"),
-        verdict=finding.verdict_or_none("verdict"),
-        sides=tuple(_read_side(side) for side in finding.objects("sides")),
-        remedies=tuple(_read_remedy(remedy) for remedy in finding.objects("remedies")),
-        notes=finding.texts("notes"),
-        because=finding.text("because"),
-        clause=finding.text("clause"),
-        help=finding.text_or_none("help"),
-        pairs=finding.number("pairs"),
-        worlds=finding.verdicts("worlds"),
-        more_topics=finding.texts("more_topics"),
-        more_codes=finding.texts("more_codes") if finding.has("more_codes") else (),
-        accepted=finding.text_or_none("accepted"),
-    )
+def _verdicts(found: Any, path: str) -> dict[str, Verdict]:
+    worlds = _is_a(dict, "an object")(found, path)
+    return {name: _verdict(verdict, f"{path}.{name}") for name, verdict in worlds.items()}
 
 
-def _read_side(side: _Object) -> Side:
-    return Side(
-        role=side.text("role"),
-        members=side.texts("members"),
-        label=side.text("label"),
-        facts=tuple(_read_fact(fact) for fact in side.objects("facts")),
-        place=side.place(),
-        templates=side.texts("templates"),
-    )
+def _flag(found: Any, path: str) -> bool:  # noqa: ARG001 - older reports lack it
+    return found is True
 
 
-def _read_fact(fact: _Object) -> Fact:
-    return Fact(fact.text("policy"), fact.text("value"), fact.text("origin"), fact.place())
-
-
-def _read_remedy(remedy: _Object) -> Remedy:
-    return Remedy(
-        role=remedy.one_of("role", _ROLES),
-        members=remedy.texts("members"),
-        policy=remedy.text("policy"),
-        value=remedy.text("value"),
-        kind=remedy.text("kind"),
-        text=remedy.text("text"),
-        mends=remedy.number("mends"),
-        breaks=remedy.number("breaks"),
-        weakens=remedy.flag("weakens"),
-        edits=tuple(map(_read_edit, remedy.objects("edits"))) if remedy.has("edits") else (),
-    )
-
-
-def _read_edit(edit: _Object) -> Edit:
-    return Edit(_read_place(edit.object("place")), edit.text("attribute"), edit.text_or_none("old"), edit.text("new"))
-
-
-def _read_place(place: _Object) -> Place:
-    return Place(
-        source=place.text("source"),
-        line=place.number_or_none("line"),
-        column=place.number_or_none("column"),
-        element=place.text_or_none("element"),
-        path=place.text_or_none("path"),
-    )
+_verdict = _one_of(Verdict)
+_COUNTS: Final = {"endpoints": _number, "topics": _number, "unmatched": _number, "hypothetical": _number}
+_LATER: Final = frozenset({"unmatched", "hypothetical", "assumed", "more_codes", "edits"})
+"""Keys that older reports lack."""
+_KEYS: Final[dict[type, dict[str, _Take]]] = {
+    Report: {
+        "verdict": _verdict,
+        "groups": _many(Group),
+        "findings": _many(Finding),
+        "not_checked": _texts,
+        "system": _text,
+        "sources": _texts,
+        "partial": _flag,
+        "assumed": _many(Assumption),
+    },
+    Assumption: {"option": _text, "values": _texts},
+    Group: {
+        "topic": _text,
+        "publishers": _texts,
+        "subscribers": _texts,
+        "verdict": _verdict,
+        "protocol": _text,
+        "internal": _number,
+        "codes": _texts,
+    },
+    Finding: {
+        "code": _text,
+        "name": _text,
+        "severity": _one_of(Severity),
+        "message": _text,
+        "source": _text,
+        "topic": _optional(_text),
+        "verdict": _optional(_verdict),
+        "sides": _many(Side),
+        "remedies": _many(Remedy),
+        "notes": _texts,
+        "because": _text,
+        "clause": _text,
+        "help": _optional(_text),
+        "pairs": _number,
+        "worlds": _verdicts,
+        "more_topics": _texts,
+        "more_codes": _texts,
+        "accepted": _optional(_text),
+    },
+    Side: {
+        "role": _text,
+        "members": _texts,
+        "label": _text,
+        "facts": _many(Fact),
+        "place": _optional(_one(Place)),
+        "templates": _texts,
+    },
+    Fact: {"policy": _text, "value": _text, "origin": _text, "place": _optional(_one(Place))},
+    Remedy: {
+        "role": _one_of((PUBLISHER, SUBSCRIBER)),
+        "members": _texts,
+        "policy": _text,
+        "value": _text,
+        "kind": _text,
+        "text": _text,
+        "mends": _number,
+        "breaks": _number,
+        "weakens": _flag,
+        "edits": _many(Edit),
+    },
+    Edit: {"place": _one(Place), "attribute": _text, "old": _optional(_text), "new": _text},
+    Place: {
+        "source": _text,
+        "line": _optional(_number),
+        "column": _optional(_number),
+        "element": _optional(_text),
+        "path": _optional(_text),
+    },
+}

@@ -35,9 +35,7 @@ def paint(*, color: bool) -> Paint:
 
 def clean(text: str) -> str:
     r"""Return ``text`` as one line in which whatever is invisible or acts on a terminal is spelled: ``\x1b``, ``\n``."""
-    if text.isprintable():
-        return text
-    return "".join(map(clean_character, text))
+    return text if text.isprintable() else "".join(map(clean_character, text))
 
 
 def clean_character(character: str) -> str:

@@ -21,6 +21,14 @@ def claims_bpmn(name: str, head: bytes) -> bool:
     return root is not None and (b"/BPMN/" in text or b"xmlns" not in root[1])
 
 
+_WIDE = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
+
+
+def head_text(head: bytes) -> str:
+    """Return the text of the first bytes of a file, as far as they can be decoded: a shell of Windows writes UTF-16."""
+    return head.decode(_WIDE.get(head[:2], "utf-8"), "ignore").lstrip("\ufeff")
+
+
 _YAML_SUFFIXES = (".yaml", ".yml", ".json")
 _VERSION_KEY = re.compile(r"""^(?:cqos|"cqos"|'cqos')[ \t]*:""", re.MULTILINE)
 _FLOW_VERSION_KEY = re.compile(r"""[{,]\s*(?:cqos|"cqos"|'cqos')\s*:""")
@@ -36,8 +44,7 @@ def claims_yaml(name: str, head: bytes) -> bool:
     A YAML or JSON file with participants that publish or subscribe is claimed without the key, so that the importer can
     say what is missing.
     """
-    wide = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}.get(head[:2], "utf-8")
-    text = head.decode(wide, "ignore").lstrip("\ufeff")
+    text = head_text(head)
     if _VERSION_KEY.search(text):
         return True
     flow = _FLOW.match(text) is not None

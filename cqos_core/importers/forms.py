@@ -1,245 +1,28 @@
 """Forms: the contents of a document as data. They read, check and explain it, and describe it as JSON schema.
 
-A `Shape` reads one value and knows its schema. A `Form` lists the keys of a map. It collects mistakes of the map in the
-`Reading`, and returns the valid rest as an `Entry`, typed by its keys.
+A `Form` lists the keys of a map, each with the `Shape` of its value; whatever is wrong with the map is collected in the
+`Reading`, and what is right comes back as an `Entry`, typed by the keys it is asked for.
 """
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from datetime import date
-from typing import TYPE_CHECKING, Any, Final, Generic, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from cqos_core.importers.reading import did_you_mean, listed, shown
-from cqos_core.importers.tree import (
-    MappingNode,
-    ScalarNode,
-    SequenceNode,
-    flag,
-    flow_text,
-    is_null,
-    whole_number,
-)
-from cqos_core.model.pattern import PatternError, pattern
-from cqos_core.model.system import Setting
+from cqos_core.importers.reading import described, did_you_mean, listed, shown
+from cqos_core.importers.shapes import NAME, SCALARS, SETTING, AnySetting, Shape
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from cqos_core.importers.reading import Reading
+    from cqos_core.importers.shapes import Schema
     from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Place, Settings
+    from cqos_core.model.system import Place, Setting, Settings
 
 T = TypeVar("T")
-Schema: TypeAlias = dict[str, Any]
-
-_SCALARS: Final = ("string", "number", "boolean")
-_NAME: Final[Schema] = {"minLength": 1}
-
-
-class Shape(Generic[T]):
-    """One kind of value.
-
-    Attributes:
-        expected: the kind in words, for messages.
-        leaf: the JSON schema where no other shape is part of it.
-    """
-
-    def __init__(self, expected: str, leaf: Schema | None = None) -> None:
-        self.expected = expected
-        self.leaf = leaf or {}
-
-    def read(self, node: Node, reading: Reading, name: str) -> T | None:
-        """Return the value; report a refused one and return None.
-
-        ``node`` states something (see `is_null`); ``name`` is its key, or that of the list it stands in.
-        """
-        raise NotImplementedError
-
-    def schema(self, shared: dict[str, Schema]) -> Schema:
-        """Return the JSON schema; forms put theirs into ``shared`` and are referred to by name."""
-        del shared
-        return dict(self.leaf)
-
-    def refuse(self, node: Node, reading: Reading, name: str, advice: str | None = None) -> None:
-        """Say that ``node`` is of another kind."""
-        reading.problem("CQ009", f"{shown(name)} must be {self.expected}, found {described(node)}", node, advice)
-
-
-def described(node: Node) -> str:
-    """Say what is written, for messages."""
-    if isinstance(node, MappingNode):
-        return "a map"
-    if isinstance(node, SequenceNode):
-        return "a list"
-    return "nothing" if is_null(node) else shown(node.text) if node.text else "an empty text"
-
-
-class Text(Shape[str]):
-    """Any text that is not empty; a number or flag is the text it is written as."""
-
-    def __init__(self) -> None:
-        super().__init__("a text", {"type": [*_SCALARS], "minLength": 1})
-
-    def read(self, node: Node, reading: Reading, name: str) -> str | None:
-        """Take the text as it is."""
-        if isinstance(node, ScalarNode) and node.text and not is_null(node):
-            return node.text
-        self.refuse(node, reading, name)
-        return None
-
-
-class Flag(Shape[bool]):
-    """True or false."""
-
-    def __init__(self) -> None:
-        super().__init__("true or false", {"type": "boolean"})
-
-    def read(self, node: Node, reading: Reading, name: str) -> bool | None:
-        """Take what YAML 1.2 takes for a flag: ``yes`` is a text."""
-        value = flag(node) if isinstance(node, ScalarNode) else None
-        if value is None:
-            self.refuse(node, reading, name)
-        return value
-
-
-class Word(Shape[str]):
-    """One of a few words."""
-
-    def __init__(self, *words: str) -> None:
-        super().__init__(listed(words), {"type": "string", "enum": [*words]})
-        self.words = words
-
-    def read(self, node: Node, reading: Reading, name: str) -> str | None:
-        """Take one of the words, exactly as spelt."""
-        if isinstance(node, ScalarNode) and node.text in self.words:
-            return node.text
-        hint = did_you_mean(node.text, self.words) if isinstance(node, ScalarNode) else ""
-        message = f"{shown(name)} must be {self.expected}, found {described(node)}{hint}"
-        reading.problem("CQ011", message, node)
-        return None
-
-
-class Expression(Shape[str]):
-    """A regular expression over names."""
-
-    def __init__(self) -> None:
-        super().__init__("a regular expression", {"type": [*_SCALARS], "minLength": 1})
-
-    def read(self, node: Node, reading: Reading, name: str) -> str | None:
-        """Take what can be matched."""
-        text = TEXT.read(node, reading, name)
-        if text is not None:
-            try:
-                pattern(text)
-            except PatternError as error:
-                reading.problem("CQ011", f"{shown(name)} cannot be read as a regular expression: {error}", node)
-                return None
-        return text
-
-
-class Date(Shape[str]):
-    """A day, as ISO 8601 writes it."""
-
-    def __init__(self) -> None:
-        leaf: Schema = {"type": "string", "format": "date", "pattern": r"^\d{4}-\d\d-\d\d$"}
-        super().__init__("a date such as 2027-01-31", leaf)
-
-    def read(self, node: Node, reading: Reading, name: str) -> str | None:
-        """Take the text of a day that exists."""
-        text = node.text if isinstance(node, ScalarNode) else ""
-        if re.fullmatch(r"\d{4}-\d\d-\d\d", text, re.ASCII):
-            try:
-                return date.fromisoformat(text).isoformat()
-            except ValueError:
-                reading.problem("CQ011", f"{shown(name)}: there is no day {text}", node)
-                return None
-        reading.problem("CQ011", f"{shown(name)} must be {self.expected}, found {described(node)}", node)
-        return None
-
-
-class Version(Shape[int]):
-    """The version of the form."""
-
-    def __init__(self, version: int) -> None:
-        super().__init__(str(version), {"const": version})
-        self.version = version
-
-    def read(self, node: Node, reading: Reading, name: str) -> int | None:
-        """Take the one version that is known."""
-        if isinstance(node, ScalarNode) and whole_number(node) == self.version:
-            return self.version
-        if isinstance(node, ScalarNode) and not node.plain:
-            message = f"{shown(name)} must be the number {self.version}, found the text {described(node)}"
-        else:
-            message = f"version {described(node)} of the form is not known, only version {self.version} is"
-        reading.problem("CQ004", message, node, f"write `{name}: {self.version}`, or install a newer C-QoS")
-        return None
-
-
-class Texts(Shape[tuple[Setting, ...]]):
-    """One text or a list of texts, each with its place."""
-
-    def __init__(self) -> None:
-        super().__init__("a text or a list of texts")
-
-    def read(self, node: Node, reading: Reading, name: str) -> tuple[Setting, ...] | None:
-        """Take every text; a refused one is left out."""
-        found = []
-        for item in node.items if isinstance(node, SequenceNode) else [node]:
-            if isinstance(item, ScalarNode) and item.text and not is_null(item):
-                found.append(Setting(item.text, reading.place(item)))
-            else:
-                self.refuse(item, reading, name)
-        return tuple(found)
-
-    def schema(self, shared: dict[str, Schema]) -> Schema:
-        """A text or a list."""
-        text = TEXT.schema(shared)
-        return {"anyOf": [text, {"type": "array", "items": text}]}
-
-
-class AnySetting(Shape[Setting]):
-    """One setting: what may be stated is known to the rule pack, not to the form.
-
-    ``maps`` tells whether its value may be a map.
-    """
-
-    def __init__(self, *, maps: bool) -> None:
-        super().__init__("a text, number, flag, list or map" if maps else "a text, number, flag or list")
-        self.maps = maps
-
-    def read(self, node: Node, reading: Reading, name: str) -> Setting | None:
-        """Take the value as text in YAML flow form; ``{unknown: why}`` is a value that is not known."""
-        if isinstance(node, MappingNode) and set(node.entries) == {"unknown"}:
-            _, why = node.entries["unknown"]
-            if isinstance(why, ScalarNode) and why.text and not is_null(why):
-                return Setting("", reading.place(node), why.text)
-        if isinstance(node, MappingNode) and not self.maps:
-            self.refuse(node, reading, name)
-            return None
-        return Setting(flow_text(node), reading.place(node))
-
-    def schema(self, shared: dict[str, Schema]) -> Schema:
-        """Refer to one definition for all settings."""
-        name = "setting" if self.maps else "flat_setting"
-        shared["not_known"] = {
-            "description": "A value that is not known, and why.",
-            "type": "object",
-            "properties": {"unknown": {**TEXT.schema(shared), "description": "Why it is not known."}},
-            "required": ["unknown"],
-            "additionalProperties": False,
-        }
-        stated = {
-            "type": [*_SCALARS, "array", *(["object"] if self.maps else []), "null"],
-            **whatever_is_below(shared),
-        }
-        shared[name] = {
-            "description": "A setting by its name in the rule pack; null means not stated.",
-            "anyOf": [stated, {"$ref": "#/$defs/not_known"}],
-        }
-        return {"$ref": f"#/$defs/{name}"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -479,7 +262,7 @@ class Form(Shape[Entry]):
         if not self.required:
             kinds.append("null")
         if self.short is not None:
-            kinds += _SCALARS
+            kinds += SCALARS
         properties: Schema = {
             key.name: {"description": key.help, **_of(key, shared), **_hinted(key.hints)} for key in self.keys.values()
         }
@@ -490,7 +273,7 @@ class Form(Shape[Entry]):
             "additionalProperties": self.others.schema(shared) if self.others is not None else False,
         }
         if self.others is not None:
-            schema["propertyNames"] = _NAME
+            schema["propertyNames"] = NAME
         if self.short is not None:
             schema["minLength"] = 1
         if self.required:
@@ -513,15 +296,7 @@ def _of(key: Key[Any], shared: dict[str, Schema]) -> Schema:
 
 def named(values: Schema) -> Schema:
     """Return the schema of a map from names, which are never empty, to ``values``."""
-    return {"type": "object", "propertyNames": _NAME, "additionalProperties": values}
-
-
-def whatever_is_below(shared: dict[str, Schema]) -> Schema:
-    """Return what a schema says of a list's items and a map's values where they may be anything: no key is empty."""
-    below: Schema = {"$ref": "#/$defs/value"}
-    rest: Schema = {"items": below, "propertyNames": _NAME, "additionalProperties": below}
-    shared["value"] = {"description": "Any value.", **rest}
-    return rest
+    return {"type": "object", "propertyNames": NAME, "additionalProperties": values}
 
 
 def nullable(schema: Schema) -> Schema:
@@ -536,13 +311,6 @@ def _missing_blank(node: Node) -> str | None:
     """Suspect ``key:value`` where a map is wanted."""
     glued = isinstance(node, ScalarNode) and node.plain and re.fullmatch(r"([\w.-]+):(\S+)", node.text[:200])
     return f"write a blank after the colon: `{glued[1]}: {glued[2]}`" if glued else None
-
-
-TEXT = Text()
-FLAG = Flag()
-TEXTS = Texts()
-SETTING = AnySetting(maps=True)
-FLAT_SETTING = AnySetting(maps=False)
 
 
 class SettingsMap(Shape["Settings"]):

@@ -12,16 +12,16 @@ from itertools import product
 from math import prod
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from cqos_core.importers.forms import TEXT, Shape, described
-from cqos_core.importers.reading import did_you_mean, shown
+from cqos_core.importers.reading import described, did_you_mean, shown
+from cqos_core.importers.shapes import TEXT, Shape
 from cqos_core.importers.tree import ScalarNode, SequenceNode, is_null, whole_number
 from cqos_core.model.system import Place, ProfileRef, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Iterator, Mapping
 
-    from cqos_core.importers.forms import Schema
     from cqos_core.importers.reading import Reading
+    from cqos_core.importers.shapes import Schema
     from cqos_core.importers.tree import Node
 
 T = TypeVar("T")

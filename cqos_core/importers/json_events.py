@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, ClassVar, Final, TypeAlias
 
 from yaml.error import Mark
 from yaml.events import (
@@ -26,6 +26,25 @@ if TYPE_CHECKING:
 
 _BLANK = re.compile(r"[ \t\r\n]*+")
 _WORD = re.compile(r"-?(?:0|[1-9][0-9]*+)(?:\.[0-9]++)?(?:[eE][-+]?[0-9]++)?(?![\w.+-])|(?:true|false|null)\b")
+_NOTHING = re.compile(r"(?!)")
+_IGNORED: Final = re.compile(r"(?:[\s\ufeff]++|//[^\n\r\u2028\u2029]*+|/\*(?:[^*]|\*(?!/))*+\*/)*+")
+_NUMBER: Final = (
+    r"[-+]?(?:0[xX][0-9a-fA-F]++|(?:(?:0|[1-9][0-9]*+)(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]++)?|Infinity|NaN)"
+)
+_WORD5: Final = re.compile(rf"(?:{_NUMBER}|true|false|null)(?![\w.$+-])")
+_IDENTIFIER: Final = re.compile(r"[^\W\d][\w$]*+|\$[\w$]*+")
+_PLAIN: Final = re.compile(r"""[^"'\\\n\r]++""")
+_ESCAPE: Final = re.compile(r"\\(?:x([0-9a-fA-F]{2})|u([0-9a-fA-F]{4})|(\r\n|[^xu1-9]))", re.DOTALL)
+_ESCAPED: Final = {
+    "b": "\b",
+    "f": "\f",
+    "n": "\n",
+    "r": "\r",
+    "t": "\t",
+    "v": "\v",
+    "0": "\0",
+    **dict.fromkeys(("\n", "\r", "\r\n", "\u2028", "\u2029"), ""),  # the text goes on in the next line
+}
 
 
 class JsonError(ValueError):
@@ -75,6 +94,10 @@ class _Scanner:
     quotes = '"'
     word = _WORD
     values = "text in double quotes, number, true, false, null, list or map"
+    blanks = _BLANK
+    name = _NOTHING
+    keys = "a key in double quotes is expected here"
+    after_comma: ClassVar[dict[str, _Awaited]] = {"{": "key", "[": "value"}
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -122,10 +145,13 @@ class _Scanner:
         return ScalarEvent(None, None, (True, False), word[0], mark, mark), "next"
 
     def key(self) -> Event:
-        """Read a key and its colon."""
-        if self.peek() != '"':
-            raise self.error("a key in double quotes is expected here")
-        key = self.string()
+        """Read a key, in quotes or where the format allows it a name, and its colon."""
+        found = self.name.match(self.text, self.at)
+        if found is None and (not self.peek() or self.peek() not in self.quotes):
+            raise self.error(self.keys)
+        mark = self.mark()
+        key = self.string() if found is None else _text_event(found[0], mark)
+        self.at = self.at if found is None else found.end()
         self.blank()
         if self.peek() != ":":
             raise self.error("a colon is expected between key and value")
@@ -136,7 +162,7 @@ class _Scanner:
         """Go over a comma, or end the list or map."""
         if self.peek() == ",":
             self.at += 1
-            return None, "key" if self.opened[-1] == "{" else "value"
+            return None, self.after_comma[self.opened[-1]]
         if self.peek() != self.closing():
             raise self.error(f"a comma or `{self.closing()}` is expected here")
         return self.close(), "next"
@@ -148,23 +174,29 @@ class _Scanner:
         return MappingEndEvent(mark, mark) if self.opened.pop() == "{" else SequenceEndEvent(mark, mark)
 
     def string(self) -> Event:
-        """Read a text in double quotes."""
+        """Read a text in quotes."""
         mark = self.mark()
         try:
+            return _text_event(self.characters(mark).encode("utf-16-le", "surrogatepass").decode("utf-16-le"), mark)
+        except UnicodeDecodeError:
+            self.at = mark.index
+            raise self.error("half a surrogate pair is no character") from None
+
+    def characters(self, mark: Mark) -> str:  # noqa: ARG002 - JSON5 reports some errors where the text begins
+        """Return what stands within quotes, escapes resolved."""
+        try:
             text, self.at = _STRINGS.raw_decode(self.text, self.at)
-            text.encode()
         except json.JSONDecodeError as error:
             self.at = error.pos
             raise self.error(error.msg[0].lower() + error.msg[1:]) from None
-        except UnicodeEncodeError:
-            self.at = mark.index
-            raise self.error("half a surrogate pair is no character") from None
-        return ScalarEvent(None, None, (False, True), text, mark, mark, style='"')
+        return str(text)
 
     def blank(self) -> None:
-        """Go over blanks."""
-        found = _BLANK.match(self.text, self.at)
+        """Go over blanks, and over comments where the format has them."""
+        found = self.blanks.match(self.text, self.at)
         self.at = found.end() if found else self.at
+        if self.blanks is _IGNORED and self.text.startswith("/*", self.at):
+            raise self.error("the comment that begins here does not end")
 
     def peek(self) -> str:
         """Return the next character, or nothing at the end."""
@@ -184,59 +216,20 @@ class _Scanner:
         return JsonError(message, *self.lines.position(self.at))
 
 
-_IGNORED: Final = re.compile(r"(?:[\s\ufeff]++|//[^\n\r\u2028\u2029]*+|/\*(?:[^*]|\*(?!/))*+\*/)*+")
-_NUMBER: Final = (
-    r"[-+]?(?:0[xX][0-9a-fA-F]++|(?:(?:0|[1-9][0-9]*+)(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]++)?|Infinity|NaN)"
-)
-_WORD5: Final = re.compile(rf"(?:{_NUMBER}|true|false|null)(?![\w.$+-])")
-_IDENTIFIER: Final = re.compile(r"[^\W\d][\w$]*+|\$[\w$]*+")
-_PLAIN: Final = re.compile(r"""[^"'\\\n\r]++""")
-_ESCAPE: Final = re.compile(r"\\(?:x([0-9a-fA-F]{2})|u([0-9a-fA-F]{4})|(\r\n|[^xu1-9]))", re.DOTALL)
-_ESCAPED: Final = {
-    "b": "\b",
-    "f": "\f",
-    "n": "\n",
-    "r": "\r",
-    "t": "\t",
-    "v": "\v",
-    "0": "\0",
-    **dict.fromkeys(("\n", "\r", "\r\n", "\u2028", "\u2029"), ""),  # the text goes on in the next line
-}
-
-
 class _Json5Scanner(_Scanner):
     """One pass over JSON5 (spec.json5.org): comments, names without quotes, single quotes, a comma at the end."""
 
     quotes = "\"'"
     word = _WORD5
     values = "text in quotes, number, true, false, null, list or map"
+    blanks = _IGNORED
+    name = _IDENTIFIER
+    keys = "a key is expected here: a name, or text in quotes"
+    after_comma: ClassVar[dict[str, _Awaited]] = {"{": "first key", "[": "first item"}
 
-    def key(self) -> Event:
-        """Read a key, in quotes or a name, and its colon."""
-        found = _IDENTIFIER.match(self.text, self.at)
-        if found is None and (not self.peek() or self.peek() not in self.quotes):
-            raise self.error("a key is expected here: a name, or text in quotes")
-        key = self.string() if found is None else self.name(found[0])
-        self.blank()
-        if self.peek() != ":":
-            raise self.error("a colon is expected between key and value")
-        self.at += 1
-        return key
-
-    def name(self, text: str) -> Event:
-        """Read a key without quotes."""
-        mark = self.mark()
-        self.at += len(text)
-        return ScalarEvent(None, None, (False, True), text, mark, mark, style='"')
-
-    def after_value(self) -> tuple[Event | None, _Awaited]:
-        """Go over a comma, which may be the last thing in a list or map, or end the list or map."""
-        event, awaited = super().after_value()
-        return event, f"first {'key' if awaited == 'key' else 'item'}" if event is None else awaited
-
-    def string(self) -> Event:
-        """Read a text in quotes of either kind."""
-        mark, quote = self.mark(), self.peek()
+    def characters(self, mark: Mark) -> str:
+        """Return what stands within quotes of either kind, escapes resolved."""
+        quote = self.peek()
         self.at += 1
         parts: list[str] = []
         while (char := self.peek()) != quote:
@@ -257,16 +250,8 @@ class _Json5Scanner(_Scanner):
                 self.at = mark.index
                 raise self.error("the text that begins here does not end on its line")
         self.at += 1
-        try:
-            text = "".join(parts).encode("utf-16-le", "surrogatepass").decode("utf-16-le")
-        except UnicodeDecodeError:
-            self.at = mark.index
-            raise self.error("half a surrogate pair is no character") from None
-        return ScalarEvent(None, None, (False, True), text, mark, mark, style='"')
+        return "".join(parts)
 
-    def blank(self) -> None:
-        """Go over blanks and comments."""
-        found = _IGNORED.match(self.text, self.at)
-        self.at = found.end() if found else self.at
-        if self.text.startswith("/*", self.at):
-            raise self.error("the comment that begins here does not end")
+
+def _text_event(text: str, mark: Mark) -> Event:
+    return ScalarEvent(None, None, (False, True), text, mark, mark, style='"')

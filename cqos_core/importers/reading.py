@@ -8,15 +8,16 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.importers.tree import MappingNode, SequenceNode, is_null
 from cqos_core.model.encoding import Lines, decode
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.spelling import nearest
 from cqos_core.model.system import ImportNote, Place
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping
 
-    from cqos_core.importers.source import Source
+    from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
 
 _MOST_PROBLEMS: Final = 1000
@@ -36,9 +37,9 @@ class Reading:
         self.problems = problems
         self.notes = notes
 
-    def place(self, node: Node) -> Place:
+    def place(self, node: Node | Place) -> Place:
         """Return where ``node`` begins."""
-        return Place(self.source.name, node.line, node.column)
+        return node if isinstance(node, Place) else Place(self.source.name, node.line, node.column)
 
     def problem(self, code: str, message: str, where: Node | Place, advice: str | None = None) -> None:
         """Collect a problem.
@@ -46,13 +47,11 @@ class Reading:
         Raises:
             InputError: with all of them, above a limit.
         """
-        place = where if isinstance(where, Place) else self.place(where)
-        collect(self.problems, Problem(code, message, place, advice))
+        collect(self.problems, Problem(code, message, self.place(where), advice))
 
     def warn(self, code: str, message: str, where: Node | Place, advice: str) -> None:
         """Say something that is no reason to stop."""
-        place = where if isinstance(where, Place) else self.place(where)
-        self.notes.append(ImportNote(code, "warning", message, place, advice))
+        self.notes.append(ImportNote(code, "warning", message, self.place(where), advice))
 
     @cached_property
     def lines(self) -> Lines:
@@ -76,6 +75,31 @@ def collect(problems: list[Problem], problem: Problem) -> None:
         raise InputError([*problems, replace(problem, message=message, help=None)])
 
 
+def read_switches(importer: str, context: ReadContext, known: Mapping[str, tuple[str, ...]]) -> dict[str, str]:
+    """Return the switches of ``importer`` that are given.
+
+    Args:
+        importer: its name.
+        context: what the caller says.
+        known: each switch with the values it can have; none listed: any.
+
+    Raises:
+        InputError: a switch is not known, or has a value that it cannot have.
+    """
+    given = dict(context.options.get(importer, {}))
+    problems = []
+    for name, value in given.items():
+        if name not in known:
+            message = f"the importer `{importer}` has no switch {shown(name)}; it has {listed(known, 'and')}"
+            problems.append(Problem("CQ047", message))
+        elif known[name] and value not in known[name]:
+            message = f"the switch `{importer}.{name}` is {shown(value)}, it can be {listed(known[name])}"
+            problems.append(Problem("CQ047", message))
+    if problems:
+        raise InputError(problems)
+    return given
+
+
 @contextmanager
 def collector_paused() -> Iterator[None]:
     """Keep the cyclic garbage collector from running within: reading makes many objects and no cycles.
@@ -97,6 +121,15 @@ def shown(text: str) -> str:
     start = text[: _LONGEST_EXCERPT + 1]
     line = start if start.isprintable() else start.encode("unicode_escape").decode()
     return f"`{line}`" if len(line) <= _LONGEST_EXCERPT else f"`{line[:_LONGEST_EXCERPT]}…`"
+
+
+def described(node: Node) -> str:
+    """Say what is written, for messages."""
+    if isinstance(node, MappingNode):
+        return "a map"
+    if isinstance(node, SequenceNode):
+        return "a list"
+    return "nothing" if is_null(node) else shown(node.text) if node.text else "an empty text"
 
 
 def listed(words: Iterable[str], last: str = "or") -> str:

@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias, cast
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias, cast, get_args
 
-from cqos_core.importers.forms import TEXT, Date, Form, Key, Shape, Word, described, named, whatever_is_below
-from cqos_core.importers.reading import did_you_mean, shown
+from cqos_core.importers.forms import Form, Key, named
+from cqos_core.importers.reading import described, did_you_mean, shown
+from cqos_core.importers.shapes import DATE, TEXT, Shape, one_of, whatever_is_below
 from cqos_core.importers.tree import MappingNode, SequenceNode, flow_text, is_null
 from cqos_core.model.system import Acceptance, Bound, TeamRule
 
 if TYPE_CHECKING:
-    from cqos_core.importers.forms import Entry, Schema
+    from cqos_core.importers.forms import Entry
     from cqos_core.importers.reading import Reading
+    from cqos_core.importers.shapes import Schema
     from cqos_core.importers.tree import Node
 
 Relation: TypeAlias = Literal["exactly", "at_least", "at_most", "one_of", "not"]
 _Severity: TypeAlias = Literal["error", "warning", "note"]
 
-RELATIONS: Final[dict[str, Relation]] = {
-    "exactly": "exactly",
-    "at_least": "at_least",
-    "at_most": "at_most",
-    "one_of": "one_of",
-    "not": "not",
-}
+RELATIONS: Final[tuple[Relation, ...]] = get_args(Relation)
 _SEVERAL: Final = ("one_of", "not")
 
 
@@ -53,12 +49,11 @@ class _Bounds(Shape[tuple[Bound, ...]]):
     def _related(self, policy: str, node: MappingNode, reading: Reading) -> list[Bound]:
         bounds = []
         for key, value in node.entries.values():
-            relation = RELATIONS.get(key.text)
+            relation = next((each for each in RELATIONS if each == key.text), None)
             if relation is None:
                 hint = did_you_mean(key.text, RELATIONS)
                 message = f"{shown(policy)} cannot be required {shown(key.text)}{hint}"
-                advice = f"allowed: {', '.join(RELATIONS)}; a bare value means exactly"
-                reading.problem("CQ006", message, key, advice)
+                reading.problem("CQ006", message, key, f"allowed: {', '.join(RELATIONS)}; a bare value means exactly")
             elif is_null(value):
                 reading.problem("CQ010", f"{shown(key.text)} has no value", key)
             elif relation == "one_of" and not _lists_values(value):
@@ -92,9 +87,9 @@ def _lists_values(node: Node) -> bool:
     return isinstance(node, SequenceNode) and bool(node.items) and not any(map(is_null, node.items))
 
 
-SEVERITY: Final = Key("severity", Word("error", "warning", "note"), "How loud the check speaks; `error` without it.")
+SEVERITY: Final = Key("severity", one_of("error", "warning", "note"), "How loud the check speaks; `error` without it.")
 WHERE_KEYS: Final = (
-    Key("role", Word("publisher", "subscriber"), "Which side."),
+    Key("role", one_of("publisher", "subscriber"), "Which side."),
     Key("topic", TEXT, "Pattern of the topic's name, with `*` and `?`."),
     Key("participant", TEXT, "Pattern of the participant's id."),
     Key("protocol", TEXT, "Pattern of the protocol's id."),
@@ -120,7 +115,7 @@ CHECK: Final = Form(
 RULE: Final = Key("rule", TEXT, "Code or name of the rule that is accepted to speak.", required=True)
 ACCEPT_TOPIC: Final = Key("topic", TEXT, "Topic of the findings that are accepted.")
 ACCEPT_ENDPOINT: Final = Key("endpoint", TEXT, "Id of an endpoint of the findings that are accepted.")
-UNTIL: Final = Key("until", Date(), "Day after which it no longer holds.")
+UNTIL: Final = Key("until", DATE, "Day after which it no longer holds.")
 ACCEPTANCE: Final = Form("acceptance", "an accepted finding", (RULE, ACCEPT_TOPIC, ACCEPT_ENDPOINT, UNTIL, BECAUSE))
 
 

@@ -9,7 +9,10 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
 
 Kind: TypeAlias = Literal["null", "flag", "number", "text"]
 
@@ -70,6 +73,28 @@ def is_null(node: Node) -> bool:
     return isinstance(node, ScalarNode) and node.plain and node.text in _NULL
 
 
+def stated(entries: MappingNode, name: str) -> Node | None:
+    """Return the value of a key, None where it is not there or states nothing."""
+    _, value = entries.entries.get(name, (None, None))
+    return None if value is None or is_null(value) else value
+
+
+def walk(roots: Iterable[Node]) -> Iterator[Node]:
+    """Yield ``roots`` and every key and value below them, each once and in the order of the document."""
+    seen: set[int] = set()
+    waiting = [*roots][::-1]
+    while waiting:
+        node = waiting.pop()
+        if id(node) in seen:
+            continue
+        seen.add(id(node))
+        yield node
+        if isinstance(node, SequenceNode):
+            waiting += reversed(node.items)
+        elif isinstance(node, MappingNode):
+            waiting += reversed([part for entry in node.entries.values() for part in entry])
+
+
 def flag(node: ScalarNode) -> bool | None:
     """Return the flag a plain scalar stands for, None where it stands for something else."""
     if not node.plain:
@@ -85,8 +110,7 @@ def whole_number(node: ScalarNode) -> int | None:
     text = node.text
     if not node.plain or len(text) > _LONGEST_NUMBER or not _INTEGER.fullmatch(text):
         return None
-    base = {"0o": 8, "0x": 16}.get(text[:2], 10)
-    return int(text, base)
+    return int(text, {"0o": 8, "0x": 16}.get(text[:2], 10))
 
 
 def kind_of(node: ScalarNode) -> Kind:
@@ -141,5 +165,4 @@ def quoted_where_needed(node: ScalarNode) -> str:
 
 
 def _quoted(text: str) -> str:
-    quoted = json.dumps(text, ensure_ascii=False)
-    return _ESCAPED.sub(lambda found: f"\\u{ord(found[0]):04x}", quoted)
+    return _ESCAPED.sub(lambda found: f"\\u{ord(found[0]):04x}", json.dumps(text, ensure_ascii=False))

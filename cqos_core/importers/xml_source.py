@@ -6,20 +6,26 @@ network. Depth and lengths are limited, and time and memory are those of one pla
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from lxml import etree
 
+from cqos_core.importers.foreign import FileReading
 from cqos_core.model.encoding import Lines, byte_order_mark, codec, decode, encoding_of
+from cqos_core.model.excerpt import exact
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.regular import re
 from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from typing import TypeAlias
 
-    from cqos_core.importers.source import Source
+    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.importers.tree import Node
+    from cqos_core.model.system import System
 
     # lxml's stubs, and lxml, have no public name for the type of elements.
     Element: TypeAlias = etree._Element  # noqa: SLF001
@@ -65,6 +71,71 @@ def parse_xml(source: Source, most_tags: int | None = None) -> Element:
         return etree.fromstring(_NAMESPACE_NAME.sub(_as_uri, data), parser)
     except etree.XMLSyntaxError as error:
         raise InputError([_explain(source, parser, error)]) from None
+
+
+class ElementReading(FileReading):
+    """One XML file that is being read.
+
+    Attributes:
+        unread: paths of elements that nothing reads, each with its first place.
+    """
+
+    def __init__(self, source: Source, context: ReadContext) -> None:
+        super().__init__(source, context)
+        self.unread: dict[str, Place] = {}
+
+    def place(self, node: Node | Place | Element) -> Place:
+        """Return where an element is; its name tells it from others on the line when the column is looked for."""
+        if isinstance(node, Place):
+            return node
+        if not isinstance(node, etree._Element):  # noqa: SLF001
+            return super().place(node)
+        return Place(self.source.name, int(node.sourceline or 1), path=f"{written(node)}[1]")
+
+    def problem(self, code: str, message: str, where: Node | Place | Element, advice: str | None = None) -> None:
+        """Collect a problem."""
+        super().problem(code, message, self.place(where), advice)
+
+    def note(self, code: str, message: str, where: Node | Place | Element, advice: str | None = None) -> None:
+        """Report something that is no reason to stop, with the severity of its code."""
+        super().note(code, message, self.place(where), advice)
+
+    def finish(self) -> System:
+        """Return the system.
+
+        Raises:
+            InputError: there were problems; with all of them, each with its column, for which the source is read again.
+        """
+        places = exact([each.place for each in self.problems if each.place is not None], self.system.sources)
+        self.problems[:] = [
+            replace(each, place=places.get(each.place)) if each.place else each for each in self.problems
+        ]
+        return super().finish()
+
+
+def elements(above: Element) -> Iterator[Element]:
+    """Yield the elements directly below one."""
+    return (child for child in above if isinstance(child.tag, str))
+
+
+def children(above: Element, *names: str) -> list[Element]:
+    """Return the elements of some names directly below one."""
+    return [child for child in elements(above) if local(child) in names]
+
+
+def local(element: Element) -> str:
+    """Return the name of an element without its namespace."""
+    return str(element.tag).rpartition("}")[2]
+
+
+def written(element: Element) -> str:
+    """Return the name of an element as the file writes it."""
+    return f"{element.prefix}:{local(element)}" if element.prefix else local(element)
+
+
+def text_of(element: Element) -> str:
+    """Return the text of an element."""
+    return (element.text or "").strip()
 
 
 def _parser() -> etree.XMLParser:

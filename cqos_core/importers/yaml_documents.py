@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.importers.detect import claims_yaml
-from cqos_core.importers.reading import Reading, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null, whole_number
+from cqos_core.importers.reading import Reading, described, shown
+from cqos_core.importers.tree import MappingNode, ScalarNode, is_null, walk, whole_number
 from cqos_core.importers.yaml_form import (
     CQOS,
     DEFAULT_PROTOCOL,
@@ -30,8 +30,6 @@ from cqos_core.model.problems import InputError
 from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from cqos_core.importers.forms import Entry
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
@@ -115,7 +113,7 @@ class Loader:
         if not tree.templates:
             return
         maps = [root for root in tree.documents if isinstance(root, MappingNode)]
-        single = {id(node) for root in maps for key in _SINGLE for node in _scalars(root.entries.get(key.name))}
+        single = {id(node) for root in maps for key in _SINGLE for node in walk(root.entries.get(key.name, ()))}
         for node in tree.templates:
             if id(node) in single:
                 message = f"{shown(node.text)} cannot mention a variable: there is one of it in the whole system"
@@ -132,9 +130,13 @@ class Loader:
         if version is None or is_null(version[1]):
             self.missing_version(reading, reading.place(root), f"`cqos: {VERSION}` is missing")
             return None
-        if not isinstance(version[1], ScalarNode) or whole_number(version[1]) != VERSION:
-            # The meaning of another version is unknown, so this is its only problem.
-            CQOS.shape.read(version[1], reading, CQOS.name)
+        stated = version[1]
+        if not isinstance(stated, ScalarNode) or whole_number(stated) != VERSION:
+            # What another version means is not known, so nothing else is said of it.
+            message = f"version {described(stated)} of the form is not known, only version {VERSION} is"
+            if isinstance(stated, ScalarNode) and not stated.plain:
+                message = f"`{CQOS.name}` must be the number {VERSION}, found the text {described(stated)}"
+            reading.problem("CQ004", message, stated, f"write `{CQOS.name}: {VERSION}`, or install a newer C-QoS")
             return None
         _, instances = root.entries.get(INSTANCES.name, (None, None))
         if isinstance(instances, MappingNode):
@@ -201,18 +203,4 @@ def _same(name: str) -> str:
 
 
 def _is_system_file(source: Source) -> bool:
-    named = source.name.lower().endswith((".yaml", ".yml", ".json"))
-    return named or claims_yaml(source.name, source.data[:_HEAD])
-
-
-def _scalars(entry: tuple[ScalarNode, Node] | None) -> Iterator[ScalarNode]:
-    """Yield the scalars of one entry, its key too."""
-    waiting: list[Node] = [*entry] if entry is not None else []
-    while waiting:
-        node = waiting.pop()
-        if isinstance(node, ScalarNode):
-            yield node
-        elif isinstance(node, SequenceNode):
-            waiting += node.items
-        else:
-            waiting += [part for pair in node.entries.values() for part in pair]
+    return source.name.lower().endswith((".yaml", ".yml", ".json")) or claims_yaml(source.name, source.data[:_HEAD])

@@ -9,25 +9,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.forms import (
-    FLAG,
-    FLAT_SETTING,
-    SETTING,
-    TEXT,
-    TEXTS,
-    Expression,
-    Form,
-    Key,
-    ListOf,
-    MapOf,
-    Member,
-    OneOrMore,
-    SettingsMap,
-    Version,
-    Word,
-)
+from cqos_core.importers.forms import Form, Key, ListOf, MapOf, Member, OneOrMore, SettingsMap
 from cqos_core.importers.instances import InstancesShape
+from cqos_core.importers.shapes import EXPRESSION, FLAG, FLAT_SETTING, SETTING, TEXT, TEXTS, Scalar, one_of
 from cqos_core.importers.team_rules import ACCEPTANCE, CHECK
+from cqos_core.importers.tree import whole_number
 
 if TYPE_CHECKING:
     from cqos_core.importers.forms import Entry
@@ -184,31 +170,36 @@ FROM: Final = Key(
 TO: Final = Key("to", ROUTE_SIDE, "What it publishes that as, with the settings of its publication.", required=True)
 ONLY: Final[Key[list[str]]] = Key(
     "only",
-    ListOf(Expression(), "a list of regular expressions"),
+    ListOf(EXPRESSION, "a list of regular expressions"),
     "Of the topics that the `*` of `from` matches, those are carried whose whole name one of these regular expressions matches.",
 )
 BUT: Final[Key[list[str]]] = Key(
     "but",
-    ListOf(Expression(), "a list of regular expressions"),
+    ListOf(EXPRESSION, "a list of regular expressions"),
     "Those that are not carried, by regular expressions too.",
 )
 KIND: Final = Key(
     "kind",
-    Word("service", "action"),
+    one_of("service", "action"),
     "What it carries in place of topics: what the bridge serves on the side of `from`, it calls on that of `to`.",
 )
 ROUTE: Final = Form("route", "a route", (FROM, TO, KIND, ONLY, BUT))
 ROUTES: Final = Key("routes", ListOf(ROUTE, "a list of routes"), "What is carried from where to where.", required=True)
 CARRIES: Final[Key[list[str]]] = Key(
     "carries",
-    ListOf(Word("liveliness"), "a list of what it carries"),
+    ListOf(one_of("liveliness"), "a list of what it carries"),
     "What it carries on beside samples: `liveliness`, where it stops publishing when the source is gone.",
 )
 BRIDGE: Final = Form("bridge", "a bridge", (ROUTES, CARRIES))
 
 # The document
 
-CQOS: Final = Key("cqos", Version(VERSION), f"Version of this form, always {VERSION}.", required=True)
+CQOS: Final = Key(
+    "cqos",
+    Scalar(str(VERSION), {"const": VERSION}, whole_number),
+    f"Version of this form, always {VERSION}.",
+    required=True,
+)
 SYSTEM: Final = Key("system", TEXT, "Name of the system, for the report.")
 DEFAULT_PROTOCOL: Final = Key(
     "protocol", TEXT, "Protocol of the participants in this file that state none.", hints=_PACKS
@@ -252,7 +243,7 @@ CHECKS: Final = Key("checks", ListOf(CHECK, "a list of checks"), "The team's own
 ACCEPT: Final = Key("accept", ListOf(ACCEPTANCE, "a list of accepted findings"), "Known exceptions, with a reason.")
 SEVERITIES: Final = Key(
     "severities",
-    MapOf(Word("error", "warning", "note", "off"), "a map from rules to severities"),
+    MapOf(one_of("error", "warning", "note", "off"), "a map from rules to severities"),
     "Severity by code or name of a rule; `off` silences it.",
 )
 DOCUMENT: Final = Form(

@@ -70,6 +70,7 @@ from cqos_core.model.system import (
     System,
     Topic,
     endpoint_id,
+    numbered,
 )
 
 if TYPE_CHECKING:
@@ -311,28 +312,20 @@ class _Builder:
             kept = system.options.setdefault(pack, {})
             for name, setting in options.items():
                 kept.setdefault(name, setting)
-        self.take_named("profile", foreign.profiles, system.profiles)
-        self.take_named("topic", foreign.topics, system.topics)
-        self.take_named("broker", foreign.brokers, system.brokers)
-        self.take_named("bridge", foreign.bridges, system.bridges)
         for participant in foreign.participants.values():
             own = participant.protocol or foreign.protocol
             participant.protocol = None if own == system.protocol else own
-        self.take_named("participant", foreign.participants, system.participants)
+        for kind in ("profile", "topic", "broker", "bridge", "participant"):
+            among = getattr(system, f"{kind}s")
+            for name, stated in getattr(foreign, f"{kind}s").items():
+                if self.claim(kind, name, stated.place or Place("")):
+                    among[name] = stated
         system.endpoints += foreign.endpoints
         system.overlays += foreign.overlays
         system.checks += foreign.checks
         system.accept += foreign.accept
         for rule, severity in foreign.severities.items():
             system.severities.setdefault(rule, severity)
-
-    def take_named(self, kind: str, stated: Mapping[str, T], among: dict[str, T]) -> None:
-        """Put what has a name among its like."""
-
-        def is_new(name: str) -> bool:
-            return self.claim(kind, name, getattr(stated[name], "place", None) or Place(""))
-
-        among.update({name: each for name, each in stated.items() if is_new(name)})
 
     # Participants and endpoints
 
@@ -421,7 +414,7 @@ class _Builder:
                 advice = "give every endpoint an id of its own" if given else "give this endpoint an `id:` of its own"
                 self.problem("CQ013", message, place, advice)
                 break
-            name = _numbered(endpoint.id, self.numbers)  # the first of them is taken, or we were not here
+            name = numbered(endpoint.id, self.numbers)  # the first of them is taken, or we were not here
         self.ids.setdefault(name, (place, given))
         return name
 
@@ -484,13 +477,7 @@ def _endpoints(
                 place=(place := stated.place if several else member.place),
                 room=Room(place),
             )
-            yield _Stated(endpoint, given or _numbered(made_up, numbers), given is not None)
-
-
-def _numbered(name: str, numbers: dict[str, int]) -> str:
-    """Return ``name`` the first time, then ``name#2``, ``name#3``."""
-    number = numbers[name] = numbers.get(name, 0) + 1
-    return name if number == 1 else f"{name}#{number}"
+            yield _Stated(endpoint, given or numbered(made_up, numbers), given is not None)
 
 
 def _variables(names: Iterable[str]) -> str:

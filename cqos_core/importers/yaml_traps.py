@@ -11,11 +11,11 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from cqos_core.importers.reading import shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null, walk
 from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
 
     from cqos_core.importers.reading import Reading
     from cqos_core.importers.tree import Node
@@ -38,7 +38,7 @@ def refuse_odd_characters(tree: Tree, reading: Reading) -> None:
     """Collect a problem for each key or value without quotes that has a character which only looks like a blank, or like nothing."""
     if not _ODD.search(reading.lines.text):
         return
-    for node in _nodes(tree.documents):
+    for node in walk(tree.documents):
         if isinstance(node, ScalarNode) and node.plain and (odd := _ODD.search(node.text)):
             character = f"U+{ord(odd[0]):04X} {unicodedata.name(odd[0], 'without a name')}"
             message = f"{shown(node.text)} contains {character}, which is no blank to YAML"
@@ -123,25 +123,9 @@ def _warn_of_hash_keys(root: Node, hashes: dict[int, int], reading: Reading, top
 
 def _maps(root: Node, names: tuple[str, ...]) -> Iterator[tuple[ScalarNode, Node]]:
     """Yield every entry with one of ``names``, once."""
-    for node in _nodes([root]):
+    for node in walk([root]):
         if isinstance(node, MappingNode):
             yield from (node.entries[name] for name in names if name in node.entries)
-
-
-def _nodes(roots: Iterable[Node]) -> Iterator[Node]:
-    """Yield every key and value below ``roots``, once, and these themselves."""
-    seen: set[int] = set()
-    waiting = [*roots]
-    while waiting:
-        node = waiting.pop()
-        if id(node) in seen:
-            continue
-        seen.add(id(node))
-        yield node
-        if isinstance(node, SequenceNode):
-            waiting += node.items
-        elif isinstance(node, MappingNode):
-            waiting += [part for entry in node.entries.values() for part in entry]
 
 
 def _end_of_comments(line: int, reading: Reading) -> int:

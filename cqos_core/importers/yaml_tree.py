@@ -125,8 +125,7 @@ def read_json5(reading: Reading) -> Tree:
     except _RefusedError:
         return Tree()
     except JsonError as error:
-        where = Place(reading.source.name, error.line, error.column)
-        reading.problem("CQ001", f"this is not JSON5: {error}", where)
+        reading.problem("CQ001", f"this is not JSON5: {error}", Place(reading.source.name, error.line, error.column))
         return Tree()
     return composer.tree
 

@@ -34,7 +34,7 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
             f"{_CLAIMS}:claims_yaml",
             "cqos_core.importers.yaml_system:read",
             whole=True,
-            inserter="cqos_core.importers.editing:insert",
+            inserter="cqos_core.exporters.editing:insert",
         )
     )
 

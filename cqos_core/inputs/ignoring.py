@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-import re
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -12,6 +12,8 @@ from cqos_core.model.encoding import decode
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from pathspec import GitIgnoreSpec
+
 GENERATED: Final = frozenset({"build", "install", "log", "node_modules", "__pycache__"})
 """Folders that tools generate."""
 _FILE: Final = ".gitignore"
@@ -19,72 +21,30 @@ _REPOSITORY: Final = ".git"
 
 
 class Patterns(NamedTuple):
-    """Patterns that are relative to one folder.
-
-    Attributes:
-        folder: absolute path.
-        rules: in order: the expression over a relative path, whether it excludes, whether it is about folders only.
-    """
+    """Patterns that are relative to one folder, given by its absolute path."""
 
     folder: str
-    rules: tuple[tuple[re.Pattern[str], bool, bool], ...]
+    spec: GitIgnoreSpec
 
     def decide(self, path: str, *, is_folder: bool) -> bool | None:
         """Whether an absolute path is excluded; None where no pattern matches. The last one that matches wins."""
-        if not path.startswith(self.folder.rstrip(os.sep) + os.sep):
+        folder = self.folder.rstrip(os.sep) + os.sep
+        if not path.startswith(folder):
             return None
-        relative = path[len(self.folder.rstrip(os.sep)) + 1 :].replace(os.sep, "/")
-        for expression, excludes, folders_only in reversed(self.rules):
-            if (is_folder or not folders_only) and expression.fullmatch(relative):
-                return excludes
-        return None
+        relative = path[len(folder) :].replace(os.sep, "/")
+        return self.spec.check_file(f"{relative}/" if is_folder else relative).include
 
 
 def patterns(lines: Iterable[str], folder: str) -> Patterns:
     """Read patterns that are relative to ``folder``; one that is no pattern matches nothing."""
-    rules = []
+    from pathspec import GitIgnoreSpec
+
+    read: list[str] = []
     for line in lines:
-        text = re.sub(r"(?<!\\)[ \t\r]+$", "", line.rstrip("\n"))
-        if not text or text.startswith("#"):
-            continue
-        excludes = not text.startswith("!")
-        text = text.removeprefix("!")
-        folders_only = text.endswith("/")
-        text = text.rstrip("/")
-        anchored = "/" in text
-        text = text.removeprefix("/")
-        try:
-            rules.append((re.compile(("" if anchored else "(?:.*/)?") + _expression(text)), excludes, folders_only))
-        except re.error:
-            continue
-    return Patterns(os.path.abspath(folder), tuple(rules))  # noqa: PTH100 - links stay as they are written
-
-
-_PIECE: Final = re.compile(
-    r"(?P<start>^\*\*/)|(?P<middle>/\*\*/)|(?P<end>/\*\*$)|\*+|\?|\[!?\]?[^\]]*\]|\\.|.", re.DOTALL
-)
-
-
-def _expression(pattern: str) -> str:
-    return "".join(map(_piece, _PIECE.finditer(pattern)))
-
-
-def _piece(found: re.Match[str]) -> str:
-    text = found[0]
-    if found["start"] is not None:
-        return "(?:.*/)?"
-    if found["middle"] is not None:
-        return "/(?:.*/)?"
-    if found["end"] is not None:
-        return "/.*"
-    if text.startswith("*"):
-        return "[^/]*"
-    if text == "?":
-        return "[^/]"
-    if text.startswith("[") and len(text) > 1:
-        inner = text[1:-1].replace("\\", "\\\\")
-        return f"[^/{inner[1:]}]" if inner.startswith("!") else f"[{inner}]"
-    return re.escape(text[1:] if text.startswith("\\") and len(text) > 1 else text)
+        with suppress(ValueError):
+            GitIgnoreSpec.from_lines([line.rstrip("\r\n")])
+            read.append(line.rstrip("\r\n"))
+    return Patterns(os.path.abspath(folder), GitIgnoreSpec.from_lines(read, backend="simple"))  # noqa: PTH100 - links stay
 
 
 class Ignored:

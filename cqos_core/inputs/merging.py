@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import count
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.remarks import listed
 from cqos_core.model.system import EVERY_OTHER, ImportNote, Place, Profile, Setting, System
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
     from cqos_core.model.system import Bridge, Broker, Endpoint, Participant, ProfileRef, Route, Settings, Topic
 
@@ -34,16 +34,17 @@ def merge(systems: Sequence[System]) -> System:
     systems, ambiguous = _with_own_profiles(systems)
     whole = System(name=" + ".join(dict.fromkeys(system.name for system in systems if system.name)))
     for system in systems:
-        for participant in system.participants.values():
-            _join_participant(whole, participant, system.protocol)
+        owners: list[Participant | Broker] = [*system.participants.values(), *system.brokers.values()]
+        for each in owners:
+            each.protocol = each.protocol or system.protocol
         for endpoint in system.endpoints:
-            _join_endpoint(whole, endpoint, system)
-        for broker in system.brokers.values():
-            _join_broker(whole, broker, system.protocol)
-        for bridge in system.bridges.values():
-            _join_bridge(whole, bridge)
-        for topic in system.topics.values():
-            _join_topic(whole, topic)
+            endpoint.protocol = endpoint.protocol or system.participants[endpoint.participant].protocol
+        whole.endpoints += system.endpoints
+        for kind, join in _JOINED.items():
+            for name, stated in getattr(system, kind).items():
+                known = getattr(whole, kind).setdefault(name, stated)
+                if known is not stated:
+                    join(whole, known, stated)
         whole.profiles.update(system.profiles)
         for pack, settings in system.options.items():
             whole.options.setdefault(pack, {}).update(settings)
@@ -121,15 +122,14 @@ def _spellings(address: str) -> Iterator[str]:
         yield from (f"{name}:{port}" for name in (*names, *(["localhost"] if local else []), "*"))
 
 
-def _join_participant(whole: System, participant: Participant, protocol: str | None) -> None:
-    participant.protocol = participant.protocol or protocol
-    known = whole.participants.setdefault(participant.id, participant)
-    if known is participant:
-        return
-    if known.protocol != participant.protocol:
-        first, second = known.protocol or "none", participant.protocol or "none"
-        what = f"protocol of participant `{known.id}`"
-        _stated_differently(whole, what, first, second, participant.place, "the first holds")
+def _join_protocol(whole: System, what: str, known: Participant | Broker, other: Participant | Broker) -> None:
+    if known.protocol != other.protocol:
+        first, second = known.protocol or "none", other.protocol or "none"
+        _stated_differently(whole, f"protocol of {what} `{known.id}`", first, second, other.place, "the first holds")
+
+
+def _join_participant(whole: System, known: Participant, participant: Participant) -> None:
+    _join_protocol(whole, "participant", known, participant)
     _join_settings(whole, f"`{{}}` of participant `{known.id}`", known.settings, participant.settings)
     for old, new in participant.remap.items():
         known.remap.setdefault(old, new)
@@ -139,22 +139,13 @@ def _join_participant(whole: System, participant: Participant, protocol: str | N
     known.groups = participant.groups | known.groups
 
 
-def _join_broker(whole: System, broker: Broker, protocol: str | None) -> None:
-    broker.protocol = broker.protocol or protocol
-    known = whole.brokers.setdefault(broker.id, broker)
-    if known is broker:
-        return
-    if known.protocol != broker.protocol:
-        first, second = known.protocol or "none", broker.protocol or "none"
-        _stated_differently(whole, f"protocol of broker `{known.id}`", first, second, broker.place, "the first holds")
+def _join_broker(whole: System, known: Broker, broker: Broker) -> None:
+    _join_protocol(whole, "broker", known, broker)
     _join_settings(whole, f"`{{}}` of broker `{known.id}`", known.settings, broker.settings)
     known.profiles = tuple(dict.fromkeys((*known.profiles, *broker.profiles)))
 
 
-def _join_bridge(whole: System, bridge: Bridge) -> None:
-    known = whole.bridges.setdefault(bridge.id, bridge)
-    if known is bridge:
-        return
+def _join_bridge(whole: System, known: Bridge, bridge: Bridge) -> None:  # noqa: ARG001 - the signature of all
     carried = {_way(route) for route in known.routes}
     known.routes += tuple(route for route in bridge.routes if _way(route) not in carried)
     known.carries = tuple(dict.fromkeys((*known.carries, *bridge.carries)))
@@ -189,18 +180,18 @@ def _stated_differently(
     whole.notes.append(ImportNote("CQ060", "warning", message, place))
 
 
-def _join_endpoint(whole: System, endpoint: Endpoint, system: System) -> None:
-    endpoint.protocol = endpoint.protocol or system.participants[endpoint.participant].protocol
-    whole.endpoints.append(endpoint)
-
-
-def _join_topic(whole: System, topic: Topic) -> None:
-    known = whole.topics.setdefault(topic.name, topic)
-    if known is topic:
-        return
+def _join_topic(whole: System, known: Topic, topic: Topic) -> None:
     _join_settings(whole, f"`{{}}` of topic `{known.name}`", known.settings, topic.settings)
     known.external = known.external and topic.external
     known.protocol = known.protocol if known.protocol == topic.protocol else None
+
+
+_JOINED: Final[dict[str, Callable[[System, Any, Any], None]]] = {
+    "participants": _join_participant,
+    "brokers": _join_broker,
+    "bridges": _join_bridge,
+    "topics": _join_topic,
+}
 
 
 def _with_own_options(systems: Sequence[System]) -> list[System]:
@@ -306,15 +297,11 @@ def _with_profiles_called(system: System, names: Mapping[str, str]) -> System:
 
 
 def _references(system: System) -> Iterator[ProfileRef]:
-    for profile in system.profiles.values():
-        yield from profile.base
-    for endpoint in system.endpoints:
-        yield from endpoint.profiles
-    for broker in system.brokers.values():
-        yield from broker.profiles
-    for bridge in system.bridges.values():
-        for route in bridge.routes:
-            yield from (*route.source.profiles, *route.target.profiles)
+    routes = [route for bridge in system.bridges.values() for route in bridge.routes]
+    users: list[Endpoint | Broker] = [*system.endpoints, *system.brokers.values()]
+    users += [end for route in routes for end in (route.source, route.target)]
+    yield from (ref for profile in system.profiles.values() for ref in profile.base)
+    yield from (ref for each in users for ref in each.profiles)
 
 
 def _content(profile: Profile) -> object:

@@ -308,8 +308,30 @@ class Assumption:
     values: tuple[str, ...]
 
 
+_SHOWN: Final = 100  # findings in a notebook
+
+
+class _InNotebooks:
+    """How a notebook shows a result where a cell ends with it."""
+
+    __slots__ = ()
+    findings: tuple[Finding, ...]
+
+    def _repr_pretty_(self, printer: _Printer, cycle: bool) -> None:  # noqa: ARG002, FBT001 - as IPython calls it
+        printer.text(str(self))
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><td>{each.severity}</td><td>{each.code}</td><td>{escape(each.message)}</td><td>{escape(str(each.place or ''))}</td></tr>"
+            for each in self.findings[:_SHOWN]
+        )
+        more = f"<p>{len(self.findings) - _SHOWN} more findings</p>" if len(self.findings) > _SHOWN else ""
+        head = escape(str(self).partition("\n")[0])
+        return f"<p><b>{head}</b></p>" + (f"<table>{rows}</table>{more}" if rows else "")
+
+
 @dataclass(frozen=True, slots=True, repr=False)
-class Report:
+class Report(_InNotebooks):
     """The result of one check, in an order that depends on nothing but its content.
 
     Attributes:
@@ -347,14 +369,6 @@ class Report:
         counts = [f"{self.pair_count} pairs", *(f"{self.count(each)} {each}s" for each in Severity)]
         name = f" {self.system!r}" if self.system else ""
         return f"<Report{name}: {self.verdict}, {', '.join(counts)}>"
-
-    def _repr_pretty_(self, printer: _Printer, cycle: bool) -> None:  # noqa: ARG002, FBT001 - as IPython calls it
-        """Show it so where a notebook ends a cell with it."""
-        printer.text(str(self))
-
-    def _repr_html_(self) -> str:
-        """Show it so in a notebook with HTML."""
-        return _as_html(str(self).partition("\n")[0], self.findings)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the report as plain data with the keys of the JSON report."""
@@ -398,7 +412,7 @@ class Report:
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class PairReport:
+class PairReport(_InNotebooks):
     """The result of judging one offer against one request (`cqos_core.check_pair`).
 
     Attributes:
@@ -422,26 +436,6 @@ class PairReport:
 
     def __repr__(self) -> str:
         return f"<PairReport: {self.verdict}, {len(self.findings)} findings>"
-
-    def _repr_html_(self) -> str:
-        """Show it so in a notebook with HTML."""
-        return _as_html(str(self.verdict), self.findings)
-
-    def _repr_pretty_(self, printer: _Printer, cycle: bool) -> None:  # noqa: ARG002, FBT001 - as IPython calls it
-        """Show it so where a notebook ends a cell with it."""
-        printer.text(str(self))
-
-
-_SHOWN: Final = 100  # findings in a notebook
-
-
-def _as_html(head: str, findings: tuple[Finding, ...]) -> str:
-    rows = "".join(
-        f"<tr><td>{each.severity}</td><td>{each.code}</td><td>{escape(each.message)}</td><td>{escape(str(each.place or ''))}</td></tr>"
-        for each in findings[:_SHOWN]
-    )
-    more = f"<p>{len(findings) - _SHOWN} more findings</p>" if len(findings) > _SHOWN else ""
-    return f"<p><b>{escape(head)}</b></p>" + (f"<table>{rows}</table>{more}" if rows else "")
 
 
 @dataclass(frozen=True, slots=True)

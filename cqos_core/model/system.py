@@ -195,6 +195,12 @@ def endpoint_id(participant: str, part: str, topic: str) -> str:
     return f"{participant}/{part}/{topic.removeprefix('/')}"
 
 
+def numbered(name: str, numbers: dict[str, int]) -> str:
+    """Return ``name`` the first time, then ``name#2``, ``name#3``; ``numbers`` counts."""
+    number = numbers[name] = numbers.get(name, 0) + 1
+    return name if number == 1 else f"{name}#{number}"
+
+
 @dataclass(slots=True, kw_only=True)
 class Endpoint:
     """One publisher or subscriber.

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeAlias
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from cqos_core.importers.forms import described
-from cqos_core.importers.reading import Reading, did_you_mean, listed
+from cqos_core.importers.reading import Reading, described, did_you_mean, listed
 from cqos_core.importers.tree import MappingNode, SequenceNode, flag, is_null, whole_number
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.language.domains import Choice, Count, Domain, Duration, Flag, Names, Text

@@ -119,8 +119,7 @@ class _File:
         name = f" of {self.system.name}" if self.system.name else ""
         which = "" if self.alone else ", one for each topic"
         which += ", and the participants that use them" if self.with_participants else ""
-        text = self.form.text(root, f"QoS profiles{name}{which}")
-        return Exported(text if count else "", count, tuple(self.notes))
+        return Exported(self.form.text(root, f"QoS profiles{name}{which}") if count else "", count, tuple(self.notes))
 
     # What is written
 

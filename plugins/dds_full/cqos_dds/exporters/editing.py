@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from lxml import etree
 
-from cqos_core.importers.editing import difference
+from cqos_core.exporters.editing import difference
 from cqos_core.model.encoding import Lines
 from cqos_core.model.excerpt import exact
 from cqos_core.model.problems import InvalidValueError
@@ -63,17 +63,17 @@ class _Element:
         return self.name[: len(self.name) - len(self.local)]
 
 
-class _Form(NamedTuple):
+class _XmlForm(NamedTuple):
     """Which elements hold policies, and how their values are written."""
 
     elements: Mapping[str, Mapping[str, Policy]]
     spelling: Spelling
 
 
-_OMG: Final = _Form(OMG, OMG_SPELLING)
+_OMG: Final = _XmlForm(OMG, OMG_SPELLING)
 _FAST: Final = {
-    "qos": _Form(FAST_QOS | {other: FAST_QOS[name] for other, name in FAST_ALSO.items()}, FAST_SPELLING),
-    "topic": _Form(FAST_TOPIC, FAST_SPELLING),
+    "qos": _XmlForm(FAST_QOS | {other: FAST_QOS[name] for other, name in FAST_ALSO.items()}, FAST_SPELLING),
+    "topic": _XmlForm(FAST_TOPIC, FAST_SPELLING),
 }
 
 
@@ -140,7 +140,7 @@ def _stated(text: str, element: _Element, policy: Policy, value: str) -> str | N
     return _put(text, same[-1], inner, _behind(name, [*known]))
 
 
-def _holder(element: _Element, policy: Policy) -> tuple[_Element | str, _Form]:
+def _holder(element: _Element, policy: Policy) -> tuple[_Element | str, _XmlForm]:
     """Return what holds a policy below an element, or the name of what has to be made for that."""
     if _PROFILE.search(element.attributes):
         name = "topic" if any(_has(fields, policy) for fields in FAST_TOPIC.values()) else "qos"
@@ -183,7 +183,7 @@ def _gap(text: str, start: int) -> str:
     return ("\r\n" if text[line - 2 : line] == "\r\n" else "\n") + text[line:start]
 
 
-def _written(tag: str, form: _Form, policy: Policy, value: str) -> str | None:
+def _written(tag: str, form: _XmlForm, policy: Policy, value: str) -> str | None:
     """Return the element of a policy's field as the form writes it."""
     try:
         read = policy.domain.parse(value)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from lxml import etree
 
-from cqos_core.exporters.contract import judged
+from cqos_core.exporters.contract import judged_by
 from cqos_core.packs import ENDPOINT, INFINITE, Choice, Count, Duration, Names, is_plain
 from cqos_dds.requested_policies import DATA_REPRESENTATION, TYPE, TYPE_CONSISTENCY
 
@@ -55,19 +55,14 @@ class Spelling:
 
 def dds_endpoints(system: System, context: ExportContext, notes: dict[str, None]) -> Iterator[tuple[Judged, Resolved]]:
     """Yield the endpoints of DDS that the form can express; note what is left out."""
-    others = 0
-    for each in judged(system, context).endpoints:
+    for each in judged_by(PROTOCOL, system, context, notes):
         part = each.whole
-        if part is None or part.pack.id != PROTOCOL:
-            others += 1
-        elif not context.wants(each.id):
+        if part is None or not context.wants(each.id):
             continue
-        elif part.key is None or _UNSAYABLE.search(part.key):
+        if part.key is None or _UNSAYABLE.search(part.key):
             notes[f"endpoint `{each.id}` has no topic name that XML can hold"] = None
         else:
             yield each, part
-    if others and context.changed is None:
-        notes[f"{others} endpoint{'s' if others > 1 else ''} of other protocols left out"] = None
 
 
 def stated(each: Judged, part: Resolved, notes: dict[str, None]) -> Stated | None:

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.model.codes import CodeInfo
-from cqos_core.model.system import ImportNote
-
-if TYPE_CHECKING:
-    from cqos_core.model.system import Place
 
 CODES: Final = (
     CodeInfo(
@@ -65,10 +61,3 @@ CODES: Final = (
         help="name the file with the library beside this one, or state the variable with `--define`",
     ),
 )
-_BY_CODE: Final = {info.code: info for info in CODES}
-
-
-def note(code: str, message: str, place: Place | None, advice: str | None = None) -> ImportNote:
-    """Say something that is no reason to stop, with the severity of its code."""
-    info = _BY_CODE[code]
-    return ImportNote(code, info.severity, message, place, advice or info.help or None)

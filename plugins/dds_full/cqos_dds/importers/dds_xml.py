@@ -9,12 +9,12 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import collector_paused, shown
-from cqos_core.importers.xml_source import parse_xml
+from cqos_core.importers.xml_source import children, elements, local, parse_xml
 from cqos_core.model.problems import InputError
 from cqos_dds.importers import fastdds_xml
 from cqos_dds.importers.entities import PARTICIPANT_LIBRARIES, Entities
 from cqos_dds.importers.qos_libraries import QosLibraries
-from cqos_dds.importers.xml_values import MOST_TAGS, XmlReading, children, elements, expand, local
+from cqos_dds.importers.xml_values import MOST_TAGS, XmlReading, expand
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import System
-
-_LIBRARIES: Final = ("qos_library", "qos_profile", "domain_library", "application_library", *PARTICIPANT_LIBRARIES)
 
 
 def read(source: Source, context: ReadContext) -> System:
@@ -38,7 +36,7 @@ def read(source: Source, context: ReadContext) -> System:
             # Types before the profiles may fill all that is looked at to recognise the format.
             return fastdds_xml.read(source, context)
         expand(root, context)
-        return _File(XmlReading(source), _beside(source, context)).read(root)
+        return _File(XmlReading(source, context), _beside(source, context)).read(root)
 
 
 def _beside(own: Source, context: ReadContext) -> Callable[[str], list[Entities]]:
@@ -47,7 +45,7 @@ def _beside(own: Source, context: ReadContext) -> Callable[[str], list[Entities]
 
     def defined(source: Source) -> Entities:
         if source.name not in known:
-            file = _File(XmlReading(source))
+            file = _File(XmlReading(source, context))
             known[source.name] = file.entities
             with suppress(InputError):  # its own reading reports that
                 root = parse_xml(source, MOST_TAGS)
@@ -91,18 +89,22 @@ class _File:
 
     def library(self, element: Element) -> None:
         """Read one library."""
-        kind = local(element)
-        if kind == "qos_library":
-            self.qos.library(element)
-        elif kind == "qos_profile":
-            self.qos.profile(element)
-        elif kind == "domain_library":
-            self.entities.domain_library(element)
-        elif kind in PARTICIPANT_LIBRARIES:
-            self.entities.participant_library(element)
-        elif kind == "application_library":
-            self.entities.application_library(element)
-        elif kind == "types":
-            self.entities.types(element)
+        read = _READERS.get(local(element))
+        if read is None:
+            self.reading.pass_over(element, local(element))
         else:
-            self.reading.pass_over(element, kind)
+            read(self, element)
+
+
+_READERS: Final[dict[str, Callable[[_File, Element], None]]] = {
+    "qos_library": lambda file, element: file.qos.library(element),
+    "qos_profile": lambda file, element: file.qos.profile(element),
+    "domain_library": lambda file, element: file.entities.define(element, "domain", file.entities.domains),
+    **dict.fromkeys(
+        PARTICIPANT_LIBRARIES,
+        lambda file, element: file.entities.define(element, "domain_participant", file.entities.participants),
+    ),
+    "application_library": lambda file, element: file.entities.application_library(element),
+    "types": lambda file, element: file.entities.types(element),
+}
+_LIBRARIES: Final = tuple(kind for kind in _READERS if kind != "types")

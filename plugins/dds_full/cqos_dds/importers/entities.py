@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from cqos_core.importers.reading import did_you_mean, shown
+from cqos_core.importers.xml_source import children, elements, local, text_of
 from cqos_core.model.system import (
     PUBLISHER,
     SUBSCRIBER,
@@ -20,7 +21,7 @@ from cqos_core.model.system import (
 )
 from cqos_dds.importers.policy_forms import OF_ENTITIES, PUBLISHER_QOS, READER, SUBSCRIBER_QOS, WRITER
 from cqos_dds.importers.qos_libraries import SEPARATOR, part_of
-from cqos_dds.importers.xml_values import children, elements, flag, local, not_set, text
+from cqos_dds.importers.xml_values import flag, not_set
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -110,14 +111,6 @@ class Entities:
 
     # What the file defines
 
-    def domain_library(self, element: Element) -> None:
-        """Remember the domains of a library."""
-        self.define(element, "domain", self.domains)
-
-    def participant_library(self, element: Element) -> None:
-        """Remember the participants of a library."""
-        self.define(element, "domain_participant", self.participants)
-
     def application_library(self, element: Element) -> None:
         """Remember the participants of applications."""
         library = self.reading.name(element)
@@ -126,7 +119,7 @@ class Entities:
             for participant in children(application, "domain_participant"):
                 self.applied[f"{name}{SEPARATOR}{self.reading.name(participant)}"] = participant
             for reference in children(application, "domain_participant_ref"):
-                base = text(reference) or (reference.get("base_name") or reference.get("name") or "").strip()
+                base = text_of(reference) or (reference.get("base_name") or reference.get("name") or "").strip()
                 reference.set("base_name", base)
                 self.applied[f"{name}{SEPARATOR}{base.rpartition(SEPARATOR)[2]}"] = reference
 
@@ -169,11 +162,6 @@ class Entities:
         found = [each for each in self.beside(name.rpartition(SEPARATOR)[2]) if name in getattr(each, kind)]
         near = [each for each in found if _folder(each) == _folder(self)] or found
         return near[0] if len(near) == 1 else None
-
-    @staticmethod
-    def defines(file: Entities, name: str) -> bool:
-        """Whether a file defines a domain or a participant of this full name."""
-        return name in file.domains or name in file.participants
 
     def bases(self) -> set[str]:
         """Return the full names of what participants of this file are based on."""
@@ -232,7 +220,13 @@ class Entities:
         if not any(each.startswith(f"{library}{SEPARATOR}" if library else "") for each in known):
             if self.elsewhere.isdisjoint({library or own, own}):
                 stands = f"the library {shown(library)}" if library else "the library of it"
-                several = len({each.reading.source.name for each in self.beside(own) if self.defines(each, name)})
+                several = len(
+                    {
+                        each.reading.source.name
+                        for each in self.beside(own)
+                        if name in each.domains or name in each.participants
+                    }
+                )
                 cause = f"{several} files define it" if several else f"{stands} is in none of the files"
                 self.reading.note("DDS907", f"{what}, {shown(name)}, is not known: {cause}", element)
             self.elsewhere |= {library or own, own}
@@ -282,7 +276,7 @@ class Entities:
                 number = (element.get("domain_id") or "").strip()
                 inner = children(element, "domain_id")
                 if number or inner:
-                    return number or text(inner[0]), inner[0] if not number else element
+                    return number or text_of(inner[0]), inner[0] if not number else element
         return "", chain.own
 
     def unread(self, participant: Element) -> None:
@@ -350,8 +344,7 @@ class Entities:
         """Yield what an entity takes its QoS from; what stands at the entity itself goes to ``settings``."""
         stated = [(name, qos) for name, each in chain.links for qos in elements(each) if part_of(qos) == part]
         if not stated and self.profiles.default is not None:
-            place = self.reading.place(chain.own)
-            yield ProfileRef(self.profiles.default, place, Scope(part=part))
+            yield ProfileRef(self.profiles.default, self.reading.place(chain.own), Scope(part=part))
         for name, qos in stated:
             library = ""
             profile = self.profiles.part(f"{name}/{part}", qos, part, library)

@@ -10,7 +10,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import collector_paused, shown
-from cqos_core.importers.xml_source import parse_xml
+from cqos_core.importers.xml_source import children, elements, local, parse_xml, text_of
 from cqos_core.model.system import (
     PUBLISHER,
     SUBSCRIBER,
@@ -24,17 +24,7 @@ from cqos_core.model.system import (
     Topic,
 )
 from cqos_dds.importers.policy_forms import FAST_ALSO, FAST_QOS, FAST_READ_ONLY, FAST_TOPIC, OF_PROFILES
-from cqos_dds.importers.xml_values import (
-    MOST_TAGS,
-    PROTOCOL,
-    XmlReading,
-    children,
-    elements,
-    expand,
-    local,
-    not_set,
-    text,
-)
+from cqos_dds.importers.xml_values import MOST_TAGS, PROTOCOL, XmlReading, expand, not_set
 from cqos_dds.kept_policies import (
     MAX_INSTANCES,
     MAX_PER_INSTANCE,
@@ -86,7 +76,7 @@ def read(source: Source, context: ReadContext) -> System:
     with collector_paused():
         root = parse_xml(source, MOST_TAGS)
         expand(root, context)
-        return _File(source).read(root)
+        return _File(source, context).read(root)
 
 
 class _File(XmlReading):
@@ -118,7 +108,7 @@ class _File(XmlReading):
                 continue
             if local(child) == "topic":
                 for each in [each for each in elements(child) if local(each) in _OF_TOPIC]:
-                    element.set(local(each), text(each))
+                    element.set(local(each), text_of(each))
                     child.remove(each)
             self.policies(child, forms, "", settings)
         place = self.place(element)
@@ -134,7 +124,7 @@ class _File(XmlReading):
 
     def value(self, element: Element, policy: Policy, path: str, settings: Settings) -> None:
         """Read one value; of limits, a zero is none."""
-        if policy.name in _LIMITS and text(element) == "0":
+        if policy.name in _LIMITS and text_of(element) == "0":
             settings[policy.name] = Setting("unlimited", self.place(element))
         else:
             super().value(element, policy, path, settings)

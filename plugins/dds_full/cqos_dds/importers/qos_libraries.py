@@ -12,10 +12,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import shown
+from cqos_core.importers.xml_source import children, elements, local, text_of
 from cqos_core.model.system import EVERYBODY, Profile, ProfileRef, Room, Scope, Setting
 from cqos_core.packs import normalise
 from cqos_dds.importers.policy_forms import OF_ENTITIES, OMG, OTHER_ENTITIES, PARTS, READER, SPELLINGS, WRITER
-from cqos_dds.importers.xml_values import children, elements, flag, local, not_set, text
+from cqos_dds.importers.xml_values import flag, not_set
 from cqos_dds.policies import POLICIES
 from cqos_dds.presets import PRESETS
 
@@ -129,7 +130,7 @@ class QosLibraries:
         """Return what a profile, or a single QoS, is based on; a later one wins over an earlier one."""
         named = [(element.get("base_name") or "", element)]
         for listing in children(element, "base_name"):
-            named += [(text(each), each) for each in elements(listing)] or [(text(listing), listing)]
+            named += [(text_of(each), each) for each in elements(listing)] or [(text_of(listing), listing)]
         found = []
         for name, where in named:
             if name.strip():

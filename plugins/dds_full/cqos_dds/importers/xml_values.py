@@ -9,13 +9,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.qos_keys import looks_like_qos
-from cqos_core.importers.reading import collect, listed, shown
+from cqos_core.importers.reading import listed, shown
 from cqos_core.importers.source import VARIABLES
-from cqos_core.model.excerpt import exact
-from cqos_core.model.problems import InputError, InvalidValueError, Problem
-from cqos_core.model.system import Place, Setting, System
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
+from cqos_core.importers.xml_source import ElementReading, elements, local, text_of
+from cqos_core.model.problems import InvalidValueError
+from cqos_core.model.system import Place, Setting
 from cqos_core.packs import Choice, Count, Duration, Flag, Names, Text, normalise
-from cqos_dds.importers.codes import note
+from cqos_dds.importers.codes import CODES
 from cqos_dds.importers.policy_forms import BESIDE_POLICIES
 from cqos_dds.requested_policies import DATA_REPRESENTATION
 
@@ -23,8 +24,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.importers.tree import Node
     from cqos_core.importers.xml_source import Element
-    from cqos_core.model.system import ImportNote, Settings
+    from cqos_core.model.system import Settings, System
     from cqos_core.packs import Policy
 
 PROTOCOL: Final = "dds"
@@ -41,61 +43,44 @@ _MOST_LISTED: Final = 25
 _MOST_UNREAD: Final = 1000
 
 
-class XmlReading:
-    """One XML file being read: problems and notes with places, unread elements.
+class XmlReading(ElementReading):
+    """One XML file being read: problems and notes with places, and elements that are not read.
 
     Attributes:
-        system: what it states, as far as it is read.
-        unread: paths of elements that are no policies of the standard, each with its first place.
         files: by their first element the names of other files whose elements are used.
     """
 
-    def __init__(self, source: Source) -> None:
-        self.source = source
-        self.problems: list[Problem] = []
-        self.notes: list[ImportNote] = []
-        self.unread: dict[str, Place] = {}
+    protocol = PROTOCOL
+    codes = {info.code: info for info in CODES}  # noqa: RUF012 - a table
+
+    def __init__(self, source: Source, context: ReadContext) -> None:
+        super().__init__(source, context)
         self.files: dict[Element, str] = {}
-        self.system = System(protocol=PROTOCOL, sources={source.name: source.data})
 
     def finish(self) -> System:
-        """Return the system.
+        """Return the system, with a note about what is not read.
 
         Raises:
-            InputError: there were problems; with all of them, each with its column, for which the source is read again.
+            InputError: there were problems.
         """
-        if self.problems:
-            places = [problem.place for problem in self.problems if problem.place is not None]
-            known = exact(places, {self.source.name: self.source.data})
-            raise InputError(
-                [replace(each, place=known[each.place] if each.place is not None else None) for each in self.problems]
-            )
         if self.unread:
             paths = sorted(self.unread)
             more = f" and {len(paths) - _MOST_LISTED} more" if len(paths) > _MOST_LISTED else ""
             paths = paths[:_MOST_LISTED]
             named = ", ".join(map(shown, paths)) + more if more else listed(map(shown, paths), "and")
             first = min(self.unread.values(), key=lambda place: place.line or 0)
-            self.notes.append(note("DDS901", f"elements that are no policy of the standard: {named}", first))
+            self.note("DDS901", f"elements that are no policy of the standard: {named}", first)
         self.notes.sort(key=lambda each: (each.place.line or 0) if each.place is not None else 0)
-        self.system.notes = self.notes
-        return self.system
+        return super().finish()
 
     # Places
 
-    def place(self, element: Element) -> Place:
-        """Where an element is; its name tells it from others on the line when the column is looked for."""
-        line = element.sourceline
-        name = self.files.get(element.getroottree().getroot()) if self.files else None
-        return Place(name or self.source.name, int(line) if line else 1, path=f"{_written(element)}[1]")
-
-    def problem(self, code: str, message: str, where: Element, advice: str | None = None) -> None:
-        """Collect a problem."""
-        collect(self.problems, Problem(code, message, self.place(where), advice))
-
-    def note(self, code: str, message: str, where: Element, advice: str | None = None) -> None:
-        """Say something that is no reason to stop."""
-        self.notes.append(note(code, message, self.place(where), advice))
+    def place(self, node: Node | Place | Element) -> Place:
+        """Return where an element is, in whichever file it stands."""
+        found = super().place(node)
+        if not self.files or isinstance(node, (Place, ScalarNode, SequenceNode, MappingNode)):
+            return found
+        return replace(found, source=self.files.get(node.getroottree().getroot(), found.source))
 
     def pass_over(self, element: Element, path: str) -> None:
         """Remember an unread element, up to a limit."""
@@ -155,14 +140,13 @@ class XmlReading:
         cause = f"{shown(local(element))} is no policy"
         for policy in form.values():
             if not entity or entity in policy.entities:
-                unknown = Setting("", self.place(element), unknown=cause, reported="DDS902")
-                settings.setdefault(policy.name, unknown)
+                settings.setdefault(policy.name, Setting("", self.place(element), unknown=cause, reported="DDS902"))
 
     def fields(self, above: Element, form: Mapping[str, Policy], path: str, settings: Settings) -> None:
         """Read the fields of one policy; the text of an element that has no fields is its one field."""
         if len(form) == 1 and not any(local(each) in form for each in elements(above)):
             (policy,) = form.values()
-            if text(above) or (isinstance(policy.domain, Duration) and fields_of_duration(above)):
+            if text_of(above) or (isinstance(policy.domain, Duration) and fields_of_duration(above)):
                 self.value(above, policy, path, settings)
                 return
         for element in elements(above):
@@ -187,9 +171,8 @@ class XmlReading:
             word = policy.domain.word(written)
             spelt = word if word in policy.words else policy.domain.format(policy.domain.parse(written))
         except InvalidValueError as error:
-            said = error.message if text(element) or len(element) else "nothing is stated"
-            message = f"`{path}`: {said}"
-            self.problem("CQ011", message, element, f"expected {error.expected}")
+            said = error.message if text_of(element) or len(element) else "nothing is stated"
+            self.problem("CQ011", f"`{path}`: {said}", element, f"expected {error.expected}")
             return
         settings[policy.name] = Setting(spelt, self.place(element))
 
@@ -203,14 +186,14 @@ class XmlReading:
         if isinstance(domain, Duration):
             return self.duration(element, path)
         if isinstance(domain, Names):
-            names = tuple(text(each) for each in elements(element)) or tuple(filter(None, [text(element)]))
+            names = tuple(text_of(each) for each in elements(element)) or tuple(filter(None, [text_of(element)]))
             if policy is DATA_REPRESENTATION and [normalise(name).removeprefix("dds_") for name in names] == [_AUTO]:
                 return "auto"
             return Names().format(names)
         if isinstance(domain, Text):
-            return octets(text(element))
+            return octets(text_of(element))
         if isinstance(domain, (Choice, Flag, Count)):
-            return text(element)
+            return text_of(element)
         raise AssertionError(policy.name)
 
     def duration(self, element: Element, path: str) -> str | None:
@@ -224,8 +207,8 @@ class XmlReading:
             field = _FIELDS.get(local(part))
             if field is None:
                 raise InvalidValueError(f"`{local(part)}` is no part of a duration", "<sec> and <nanosec>")
-            fields[field] = text(part)
-        words = [*fields.values()] or [text(element)]
+            fields[field] = text_of(part)
+        words = [*fields.values()] or [text_of(element)]
         if any(_AUTOMATIC.fullmatch(word) for word in words):
             self.pass_over(element, f"{path} = {words[0]}")
             return None
@@ -316,31 +299,6 @@ def fields_of_duration(element: Element) -> bool:
 def elements_within(root: Element) -> Iterator[Element]:
     """Yield an element and all below it."""
     return (each for each in root.iter() if isinstance(each.tag, str))
-
-
-def elements(above: Element) -> Iterator[Element]:
-    """Yield the elements directly below one."""
-    return (child for child in above if isinstance(child.tag, str))
-
-
-def children(above: Element, *names: str) -> list[Element]:
-    """Return the elements of some names directly below one."""
-    return [child for child in elements(above) if local(child) in names]
-
-
-def local(element: Element) -> str:
-    """The name of an element without its namespace."""
-    return str(element.tag).rpartition("}")[2]
-
-
-def _written(element: Element) -> str:
-    """The name of an element as the file writes it."""
-    return f"{element.prefix}:{local(element)}" if element.prefix else local(element)
-
-
-def text(element: Element) -> str:
-    """The text of an element."""
-    return (element.text or "").strip()
 
 
 def flag(written: str | None) -> bool:

@@ -12,7 +12,17 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.exporters.contract import unique
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, System, Topic, endpoint_id
+from cqos_core.model.system import (
+    PUBLISHER,
+    SUBSCRIBER,
+    Endpoint,
+    Participant,
+    Setting,
+    System,
+    Topic,
+    endpoint_id,
+    numbered,
+)
 from cqos_dds.snapshot import ros
 from cqos_dds.snapshot.seen import SeenParticipant
 
@@ -160,30 +170,26 @@ def _services(
 
 
 def _of_dds(seen: SeenEndpoint, participant: str, name: RosName | None) -> Endpoint:
-    label = seen.name or None
-    if label is None and name is not None:
-        label = f"{name.name} of ROS 2"
+    label = seen.name or (f"{name.name} of ROS 2" if name is not None else None)
     return _endpoint(seen, participant, seen.topic, seen.type, seen.settings, label)
 
 
 def _of_ros(
     seen: SeenEndpoint, participant: str, name: RosName, settings: Mapping[str, str], kind: str = "message"
 ) -> Endpoint:
-    endpoint = _endpoint(seen, participant, name.name, name.type, settings, seen.name or None)
-    endpoint.protocol, endpoint.kind = ros.PROTOCOL, kind
-    return endpoint
+    made = _endpoint(seen, participant, name.name, name.type, settings, seen.name or None)
+    return replace(made, protocol=ros.PROTOCOL, kind=kind)
 
 
 def _endpoint(
     seen: SeenEndpoint, participant: str, topic: str, type_name: str, settings: Mapping[str, str], label: str | None
 ) -> Endpoint:
-    stated = {name: Setting(text) for name, text in settings.items()}
     return Endpoint(
         id="",
         role=seen.role,
         topic=topic,
         participant=participant,
-        settings=stated,
+        settings={name: Setting(text) for name, text in settings.items()},
         type=type_name or None,
         observed=True,
         label=label,
@@ -192,9 +198,7 @@ def _endpoint(
 
 def _number(endpoints: Sequence[Endpoint]) -> None:
     """Give endpoints the ids that a system file gives them."""
-    taken: dict[str, int] = defaultdict(int)
+    numbers: dict[str, int] = {}
     for endpoint in endpoints:
         kind = endpoint.role if endpoint.kind == "message" else endpoint.kind
-        name = endpoint_id(endpoint.participant, kind, endpoint.topic or "")
-        taken[name] += 1
-        endpoint.id = name if taken[name] == 1 else f"{name}#{taken[name]}"
+        endpoint.id = numbered(endpoint_id(endpoint.participant, kind, endpoint.topic or ""), numbers)

@@ -12,20 +12,20 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import collector_paused, listed, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text
+from cqos_core.importers.reading import listed, shown
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, stated, walk
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place, Room, Setting
 from cqos_mqtt.filters import intersect
-from cqos_mqtt.importers.document import REF, Document, entries_of, everything, levels, stated
+from cqos_mqtt.importers.document import REF, Document, entries_of, levels
 from cqos_mqtt.importers.editing import BINDINGS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Mapping
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Role, Settings, System
+    from cqos_core.model.system import Role, Settings
 
 _PROTOCOLS: Final = frozenset(("mqtt", "mqtts", "secure-mqtt", "mqtt5", "mqtts5"))
 _VERSION: Final = re.compile(r"(2|3)\.\d+(?:\.\d+)?(?:-\S+)?")
@@ -71,19 +71,6 @@ _ACTIONS: Final = ("send", "receive")
 UNKNOWN: Final = "unknown"
 
 
-def read(source: Source, context: ReadContext) -> System:
-    """Read a document as the clients of one application.
-
-    Raises:
-        InputError: it is neither YAML nor JSON, or of a version that is not known.
-    """
-    reader = _Reader(source, context.open)
-    with collector_paused():
-        reader.load()
-        reader.document()
-    return reader.finish()
-
-
 @dataclass(frozen=True, slots=True)
 class _Server:
     """A server that speaks MQTT, with the client that the application has there."""
@@ -113,9 +100,13 @@ class _Answered:
 
 
 class _Reader(Document):
-    """Reads one document."""
+    """Reads a document as the clients of one application."""
 
-    def document(self) -> None:
+    def __init__(self, source: Source, context: ReadContext) -> None:
+        super().__init__(source, context)
+        self.opener = context.open
+
+    def read_root(self) -> None:
         """Read servers, then channels and operations."""
         root = self.a_map(self.root, "document")
         written = self.a_text(root, "asyncapi")
@@ -129,7 +120,7 @@ class _Reader(Document):
         servers = self.servers(root, title)
         if stated(root, "servers") is None and self.binds_mqtt(root):
             # Servers are optional: where the application connects is then not known.
-            servers = [_Server("", root, self.client(title, root, {}))]
+            servers = [_Server("", root, self.participant(title, root, {}))]
         if not servers:
             where = stated(root, "servers") or Place(self.source.name, root.line, root.column)
             protocols = dict.fromkeys(
@@ -161,14 +152,14 @@ class _Reader(Document):
         for key, server in found:
             client = title if len(found) == 1 else f"{title} at {key.text}"
             room = self.room(key, server, _CONNECTION) if stated(servers, key.text) is server else None
-            self.client(client, key, self.connection(server, key), room=room)
+            self.participant(client, key, self.connection(server, key), room=room)
             clients.append(_Server(key.text, server, client))
         return clients
 
     def binds_mqtt(self, root: MappingNode) -> bool:
         """Whether anything in the document has a binding for MQTT."""
         found = []
-        for node in everything(root):
+        for node in walk([root]):
             for name, (_, value) in node.entries.items() if isinstance(node, MappingNode) else ():
                 if name == "bindings":
                     found.append(self.at_hand(value))
@@ -295,17 +286,13 @@ class _Reader(Document):
         own = self.at_hand(stated(answered.operation, "message"))
         if isinstance(own, MappingNode):
             return self.parts(stated(own, "oneOf")) or [own]
-        listed_here = self.parts(stated(answered.operation, "messages"))
-        return listed_here or self.parts(stated(answered.channel, "messages"))
+        return self.parts(stated(answered.operation, "messages")) or self.parts(stated(answered.channel, "messages"))
 
     def parts(self, node: Node | None) -> list[MappingNode]:
         """Return the maps in a list, or in a map, that are at hand."""
         found = self.at_hand(node)
-        items: list[Node] = []
-        if isinstance(found, SequenceNode):
-            items = found.items
-        elif isinstance(found, MappingNode):
-            items = [value for _, value in found.entries.values()]
+        entries = found.entries.values() if isinstance(found, MappingNode) else ()
+        items = found.items if isinstance(found, SequenceNode) else [value for _, value in entries]
         return [part for each in items if isinstance(part := self.at_hand(each), MappingNode)]
 
     def response(self, node: Node | None) -> tuple[ScalarNode | None, bool]:
@@ -446,16 +433,14 @@ class _Reader(Document):
         """Read a value, or the schema of one: what it fixes, else that it is not known."""
         if not isinstance(node, MappingNode):
             return self.setting(node)
-        fixed = stated(node, "const") or self._only(node)
+        listed_values = self.a_list(stated(node, "enum"), "enum") if stated(node, "const") is None else []
+        fixed = stated(node, "const") or (listed_values[0] if len(listed_values) == 1 else None)
         if fixed is not None:
             return self.setting(fixed)
-        bounds = ", ".join(_bounds(node))
+        stated_bounds = ((name, stated(node, name)) for name in ("minimum", "maximum"))
+        bounds = ", ".join(f"{name} {each.text}" for name, each in stated_bounds if isinstance(each, ScalarNode))
         self.note("MQTT905", f"`{name}` is left open by its schema{f' ({bounds})' if bounds else ''}", node)
         return Setting(UNKNOWN, self.place(node))
-
-    def _only(self, schema: MappingNode) -> Node | None:
-        listed_values = self.a_list(stated(schema, "enum"), "enum")
-        return listed_values[0] if len(listed_values) == 1 else None
 
 
 def _product(numbers: Iterable[int]) -> int:
@@ -473,14 +458,10 @@ def _filled(address: str, values: Mapping[str, str]) -> str:
     return _PARAMETER.sub(lambda parameter: values.get(parameter[1], parameter[0]), address)
 
 
-def _bounds(schema: MappingNode) -> Iterator[str]:
-    for name in ("minimum", "maximum"):
-        node = stated(schema, name)
-        if isinstance(node, ScalarNode):
-            yield f"{name} {node.text}"
-
-
 def _host(address: str) -> str:
     """Return host and port of an address, without scheme, path and user."""
     bare = address.partition("://")[2] or address
     return bare.partition("/")[0].rpartition("@")[2]
+
+
+read = _Reader.load

@@ -6,13 +6,9 @@ MQTT960-MQTT979: bridges.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.model.codes import CodeInfo
-from cqos_core.model.system import ImportNote
-
-if TYPE_CHECKING:
-    from cqos_core.model.system import Place
 
 CODES: Final = (
     CodeInfo(
@@ -144,9 +140,3 @@ CODES: Final = (
         "It looks as if it were in force, but the bridge does not read it.",
     ),
 )
-_BY_CODE: Final = {info.code: info for info in CODES}
-
-
-def note(code: str, message: str, place: Place | None, advice: str | None = None) -> ImportNote:
-    """Say something that is no reason to stop, with the severity of its code."""
-    return ImportNote(code, _BY_CODE[code].severity, message, place, advice)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
+from cqos_core.importers.detect import head_text
 from cqos_core.model.regular import re
 
-_WIDE: Final = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 _ASYNCAPI: Final = re.compile(r"""^(?:asyncapi|"asyncapi"|'asyncapi')[ \t]*:""", re.MULTILINE)
 _ASYNCAPI_IN_FLOW: Final = re.compile(r"""[{,]\s*["']?asyncapi["']?\s*:""")
 _PROTOCOL: Final = re.compile(r"""\bprotocol["']?\s*:\s*["']?([A-Za-z0-9-]+)""")
@@ -35,14 +35,14 @@ _TOPIC: Final = re.compile(r"^[ \t]*(?:topic|address(?:es)?) \S", re.MULTILINE)
 
 def claims_asyncapi(name: str, head: bytes) -> bool:  # noqa: ARG001 - the signature of all claims
     """Say whether this is an AsyncAPI document in which MQTT is spoken of."""
-    text = _text(head)
+    text = head_text(head)
     key = _ASYNCAPI_IN_FLOW if _FLOW.match(text) else _ASYNCAPI
     return key.search(text) is not None and _MQTT.search(text) is not None
 
 
 def declines_asyncapi(name: str, head: bytes) -> tuple[str, str] | None:  # noqa: ARG001
     """Say of an AsyncAPI document without MQTT that no importer reads its protocol."""
-    text = _text(head)
+    text = head_text(head)
     if (_ASYNCAPI_IN_FLOW if _FLOW.match(text) else _ASYNCAPI).search(text) is None:
         return None
     spoken = ", ".join(dict.fromkeys(_PROTOCOL.findall(text)))
@@ -52,13 +52,13 @@ def declines_asyncapi(name: str, head: bytes) -> tuple[str, str] | None:  # noqa
 
 def claims_wot(name: str, head: bytes) -> bool:  # noqa: ARG001
     """Say whether this is a Thing Description with forms for MQTT."""
-    text = _text(head)
+    text = head_text(head)
     return all(found.search(text) for found in (_CONTEXT, _THING, _FORM))
 
 
 def claims_node_red(name: str, head: bytes) -> bool:  # noqa: ARG001
     """Say whether these are flows of Node-RED with MQTT nodes; in long ones these may come later."""
-    text = _text(head)
+    text = head_text(head)
     if _FLOWS.match(text) is None:
         return False
     return _NODE.search(text) is not None or (len(head) >= _CUT and _TAB.search(text) is not None)
@@ -69,7 +69,7 @@ def claims_mosquitto(name: str, head: bytes) -> bool:
     lower = name.lower()
     if not lower.endswith(".conf"):
         return False
-    text = _text(head)
+    text = head_text(head)
     return (
         lower.endswith("mosquitto.conf")
         or _DIRECTIVE.search(text) is not None
@@ -79,9 +79,5 @@ def claims_mosquitto(name: str, head: bytes) -> bool:
 
 def claims_mqtt_client(name: str, head: bytes) -> bool:  # noqa: ARG001
     """Say whether these are parameters of mqtt_client."""
-    text = _text(head)
+    text = head_text(head)
     return _PARAMETERS.search(text) is not None and _BRIDGED.search(text) is not None
-
-
-def _text(head: bytes) -> str:
-    return head.decode(_WIDE.get(head[:2], "utf-8"), "ignore").lstrip("\ufeff")

@@ -7,24 +7,21 @@ import re
 from typing import TYPE_CHECKING, Final, NamedTuple
 from urllib.parse import unquote
 
-from cqos_core.importers.forms import described
-from cqos_core.importers.qos_keys import looks_like_qos
+from cqos_core.importers.documents import DocumentReading, only_document
 from cqos_core.importers.reading import Reading, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flag, flow_text, is_null
-from cqos_core.importers.yaml_tree import read_tree
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flag, stated, walk
 from cqos_core.model.problems import InputError
-from cqos_core.model.system import PUBLISHER, Broker, Endpoint, Participant, Place, ProfileRef, Setting, System
+from cqos_core.model.system import PUBLISHER, Broker, Endpoint, Place, ProfileRef, Setting
 from cqos_mqtt.filters import has_wildcards
-from cqos_mqtt.importers.codes import note
+from cqos_mqtt.importers.codes import CODES
 from cqos_mqtt.names import PATTERN
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Iterable, Iterator
+    from collections.abc import Iterable, Iterator
 
-    from cqos_core.importers.source import Opener, Source
+    from cqos_core.importers.source import Opener, ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.model.problems import Problem
-    from cqos_core.model.system import ImportNote, Role, Room, Settings
+    from cqos_core.model.system import Role, Room, Settings
 
 REF: Final = "$ref"
 _MOST_FILES: Final = 1000
@@ -40,20 +37,22 @@ class _File(NamedTuple):
     root: Node
 
 
-class Document(Reading):
+class Document(DocumentReading):
     """One document that is being read, with the parts of other files that it refers to.
 
     Attributes:
-        system: what it states, as far as it is read.
         root: the document.
     """
 
-    def __init__(self, source: Source, opener: Opener | None = None) -> None:
-        """Read ``source``; references to other files are followed where there is an ``opener`` of files."""
-        super().__init__(source, [], [])
-        self.system = System(protocol="mqtt", notes=self.notes, sources={source.name: source.data})
+    protocol = "mqtt"
+    reports_once = True
+    codes = {info.code: info for info in CODES}  # noqa: RUF012 - a table
+    opener: Opener | None = None
+    """Opens the files that references lead to; None where they lead to none."""
+
+    def __init__(self, source: Source, context: ReadContext) -> None:
+        super().__init__(source, context)
         self.root: Node = MappingNode(1, 1)
-        self._opener = opener
         self._files: dict[str, _File] = {}
         # By the file that names it and the name: the file, or why it is missing.
         self._by_name: dict[tuple[str, str], _File | str] = {}
@@ -61,110 +60,22 @@ class Document(Reading):
         self._homes: dict[int, str] = {}
         # Of nodes with a reference, by identity: what it leads to.
         self._followed: dict[int, Node | None] = {}
-        self._numbers: dict[str, int] = {}
-        self._reported: set[tuple[str, Place]] = set()
 
-    # The document
+    def run(self) -> None:
+        """Read the one document in the file, and all that it states."""
+        self.root = self.document()
+        self._files[_same(self.source.name)] = _File(self.source.name, self.root)
+        self.read_root()
 
-    def load(self) -> Node:
-        """Return the root of the one document in the file.
+    def read_root(self) -> None:
+        """Fill the system from the root."""
+        raise NotImplementedError
 
-        Raises:
-            InputError: the file is neither YAML nor JSON, or is empty.
-        """
-        root = _only_document(self)
-        if root is None or self.problems:
-            raise InputError(self.problems)
-        self.root = root
-        self._files[_same(self.source.name)] = _File(self.source.name, root)
-        return root
-
-    def finish(self) -> System:
-        """Return the system.
-
-        Raises:
-            InputError: there were problems.
-        """
-        if self.problems:
-            raise InputError(sorted(self.problems, key=_position))
-        self.notes.sort(key=_position)
-        return self.system
-
-    def place(self, node: Node) -> Place:
+    def place(self, node: Node | Place) -> Place:
         """Return where ``node`` begins, in whichever file it stands."""
+        if isinstance(node, Place):
+            return node
         return Place(self._homes.get(id(node), self.source.name), node.line, node.column)
-
-    def note(self, code: str, message: str, where: Node | Place, advice: str | None = None) -> None:
-        """Say something that is no reason to stop, once for each place."""
-        place = where if isinstance(where, Place) else self.place(where)
-        key = (message, place)
-        if key not in self._reported:
-            self._reported.add(key)
-            self.notes.append(note(code, message, place, advice))
-
-    def warn_once(self, code: str, message: str, where: Node, advice: str) -> None:
-        """Warn with a code of the core, once for each place."""
-        key = (message, self.place(where))
-        if key not in self._reported:
-            self._reported.add(key)
-            self.warn(code, message, where, advice)
-
-    # What is expected
-
-    def a_map(self, node: Node | None, name: str) -> MappingNode:
-        """Return the map that ``node`` is or leads to, else tell that it is none and return an empty one."""
-        found = self.followed(node)
-        if isinstance(found, MappingNode):
-            return found
-        if found is not None and not is_null(found):
-            self.refuse(found, name, "a map")
-        return MappingNode(None, None) if found is None else MappingNode(found.line, found.column)
-
-    def a_list(self, node: Node | None, name: str) -> list[Node]:
-        """Return the items of the list that ``node`` is or leads to, else tell that it is none."""
-        found = self.followed(node)
-        if isinstance(found, SequenceNode):
-            return found.items
-        if found is not None and not is_null(found):
-            self.refuse(found, name, "a list")
-        return []
-
-    def a_text(self, entries: MappingNode, name: str) -> str:
-        """Return the text of a key, empty where it states none; tell a value of another kind."""
-        node = stated(entries, name)
-        if node is None or isinstance(node, ScalarNode):
-            return "" if node is None else node.text
-        self.refuse(node, name, "a text")
-        return ""
-
-    def refuse(self, node: Node, name: str, expected: str) -> None:
-        """Tell that something else is expected, once for each place: several may refer to it."""
-        message = f"{shown(name)} must be {expected}, found {described(node)}"
-        key = (message, self.place(node))
-        if key not in self._reported:
-            self._reported.add(key)
-            self.problem("CQ009", message, node)
-
-    def setting(self, node: Node, text: str | None = None) -> Setting:
-        """Return a value with its place; ``text`` stands for what is written."""
-        written = flow_text(node)
-        return Setting(written if text is None else text, self.place(node), derived=text not in {None, written})
-
-    def misspelt(
-        self, entries: MappingNode, names: Iterable[str], known: Container[str] = (), *, cause: str
-    ) -> Iterator[tuple[str, Setting]]:
-        """Report keys that look like one of ``names`` and are neither these nor ``known``.
-
-        Yields the name that each may stand for, and what then is not known.
-        """
-        read = tuple(names)
-        for name, (key, value) in entries.entries.items():
-            meant = None if name in read or name in known else looks_like_qos(name, read)
-            if meant is None:
-                continue
-            place = self.place(key)
-            self.warn_once("CQ040", f"{cause} {shown(name)}, so it is not read", key, f"did you mean `{meant}`?")
-            yield meant, Setting(flow_text(value), place, unknown=f"{cause} {shown(name)}", reported="CQ040")
 
     # References
 
@@ -235,10 +146,10 @@ class Document(Reading):
 
     def opened(self, name: str, home: str) -> _File | str:
         """Open a file that ``home`` names, once however it is named; return why, where it cannot be."""
-        if self._opener is None:
+        if self.opener is None:
             return "it leads out of the document"
         try:
-            source = self._opener(unquote(name), home)
+            source = self.opener(unquote(name), home)
         except InputError as error:
             return "; ".join(problem.message for problem in error.problems)
         known = self._files.get(_same(source.name))
@@ -246,12 +157,12 @@ class Document(Reading):
             return known
         if len(self._files) >= _MOST_FILES:
             return f"more than {_MOST_FILES} files are referred to, which is refused"
-        root = _only_document(Reading(source, self.problems, self.notes))
+        root = only_document(Reading(source, self.problems, self.notes))
         if root is None:
             return f"{shown(source.name)} cannot be read"
         if not self.stands_alone(root):
             self.system.sources[source.name] = source.data
-        self._homes.update((id(node), source.name) for node in everything(root))
+        self._homes.update((id(node), source.name) for node in walk([root]))
         return self._files.setdefault(_same(source.name), _File(source.name, root))
 
     def stands_alone(self, root: Node) -> bool:  # noqa: ARG002 - for formats in which there is more to say
@@ -264,17 +175,6 @@ class Document(Reading):
         """Add a broker by its address, once; return it as what a client is connected to."""
         self.system.brokers.setdefault(name, Broker(name, "mqtt", place=self.place(where)))
         return Setting(name, self.place(where))
-
-    def client(
-        self, name: str, where: Node, settings: Settings, *, external: bool = False, room: Room | None = None
-    ) -> str:
-        """Add a client, once; return its id."""
-        if name not in self.system.participants:
-            place = self.place(where)
-            self.system.participants[name] = Participant(
-                name, "mqtt", settings, external=external, place=place, room=room
-            )
-        return name
 
     def endpoint(
         self,
@@ -296,12 +196,10 @@ class Document(Reading):
         Of the endpoints that stand for one, as ``one_of`` names it, any may be the one that there is. The topic may be
         ``guessed``.
         """
-        identifier = f"{client}/{role}/{topic}"
-        number = self._numbers[identifier] = self._numbers.get(identifier, 0) + 1
         place = self.place(where)
         self.system.endpoints.append(
             Endpoint(
-                id=identifier if number == 1 else f"{identifier}#{number}",
+                id=self.numbered(f"{client}/{role}/{topic}"),
                 role=role,
                 topic=topic,
                 participant=client,
@@ -324,12 +222,6 @@ def levels(topic: str) -> str:
     return "/".join("+" if "{" in level and "}" in level else level for level in topic.split("/"))
 
 
-def stated(entries: MappingNode, name: str) -> Node | None:
-    """Return the value of a key, None where it is not there or states nothing."""
-    _, value = entries.entries.get(name, (None, None))
-    return None if value is None or is_null(value) else value
-
-
 def truth(node: Node | None, *, otherwise: bool = False) -> bool:
     """Return a flag, also one that is written as a text."""
     if not isinstance(node, ScalarNode):
@@ -349,7 +241,7 @@ def pointed(root: Node, pointer: str) -> Node | None:
         return None if pointer else root
     node: Node | None = root
     for part in pointer[1:].split("/"):
-        key = _unescaped(part)
+        key = unquote(part).replace("~1", "/").replace("~0", "~")
         if isinstance(node, SequenceNode):
             # No list is so long that its numbers have more digits.
             number = int(key) if key.isdecimal() and len(key) <= _MOST_DIGITS else len(node.items)
@@ -361,43 +253,6 @@ def pointed(root: Node, pointer: str) -> Node | None:
     return node
 
 
-def _only_document(reading: Reading) -> Node | None:
-    """Return the root of the one document in a file; report mistakes, and return None without a document."""
-    before = len(reading.problems)
-    documents = read_tree(reading).documents
-    if not documents and len(reading.problems) == before:
-        reading.problem("CQ001", "there is nothing in this file", Place(reading.source.name, 1, 1))
-    for more in documents[1:]:
-        reading.problem("CQ009", "another document begins here; only one is read", more)
-    return documents[0] if documents else None
-
-
-def everything(root: Node) -> Iterator[Node]:
-    """Yield all nodes of a tree, keys too."""
-    waiting, seen = [root], {id(root)}
-    while waiting:
-        node = waiting.pop()
-        yield node
-        below: Iterable[Node] = ()
-        if isinstance(node, SequenceNode):
-            below = node.items
-        elif isinstance(node, MappingNode):
-            below = (part for pair in node.entries.values() for part in pair)
-        for each in below:
-            if id(each) not in seen:
-                seen.add(id(each))
-                waiting.append(each)
-
-
 def _same(name: str) -> str:
     """Return what is equal for different ways to write one path."""
     return os.path.normpath(name)
-
-
-def _unescaped(part: str) -> str:
-    return unquote(part).replace("~1", "/").replace("~0", "~")
-
-
-def _position(said: Problem | ImportNote) -> tuple[str, int, int]:
-    place = said.place
-    return ("", 0, 0) if place is None else (place.source, place.line or 0, place.column or 0)

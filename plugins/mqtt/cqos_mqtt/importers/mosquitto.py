@@ -11,12 +11,13 @@ from dataclasses import dataclass, field
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from cqos_core.importers.foreign import FileReading
 from cqos_core.importers.qos_keys import looks_like_qos
-from cqos_core.importers.reading import Reading, listed, shown
+from cqos_core.importers.reading import listed, read_switches, shown
 from cqos_core.model.encoding import decode
-from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.system import EVERY_OTHER, Broker, Cases, ImportNote, Place, ProfileRef, Room, Setting, System
-from cqos_mqtt.importers.codes import note
+from cqos_core.model.problems import InputError
+from cqos_core.model.system import EVERY_OTHER, Broker, Cases, Place, ProfileRef, Room, Setting
+from cqos_mqtt.importers.codes import CODES
 from cqos_mqtt.importers.editing import DIRECTIVES
 from cqos_mqtt.importers.mosquitto_bridge import OF_CONNECTIONS, add_bridge
 from cqos_mqtt.kinds import LONGEST
@@ -44,15 +45,6 @@ class Line(NamedTuple):
     refused: str = ""
 
 
-def read(source: Source, context: ReadContext) -> System:
-    """Read a configuration as a broker.
-
-    Raises:
-        InputError: a directive has a value that Mosquitto refuses.
-    """
-    return _Reader(source, context).read()
-
-
 @dataclass(slots=True)
 class _Listener:
     """Where clients connect, with what holds there only."""
@@ -62,14 +54,15 @@ class _Listener:
     settings: Settings = field(default_factory=dict)
 
 
-class _Reader(Reading):
+class _Reader(FileReading):
     """Reads one configuration and what it names, line by line: most lines belong to what stands above them."""
 
+    protocol = "mqtt"
+    codes = {info.code: info for info in CODES}  # noqa: RUF012 - a table
+
     def __init__(self, source: Source, context: ReadContext) -> None:
-        super().__init__(source, [], [])
-        self.context = context
+        super().__init__(source, context)
         self.settings: Settings = {}
-        self.sources = {source.name: source.data}
         # Until a `listener` is named, lines are about the default one. It is opened where any is, or where there is no other.
         self.listeners = [_Listener()]
         self.listener = self.listeners[0]
@@ -79,13 +72,9 @@ class _Reader(Reading):
         self.connection: list[Line] | None = None
         self.limits: dict[str, str] = {}
 
-    def read(self) -> System:
+    def run(self) -> None:
         """Read all directives."""
-        switches = dict(self.context.options.get("mosquitto", {}))
-        for name in switches:
-            if name != SWITCH:
-                message = f"the importer `mosquitto` has no switch {shown(name)}; it has {SWITCH}"
-                raise InputError([Problem("CQ047", message)])
+        switches = read_switches("mosquitto", self.context, {SWITCH: ()})
         self.file(self.source)
         if len(self.listeners) > 1 and not self.opens_default:
             del self.listeners[0]
@@ -97,15 +86,12 @@ class _Reader(Reading):
         profiles = (ProfileRef("mosquitto", place),)
         room = Room(place, tuple(DIRECTIVES), restated=True)
         broker = Broker(name, "mqtt", self.settings, profiles, place, addresses, room)
-        system = System(name, "mqtt", brokers={name: broker}, notes=self.notes, sources=self.sources)
+        self.system.name, self.system.brokers[name] = name, broker
         for lines in self.bridges.values():
             try:
-                add_bridge(system, name, lines[0].value, lines)
+                add_bridge(self, name, lines[0].value, lines)
             except ValueError as error:
                 self.refused(error.args[1], error)
-        if self.problems:
-            raise InputError(self.problems)
-        return system
 
     def file(self, source: Source) -> None:
         """Read all lines of one file; each begins with the default listener and outside of all connections."""
@@ -131,19 +117,19 @@ class _Reader(Reading):
         except InputError as error:
             cause = f"the files in {shown(line.value)} are not read"
             why = f"{cause}: {error.problems[0].message}; so what they may state is not known"
-            self.notes.append(note("MQTT944", why, line.place))
+            self.note("MQTT944", why, line.place)
             self.settings[EVERY_OTHER] = Setting(line.value, line.place, unknown=cause, reported="MQTT944")
             return
         self.included = True
         for each in found:
-            self.sources[each.name] = each.data
+            self.system.sources[each.name] = each.data
             self.file(each)
         self.included = False
 
     def refused(self, line: Line, error: ValueError) -> None:
         """Say why Mosquitto does not start."""
         message = f"Mosquitto refuses `{f'{line.name} {line.value}'.strip()}`: {error.args[0]}"
-        self.problems.append(Problem("MQTT940", message, line.place))
+        self.problem("MQTT940", message, line.place)
 
     def line(self, line: Line) -> None:
         """Read one line.
@@ -185,14 +171,14 @@ class _Reader(Reading):
         other = "message_size_limit" if line.name == "max_packet_size" else "max_packet_size"
         if known is not None and policy == "maximum_packet_size" and self.limits.get(other) == known.text:
             # Two directives limit a packet; the stricter counts.
-            text = known.text if _is_number(known.text) and not _is_stricter(text, known.text) else text
+            text = known.text if known.text.isdecimal() and not _is_stricter(text, known.text) else text
         self.limits[line.name] = text
         settings[policy] = Setting(text, line.place)
 
     def misspelt(self, line: Line, meant: str) -> None:
         """Say that Mosquitto does not know a directive, and so does not start."""
         message = f"Mosquitto does not know {shown(line.name)}, and refuses to start; did you mean `{meant}`?"
-        self.notes.append(ImportNote("CQ040", "warning", message, line.place, f"write `{meant}`"))
+        self.warn("CQ040", message, line.place, f"write `{meant}`")
         cause = f"Mosquitto refuses {shown(line.name)}"
         unknown = Setting(line.value, line.place, unknown=cause, reported="CQ040")
         if meant in _DIRECTIVES:
@@ -219,7 +205,7 @@ class _Reader(Reading):
             message = (
                 f"`{policy}` differs among the listeners: {', '.join(f'{text} at {name}' for name, text in cases)}"
             )
-            self.notes.append(note("MQTT942", message, first.place))
+            self.note("MQTT942", message, first.place or Place(self.source.name))
 
     # Access
 
@@ -229,9 +215,9 @@ class _Reader(Reading):
             opened = self.context.open(line.value, self.source.name)
         except InputError as error:
             why = error.problems[0].message
-            self.notes.append(note("MQTT941", f"the acl_file {shown(line.value)} is not read: {why}", line.place))
+            self.note("MQTT941", f"the acl_file {shown(line.value)} is not read: {why}", line.place)
             return
-        self.sources[opened.name] = opened.data
+        self.system.sources[opened.name] = opened.data
         self.settings["acl"] = Setting(json.dumps(list(self.entries(opened)), ensure_ascii=False), line.place)
 
     def entries(self, source: Source) -> Iterator[str]:
@@ -243,7 +229,7 @@ class _Reader(Reading):
                 continue
             if line.name not in {"topic", "pattern"}:
                 message = f"an acl_file has lines of user, topic and pattern, not of {shown(line.name)}"
-                self.problems.append(Problem("MQTT940", message, line.place))
+                self.problem("MQTT940", message, line.place)
                 continue
             first, _, rest = line.value.partition(" ")
             access, topic = (first, rest.strip()) if first in _ACCESS and rest.strip() else ("readwrite", line.value)
@@ -274,12 +260,8 @@ def _addresses(listeners: Iterable[_Listener], names: Iterable[str]) -> Iterator
             yield f"*:{listener.port}"
 
 
-def _is_number(text: str) -> bool:
-    return text.isdecimal()
-
-
 def _is_stricter(one: str, other: str) -> bool:
-    return _is_number(one) and (not _is_number(other) or int(one) < int(other))
+    return one.isdecimal() and (not other.isdecimal() or int(one) < int(other))
 
 
 def _number(policy: str, least: int, most: int, none: int | None = None) -> Callable[[str], tuple[str, str]]:
@@ -400,3 +382,6 @@ _PASSED_OVER: Final = frozenset(
     )
 )
 """Other directives that Mosquitto knows."""
+
+
+read = _Reader.load

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Broker, Endpoint, Participant, Room, Route, Setting
 from cqos_mqtt.filters import has_wildcards, wrong_wildcards
-from cqos_mqtt.importers.codes import note
 from cqos_mqtt.names import PATTERN
 from cqos_mqtt.sessions import BRIDGE_STATES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from cqos_core.importers.foreign import FileReading
     from cqos_core.model.system import Place, Role, Settings, System
     from cqos_mqtt.importers.mosquitto import Line
 
@@ -57,12 +57,13 @@ _RETAINED: Final = {"try_private": ("in",), "bridge_outgoing_retain": ("out",), 
 """The ways whose RETAIN flag a directive decides."""
 
 
-def add_bridge(system: System, local_broker: str, name: str, lines: Sequence[Line]) -> None:
+def add_bridge(reading: FileReading, local_broker: str, name: str, lines: Sequence[Line]) -> None:
     """Add one bridge, as a client of either broker and a route for each topic.
 
     Raises:
         ValueError: Mosquitto refuses a line; the text says why, its second argument is the line.
     """
+    system = reading.system
     refused = [line for line in lines if line.refused]
     lines = [line for line in lines if not line.refused]
     stated = {line.name: line for line in lines if line.name != "topic"}
@@ -100,7 +101,7 @@ def add_bridge(system: System, local_broker: str, name: str, lines: Sequence[Lin
                     f"with `try_private false` the broker at {host} sends back what it gets over bridge `{name}`: what is "
                     f"published here on `{line.value.split()[0]}` arrives here twice"
                 )
-                system.notes.append(note("MQTT943", message, line.place))
+                reading.note("MQTT943", message, line.place)
     _notifications(system, stated, local, remote)
     carries = () if knows else (_TAKES_BACK,)
     bridge = f"{name} ({local_broker})"

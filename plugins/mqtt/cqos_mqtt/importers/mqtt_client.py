@@ -10,17 +10,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import collector_paused, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode
+from cqos_core.importers.reading import shown
+from cqos_core.importers.tree import MappingNode, ScalarNode, stated
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Participant, Route, Setting
-from cqos_mqtt.importers.document import Document, stated, truth
+from cqos_mqtt.importers.document import Document, truth
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Role, Settings, System
+    from cqos_core.model.system import Role, Settings
 
 NAME: Final = "mqtt_client"
 PARAMETERS: Final = "ros__parameters"
@@ -33,23 +32,10 @@ _AUTO: Final = "auto"
 _WILL: Final = {"topic": "topic", "message": "payload", "qos": "qos", "retained": "retain"}
 
 
-def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - nothing is included
-    """Read parameters as a bridge between a ROS 2 node and an MQTT client.
-
-    Raises:
-        InputError: it is no YAML, or no parameter file.
-    """
-    reader = _Reader(source)
-    with collector_paused():
-        reader.load()
-        reader.nodes()
-    return reader.finish()
-
-
 class _Reader(Document):
-    """Reads the parameters of every bridge in one file."""
+    """Reads parameters as bridges between a ROS 2 node and an MQTT client."""
 
-    def nodes(self) -> None:
+    def read_root(self) -> None:
         """Read each node that has parameters of mqtt_client."""
         self.system.protocol = None
         for name, node in self.with_parameters("", self.a_map(self.root, "parameters")):
@@ -85,7 +71,7 @@ class _Reader(Document):
         """Read one bridge."""
         other = f"{name}/mqtt"
         self.system.participants[name] = Participant(name, "ros2", place=self.place(node))
-        self.client(other, node, self.connection(node))
+        self.participant(other, node, self.connection(node))
         routes: list[Route] = []
         for direction, listed, target in (_TO_MQTT, _TO_ROS):
             own = self.under(entries, direction)
@@ -154,8 +140,7 @@ class _Reader(Document):
         ros, mqtt = self.under(about, "advanced", "ros"), self.under(about, "advanced", "mqtt")
         if (latched := stated(ros, "latched")) is not None and truth(latched):
             message = f"mqtt_client ignores `latched` of {shown(topic)} in ROS 2"
-            advice = "state `qos: {durability: transient_local}` instead"
-            self.note("MQTT961", message, latched, advice)
+            self.note("MQTT961", message, latched, "state `qos: {durability: transient_local}` instead")
         subscription: Settings = {"qos": self.given(mqtt, "qos", "0")}
         kind = self.a_text(about, "ros_type") or None
         if not truth(stated(about, "primitive")) and kind is None:
@@ -190,3 +175,6 @@ class _Reader(Document):
             type=kind,
             place=self.place(where),
         )
+
+
+read = _Reader.load

@@ -8,16 +8,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import collector_paused, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode
+from cqos_core.importers.reading import shown
+from cqos_core.importers.tree import MappingNode, ScalarNode, stated
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Room, Setting
-from cqos_mqtt.importers.document import Document, stated, truth
+from cqos_mqtt.importers.document import Document, truth
 from cqos_mqtt.importers.editing import FIELDS
 
 if TYPE_CHECKING:
-    from cqos_core.importers.source import ReadContext, Source
-    from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Settings, System
+    from cqos_core.model.system import Settings
 
 BROKER: Final = "mqtt-broker"
 IN: Final = "mqtt in"
@@ -43,23 +41,10 @@ _DEFAULT_IN: Final = "2"
 _DEFAULT_OUT: Final = "0"
 
 
-def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - nothing is included
-    """Read flows as clients and what they publish and subscribe.
-
-    Raises:
-        InputError: these are no flows.
-    """
-    reader = _Reader(source)
-    with collector_paused():
-        reader.load()
-        reader.flows()
-    return reader.finish()
-
-
 class _Reader(Document):
-    """Reads one file of flows."""
+    """Reads flows as clients and what they publish and subscribe."""
 
-    def flows(self) -> None:
+    def read_root(self) -> None:
         """Read the brokers, then the nodes that use them."""
         nodes = [self.a_map(each, "node") for each in self.a_list(self.root, "flows")]
         off = {self.a_text(node, "id") for node in nodes if truth(stated(node, "disabled"))}
@@ -76,8 +61,7 @@ class _Reader(Document):
 
     def unused(self, node: MappingNode, names: tuple[str, ...]) -> None:
         """Report fields that Node-RED passes over; it then takes its default."""
-        for _ in self.misspelt(node, names, _OTHERS, cause="Node-RED has no field"):
-            pass
+        self.misspelt(node, names, _OTHERS, cause="Node-RED has no field")
 
     def connection(self, node: MappingNode) -> tuple[str, bool]:
         """Add a client; return its id and whether it speaks 5.0."""
@@ -100,7 +84,7 @@ class _Reader(Document):
                 settings[policy] = self._given(node, name, text)
         self._will(node, settings, in_5_0=version == "5.0")
         name = self._named(node)
-        client = self.client(name, node, settings, external=True)
+        client = self.participant(name, node, settings, external=True)
         for moment in ("birth", "close"):
             topic = self.a_text(node, f"{moment}Topic")
             if topic and not _from_environment(topic):
@@ -178,10 +162,12 @@ class _Reader(Document):
         }
 
     def _given(self, node: MappingNode, name: str, text: str) -> Setting:
-        written: Node = stated(node, name) or node
-        return Setting(text, self.place(written))
+        return Setting(text, self.place(stated(node, name) or node))
 
 
 def _from_environment(topic: str) -> bool:
     """Whether a part of the topic is filled in when the flow is started."""
     return "${" in topic
+
+
+read = _Reader.load

@@ -10,10 +10,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 from urllib.parse import unquote, urlsplit
 
-from cqos_core.importers.reading import collector_paused, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
+from cqos_core.importers.reading import shown
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, stated
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Room, Setting
-from cqos_mqtt.importers.document import Document, levels, stated
+from cqos_mqtt.importers.document import Document, levels
 from cqos_mqtt.importers.editing import TERMS
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Settings, System
+    from cqos_core.model.system import Settings
 
 _AFFORDANCES: Final = ("properties", "actions", "events")
 # What a consumer does for an operation, where the form does not say it itself.
@@ -47,28 +47,16 @@ _OTHER_TERMS: Final = frozenset(("mqv:filter", "mqv:topic", "mqv:controlPacket")
 _SCHEMES: Final = ("mqtt", "mqtts", "mqtt+ws", "mqtt+wss", "mqtt+tcp", "mqtts+tcp")
 
 
-def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - nothing is included
-    """Read a Thing Description as the MQTT client that the Thing is.
-
-    Raises:
-        InputError: it is no JSON.
-    """
-    reader = _Reader(source)
-    with collector_paused():
-        reader.load()
-        reader.thing(reader.a_map(reader.root, "Thing Description"))
-    return reader.finish()
-
-
 class _Reader(Document):
-    """Reads one Thing Description."""
+    """Reads a Thing Description as the MQTT client that the Thing is."""
 
-    def __init__(self, source: Source) -> None:
-        super().__init__(source)
+    def __init__(self, source: Source, context: ReadContext) -> None:
+        super().__init__(source, context)
         self.clients: dict[str, str] = {}  # by host
 
-    def thing(self, thing: MappingNode) -> None:
+    def read_root(self) -> None:
         """Read all forms."""
+        thing = self.a_map(self.root, "Thing Description")
         name = self.a_text(thing, "title") or self.a_text(thing, "id") or self.source.name
         self.system.name = name
         base = self.a_text(thing, "base")
@@ -110,7 +98,7 @@ class _Reader(Document):
         if host not in self.clients:
             name = f"{thing} at {host}" if self.clients and host else thing
             settings = {"broker": self.broker(host, form)} if host else {}
-            self.clients[host] = self.client(name, form, settings, external=True)
+            self.clients[host] = self.participant(name, form, settings, external=True)
         return self.clients[host]
 
     def packets(self, form: MappingNode, default: tuple[str, ...]) -> list[str]:
@@ -155,3 +143,6 @@ class _Reader(Document):
 def _scalars(node: Node | None) -> Iterator[ScalarNode]:
     nodes = node.items if isinstance(node, SequenceNode) else () if node is None else (node,)
     yield from (each for each in nodes if isinstance(each, ScalarNode))
+
+
+read = _Reader.load

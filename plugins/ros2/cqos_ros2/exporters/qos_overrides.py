@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from cqos_core.exporters.contract import ExportContext, Judged
     from cqos_core.exporters.yaml_text import Node
     from cqos_core.model.system import System
-    from cqos_core.packs import Policy
-    from cqos_core.resolving.resolved import Resolved
     from cqos_ros2.exporters.values import Value
 
 _ENTITIES: Final = {PUBLISHER: "publisher", SUBSCRIBER: "subscription"}
@@ -95,7 +93,10 @@ class _Overrides:
             except Unsayable as reason:
                 self.notes[f"`{each.id}`: {policy.name} is left out: {reason}"] = None
                 continue
-            if value is None or not self._has_parameter(each, part, policy):
+            if value is None:
+                continue
+            if policy is LIFESPAN and part.endpoint.role == SUBSCRIBER:
+                self.notes[f"`{each.id}`: subscriptions have no parameter `lifespan`"] = None
                 continue
             if self.context.changed is not None and policy.name not in _BY_DEFAULT:
                 self.notes[
@@ -109,12 +110,6 @@ class _Overrides:
                 None
             )
         return found
-
-    def _has_parameter(self, each: Judged, part: Resolved, policy: Policy) -> bool:
-        if policy is LIFESPAN and part.endpoint.role == SUBSCRIBER:
-            self.notes[f"`{each.id}`: subscriptions have no parameter `lifespan`"] = None
-            return False
-        return True
 
     def _entities(self, where: str, entity: str, by_id: dict[str, dict[str, Node]]) -> dict[str, Node]:
         """Return the parameters of all endpoints of one topic and role in one node, with ids if necessary."""

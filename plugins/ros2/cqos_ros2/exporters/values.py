@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.exporters.contract import judged
+from cqos_core.exporters.contract import judged_by
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.packs import ENDPOINT, INFINITE, Choice
 from cqos_ros2.policies import (
@@ -154,14 +154,7 @@ def _plain(policy: Policy, text: str) -> int:
 
 def ros_endpoints(system: System, context: ExportContext, notes: dict[str, None]) -> Iterator[Judged]:
     """Yield the endpoints of ROS 2, also those that are not to be written; note that there are others."""
-    others = 0
-    for each in judged(system, context).endpoints:
-        if not each.parts or each.parts[0].pack.id != PROTOCOL:
-            others += 1
-        else:
-            yield each
-    if others and context.changed is None:
-        notes[f"{others} endpoint{'s' if others > 1 else ''} of other protocols left out"] = None
+    return judged_by(PROTOCOL, system, context, notes)
 
 
 def kind_of(each: Judged) -> str:

@@ -5,13 +5,9 @@ ROS900-ROS929: what was observed (snapshots and recordings); ROS930-ROS969: what
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cqos_core.model.codes import CodeInfo
-from cqos_core.model.system import ImportNote
-
-if TYPE_CHECKING:
-    from cqos_core.model.system import Place
 
 OBSERVED: Final = (
     CodeInfo(
@@ -222,9 +218,3 @@ CONFIGURED: Final = (
 )
 
 CODES: Final = (*OBSERVED, *CONFIGURED)
-_BY_CODE: Final = {info.code: info for info in CODES}
-
-
-def note(code: str, message: str, place: Place | None, *, advice: str | None = None) -> ImportNote:
-    """Say something that is no reason to stop, with the severity of its code."""
-    return ImportNote(code, _BY_CODE[code].severity, message, place, advice)

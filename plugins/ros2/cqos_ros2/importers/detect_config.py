@@ -5,10 +5,9 @@ from __future__ import annotations
 from pathlib import PurePath
 from typing import Final
 
-from cqos_core.importers.detect import claims_yaml
+from cqos_core.importers.detect import claims_yaml, head_text
 from cqos_core.model.regular import re
 
-_WIDE: Final = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 _YAML_SUFFIXES: Final = frozenset((".yaml", ".yml", ".json", ""))
 _ZENOH_SUFFIXES: Final = _YAML_SUFFIXES | {".json5"}
 _BESIDE_COMMENTS: Final = re.compile(
@@ -86,7 +85,7 @@ def claims_zenoh_bridge(name: str, head: bytes) -> bool:
     suffix = PurePath(name).suffix.lower()
     if (not name.startswith("<") and suffix not in _ZENOH_SUFFIXES) or claims_yaml(name, head):
         return False
-    text = _BESIDE_COMMENTS.sub(r"\1", _text(head))
+    text = _BESIDE_COMMENTS.sub(r"\1", head_text(head))
     return all(key.search(text) for key in _ZENOH_KEYS)
 
 
@@ -100,8 +99,7 @@ def claims_fastdds(name: str, head: bytes) -> bool:  # noqa: ARG001
     text = head.replace(b"\0", b"")  # UTF-16 becomes readable enough
     if not text.lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n").startswith(b"<") or _OMG.search(text):
         return False
-    root = _ROOT.match(text)
-    return root is not None and _PROFILES.search(text) is not None
+    return _ROOT.match(text) is not None and _PROFILES.search(text) is not None
 
 
 def _yaml(name: str, head: bytes) -> str:
@@ -110,8 +108,4 @@ def _yaml(name: str, head: bytes) -> str:
         return ""
     if claims_yaml(name, head):
         return ""
-    return _text(head)
-
-
-def _text(head: bytes) -> str:
-    return head.decode(_WIDE.get(head[:2], "utf-8"), "ignore").lstrip("\ufeff")
+    return head_text(head)

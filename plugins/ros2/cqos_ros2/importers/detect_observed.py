@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
+from cqos_core.importers.detect import head_text
 from cqos_core.model.regular import re
 
-_WIDE: Final = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 _COUNT: Final = re.compile(r"^[ \t]*(?:Publisher|Subscri(?:ption|ber)) count: *\d", re.MULTILINE)
 _ENDPOINT: Final = re.compile(r"^[ \t]*Endpoint type: *(?:PUBLISHER|SUBSCRIPTION|INVALID)\b", re.MULTILINE)
 _BEFORE: Final = r"(?:\s++|\#[^\n]*+|%[^\n]*+|---)*+"
@@ -23,26 +23,21 @@ _PARAMETERS: Final = "ros__parameters"
 
 def claims_topic_info(name: str, head: bytes) -> bool:  # noqa: ARG001 - the signature of all claims
     """Say whether `ros2 topic info` printed this, perhaps among other things."""
-    text = _text(head)
+    text = head_text(head)
     return _COUNT.search(text) is not None or _ENDPOINT.search(text) is not None
 
 
 def claims_rosbag2(name: str, head: bytes) -> bool:  # noqa: ARG001
     """Say whether this is the description of a rosbag2 recording, whatever the file is called."""
-    return _BAG.match(_text(head)) is not None
+    return _BAG.match(head_text(head)) is not None
 
 
 def claims_rosbag2_overrides(name: str, head: bytes) -> bool:  # noqa: ARG001
     """Say whether this is a file for `--qos-profile-overrides-path`: full topic names with policies below them."""
-    text = _text(head)
+    text = head_text(head)
     if _PARAMETERS in text or _POLICY.search(text) is None:
         return False
     if _FLOW.match(text) is not None:
         return True
     keys = [found[0] for found in _KEY.finditer(text)]
     return bool(keys) and all(map(_ABSOLUTE.fullmatch, keys))
-
-
-def _text(head: bytes) -> str:
-    """Decode what can be: a shell of Windows writes UTF-16."""
-    return head.decode(_WIDE.get(head[:2], "utf-8"), "ignore").lstrip("\ufeff")

@@ -11,12 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.forms import described
-from cqos_core.importers.reading import collector_paused, listed, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
+from cqos_core.importers.documents import Field, word_field
+from cqos_core.importers.reading import described, listed, read_switches, shown
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, stated
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Route, Setting
-from cqos_ros2.importers.configuration import Configuration, as_integer, stated
-from cqos_ros2.importers.switches import read_switches
+from cqos_ros2.importers.configuration import Configuration, as_integer
 from cqos_ros2.policies import FROM_PUBLISHERS
 
 if TYPE_CHECKING:
@@ -24,22 +23,14 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Endpoint, Role, Settings, System
+    from cqos_core.model.system import Endpoint, Role, Settings
 
 NAME: Final = "domain_bridge"
 SWITCHES: Final = {"wait_for_publisher": ("true", "false")}
 _OF_TOPICS: Final = ("type", "from_domain", "to_domain", "remap", "qos", "bidirectional", "reversed")
 _OF_COMMAND_LINE: Final = ("wait_for_publisher", "wait_for_subscription", "auto_remove")
-_WORDS: Final = {
-    "history": ("keep_last", "keep_all"),
-    "reliability": ("reliable", "best_effort"),
-    "durability": ("volatile", "transient_local"),
-    "liveliness": ("automatic", "manual_by_topic", "system_default"),
-}
 _AUTO: Final = "auto"
-# What `auto` stands for; liveliness is never taken from publishers.
 _LEASE: Final = "liveliness_lease_duration"
-_DURATIONS: Final = {"deadline": FROM_PUBLISHERS, "lifespan": FROM_PUBLISHERS, _LEASE: "unspecified"}
 _COPIED: Final = ("reliability", "durability")
 _COMPRESSED: Final = "domain_bridge/msg/CompressedMsg"
 _MODES: Final = ("normal", "compress", "decompress")
@@ -58,32 +49,20 @@ class _Way:
     settings: Settings
 
 
-def read(source: Source, context: ReadContext) -> System:
-    """Read a configuration as a bridge between the nodes ``<name>_<domain>``.
-
-    Raises:
-        InputError: it is no YAML, or no configuration of domain_bridge; or there is no such switch.
-    """
-    waits = read_switches("domain_bridge", context, SWITCHES).get("wait_for_publisher") != "false"
-    reader = _Reader(source, waits=waits)
-    with collector_paused():
-        reader.configuration(reader.a_map(reader.document(repeated="keep"), "configuration"))
-    return reader.finish()
-
-
 class _Reader(Configuration):
-    """Reads the topics of one configuration."""
+    """Reads a configuration as a bridge between the nodes ``<name>_<domain>``."""
 
-    def __init__(self, source: Source, *, waits: bool) -> None:
-        super().__init__(source)
-        self.waits = waits
+    def __init__(self, source: Source, context: ReadContext) -> None:
+        super().__init__(source, context)
+        self.waits = read_switches("domain_bridge", context, SWITCHES).get("wait_for_publisher") != "false"
         self.routes: list[Route] = []
         self.bridged: dict[tuple[str, str, int, int], ScalarNode] = {}
         self.name = NAME
         self.mode = _MODES[0]
 
-    def configuration(self, entries: MappingNode) -> None:
+    def run(self) -> None:
         """Read what holds for all topics, then each of them."""
+        entries = self.a_map(self.document(repeated="keep"), "configuration")
         self.once(entries)
         self.name = self.a_text(entries, "name") or NAME
         mode = stated(entries, "mode")
@@ -205,7 +184,7 @@ class _Reader(Configuration):
         if topic == "~" or topic.startswith("~/"):  # stands for the name of the bridge, not for that of its node
             topic = f"/{self.name}{topic[1:]}"
         participant = self.participant(f"{self.name}_{domain}", way.key, own)
-        return self.made(participant, role, topic, way.key, dict(way.settings), type_name=type_name)
+        return self.endpoint(participant, role, topic, way.key, dict(way.settings), type_name=type_name)
 
     # QoS
 
@@ -216,46 +195,18 @@ class _Reader(Configuration):
         settings: Settings = {}
         if self.waits:
             settings = {policy: self.setting(key, FROM_PUBLISHERS) for policy in _COPIED}
-        for policy in _WORDS:
-            self.word(stated_qos, policy, settings)
-        depth = stated(stated_qos, "depth")
-        number = None if depth is None else as_integer(depth)
-        if number is not None and number >= 0 and depth is not None:
-            settings["depth"] = self.setting(depth)
-        elif depth is not None:
-            self.refused(f"{described(depth)} is no depth", depth, "expected a whole number")
-        for policy in _DURATIONS:
-            self.duration(stated_qos, policy, settings)
+        settings |= self.policies(stated_qos, _FIELDS, self.no_such)
         self.lease(stated_qos, settings)
-        known = (*_WORDS, "depth", *_DURATIONS)
         for name, (own_key, _) in stated_qos.entries.items():
-            if name not in known:
+            if name not in _FIELDS:
                 message = f"domain_bridge ignores the key {shown(name)}: it does not know it"
-                self.note("ROS951", message, own_key, f"it knows {listed(known, 'and')}")
+                self.note("ROS951", message, own_key, f"it knows {listed(_FIELDS, 'and')}")
         return settings
 
-    def word(self, entries: MappingNode, policy: str, settings: Settings) -> None:
-        """Read a policy that has a few values."""
-        node = stated(entries, policy)
-        words = _WORDS[policy]
-        if isinstance(node, ScalarNode) and node.text in words:
-            settings[policy] = self.setting(node)
-        elif node is not None and not (policy == "liveliness" and isinstance(node, ScalarNode) and node.text == _AUTO):
-            self.refused(f"{described(node)} is no {policy}", node, f"expected {listed(words)}")
-
-    def duration(self, entries: MappingNode, policy: str, settings: Settings) -> None:
-        """Read whole nanoseconds, negative for infinite, or ``auto``."""
-        node = stated(entries, policy)
-        if node is None:
-            return
-        number = as_integer(node)
-        if number is not None:
-            settings[policy] = self.setting(node, "infinite" if number < 0 else f"{number}ns")
-        elif isinstance(node, ScalarNode) and node.text == _AUTO:
-            settings[policy] = self.setting(node, _DURATIONS[policy])
-        else:
-            advice = "expected whole nanoseconds, -1 for infinite, or auto"
-            self.refused(f"{described(node)} is no {policy}", node, advice)
+    def no_such(self, key: str, node: Node, field: Field) -> None:
+        """Report a value that keeps the bridge from starting."""
+        if key != "liveliness" or not _is_auto(node):
+            self.refused(f"{described(node)} is no {key}", node, field.expected)
 
     def lease(self, entries: MappingNode, settings: Settings) -> None:
         """Take a lease for what the bridge takes it for (domain_bridge 0.5.0, parse_qos_options)."""
@@ -264,3 +215,40 @@ class _Reader(Configuration):
         settings["lifespan"] = settings.pop(_LEASE)
         message = f"domain_bridge takes {shown(_LEASE)} for the lifespan, and its lease stays infinite"
         self.note("ROS951", message, node, "state `lifespan` if that is meant, and no lease")
+
+
+def _is_auto(node: Node) -> bool:
+    return isinstance(node, ScalarNode) and node.text == _AUTO
+
+
+def _depth(node: Node) -> str | None:
+    number = as_integer(node)
+    return flow_text(node) if number is not None and number >= 0 else None
+
+
+def _duration(policy: str, auto: str) -> Field:
+    """Return a field with whole nanoseconds, negative for infinite, or ``auto``."""
+
+    def take(node: Node) -> str | None:
+        number = as_integer(node)
+        if number is None:
+            return auto if _is_auto(node) else None
+        return "infinite" if number < 0 else f"{number}ns"
+
+    return Field(policy, take, "expected whole nanoseconds, -1 for infinite, or auto")
+
+
+_FIELDS: Final = {
+    field.policy: field
+    for field in (
+        word_field("history", "keep_last", "keep_all"),
+        word_field("reliability", "reliable", "best_effort"),
+        word_field("durability", "volatile", "transient_local"),
+        word_field("liveliness", "automatic", "manual_by_topic", "system_default"),
+        Field("depth", _depth, "expected a whole number"),
+        _duration("deadline", FROM_PUBLISHERS),
+        _duration("lifespan", FROM_PUBLISHERS),
+        _duration(_LEASE, "unspecified"),  # it is never taken from publishers
+    )
+}
+read = _Reader.load

@@ -6,13 +6,11 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import Reading, shown
 from cqos_core.importers.source import Source
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
+from cqos_core.importers.tree import ScalarNode, walk
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.problems import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from cqos_core.importers.tree import Node
 
 _NEAR: Final = 400
@@ -48,7 +46,7 @@ def _relocate(document: Node, text: ScalarNode, reading: Reading) -> None:
     start = lines.start(text.line or 0)
     cursor = (start or 0) + (text.column or 1) - 1
     begun: list[Node] = []
-    for node in _in_order(document):
+    for node in walk([document]):
         node.line, node.column = text.line, text.column
         begun.append(node)
         if start is not None and isinstance(node, ScalarNode) and node.text:
@@ -58,21 +56,3 @@ def _relocate(document: Node, text: ScalarNode, reading: Reading) -> None:
                     each.line, each.column = lines.position(found)
                 cursor = found + len(node.text)
             begun.clear()
-
-
-def _in_order(document: Node) -> Iterator[Node]:
-    """Yield every node once, in the order of the text."""
-    seen: set[int] = set()
-    waiting = [document]
-    while waiting:
-        node = waiting.pop()
-        if id(node) in seen:
-            continue
-        seen.add(id(node))
-        yield node
-        inner: list[Node] = []
-        if isinstance(node, MappingNode):
-            inner = [part for entry in node.entries.values() for part in entry]
-        elif isinstance(node, SequenceNode):
-            inner = node.items
-        waiting += reversed(inner)

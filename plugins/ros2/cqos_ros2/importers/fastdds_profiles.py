@@ -7,23 +7,20 @@ values are texts as the profile writes them, durations in flow form (DDS 1.4; Fa
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, NamedTuple
 
-from lxml import etree
-
-from cqos_core.importers.reading import collect, listed, shown
-from cqos_core.importers.xml_source import parse_xml
-from cqos_core.model.excerpt import exact
-from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place, Setting
+from cqos_core.importers.reading import listed, shown
+from cqos_core.importers.source import ReadContext
+from cqos_core.importers.xml_source import ElementReading, children, elements, local, parse_xml, text_of
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable
 
     from cqos_core.importers.source import Source
     from cqos_core.importers.xml_source import Element
-    from cqos_core.model.system import Role, Settings
+    from cqos_core.model.system import Place, Role, Settings
 
 _ROLES: Final[dict[str, Role]] = {
     "data_writer": PUBLISHER,
@@ -38,30 +35,9 @@ _INFINITE_WORDS: Final = frozenset(
 _TRUE: Final = frozenset(("true", "True", "TRUE", "1"))
 _LARGEST: Final = 2**32
 
-# Which element holds which policy: its path below the profile to the policy's name, and what its text may be.
-_KINDS: Final = {
-    "topic/historyQos/kind": ("history", ("KEEP_LAST", "KEEP_ALL")),
-    "qos/reliability/kind": ("reliability", ("BEST_EFFORT", "RELIABLE")),
-    "qos/durability/kind": ("durability", ("VOLATILE", "TRANSIENT_LOCAL", "TRANSIENT", "PERSISTENT")),
-    "qos/liveliness/kind": ("liveliness", ("AUTOMATIC", "MANUAL_BY_PARTICIPANT", "MANUAL_BY_TOPIC")),
-    "qos/ownership/kind": ("ownership", ("SHARED", "EXCLUSIVE")),
-}
-_COUNTS: Final = {"topic/historyQos/depth": "history.depth", "qos/ownershipStrength/value": "ownership_strength"}
-_DURATIONS: Final = {
-    "qos/deadline/period": "deadline",
-    "qos/deadline": "deadline",
-    "qos/lifespan/duration": "lifespan",
-    "qos/lifespan": "lifespan",
-    "qos/liveliness/lease_duration": "liveliness.lease_duration",
-    "qos/latencyBudget/duration": "latency_budget",
-}
-_NAMES: Final = {"qos/partition/names": "partition"}
-_POLICIES: Final = {*_KINDS, *_COUNTS, *_DURATIONS, *_NAMES}
-_WAYS: Final = {path.rpartition("/")[0] for path in _POLICIES} | {"qos", "topic"}
-_POLICY_AT: Final = {**{path: name for path, (name, _) in _KINDS.items()}, **_COUNTS, **_DURATIONS, **_NAMES}
 _VARIABLE: Final = re.compile(r"\$\{([A-Za-z_]\w*)\}")
 _SUFFIX: Final = "_QOS"
-_FIELDS: Final = {"sec": "sec", "seconds": "sec", "nanosec": "nanosec"}
+_PARTS: Final = {"sec": "sec", "seconds": "sec", "nanosec": "nanosec"}
 
 
 @dataclass(slots=True)
@@ -104,91 +80,54 @@ def read_fastdds_profiles(source: Source) -> FastDdsProfiles:
     """
     root = parse_xml(source)
     reader = _Reader(source)
-    if _local(root) not in {"dds", "profiles"}:
-        message = f"this is no file of Fast DDS profiles: its first element is {shown(_local(root))}"
+    if local(root) not in {"dds", "profiles"}:
+        message = f"this is no file of Fast DDS profiles: its first element is {shown(local(root))}"
         reader.problem("CQ001", message, root, "expected `dds` or `profiles`")
-    for profiles in [root] if _local(root) == "profiles" else _children(root, "profiles"):
-        for element in _elements(profiles):
-            if _local(element) in _ROLES:
+    for profiles in [root] if local(root) == "profiles" else children(root, "profiles"):
+        for element in elements(profiles):
+            if local(element) in _ROLES:
                 reader.found.profiles.append(reader.profile(element))
-    if reader.problems:
-        raise InputError(reader.located())
+    reader.finish()
     return reader.found
 
 
-class _Reader:
+class _Reader(ElementReading):
     """Reads the profiles of one file, collecting problems."""
 
     def __init__(self, source: Source) -> None:
-        self.source = source
-        self.found = FastDdsProfiles()
-        self.problems: list[Problem] = []
-
-    def located(self) -> list[Problem]:
-        """Return the problems with their columns, for which the source is read again."""
-        places = [problem.place for problem in self.problems if problem.place is not None]
-        known = exact(places, {self.source.name: self.source.data})
-        return [replace(each, place=known[each.place] if each.place is not None else None) for each in self.problems]
-
-    def place(self, element: Element) -> Place:
-        """Where an element is; its name tells it from others on the line when the column is looked for."""
-        line = element.sourceline
-        return Place(self.source.name, int(line) if line else 1, path=f"{_written(element)}[1]")
-
-    def problem(self, code: str, message: str, where: Element, advice: str | None = None) -> None:
-        """Collect a problem."""
-        collect(self.problems, Problem(code, message, self.place(where), advice))
+        super().__init__(source, ReadContext())
+        self.found = FastDdsProfiles(unread=self.unread)
 
     def profile(self, element: Element) -> FastDdsProfile:
         """Read one profile."""
         place = self.place(element)
         name = element.get("profile_name", "")
         if not name:
-            self.problem("CQ010", f"a {_local(element)} profile needs a `profile_name`", element)
+            self.problem("CQ010", f"a {local(element)} profile needs a `profile_name`", element)
         default = (element.get("is_default_profile") or "").strip() in _TRUE
-        profile = FastDdsProfile(_ROLES[_local(element)], name, default, {}, place)
+        profile = FastDdsProfile(_ROLES[local(element)], name, default, {}, place)
         self.policies(element, "", profile.settings)
         return profile
 
     def policies(self, above: Element, path: str, settings: Settings) -> None:
         """Read the policies below an element; what is none is remembered."""
-        for element in _elements(above):
-            inner = f"{path}/{_local(element)}".lstrip("/")
-            policy = _POLICY_AT.get(inner)
-            written = "".join(element.itertext()).strip()
-            if policy is not None and inner not in _WAYS and (variable := _VARIABLE.search(written)):
-                cause = f"variable `{variable[1]}` is not set"
-                settings[policy] = Setting(written, self.place(element), unknown=cause)
-            elif inner in _DURATIONS and (inner not in _WAYS or self.is_duration(element)):
-                self.duration(element, _DURATIONS[inner], settings)
-            elif inner in _WAYS:
+        for element in elements(above):
+            inner = f"{path}/{local(element)}".lstrip("/")
+            field = _FIELDS.get(inner)
+            whole = "".join(element.itertext()).strip()
+            if inner in _WAYS and (field is None or not self.is_duration(element)):
                 self.policies(element, inner, settings)
-            elif inner in _KINDS:
-                self.kind(element, *_KINDS[inner], settings)
-            elif inner in _COUNTS:
-                self.count(element, _COUNTS[inner], settings)
-            elif inner in _NAMES:
-                names = [_text(name) for name in _elements(element)]
-                settings[_NAMES[inner]] = Setting(f"[{', '.join(names)}]", self.place(element))
-            else:
+            elif field is None:
                 self.found.unread.setdefault(inner, self.place(element))
-
-    def kind(self, element: Element, policy: str, words: tuple[str, ...], settings: Settings) -> None:
-        """Read a policy of a few values; older files write them with `_QOS` and the policy's name."""
-        text = _text(element)
-        word = text.removesuffix(_SUFFIX).removesuffix(f"_{policy.upper()}")
-        if word in words:
-            settings[policy] = Setting(word, self.place(element))
-        else:
-            self.refused(element, policy, text, listed(words))
-
-    def count(self, element: Element, policy: str, settings: Settings) -> None:
-        """Read a whole number."""
-        text = _text(element)
-        if _number(text) is None:
-            self.refused(element, policy, text, "a whole number")
-        else:
-            settings[policy] = Setting(text, self.place(element))
+            elif inner not in _WAYS and (variable := _VARIABLE.search(whole)):
+                cause = f"variable `{variable[1]}` is not set"
+                settings[field.policy] = Setting(whole, self.place(element), unknown=cause)
+            else:
+                written = self.duration(element, field.policy) if field.take is None else field.take(element)
+                if written is not None:
+                    settings[field.policy] = Setting(written, self.place(element))
+                elif field.take is not None:
+                    self.refused(element, field.policy, text_of(element), field.expected)
 
     def refused(self, element: Element, policy: str, text: str, expected: str) -> None:
         """Tell a value with which Fast DDS refuses the file."""
@@ -197,29 +136,28 @@ class _Reader:
 
     def is_duration(self, element: Element) -> bool:
         """Whether an element is a duration itself, rather than what holds one."""
-        inner = {_local(child) for child in _elements(element)}
-        return bool(inner & set(_FIELDS)) or (not inner and bool(_text(element)))
+        inner = {local(child) for child in elements(element)}
+        return bool(inner & set(_PARTS)) or (not inner and bool(text_of(element)))
 
-    def duration(self, element: Element, policy: str, settings: Settings) -> None:
+    def duration(self, element: Element, policy: str) -> str | None:
         """Read seconds and nanoseconds, each perhaps infinite, or a word for infinite."""
         fields: dict[str, str] = {}
-        for part in _elements(element):
-            if _local(part) not in _FIELDS:
-                self.found.unread.setdefault(f"{_local(element)}/{_local(part)}", self.place(part))
-            elif _text(part) in _INFINITE_WORDS:
+        for part in elements(element):
+            if local(part) not in _PARTS:
+                self.found.unread.setdefault(f"{local(element)}/{local(part)}", self.place(part))
+            elif text_of(part) in _INFINITE_WORDS:
                 fields["sec"] = _INFINITE
-            elif _number(_text(part)) is None:
-                self.refused(part, f"{policy}.{_local(part)}", _text(part), "a whole number or DURATION_INFINITY")
+            elif _number(text_of(part)) is None:
+                self.refused(part, f"{policy}.{local(part)}", text_of(part), "a whole number or DURATION_INFINITY")
             elif fields.get("sec") != _INFINITE:
-                fields[_FIELDS[_local(part)]] = _text(part)
-        word = _text(element)
+                fields[_PARTS[local(part)]] = text_of(part)
+        word = text_of(element)
         if word in _INFINITE_WORDS or fields.get("sec") == _INFINITE:
-            settings[policy] = Setting(_INFINITE, self.place(element))
-        elif word:
+            return _INFINITE
+        if word:
             self.refused(element, policy, word, "<sec> and <nanosec>, or DURATION_INFINITY")
-        elif fields:
-            text = f"{{sec: {fields.get('sec', '0')}, nanosec: {fields.get('nanosec', '0')}}}"
-            settings[policy] = Setting(text, self.place(element))
+            return None
+        return f"{{sec: {fields.get('sec', '0')}, nanosec: {fields.get('nanosec', '0')}}}" if fields else None
 
 
 def _number(text: str) -> int | None:
@@ -228,24 +166,49 @@ def _number(text: str) -> int | None:
     return int(text) if digits and int(text) < _LARGEST else None
 
 
-def _elements(above: Element) -> Iterator[Element]:
-    """Yield the elements directly below one."""
-    return (child for child in above if isinstance(child.tag, str))
+class _Field(NamedTuple):
+    """An element that holds a policy.
+
+    Attributes:
+        take: returns the value, None where Fast DDS refuses it; a duration without it.
+    """
+
+    policy: str
+    take: Callable[[Element], str | None] | None = None
+    expected: str = ""
 
 
-def _children(above: Element, name: str) -> list[Element]:
-    return [child for child in _elements(above) if _local(child) == name]
+def _kind(policy: str, *words: str) -> _Field:
+    def take(element: Element) -> str | None:
+        word = text_of(element).removesuffix(_SUFFIX).removesuffix(f"_{policy.upper()}")
+        return word if word in words else None
+
+    return _Field(policy, take, listed(words))
 
 
-def _local(element: Element) -> str:
-    """The name of an element without its namespace."""
-    return etree.QName(element).localname
+def _count(element: Element) -> str | None:
+    return None if _number(text_of(element)) is None else text_of(element)
 
 
-def _written(element: Element) -> str:
-    """The name of an element as the file writes it."""
-    return f"{element.prefix}:{_local(element)}" if element.prefix else _local(element)
+def _names(element: Element) -> str:
+    return f"[{', '.join(text_of(name) for name in elements(element))}]"
 
 
-def _text(element: Element) -> str:
-    return (element.text or "").strip()
+# Which element holds which policy, by its path below the profile.
+_FIELDS: Final = {
+    "topic/historyQos/kind": _kind("history", "KEEP_LAST", "KEEP_ALL"),
+    "qos/reliability/kind": _kind("reliability", "BEST_EFFORT", "RELIABLE"),
+    "qos/durability/kind": _kind("durability", "VOLATILE", "TRANSIENT_LOCAL", "TRANSIENT", "PERSISTENT"),
+    "qos/liveliness/kind": _kind("liveliness", "AUTOMATIC", "MANUAL_BY_PARTICIPANT", "MANUAL_BY_TOPIC"),
+    "qos/ownership/kind": _kind("ownership", "SHARED", "EXCLUSIVE"),
+    "topic/historyQos/depth": _Field("history.depth", _count, "a whole number"),
+    "qos/ownershipStrength/value": _Field("ownership_strength", _count, "a whole number"),
+    "qos/deadline/period": _Field("deadline"),
+    "qos/deadline": _Field("deadline"),
+    "qos/lifespan/duration": _Field("lifespan"),
+    "qos/lifespan": _Field("lifespan"),
+    "qos/liveliness/lease_duration": _Field("liveliness.lease_duration"),
+    "qos/latencyBudget/duration": _Field("latency_budget"),
+    "qos/partition/names": _Field("partition", _names),
+}
+_WAYS: Final = {path.rpartition("/")[0] for path in _FIELDS} | {"qos", "topic"}

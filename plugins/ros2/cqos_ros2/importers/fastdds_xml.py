@@ -12,14 +12,13 @@ import glob
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import collector_paused, listed, shown
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ImportNote, Overlay, Place, Setting, System
-from cqos_ros2.importers.codes import note
+from cqos_core.importers.reading import listed, shown
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Place, Setting
+from cqos_ros2.importers.configuration import RosFile
 from cqos_ros2.importers.fastdds_profiles import read_fastdds_profiles
 from cqos_ros2.policies import DEADLINE
 
 if TYPE_CHECKING:
-    from cqos_core.importers.source import ReadContext, Source
     from cqos_core.model.system import Role, Settings
     from cqos_ros2.importers.fastdds_profiles import FastDdsProfile
 
@@ -59,37 +58,32 @@ _FULL: Final = ("/", "rq/", "rr/")
 _ANY: Final = "*"
 
 
-def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - nothing is included
-    """Read profiles as overlays that hold with Fast DDS.
+class _Profiles(RosFile):
+    """Reads profiles as overlays that hold with Fast DDS."""
 
-    Raises:
-        InputError: it is no XML, holds no profiles, or a value that Fast DDS refuses.
-    """
-    with collector_paused():
-        found = read_fastdds_profiles(source)
-    system = System(protocol="ros2", sources={source.name: source.data})
-    for profile in found.profiles:
-        _tell(profile, system.notes)
-    ordered = [(_topic(profile), profile) for profile in found.profiles]
-    # A later one wins: the default, then those of services as such, then those of single topics.
-    ordered.sort(key=lambda pair: (pair[0] != _ANY, _ANY not in pair[0]))
-    for topic, profile in ordered:
-        below = [before for pattern, before in ordered if before is not profile and _under(topic, profile, pattern)]
-        settings = _replacing(profile, below)
-        if topic and settings:
-            system.overlays.append(_overlay(profile, topic, settings))
-    if system.overlays:
-        place = Place(source.name, 1, 1)
-        message = (
-            "these profiles take effect with Fast DDS only, and only where a node leaves a policy to the middleware"
-        )
-        system.notes.append(note("ROS962", message, place, advice="state `--option ros2.rmw=fastdds` if it is in use"))
-    if found.unread:
-        paths = sorted(found.unread)
-        message = f"elements that ROS 2 has no policy for: {listed(map(shown, paths), 'and')}"
-        first = min(found.unread.values(), key=lambda place: place.line or 0)
-        system.notes.append(note("ROS960", message, first))
-    return system
+    def run(self) -> None:
+        """Make an overlay of every profile that is looked up."""
+        found = read_fastdds_profiles(self.source)
+        for profile in found.profiles:
+            _tell(profile, self)
+        ordered = [(_topic(profile), profile) for profile in found.profiles]
+        # A later one wins: the default, then those of services as such, then those of single topics.
+        ordered.sort(key=lambda pair: (pair[0] != _ANY, _ANY not in pair[0]))
+        for topic, profile in ordered:
+            below = [before for pattern, before in ordered if before is not profile and _under(topic, profile, pattern)]
+            settings = _replacing(profile, below)
+            if topic and settings:
+                self.system.overlays.append(_overlay(profile, topic, settings))
+        if self.system.overlays:
+            place = Place(self.source.name, 1, 1)
+            message = (
+                "these profiles take effect with Fast DDS only, and only where a node leaves a policy to the middleware"
+            )
+            self.note("ROS962", message, place, "state `--option ros2.rmw=fastdds` if it is in use")
+        if found.unread:
+            paths = sorted(found.unread)
+            message = f"elements that ROS 2 has no policy for: {listed(map(shown, paths), 'and')}"
+            self.note("ROS960", message, min(found.unread.values(), key=lambda place: place.line or 0))
 
 
 def _topic(profile: FastDdsProfile) -> str:
@@ -106,18 +100,17 @@ def _under(topic: str, profile: FastDdsProfile, pattern: str) -> bool:
     return topic != _ANY and (pattern in {_ANY, topic} or fnmatchcase(profile.name, pattern))
 
 
-def _tell(profile: FastDdsProfile, notes: list[ImportNote]) -> None:
+def _tell(profile: FastDdsProfile, reading: RosFile) -> None:
     """Tell a profile that is never used, and policies that keep endpoints apart."""
     if not _topic(profile):
         message = f"ROS 2 never looks up the profile {shown(profile.name)}, which is no full topic name"
-        notes.append(
-            note("ROS961", message, profile.place, advice=f"name it `/{profile.name}` if it is for that topic")
-        )
+        reading.note("ROS961", message, profile.place, f"name it `/{profile.name}` if it is for that topic")
     for policy in _APART:
         setting = profile.settings.get(policy)
         if setting is not None and setting.text != "SHARED":
             message = f"the profile {shown(profile.name)} sets `{policy}`, which is not judged here"
-            notes.append(note("ROS963", message, setting.place, advice="see that both sides of the topic set the same"))
+            advice = "see that both sides of the topic set the same"
+            reading.note("ROS963", message, setting.place or profile.place, advice)
 
 
 def _replacing(profile: FastDdsProfile, below: list[FastDdsProfile]) -> Settings:
@@ -154,3 +147,6 @@ def _overlay(profile: FastDdsProfile, topic: str, settings: Settings) -> Overlay
         fills=_LEFT_OPEN,
         place=profile.place,
     )
+
+
+read = _Profiles.load

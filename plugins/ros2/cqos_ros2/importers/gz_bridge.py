@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import collector_paused, did_you_mean, listed, shown
+from cqos_core.importers.reading import did_you_mean, listed, shown
+from cqos_core.importers.tree import stated
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ProfileRef
-from cqos_ros2.importers.configuration import Configuration, stated
+from cqos_ros2.importers.configuration import Configuration
 
 if TYPE_CHECKING:
-    from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import MappingNode, Node
-    from cqos_core.model.system import Role, Settings, System
+    from cqos_core.model.system import Role, Settings
 
 NODE: Final = "ros_gz_bridge"
 _BOTH: Final[tuple[Role, ...]] = (PUBLISHER, SUBSCRIBER)
@@ -41,21 +41,13 @@ _GZ_TOPICS: Final = ("gz_topic_name", "ign_topic_name")
 _GZ_TYPES: Final = ("gz_type_name", "ign_type_name")
 
 
-def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - nothing is included
-    """Read a list as the endpoints of the node ``ros_gz_bridge``.
-
-    Raises:
-        InputError: it is no YAML, or no list of maps.
-    """
-    reader = _Reader(source)
-    with collector_paused():
-        for entries in reader.maps(reader.document(), "configuration"):
-            reader.entry(entries)
-    return reader.finish()
-
-
 class _Reader(Configuration):
-    """Reads the entries of one list."""
+    """Reads a list as the endpoints of the node ``ros_gz_bridge``."""
+
+    def run(self) -> None:
+        """Read every entry."""
+        for entries in self.maps(self.document(), "configuration"):
+            self.entry(entries)
 
     def entry(self, entries: MappingNode) -> None:
         """Add what one entry bridges; tell one that the bridge leaves out."""
@@ -84,7 +76,9 @@ class _Reader(Configuration):
         for role in roles:
             settings = self.queue(entries, role, with_preset=bool(presets))
             participant = self.participant(NODE, entries)
-            self.endpoint(participant, role, name, where, settings, presets=presets, type_name=type_name)
+            self.system.endpoints.append(
+                self.endpoint(participant, role, name, where, settings, profiles=presets, type_name=type_name)
+            )
 
     def out(self, message: str, where: Node, advice: str) -> None:
         """Tell why the bridge leaves an entry out."""
@@ -133,4 +127,9 @@ class _Reader(Configuration):
             return
         participant = self.participant(NODE, entries)
         type_name = self.a_text(entries, "ros_type_name")
-        self.endpoint(participant, SUBSCRIBER, name, where, {}, type_name=type_name, kind="service_server")
+        self.system.endpoints.append(
+            self.endpoint(participant, SUBSCRIBER, name, where, {}, type_name=type_name, kind="service_server")
+        )
+
+
+read = _Reader.load

@@ -9,34 +9,48 @@ from __future__ import annotations
 import glob
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.importers.forms import described
-from cqos_core.importers.reading import collector_paused, did_you_mean, listed, shown
+from cqos_core.importers.documents import Field, word_field
+from cqos_core.importers.reading import described, did_you_mean, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, is_null
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Room
-from cqos_ros2.importers.codes import note
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Place, Room
 from cqos_ros2.importers.configuration import Configuration, as_flag, as_integer
 from cqos_ros2.names import NOT_BY_PARAMETERS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Role, Setting, Settings, System
+    from cqos_core.model.system import Role, Setting, Settings
 
 PARAMETERS: Final = "ros__parameters"
 OVERRIDES: Final = "qos_overrides"
 _FORM: Final = "qos_overrides.<full topic>.<publisher|subscription>[_<id>].<policy>"
 _ROLES: Final[dict[str, Role]] = {"publisher": PUBLISHER, "subscription": SUBSCRIBER}
-_WORDS: Final = {
-    "history": ("keep_last", "keep_all", "system_default"),
-    "reliability": ("reliable", "best_effort", "system_default", "best_available"),
-    "durability": ("volatile", "transient_local", "system_default", "best_available"),
-    "liveliness": ("automatic", "manual_by_topic", "system_default", "best_available", "manual_by_node"),
-}
 _DURATIONS: Final = ("deadline", "lifespan", "liveliness_lease_duration")
-_FLAG: Final = "avoid_ros_namespace_conventions"
-_POLICIES: Final = (*_WORDS, "depth", *_DURATIONS, _FLAG)
+
+
+def _flag(node: Node) -> str | None:
+    value = as_flag(node)
+    return None if value is None else str(value).lower()
+
+
+def _number(node: Node) -> str | None:
+    number = as_integer(node)
+    return None if number is None or number < 0 else str(number)
+
+
+_FIELDS: Final = {
+    field.policy: field
+    for field in (
+        word_field("history", "keep_last", "keep_all", "system_default"),
+        word_field("reliability", "reliable", "best_effort", "system_default", "best_available"),
+        word_field("durability", "volatile", "transient_local", "system_default", "best_available"),
+        word_field("liveliness", "automatic", "manual_by_topic", "system_default", "best_available", "manual_by_node"),
+        Field("depth", _number, "expected a whole number"),
+        *(Field(name, _number, "expected whole nanoseconds") for name in _DURATIONS),
+        Field("avoid_ros_namespace_conventions", _flag, "expected true or false"),
+    )
+}
 _BY_DEFAULT: Final = frozenset(("history", "depth", "reliability"))
 _EVENTS: Final = "/parameter_events"
 
@@ -58,22 +72,14 @@ class _Entity(NamedTuple):
     id: str | None
 
 
-def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - nothing is included
-    """Read a parameter file; parameters other than ``qos_overrides`` are passed over.
-
-    Raises:
-        InputError: it is no YAML, or no parameter file.
-    """
-    reader = _Reader(source)
-    with collector_paused():
-        reader.nodes(reader.a_map(reader.document(repeated="merge"), "parameters"), "")
-    # Where an endpoint has an id, what is meant for it alone is nearer than what is meant for all.
-    reader.system.overlays.sort(key=lambda overlay: overlay.entity is not None)
-    return reader.finish()
-
-
 class _Reader(Configuration):
-    """Finds the overrides of all nodes in one file."""
+    """Finds the overrides of all nodes in a parameter file; other parameters are passed over."""
+
+    def run(self) -> None:
+        """Read all nodes."""
+        self.nodes(self.a_map(self.document(repeated="merge"), "parameters"), "")
+        # Where an endpoint has an id, what is meant for it alone is nearer than what is meant for all.
+        self.system.overlays.sort(key=lambda overlay: overlay.entity is not None)
 
     def nodes(self, entries: MappingNode, above: str) -> None:
         """Read the nodes of a namespace; what is written later in the file wins."""
@@ -128,7 +134,7 @@ class _Reader(Configuration):
             advice = NOT_BY_PARAMETERS[node]
         elif not dot or not topic:
             wrong = "it names no policy of a publisher or subscription"
-            if topic and rest in _POLICIES:
+            if topic and rest in _FIELDS:
                 advice = f"write `{OVERRIDES}.{topic}.publisher.{rest}` or `{OVERRIDES}.{topic}.subscription.{rest}`"
         elif not topic.startswith("/"):
             wrong = f"{shown(topic)} is no full topic name"
@@ -136,9 +142,9 @@ class _Reader(Configuration):
         elif kind not in _ROLES:
             wrong = f"{shown(side)} is neither `publisher` nor `subscription`"
             advice = "subscribers are called `subscription` here" if kind.startswith("subscr") else advice
-        elif policy not in _POLICIES:
-            wrong = f"there is no policy {shown(policy)}{did_you_mean(policy, _POLICIES)}"
-            advice = f"there are {listed(_POLICIES, 'and')}"
+        elif policy not in _FIELDS:
+            wrong = f"there is no policy {shown(policy)}{did_you_mean(policy, _FIELDS)}"
+            advice = f"there are {listed(_FIELDS, 'and')}"
         elif policy == "lifespan" and kind == "subscription":
             wrong = "a subscription has no parameter `lifespan`"
             advice = "samples expire at the publisher: set it there"
@@ -149,24 +155,11 @@ class _Reader(Configuration):
 
     def value(self, parameter: _Parameter, policy: str) -> Setting | None:
         """Return a value as text with its unit; tell one that the node refuses."""
-        node = parameter.value
-        expected = None
-        text = None
-        if policy in _WORDS:
-            words = _WORDS[policy]
-            expected = listed(words)
-            text = node.text if isinstance(node, ScalarNode) and node.text in words else None
-        elif policy == _FLAG:
-            expected = "true or false"
-            flag = as_flag(node)
-            text = None if flag is None else str(flag).lower()
-        else:
-            expected = "whole nanoseconds" if policy in _DURATIONS else "a whole number"
-            number = as_integer(node)
-            text = None if number is None or number < 0 else str(number)
+        node, field = parameter.value, _FIELDS[policy]
+        text = field.take(node)
         if text is None:
             message = f"`{OVERRIDES}.{parameter.name}` is {described(node)}, with which the node ends with an error"
-            self.note("ROS931", message, node, f"expected {expected}")
+            self.note("ROS931", message, node, field.expected)
             return None
         return self.setting(node, text)
 
@@ -181,7 +174,7 @@ class _Reader(Configuration):
                 "that allows overrides allows those of history, depth and reliability"
             )
             advice = "name the policies in the node's `QosOverridingOptions`"
-            self.notes.append(note("ROS932", message, settings[further[0]].place, advice=advice))
+            self.note("ROS932", message, settings[further[0]].place or Place(self.source.name), advice)
 
 
 def _overrides(entries: MappingNode) -> Iterator[_Parameter]:
@@ -198,3 +191,6 @@ def _leaves(name: str, key: ScalarNode, value: Node) -> Iterator[_Parameter]:
         return
     for part, (inner, below) in value.entries.items():
         yield from _leaves(f"{name}.{part}" if name else part, inner, below)
+
+
+read = _Reader.load

@@ -9,17 +9,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.forms import described
-from cqos_core.importers.reading import collector_paused, listed, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode
+from cqos_core.importers.documents import Field, word_field
+from cqos_core.importers.reading import described, listed, shown
+from cqos_core.importers.tree import MappingNode, ScalarNode, stated
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ProfileRef
 from cqos_ros2.dialects import RMW_CODES
-from cqos_ros2.importers.configuration import Configuration, as_integer, stated
+from cqos_ros2.importers.configuration import Configuration, as_integer
 
 if TYPE_CHECKING:
-    from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Setting, Settings, System
+    from cqos_core.model.system import Setting, Settings
 
 NODE: Final = "ros_bridge"
 _TOPICS: Final = "topics"
@@ -30,31 +29,21 @@ _SERVICES: Final = {
 }
 _QUEUE: Final = "100"
 _DEPTH: Final = "10"
-_WORDS: Final = {"reliability": ("reliable", "best_effort"), "durability": ("transient_local", "volatile")}
 _HISTORIES: Final = ("keep_last", "keep_all")
 _DURATIONS: Final = ("deadline", "lifespan", "liveliness_lease_duration")
 _LIVELINESS: Final = ("liveliness_system_default", "liveliness_automatic", "liveliness_manual_by_topic")
-_KNOWN: Final = ("history", "depth", *_WORDS, *_DURATIONS, "liveliness")
 _INT32: Final = 2**31
 
 
-def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - nothing is included
-    """Read a parameter file as the endpoints of the node ``ros_bridge``.
-
-    Raises:
-        InputError: it is no YAML, or states topics and services otherwise than as lists of maps.
-    """
-    reader = _Reader(source)
-    with collector_paused():
-        root = reader.a_map(reader.document(), "parameters")
-        for name in (_TOPICS, *_SERVICES):
-            for entries in reader.maps(stated(root, name), name):
-                reader.entry(name, entries)
-    return reader.finish()
-
-
 class _Reader(Configuration):
-    """Reads the entries of one parameter file."""
+    """Reads a parameter file as the endpoints of the node ``ros_bridge``."""
+
+    def run(self) -> None:
+        """Read every entry."""
+        root = self.a_map(self.document(), "parameters")
+        for name in (_TOPICS, *_SERVICES):
+            for entries in self.maps(stated(root, name), name):
+                self.entry(name, entries)
 
     def entry(self, kind: str, entries: MappingNode) -> None:
         """Add what one entry bridges."""
@@ -70,7 +59,9 @@ class _Reader(Configuration):
             # What ROS 1 serves has a type of ROS 1, which other packages of ROS 2 may stand for.
             type_name = self.a_text(entries, "type") if endpoint_kind == "service_client" else ""
             participant = self.participant(NODE, entries)
-            self.endpoint(participant, role, name, where, {}, type_name=type_name, kind=endpoint_kind)
+            self.system.endpoints.append(
+                self.endpoint(participant, role, name, where, {}, type_name=type_name, kind=endpoint_kind)
+            )
 
     def topic(self, name: str, where: Node, entries: MappingNode) -> None:
         """Add both directions of a topic."""
@@ -79,9 +70,13 @@ class _Reader(Configuration):
         queue = self.queue(entries)
         qos = stated(entries, "qos")
         settings = {"depth": queue} if qos is None else self.qos(self.a_map(qos, "qos"))
-        self.endpoint(participant, PUBLISHER, name, where, settings, type_name=type_name)
         presets = (ProfileRef("sensor_data", self.place(entries)),)
-        self.endpoint(participant, SUBSCRIBER, name, where, {"depth": queue}, presets=presets, type_name=type_name)
+        self.system.endpoints += (
+            self.endpoint(participant, PUBLISHER, name, where, settings, type_name=type_name),
+            self.endpoint(
+                participant, SUBSCRIBER, name, where, {"depth": queue}, profiles=presets, type_name=type_name
+            ),
+        )
 
     def queue(self, entries: MappingNode) -> Setting:
         """Return the depth of the queues; 0 is the default."""
@@ -100,21 +95,12 @@ class _Reader(Configuration):
             if name not in _KNOWN:
                 self.ignored(f"the key {shown(name)}", "it does not know it", key, f"it knows {listed(_KNOWN, 'and')}")
         self.history(entries, settings)
-        for policy, words in _WORDS.items():
-            node = stated(entries, policy)
-            if isinstance(node, ScalarNode) and node.text in words:
-                settings[policy] = self.setting(node)
-            elif node is not None:
-                self.ignored(
-                    f"`{policy}`", f"{described(node)} is none of its values", node, f"expected {listed(words)}"
-                )
-        for policy in _DURATIONS:
-            node = stated(entries, policy)
-            duration = None if node is None else self.duration(policy, node)
-            if duration is not None:
-                settings[policy] = duration
-        self.liveliness(entries, settings)
-        return settings
+        return settings | self.policies(entries, _FIELDS, self.none_of)
+
+    def none_of(self, key: str, node: Node, field: Field) -> None:
+        """Report a value that the bridge does not know."""
+        cause = "no duration" if key in _DURATIONS else "none of its values"
+        self.ignored(f"`{key}`", f"{described(node)} is {cause}", node, field.expected)
 
     def history(self, entries: MappingNode, settings: Settings) -> None:
         """Read history and depth, which has a meaning beside ``keep_last`` only."""
@@ -136,35 +122,35 @@ class _Reader(Configuration):
             instead = f"it is read beside `history: keep_last` only, so {_DEPTH} samples are kept"
             self.ignored("`depth`", instead if word != "keep_all" else "all samples are kept", depth)
 
-    def duration(self, policy: str, node: Node) -> Setting | None:
-        """Read ``{secs, nsecs}``; the bridge needs both, not negative together."""
-        entries = node if isinstance(node, MappingNode) else MappingNode(node.line, node.column)
-        seconds, nanoseconds = (_int32(stated(entries, name)) for name in ("secs", "nsecs"))
-        total = -1 if seconds is None or nanoseconds is None else seconds * 10**9 + nanoseconds
-        if total < 0:
-            self.ignored(f"`{policy}`", f"{described(node)} is no duration", node, "expected {secs: 1, nsecs: 0}")
-            return None
-        return self.setting(node, f"{total}ns")
 
-    def liveliness(self, entries: MappingNode, settings: Settings) -> None:
-        """Read liveliness, as a number of rmw or a word with its prefix."""
-        node = stated(entries, "liveliness")
-        if not isinstance(node, ScalarNode):
-            if node is not None:
-                self.ignored("`liveliness`", f"{described(node)} is none of its values", node)
-            return
-        number = as_integer(node)
-        word = RMW_CODES["liveliness"].get(node.text) if number is not None else None
-        if number is None and node.text in {*_LIVELINESS, *map(str.upper, _LIVELINESS)}:
-            word = node.text.lower().removeprefix("liveliness_")
-        if word is None:
-            advice = f"expected {listed(_LIVELINESS)}"
-            self.ignored("`liveliness`", f"{described(node)} is none of its values", node, advice)
-        else:
-            settings["liveliness"] = self.setting(node, word)
+def _duration(node: Node) -> str | None:
+    """Read ``{secs, nsecs}``. The bridge needs both, and their sum is not negative."""
+    entries = node if isinstance(node, MappingNode) else MappingNode(node.line, node.column)
+    seconds, nanoseconds = (_int32(stated(entries, name)) for name in ("secs", "nsecs"))
+    total = -1 if seconds is None or nanoseconds is None else seconds * 10**9 + nanoseconds
+    return None if total < 0 else f"{total}ns"
+
+
+def _liveliness(node: Node) -> str | None:
+    """Read liveliness, as a number of rmw or a word with its prefix."""
+    text = node.text if isinstance(node, ScalarNode) else ""
+    if as_integer(node) is not None:
+        return RMW_CODES["liveliness"].get(text)
+    known = text in {*_LIVELINESS, *map(str.upper, _LIVELINESS)}
+    return text.lower().removeprefix("liveliness_") if known else None
 
 
 def _int32(node: Node | None) -> int | None:
     """Return the integer that a node is, as ROS 1 parameters have them."""
     number = None if node is None else as_integer(node)
     return number if number is not None and abs(number) < _INT32 else None
+
+
+_FIELDS: Final = {
+    "reliability": word_field("reliability", "reliable", "best_effort"),
+    "durability": word_field("durability", "transient_local", "volatile"),
+    **{policy: Field(policy, _duration, "expected {secs: 1, nsecs: 0}") for policy in _DURATIONS},
+    "liveliness": Field("liveliness", _liveliness, f"expected {listed(_LIVELINESS)}"),
+}
+_KNOWN: Final = ("history", "depth", *_FIELDS)
+read = _Reader.load

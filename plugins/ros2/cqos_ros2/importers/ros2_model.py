@@ -9,27 +9,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import Reading, collector_paused, did_you_mean, shown
+from cqos_core.importers.reading import did_you_mean, shown
 from cqos_core.model.encoding import decode
-from cqos_core.model.problems import InputError
 from cqos_core.model.regular import re
-from cqos_core.model.system import (
-    PUBLISHER,
-    SUBSCRIBER,
-    Endpoint,
-    Participant,
-    Place,
-    ProfileRef,
-    Setting,
-    System,
-    endpoint_id,
-)
-from cqos_ros2.importers.codes import note
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place, ProfileRef, Setting
+from cqos_ros2.importers.configuration import RosFile
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.importers.reading import Reading
     from cqos_core.model.system import Role, Settings
 
 _GROUPS: Final[dict[str, tuple[Role, str]]] = {
@@ -77,25 +66,6 @@ class _Part:
     place: Place
     value_place: Place
     parts: list[_Part] = field(default_factory=list)
-
-
-def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - nothing is included
-    """Read a component model.
-
-    Raises:
-        InputError: it is none, or one of the older form with braces.
-    """
-    reading = Reading(source, [], [])
-    with collector_paused():
-        packages = _parts(reading)
-        model = _Model(reading)
-        for package in packages:
-            model.package(package)
-    if not packages and not reading.problems:
-        reading.problem("CQ001", "there is no package in this model", Place(source.name, 1, 1))
-    if reading.problems:
-        raise InputError(reading.problems)
-    return model.system
 
 
 # From lines to parts ---------------------------------------------------------------------------------------
@@ -181,19 +151,20 @@ def _bare(text: str) -> str:
 # From parts to endpoints -----------------------------------------------------------------------------------
 
 
-class _Model:
-    """Turns the parts of a model into a system."""
+class _Model(RosFile):
+    """Reads a component model, unless it is one of the older form with braces."""
 
-    def __init__(self, reading: Reading) -> None:
-        self.reading = reading
-        source = reading.source
-        self.system = System(protocol="ros2", sources={source.name: source.data}, notes=reading.notes)
-        self.numbers: dict[str, int] = {}
+    def run(self) -> None:
+        """Read every package."""
+        packages = _parts(self)
+        for package in packages:
+            self.package(package)
+        if not packages and not self.problems:
+            self.problem("CQ001", "there is no package in this model", Place(self.source.name, 1, 1))
 
     def unknown(self, part: _Part, known: tuple[str, ...], what: str) -> None:
         """Tell a part that is not known."""
-        message = f"{what} has no {shown(part.key)}{did_you_mean(part.key, known)}"
-        self.reading.notes.append(note("ROS955", message, part.place))
+        self.note("ROS955", f"{what} has no {shown(part.key)}{did_you_mean(part.key, known)}", part.place)
 
     def package(self, package: _Part) -> None:
         """Read the artifacts of a package."""
@@ -211,9 +182,9 @@ class _Model:
         if node is None or not name:
             if artifact.parts:
                 message = f"artifact {shown(artifact.key)} names no node"
-                self.reading.problem("CQ010", message, artifact.place, "state `node: NAME`")
+                self.problem("CQ010", message, artifact.place, "state `node: NAME`")
             return
-        self.system.participants.setdefault(name, Participant(name, "ros2", place=node.place))
+        self.participant(name, node.place)
         for part in artifact.parts:
             group = part.key.lower()
             if group in _GROUPS:
@@ -231,19 +202,10 @@ class _Model:
         type_part, namespace, qos = (by_key.get(key) for key in ("type", "ns", "qos"))
         settings, profiles = self.qos(qos) if qos is not None else ({}, ())
         topic = _topic(interface.key, namespace.value if namespace is not None else "")
-        identifier = endpoint_id(node, role if kind == "message" else kind, topic)
-        number = self.numbers[identifier] = self.numbers.get(identifier, 0) + 1
+        type_name = _bare(type_part.value) if type_part is not None else ""
         self.system.endpoints.append(
-            Endpoint(
-                id=identifier if number == 1 else f"{identifier}#{number}",
-                role=role,
-                topic=topic,
-                participant=node,
-                settings=settings,
-                profiles=profiles,
-                type=(_bare(type_part.value) or None) if type_part is not None else None,
-                kind=kind,
-                place=interface.place,
+            self.endpoint(
+                node, role, topic, interface.place, settings, type_name=type_name, kind=kind, profiles=profiles
             )
         )
 
@@ -270,7 +232,7 @@ class _Model:
             found = _INLINE.match(qos.value, at)
             if found is None:
                 message = f"{shown(qos.value[at:])} is no policy with a value"
-                self.reading.problem("CQ001", message, qos.value_place, "write each policy on a line of its own below")
+                self.problem("CQ001", message, qos.value_place, "write each policy on a line of its own below")
                 return
             at = found.end()
             place = qos.value_place
@@ -285,3 +247,6 @@ def _topic(name: str, namespace: str) -> str:
         return name
     parts = [_bare(part.strip()).strip("/") for part in (found[2] or "").split(",")]
     return _ABOVE[found[1]] + "/".join(part for part in (*parts, name) if part)
+
+
+read = _Model.load

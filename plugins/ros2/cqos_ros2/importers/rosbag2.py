@@ -7,23 +7,20 @@ with what `ros2 bag record` requests. As what was recorded, every topic has the 
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.forms import described
-from cqos_core.importers.reading import Reading, collector_paused, listed, shown
+from cqos_core.importers.reading import described, listed, read_switches, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, is_null, whole_number
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.problems import InputError, InvalidValueError
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, System, endpoint_id
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, endpoint_id
 from cqos_core.packs import normalise
 from cqos_ros2.dialects import RMW_CODES
-from cqos_ros2.importers.codes import note
+from cqos_ros2.importers.configuration import RosFile
 from cqos_ros2.importers.embedded import read_embedded
-from cqos_ros2.importers.switches import read_switches
 from cqos_ros2.policies import (
     AVOID_CONVENTIONS,
     DEADLINE,
@@ -41,7 +38,6 @@ from cqos_ros2.policies import (
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
     from cqos_core.model.system import Place, Role, Settings
     from cqos_core.packs import Policy
@@ -65,32 +61,25 @@ _DEFAULT_HISTORY: Final = {HISTORY.name: "keep_last", DEPTH.name: "10"}
 _FEW: Final = 3
 
 
-def read(source: Source, context: ReadContext) -> System:
-    """Read the description of a recording.
+class _Recording(RosFile):
+    """Reads the description of a recording."""
 
-    Raises:
-        InputError: it is none, or something in it is not what it must be; with every problem.
-    """
-    wanted = read_switches("rosbag2", context, SWITCHES).get("as", "player")
-    reading = Reading(source, [], [])
-    with collector_paused():
-        bag = _read_bag(reading)
-    if bag is None or reading.problems:
-        raise InputError(reading.problems)
-    system = System(PurePath(source.name).parent.name, "ros2", sources={source.name: source.data}, notes=reading.notes)
-    if wanted == "player":
-        _say_unknown(bag.topics, system)
-    node = NODES[wanted]
-    system.participants[node] = Participant(node, place=bag.place)
-    made = {"player": _played, "recorder": _requested, "recorded": _published}[wanted]
-    numbers: Counter[str] = Counter()
-    for topic in bag.topics:
-        for endpoint in made(topic, system):
-            numbers[endpoint.id] += 1
-            if numbers[endpoint.id] > 1:
-                endpoint.id += f"#{numbers[endpoint.id]}"
-            system.endpoints.append(endpoint)
-    return system
+    def run(self) -> None:
+        """Read the topics, as what they are taken for."""
+        wanted = read_switches("rosbag2", self.context, SWITCHES).get("as", "player")
+        bag = _read_bag(self)
+        if bag is None or self.problems:
+            raise InputError(self.problems)
+        self.system.name = PurePath(self.source.name).parent.name
+        if wanted == "player":
+            _say_unknown(bag.topics, self)
+        node = NODES[wanted]
+        self.system.participants[node] = Participant(node, place=bag.place)
+        made = {"player": _played, "recorder": _requested, "recorded": _published}[wanted]
+        for topic in bag.topics:
+            for endpoint in made(topic, self):
+                endpoint.id = self.numbered(endpoint.id)
+                self.system.endpoints.append(endpoint)
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +104,7 @@ class _Bag:
 # What the file says
 
 
-def _read_bag(reading: Reading) -> _Bag | None:
+def _read_bag(reading: RosFile) -> _Bag | None:
     """Read the document; report an unreadable one and return None."""
     documents = read_tree(reading).documents
     if reading.problems:
@@ -135,8 +124,7 @@ def _read_bag(reading: Reading) -> _Bag | None:
             reading.problem("CQ010", f"`{_ROOT}` needs `topics_with_message_count`", found)
         return None
     if not isinstance(topics, SequenceNode):
-        message = f"`topics_with_message_count` must be a list, found {described(topics)}"
-        reading.problem("CQ009", message, topics)
+        reading.problem("CQ009", f"`topics_with_message_count` must be a list, found {described(topics)}", topics)
         return None
     _check_layout(topics, version, reading)
     read = [topic for item in topics.items if (topic := _topic(item, reading)) is not None]
@@ -144,7 +132,7 @@ def _read_bag(reading: Reading) -> _Bag | None:
     return _Bag(reading.place(found), tuple(read))
 
 
-def _map(node: Node, reading: Reading, name: str) -> dict[str, Node]:
+def _map(node: Node, reading: RosFile, name: str) -> dict[str, Node]:
     """Return the entries of a map, by key; report anything else and return none."""
     if isinstance(node, MappingNode):
         return {key: value for key, (_, value) in node.entries.items() if not is_null(value)}
@@ -152,7 +140,7 @@ def _map(node: Node, reading: Reading, name: str) -> dict[str, Node]:
     return {}
 
 
-def _version(node: Node | None, reading: Reading) -> int | None:
+def _version(node: Node | None, reading: RosFile) -> int | None:
     """Return the version, None where none is stated."""
     number = whole_number(node) if isinstance(node, ScalarNode) else None
     if node is None or number is None:
@@ -161,11 +149,11 @@ def _version(node: Node | None, reading: Reading) -> int | None:
         return None
     if number > _NEWEST:
         message = f"version {number} is newer than version {_NEWEST}, like which it is read"
-        reading.notes.append(note("ROS914", message, reading.place(node)))
+        reading.note("ROS914", message, reading.place(node))
     return number
 
 
-def _check_layout(topics: SequenceNode, version: int | None, reading: Reading) -> None:
+def _check_layout(topics: SequenceNode, version: int | None, reading: RosFile) -> None:
     """Report profiles in the layout of another version: rosbag2 decides by the version alone."""
     if version is None or version < _AS_TEXT:
         return
@@ -174,7 +162,7 @@ def _check_layout(topics: SequenceNode, version: int | None, reading: Reading) -
         if isinstance(profiles, wrong):
             found, wanted = ("a text", "a list") if wrong is ScalarNode else ("a list", "a text with YAML in it")
             message = f"`{_PROFILES}` is {found}, in version {version} it must be {wanted}: rosbag2 cannot read this"
-            reading.notes.append(note("ROS913", message, reading.place(profiles)))
+            reading.note("ROS913", message, reading.place(profiles))
             return
 
 
@@ -188,7 +176,7 @@ def _profiles_of(item: Node) -> Node | None:
     return item
 
 
-def _topic(item: Node, reading: Reading) -> _Topic | None:
+def _topic(item: Node, reading: RosFile) -> _Topic | None:
     """Read one item of the list of topics; report a missing name and return None."""
     stated = _map(item, reading, "topics_with_message_count")
     metadata = stated.get("topic_metadata")
@@ -212,15 +200,14 @@ def _topic(item: Node, reading: Reading) -> _Topic | None:
     )
 
 
-def _profiles(node: Node | None, reading: Reading) -> Iterator[Settings]:
+def _profiles(node: Node | None, reading: RosFile) -> Iterator[Settings]:
     """Yield what each recorded publisher offered."""
     if isinstance(node, ScalarNode):
         node = read_embedded(node, reading, _PROFILES) if node.text.strip() else None
     if node is None:
         return
     if not isinstance(node, SequenceNode):
-        message = f"`{_PROFILES}` must be a list of profiles, found {described(node)}"
-        reading.problem("CQ009", message, node)
+        reading.problem("CQ009", f"`{_PROFILES}` must be a list of profiles, found {described(node)}", node)
         return
     for item in node.items:
         if not isinstance(item, MappingNode):
@@ -229,27 +216,26 @@ def _profiles(node: Node | None, reading: Reading) -> Iterator[Settings]:
         yield dict(_settings(item, reading))
         if missing := [f"`{name}`" for name in _REQUIRED if name not in item.entries]:
             message = f"the recorded profile lacks {listed(missing, 'and')}: rosbag2 cannot read this"
-            reading.notes.append(note("ROS912", message, reading.place(item)))
+            reading.note("ROS912", message, reading.place(item))
 
 
-def _settings(profile: MappingNode, reading: Reading) -> Iterator[tuple[str, Setting]]:
+def _settings(profile: MappingNode, reading: RosFile) -> Iterator[tuple[str, Setting]]:
     """Yield what a recorded profile states."""
     for name, (key, value) in profile.entries.items():
         if name not in _POLICIES:
-            message = f"{shown(name)} is no policy that rosbag2 is known to record"
-            reading.notes.append(note("ROS905", message, reading.place(key)))
+            reading.note("ROS905", f"{shown(name)} is no policy that rosbag2 is known to record", reading.place(key))
         elif not is_null(value):
             # What was recorded is never edited.
             yield name, Setting(flow_text(value), reading.place(value), derived=True)
 
 
-def _check_whole(total: Node | None, topics: list[_Topic], reading: Reading) -> None:
+def _check_whole(total: Node | None, topics: list[_Topic], reading: RosFile) -> None:
     """Say if topics are missing at the end: the number of all messages stands before them."""
     number = whole_number(total) if isinstance(total, ScalarNode) else None
     counted = sum(topic.messages for topic in topics)
     if total is not None and number is not None and counted < number:
         message = f"the recording has {number} messages, its topics only {counted}: some of them are missing"
-        reading.notes.append(note("ROS904", message, reading.place(total)))
+        reading.note("ROS904", message, reading.place(total))
 
 
 # What it stands for
@@ -270,7 +256,7 @@ def _endpoint(topic: _Topic, node: str, role: Role, settings: Settings, *, obser
     )
 
 
-def _say_unknown(topics: Sequence[_Topic], system: System) -> None:
+def _say_unknown(topics: Sequence[_Topic], reading: RosFile) -> None:
     """Report the topics whose offered QoS is unknown."""
     unknown = [topic for topic in topics if not topic.profiles]
     if unknown:
@@ -278,10 +264,10 @@ def _say_unknown(topics: Sequence[_Topic], system: System) -> None:
         if len(unknown) > _FEW:
             names.append(f"{len(unknown) - _FEW} more")
         message = f"what the publishers of {listed(names, 'and')} offered was not recorded"
-        system.notes.append(note("ROS910", message, unknown[0].place))
+        reading.note("ROS910", message, unknown[0].place)
 
 
-def _played(topic: _Topic, system: System) -> Iterator[Endpoint]:
+def _played(topic: _Topic, reading: RosFile) -> Iterator[Endpoint]:
     """Yield the publisher of `ros2 bag play` (rosbag2, `Rosbag2QoS::adapt_offer_to_recorded_offers`)."""
     settings: Settings = {}
     differing = [policy.name for policy in _COMPARED if len({_value(policy, each) for each in topic.profiles}) > 1]
@@ -290,7 +276,7 @@ def _played(topic: _Topic, system: System) -> Iterator[Endpoint]:
         message = (
             f"the recorded publishers of `{topic.name}` differ in {names}, so the player offers the default profile"
         )
-        system.notes.append(note("ROS911", message, topic.place))
+        reading.note("ROS911", message, topic.place)
     elif topic.profiles:
         first = topic.profiles[0]
         settings = {policy.name: first[policy.name] for policy in _OFFERED if policy.name in first}
@@ -301,7 +287,7 @@ def _played(topic: _Topic, system: System) -> Iterator[Endpoint]:
     yield _endpoint(topic, PLAYER, PUBLISHER, settings)
 
 
-def _requested(topic: _Topic, system: System) -> Iterator[Endpoint]:  # noqa: ARG001 - the signature of all three
+def _requested(topic: _Topic, reading: RosFile) -> Iterator[Endpoint]:  # noqa: ARG001 - the signature of all three
     """Yield the subscription of `ros2 bag record` (rosbag2, `Rosbag2QoS::adapt_request_to_offers`)."""
     settings = {
         policy.name: Setting(FROM_PUBLISHERS, topic.place, derived=True) for policy in (RELIABILITY, DURABILITY)
@@ -309,7 +295,7 @@ def _requested(topic: _Topic, system: System) -> Iterator[Endpoint]:  # noqa: AR
     yield _endpoint(topic, RECORDER, SUBSCRIBER, settings)
 
 
-def _published(topic: _Topic, system: System) -> Iterator[Endpoint]:  # noqa: ARG001
+def _published(topic: _Topic, reading: RosFile) -> Iterator[Endpoint]:  # noqa: ARG001
     """Yield the recorded publishers; messages without a known publisher came from at least one."""
     for profile in topic.profiles:
         kept = {name: setting for name, setting in profile.items() if name != DEPTH.name or _keeps_last(profile)}
@@ -337,3 +323,6 @@ def _parsed(name: str, text: str) -> object:
         return domain.parse(text)
     except InvalidValueError:
         return normalise(domain.word(text))
+
+
+read = _Recording.load

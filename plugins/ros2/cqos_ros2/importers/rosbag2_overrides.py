@@ -11,14 +11,12 @@ import re
 from decimal import Decimal
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.forms import described
-from cqos_core.importers.reading import Reading, collector_paused, did_you_mean, listed, shown
+from cqos_core.importers.reading import described, did_you_mean, listed, read_switches, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, flag, is_null, whole_number
 from cqos_core.importers.yaml_tree import read_tree
-from cqos_core.model.problems import InputError
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Setting, System
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Overlay, Setting
+from cqos_ros2.importers.configuration import RosFile
 from cqos_ros2.importers.rosbag2 import PLAYER, RECORDER, SWITCHES
-from cqos_ros2.importers.switches import read_switches
 from cqos_ros2.policies import (
     AVOID_CONVENTIONS,
     DEADLINE,
@@ -34,7 +32,7 @@ from cqos_ros2.policies import (
 from cqos_ros2.presets import PRESETS
 
 if TYPE_CHECKING:
-    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.importers.reading import Reading
     from cqos_core.importers.tree import Node
     from cqos_core.model.system import Settings
 
@@ -52,35 +50,46 @@ _NUMBER: Final = re.compile(r"[-+]?\d{1,20}(?:\.\d{0,20})?", re.ASCII)
 _LARGEST: Final = 2**63 - 1
 
 
-def read(source: Source, context: ReadContext) -> System:
-    """Read a file of overrides.
+class _Overrides(RosFile):
+    """Reads a file of overrides; what `ros2 bag` would refuse is refused."""
 
-    Raises:
-        InputError: `ros2 bag` would refuse the file; with every problem.
-    """
-    wanted = read_switches("rosbag2", context, SWITCHES).get("as", "player")
-    node, role = (RECORDER, SUBSCRIBER) if wanted == "recorder" else (PLAYER, PUBLISHER)
-    reading = Reading(source, [], [])
-    system = System(protocol="ros2", sources={source.name: source.data}, notes=reading.notes)
-    with collector_paused():
-        documents = read_tree(reading, repeated="last").documents  # as PyYAML does, which `ros2 bag` reads them with
-    for key, profile in _topics(documents[0], reading) if documents and not reading.problems else ():
-        system.overlays.append(
-            Overlay(
-                name="rosbag2 override",
-                settings=_profile(key, profile, reading),
-                role=role,
-                topic=glob.escape(key.text),
-                participant=node,
-                protocol="ros2",
-                place=reading.place(key),
+    def run(self) -> None:
+        """Read every topic."""
+        wanted = read_switches("rosbag2", self.context, SWITCHES).get("as", "player")
+        node, role = (RECORDER, SUBSCRIBER) if wanted == "recorder" else (PLAYER, PUBLISHER)
+        documents = read_tree(self, repeated="last").documents  # as PyYAML does, which `ros2 bag` reads them with
+        for key, profile in _topics(documents[0], self) if documents and not self.problems else ():
+            self.system.overlays.append(
+                Overlay(
+                    name="rosbag2 override",
+                    settings=self.profile(key, profile),
+                    role=role,
+                    topic=glob.escape(key.text),
+                    participant=node,
+                    protocol="ros2",
+                    place=self.place(key),
+                )
             )
-        )
-    if not reading.problems and not system.overlays:
-        reading.problem("CQ010", "there is no topic in this file", ScalarNode("", 1, 1, plain=True))
-    if reading.problems:
-        raise InputError(reading.problems)
-    return system
+        if not self.problems and not self.system.overlays:
+            self.problem("CQ010", "there is no topic in this file", ScalarNode("", 1, 1, plain=True))
+
+    def profile(self, topic: ScalarNode, profile: MappingNode) -> Settings:
+        """Return all settings of a profile, those among them that have their defaults."""
+        place = self.place(topic)
+        settings = {name: Setting(text, place, derived=True) for name, text in PRESETS["default"].settings.items()}
+        # Values go to rclpy as they stand, so `unknown`, which it reads, is one that nothing can be created with.
+        settings[RAW_SETTINGS.name] = Setting("true", place, derived=True)
+        for name, (key, value) in profile.entries.items():
+            if name not in _KNOWN:
+                message = f"an override has no policy {shown(name)}{did_you_mean(name, _KNOWN)}"
+                self.problem("CQ006", message, key, f"allowed: {', '.join(_KNOWN)}")
+            elif (text := _text(name, value, self)) is not None:
+                settings[name] = Setting(text, self.place(value))
+        history, depth = (profile.entries.get(policy.name) for policy in (HISTORY, DEPTH))
+        if depth is None and (history is None or settings[HISTORY.name].text == "keep_last"):
+            needed = f"a `{DEPTH.name}` beside history keep_last" if history else f"`{HISTORY.name}` or `{DEPTH.name}`"
+            self.problem("CQ010", f"the override of {shown(topic.text)} needs {needed}", topic)
+        return settings
 
 
 def _topics(root: Node, reading: Reading) -> list[tuple[ScalarNode, MappingNode]]:
@@ -98,57 +107,24 @@ def _topics(root: Node, reading: Reading) -> list[tuple[ScalarNode, MappingNode]
     return topics
 
 
-def _profile(topic: ScalarNode, profile: MappingNode, reading: Reading) -> Settings:
-    """Return all settings of a profile, those among them that have their defaults."""
-    place = reading.place(topic)
-    settings = {name: Setting(text, place, derived=True) for name, text in PRESETS["default"].settings.items()}
-    # Values go to rclpy as they stand, so `unknown`, which it reads, is one that nothing can be created with.
-    settings[RAW_SETTINGS.name] = Setting("true", place, derived=True)
-    for name, (key, value) in profile.entries.items():
-        if name not in _KNOWN:
-            message = f"an override has no policy {shown(name)}{did_you_mean(name, _KNOWN)}"
-            reading.problem("CQ006", message, key, f"allowed: {', '.join(_KNOWN)}")
-        elif (text := _text(name, value, reading)) is not None:
-            settings[name] = Setting(text, reading.place(value))
-    history, depth = (profile.entries.get(policy.name) for policy in (HISTORY, DEPTH))
-    if depth is None and (history is None or settings[HISTORY.name].text == "keep_last"):
-        needed = f"a `{DEPTH.name}` beside history keep_last" if history else f"`{HISTORY.name}` or `{DEPTH.name}`"
-        reading.problem("CQ010", f"the override of {shown(topic.text)} needs {needed}", topic)
-    return settings
-
-
 def _text(name: str, value: Node, reading: Reading) -> str | None:
     """Return the value of a policy in our spelling; report a refused one and return None."""
-    if name in _WORDS:
-        return _word(name, value, reading)
     if name in _DURATIONS:
         return _duration(name, value, reading)
-    if name == DEPTH.name:
-        return _depth(value, reading)
-    stated = flag(value) if isinstance(value, ScalarNode) else None
-    if stated is None:
-        reading.problem("CQ011", f"{shown(name)} must be true or false, found {described(value)}", value)
-        return None
-    return "true" if stated else "false"
-
-
-def _word(name: str, value: Node, reading: Reading) -> str | None:
-    word = value.text.lower() if isinstance(value, ScalarNode) else ""
-    if word in _WORDS[name]:
-        return word
-    hint = did_you_mean(word, _WORDS[name])
-    message = f"{shown(name)} must be {listed(_WORDS[name])}, found {described(value)}{hint}"
-    reading.problem("CQ011", message, value)
-    return None
-
-
-def _depth(value: Node, reading: Reading) -> str | None:
-    number = whole_number(value) if isinstance(value, ScalarNode) else None
-    if number is None or number < 0:
-        message = f"`{DEPTH.name}` must be a whole number that is not negative, found {described(value)}"
+    scalar = value if isinstance(value, ScalarNode) else ScalarNode("", None, None, plain=False)
+    words, word = _WORDS.get(name, ()), scalar.text.lower()
+    if words:
+        expected, text = listed(words), word if word in words else None
+    elif name == DEPTH.name:
+        expected, number = "a whole number that is not negative", whole_number(scalar)
+        text = None if number is None or number < 0 else str(number)
+    else:
+        expected, stated = "true or false", flag(scalar)
+        text = None if stated is None else str(stated).lower()
+    if text is None:
+        message = f"{shown(name)} must be {expected}, found {described(value)}{did_you_mean(word, words)}"
         reading.problem("CQ011", message, value)
-        return None
-    return str(number)
+    return text
 
 
 def _duration(name: str, value: Node, reading: Reading) -> str | None:
@@ -156,8 +132,7 @@ def _duration(name: str, value: Node, reading: Reading) -> str | None:
     if is_null(value) or (isinstance(value, MappingNode) and not value.entries):
         return "unspecified"
     if not isinstance(value, MappingNode):
-        message = f"{shown(name)} must be `{{sec: 0, nsec: 0}}`, found {described(value)}"
-        reading.problem("CQ009", message, value)
+        reading.problem("CQ009", f"{shown(name)} must be `{{sec: 0, nsec: 0}}`, found {described(value)}", value)
         return None
     total = 0
     for part, unit in _FIELDS.items():
@@ -174,3 +149,6 @@ def _duration(name: str, value: Node, reading: Reading) -> str | None:
         reading.problem("CQ011", f"{shown(name)} {wrong}", value)
         return None
     return f"{total}ns"
+
+
+read = _Overrides.load

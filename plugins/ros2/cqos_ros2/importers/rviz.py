@@ -9,12 +9,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.forms import described
-from cqos_core.importers.qos_keys import looks_like_qos
-from cqos_core.importers.reading import collector_paused, listed, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, is_null
+from cqos_core.importers.reading import described, listed, shown
+from cqos_core.importers.tree import MappingNode, ScalarNode, is_null, stated
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, ProfileRef, Room, Setting
-from cqos_ros2.importers.configuration import Configuration, as_integer, stated
+from cqos_ros2.importers.configuration import Configuration, as_integer
 from cqos_ros2.importers.editing import RVIZ
 
 if TYPE_CHECKING:
@@ -22,7 +20,7 @@ if TYPE_CHECKING:
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Role, Settings, System
+    from cqos_core.model.system import Role, Settings
 
 NODE: Final = "rviz2"
 MANAGER: Final = "Visualization Manager"
@@ -77,27 +75,16 @@ _MAP_UPDATES: Final = "map_msgs/msg/OccupancyGridUpdate"
 _TRANSFORMS: Final = (("/tf", "tf_dynamic"), ("/tf_static", "tf_static_listener"))
 
 
-def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - nothing is included
-    """Read a configuration as the endpoints of the node ``rviz2``.
-
-    Raises:
-        InputError: it is no YAML, or no configuration of RViz.
-    """
-    reader = _Reader(source)
-    with collector_paused():
-        reader.configuration(reader.a_map(reader.document(repeated="last"), "configuration"))
-    return reader.finish()
-
-
 class _Reader(Configuration):
-    """Finds the topics of one configuration."""
+    """Reads a configuration as the endpoints of the node ``rviz2``."""
 
-    def __init__(self, source: Source) -> None:
-        super().__init__(source)
+    def __init__(self, source: Source, context: ReadContext) -> None:
+        super().__init__(source, context)
         self.disabled: list[ScalarNode] = []
 
-    def configuration(self, entries: MappingNode) -> None:
+    def run(self) -> None:
         """Read displays and tools."""
+        entries = self.a_map(self.document(repeated="last"), "configuration")
         manager = stated(entries, MANAGER)
         if manager is None:
             self.problem("CQ010", f"a configuration of RViz needs `{MANAGER}`", entries)
@@ -146,8 +133,7 @@ class _Reader(Configuration):
             if self.is_filled_in(name.text, name):
                 continue
             if isinstance(value, ScalarNode) and not plugin.startswith(_OURS):
-                message = f"what {shown(plugin)} requests on {shown(name.text)} is not in this file"
-                self.note("ROS944", message, name)
+                self.note("ROS944", f"what {shown(plugin)} requests on {shown(name.text)} is not in this file", name)
             else:
                 self.add(node, key, value, name, role)
 
@@ -168,13 +154,19 @@ class _Reader(Configuration):
         type_name = _MAP_UPDATES if updates else _TYPES.get(plugin, "")
         if name.text.rpartition("/")[2] in _TRANSPORTS:
             type_name = ""
-        label = self.a_text(node, "Name") or plugin
-        participant = self.participant(NODE, node)
-        self.endpoint(
-            participant, role, name.text, name, settings, type_name=type_name, label=label or None, implied=updates
+        made = self.endpoint(
+            self.participant(NODE, node),
+            role,
+            name.text,
+            name,
+            settings,
+            type_name=type_name,
+            label=self.a_text(node, "Name") or plugin or None,
+            external=updates,
         )
         if isinstance(value, MappingNode):
-            self.system.endpoints[-1].room = Room(self.place(key), tuple(RVIZ), restated=True)
+            made.room = Room(self.place(key), tuple(RVIZ), restated=True)
+        self.system.endpoints.append(made)
 
     def qos(self, entries: MappingNode) -> Settings:
         """Read the policies of a topic."""
@@ -192,29 +184,26 @@ class _Reader(Configuration):
                 self.note("ROS942", f"the depth is no whole number, so RViz takes {_DEPTH}", depth)
             else:
                 settings["depth"] = self.setting(depth)
-        for name, (key, _) in entries.entries.items():
-            meant = None if name in _KEYS else looks_like_qos(name, _KEYS)
-            if meant is not None:
-                message = f"RViz reads no key {shown(name)}, so it takes its default"
-                self.warn("CQ040", message, key, f"did you mean `{meant}`?")
+        self.misspelt(entries, _KEYS, cause="RViz reads no key", effect="it takes its default")
         return settings
 
     def transforms(self, manager: MappingNode) -> None:
         """Add what RViz listens to whatever it shows."""
         participant = self.participant(NODE, manager)
-        place = self.place(manager)
-        for topic, preset in _TRANSFORMS:
+        self.system.endpoints += [
             self.endpoint(
                 participant,
                 SUBSCRIBER,
                 topic,
                 manager,
                 {},
-                presets=(ProfileRef(preset, place),),
+                profiles=(ProfileRef(preset, self.place(manager)),),
                 type_name="tf2_msgs/msg/TFMessage",
                 label="transform listener",
-                implied=True,
+                external=True,
             )
+            for topic, preset in _TRANSFORMS
+        ]
 
 
 def _topics(node: MappingNode) -> Iterator[tuple[ScalarNode, Node]]:
@@ -228,3 +217,6 @@ def _named(node: MappingNode) -> ScalarNode:
     """What a display is called: its name or class, else its first key that may name a topic."""
     names = [stated(node, "Name"), stated(node, "Class"), *(key for key, _ in _topics(node))]
     return next(name for name in names if isinstance(name, ScalarNode) and name.text)
+
+
+read = _Reader.load

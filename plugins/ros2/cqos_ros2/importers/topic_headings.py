@@ -65,8 +65,7 @@ def _of_command(arguments: str, start: int) -> Heading:
     for word in re.finditer(r"\S+", arguments):
         text = word[0].strip("\"'`:,.")
         if not skip and not text.startswith("-"):
-            full = full_name(text)
-            return Heading(full, start + word.start() + 1 + word[0].find(text))
+            return Heading(full_name(text), start + word.start() + 1 + word[0].find(text))
         skip = text in _VALUED_OPTIONS
     return Heading(None)
 

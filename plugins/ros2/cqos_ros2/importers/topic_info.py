@@ -12,12 +12,11 @@ from collections import Counter
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import Reading, listed, shown
+from cqos_core.importers.reading import listed, read_switches, shown
 from cqos_core.model.encoding import Lines, decode
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System, endpoint_id
-from cqos_ros2.importers.codes import note
-from cqos_ros2.importers.switches import read_switches
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, endpoint_id
+from cqos_ros2.importers.configuration import RosFile
 from cqos_ros2.importers.topic_headings import full_name, heading, named_by_file, unnamed
 
 if TYPE_CHECKING:
@@ -47,26 +46,6 @@ _ROLES: Final[dict[str, Role]] = {"PUBLISHER": PUBLISHER, "SUBSCRIPTION": SUBSCR
 _NO_NODE: Final = {"_CREATED_BY_BARE_DDS_APP_": "a DDS application", "_NODE_NAME_UNKNOWN_": "a node without a name"}
 _UNNAMED: Final = "_NODE_NAME_UNKNOWN_"
 _DEPTH: Final = re.compile(r"(?P<history>\S.*?)\s*\((?P<depth>\d+)\)")
-
-
-def read(source: Source, context: ReadContext) -> System:
-    """Read a file of snapshots.
-
-    Raises:
-        InputError: there is no snapshot in it, or one that belongs to no side.
-    """
-    topic = _topic(context)
-    reading = Reading(source, [], [])
-    snapshots = _Scanner(reading).run()
-    if not snapshots:
-        message = "nothing here is printed by `ros2 topic info --verbose`"
-        reading.problem("CQ001", message, Place(source.name, 1, 1))
-    _name(snapshots, topic, reading)
-    system = System(protocol="ros2", sources={source.name: source.data}, notes=reading.notes)
-    _Writer(system, reading).write(snapshots)
-    if reading.problems:
-        raise InputError(reading.problems)
-    return system
 
 
 def _topic(context: ReadContext) -> str | None:
@@ -120,7 +99,7 @@ class _Snapshot:
 class _Scanner:
     """Finds snapshots line by line."""
 
-    def __init__(self, reading: Reading) -> None:
+    def __init__(self, reading: RosFile) -> None:
         self.reading = reading
         self.lines = Lines(decode(reading.source.data))
         self.snapshots: list[_Snapshot] = []
@@ -148,7 +127,7 @@ class _Scanner:
         self.between(number, line)
         if found is not None and self.block is not None and self.block.policies:
             message = f"{shown(found['key'])} is no policy that `ros2 topic info` is known to print"
-            self.reading.notes.append(note("ROS905", message, self.place(number, found, "key")))
+            self.reading.note("ROS905", message, self.place(number, found, "key"))
 
     def place(self, number: int, found: re.Match[str], group: str) -> Place:
         """Return where a part of a line stands."""
@@ -202,7 +181,7 @@ class _Scanner:
         self.topic = None if said.name is None or listed_here else Setting(said.name, place)
 
 
-def _name(snapshots: list[_Snapshot], switch: str | None, reading: Reading) -> None:
+def _name(snapshots: list[_Snapshot], switch: str | None, reading: RosFile) -> None:
     """Give a snapshot that has no topic the one of the switch, or of the file's name, if there is one only; else its own."""
     nameless = [snapshot for snapshot in snapshots if snapshot.topic is None]
     if switch is not None and len(nameless) == 1:
@@ -211,31 +190,34 @@ def _name(snapshots: list[_Snapshot], switch: str | None, reading: Reading) -> N
     if guess is not None and nameless and len(snapshots) == 1:
         only = nameless.pop()
         only.topic, only.guessed = Setting(guess, only.place), True
-        message = f"the snapshot is taken to be of `{guess}`, after the name of the file"
-        reading.notes.append(note("ROS902", message, only.place))
+        reading.note("ROS902", f"the snapshot is taken to be of `{guess}`, after the name of the file", only.place)
     for snapshot in nameless:
         advice = "to match it with other files, put its name above, as in `### /chatter`"
         if len(nameless) == 1:
             advice += ", or give `--switch topic_info.topic=/chatter`"
         message = "nothing says which topic this snapshot is of, so only its own endpoints are matched with each other"
         snapshot.topic, snapshot.guessed = Setting(unnamed(reading.source.name, snapshot.place.line or 1)), True
-        reading.notes.append(note("ROS901", message, snapshot.place, advice=advice))
+        reading.note("ROS901", message, snapshot.place, advice)
 
 
-class _Writer:
-    """Makes participants and endpoints of snapshots."""
+class _Writer(RosFile):
+    """Reads a file of snapshots: makes their participants and endpoints."""
 
-    def __init__(self, system: System, reading: Reading) -> None:
-        self.system = system
-        self.reading = reading
+    def __init__(self, source: Source, context: ReadContext) -> None:
+        super().__init__(source, context)
+        self.switch = _topic(context)
         self.seen: dict[tuple[object, ...], tuple[Endpoint, str]] = {}
         self.nameless = 0
 
-    def write(self, snapshots: list[_Snapshot]) -> None:
+    def run(self) -> None:
         """Add what all snapshots show to the system."""
+        snapshots = _Scanner(self).run()
+        if not snapshots:
+            message = "nothing here is printed by `ros2 topic info --verbose`"
+            self.problem("CQ001", message, Place(self.source.name, 1, 1))
+        _name(snapshots, self.switch, self)
         for snapshot in snapshots:
-            roles = Counter(self.endpoint(block, snapshot) for block in snapshot.blocks)
-            self.compare_counts(snapshot, roles)
+            self.compare_counts(snapshot, Counter(self.observed(block, snapshot) for block in snapshot.blocks))
         by_id = Counter(endpoint.id for endpoint, _ in self.seen.values())
         numbers: Counter[str] = Counter()
         for endpoint, gid in self.seen.values():
@@ -245,16 +227,15 @@ class _Writer:
                 endpoint.id = f"{name}#{gid or numbers[name]}"
             self.system.endpoints.append(endpoint)
 
-    def endpoint(self, block: _Block, snapshot: _Snapshot) -> Role | None:
+    def observed(self, block: _Block, snapshot: _Snapshot) -> Role | None:
         """Make an endpoint and its participant; return its role."""
         role = self.role(block)
         if role is None or snapshot.topic is None:
             return role
         if missing := [key for key in _ALWAYS if key not in block.policies]:
-            message = f"this endpoint lacks {listed(missing, 'and')}: the output is cut off"
-            self.reading.notes.append(note("ROS904", message, block.place))
+            self.note("ROS904", f"this endpoint lacks {listed(missing, 'and')}: the output is cut off", block.place)
         gid = _short(block.text("GID"))
-        participant = self.participant(block, gid)
+        participant = self.owner(block, gid)
         topic = snapshot.topic.text
         endpoint = Endpoint(
             id=endpoint_id(participant, role, topic),
@@ -280,11 +261,11 @@ class _Writer:
         if role is None:
             word = f"is {shown(stated.text)}" if stated is not None else "is missing: the output is cut off"
             message = f"`Endpoint type` {word}, it must be {listed(_ROLES)}"
-            self.reading.problem("CQ011", message, stated.place if stated and stated.place else block.place)
+            self.problem("CQ011", message, stated.place if stated and stated.place else block.place)
         return role
 
-    def participant(self, block: _Block, gid: str) -> str:
-        """Return the participant of a block: the node, or one that only the endpoint's GID identifies."""
+    def owner(self, block: _Block, gid: str) -> str:
+        """Return the participant of a block: the node, else one named after the GID of the endpoint."""
         name = block.text("Node name") or _UNNAMED
         namespace = block.text("Node namespace")
         if name in _NO_NODE:
@@ -303,7 +284,7 @@ class _Writer:
         earlier = self.seen.get(key)
         if earlier is not None and _said(earlier[0]) != _said(endpoint):
             message = f"`{endpoint.id}` has other values than at {earlier[0].place}; what was seen last holds"
-            self.reading.notes.append(note("ROS906", message, endpoint.place))
+            self.note("ROS906", message, endpoint.place or Place(self.source.name))
         self.seen[key] = (endpoint, gid)
 
     def compare_counts(self, snapshot: _Snapshot, roles: Counter[Role | None]) -> None:
@@ -313,10 +294,10 @@ class _Writer:
             if count != roles[role]:
                 message = f"{count} {role}s of `{topic}` are counted, {roles[role]} shown"
                 advice = None if snapshot.blocks else "take the snapshot with `--verbose`"
-                self.reading.notes.append(note("ROS903", message, place, advice=advice))
+                self.note("ROS903", message, place, advice)
         if snapshot.whole and SUBSCRIBER not in snapshot.counts:
             message = f"the snapshot of `{topic}` ends before its subscriptions: the output is cut off"
-            self.reading.notes.append(note("ROS904", message, snapshot.place))
+            self.note("ROS904", message, snapshot.place)
 
 
 def _settings(block: _Block) -> Iterator[tuple[str, Setting]]:
@@ -341,3 +322,6 @@ def _said(endpoint: Endpoint) -> tuple[object, ...]:
 def _short(gid: str) -> str:
     """Return a GID without the zeros that only fill it up."""
     return re.sub(r"(?:\.00)+$", "", gid)
+
+
+read = _Writer.load

@@ -13,22 +13,21 @@ from dataclasses import replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.forms import described
-from cqos_core.importers.reading import collector_paused, did_you_mean, listed, shown
-from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, kind_of
+from cqos_core.importers.reading import described, did_you_mean, listed, shown
+from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, kind_of, stated
 from cqos_core.model.pattern import PatternError, pattern
 from cqos_core.model.regular import re
-from cqos_core.model.system import EVERY_OTHER, PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Participant, Route, Setting
-from cqos_ros2.importers.configuration import Configuration, stated
+from cqos_core.model.system import EVERY_OTHER, PUBLISHER, SUBSCRIBER, Bridge, Endpoint, Route, Setting
+from cqos_ros2.importers.configuration import Configuration
 from cqos_ros2.names import KEY
 from cqos_ros2.policies import FROM_FIRST
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.importers.source import ReadContext, Source
+    from cqos_core.importers.source import Source
     from cqos_core.importers.tree import Node
-    from cqos_core.model.system import Role, Settings, System
+    from cqos_core.model.system import Role, Settings
 
 NAME: Final = "zenoh_bridge"
 PLUGIN: Final = "ros2dds"
@@ -56,25 +55,6 @@ _ANNOUNCED: Final = ("durability", "history", "depth")
 _COPIED: Final = (*_ANNOUNCED, "deadline", "liveliness", "liveliness_lease_duration")
 
 
-def read(source: Source, context: ReadContext) -> System:  # noqa: ARG001 - nothing is included
-    """Read a configuration as a bridge between the nodes of its domain and the other bridges on Zenoh.
-
-    Raises:
-        InputError: it is neither JSON5 nor YAML, or configures no such bridge.
-    """
-    reader = _Reader(source)
-    with collector_paused():
-        root = reader.document(json5=_is_json5(source))
-        plugins = reader.a_map(root, "configuration")
-        _, listed_plugins = plugins.entries.get("plugins", (None, None))
-        found = reader.a_map(listed_plugins, "plugins").entries.get(PLUGIN) if listed_plugins is not None else None
-        if found is None:
-            reader.problem("CQ010", f"there is no `plugins: {{{PLUGIN}: …}}` in it", root)
-        else:
-            reader.bridge(found[0], reader.a_map(found[1], PLUGIN))
-    return reader.finish()
-
-
 def _is_json5(source: Source) -> bool:
     """Whether Zenoh reads a file as JSON5, by its ending; without a known one, whether it looks like that."""
     name = source.name.lower()
@@ -84,9 +64,23 @@ def _is_json5(source: Source) -> bool:
 
 
 class _Reader(Configuration):
-    """Reads one configuration; ``refuses`` tells that the bridge does not start with it."""
+    """Reads a configuration as a bridge between the nodes of its domain and the other bridges on Zenoh.
+
+    ``refuses`` tells that the bridge does not start with it.
+    """
 
     refuses = False
+
+    def run(self) -> None:
+        """Find the configuration of the bridge."""
+        root = self.document(json5=_is_json5(self.source))
+        plugins = self.a_map(root, "configuration")
+        _, plugged = plugins.entries.get("plugins", (None, None))
+        found = self.a_map(plugged, "plugins").entries.get(PLUGIN)
+        if found is None:
+            self.problem("CQ010", f"there is no `plugins: {{{PLUGIN}: …}}` in it", root)
+        else:
+            self.bridge(found[0], self.a_map(found[1], PLUGIN))
 
     def bridge(self, key: ScalarNode, entries: MappingNode) -> None:
         """Add the two sides of the bridge, and a route for each direction."""
@@ -110,8 +104,8 @@ class _Reader(Configuration):
         own["bridge_cache"] = self.cache(entries)
         place = self.place(key)
         between: Settings = {"bridge": Setting(node), "rmw": Setting("zenoh_bridge")}
-        self.system.participants[node] = Participant(node, "ros2", own, place=place)
-        self.system.participants[wire] = Participant(wire, "ros2", between, place=place)
+        self.participant(node, place, own)
+        self.participant(wire, place, between)
         self.others(entries)
         namespace = self.a_word(entries, "namespace", _NAMESPACE, "`/`, or parts that each begin with a slash") or "/"
         blocking = self.a_flag(entries, "reliable_routes_blocking", otherwise=True)
@@ -180,7 +174,7 @@ class _Reader(Configuration):
         if isinstance(node, ScalarNode) and kind_of(node) == "number":
             yield ScalarNode(f".*={node.text}", node.line, node.column, plain=False)
         elif node is not None:
-            for item in self.a_list(node, name).items:
+            for item in self.a_list(node, name):
                 if isinstance(item, ScalarNode):
                     yield item
                 else:
@@ -224,13 +218,14 @@ class _Reader(Configuration):
             patterns, unknown = self.patterns(about, kind, before)
             if self.refuses:
                 return  # what does not start carries nothing
-            perhaps = (_not_known(ends[0], unknown[0]), _not_known(ends[1], unknown[0])) if unknown else ends
+            # Of an end that may carry nothing, nothing is known.
+            perhaps = [replace(end, settings={EVERY_OTHER: unknown[0]}) if unknown else end for end in ends]
             if allowed is None:
-                yield Route(*perhaps, self.place(key), but=patterns)
+                yield Route(perhaps[0], perhaps[1], self.place(key), but=patterns)
                 continue
             yield Route(*ends, self.place(key), only=patterns, but=() if patterns else (".*",))
             if unknown:
-                yield Route(*perhaps, self.place(key), but=patterns)
+                yield Route(perhaps[0], perhaps[1], self.place(key), but=patterns)
 
     def end(
         self,
@@ -278,11 +273,6 @@ class _Reader(Configuration):
                 cause = f"whether the bridge carries it: {shown(item.text)} is not followed"
                 unknown.append(Setting("", self.place(item), unknown=cause, reported="ROS905"))
         return tuple(found), tuple(unknown)
-
-
-def _not_known(end: Endpoint, unknown: Setting) -> Endpoint:
-    """Return an end of a route that may carry nothing, so that nothing is known of it."""
-    return replace(end, settings={EVERY_OTHER: unknown})
 
 
 def whole_names(text: str, before: str = "") -> str:
@@ -356,3 +346,6 @@ def _is_number(text: str) -> bool:
         return float(text) > 0
     except ValueError:
         return False
+
+
+read = _Reader.load

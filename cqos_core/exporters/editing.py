@@ -55,22 +55,11 @@ def insert(text: str, place: Place, settings: Mapping[str, str], *, typed: bool 
     if found is None:
         return None
     key, node = found
-    lines = Lines(text)
-    in_json = is_json(text)
-    stated = [
-        (
-            scalar(name, in_json=in_json),
-            json.dumps(yaml.safe_load(value)) if in_json and typed else scalar(value, in_json=in_json),
-        )
-        for name, value in settings.items()
-    ]
+    edited = _Edited(text)
+    stated = edited.stated(settings, typed=typed)
     if isinstance(node, yaml.MappingNode):
-        if node.flow_style:
-            return _in_flow(text, lines, node, stated)
-        return _in_block(text, lines, node, stated)
-    if isinstance(node, yaml.ScalarNode) and key is not None:
-        return _as_map(text, lines, key, node, stated, in_json=in_json)
-    return None
+        return edited.add(node, stated)
+    return edited.as_map(key, node, stated) if isinstance(node, yaml.ScalarNode) and key is not None else None
 
 
 def insert_nested(text: str, place: Place, path: tuple[str, ...], settings: Mapping[str, str]) -> Replacement | None:
@@ -98,14 +87,9 @@ def state(text: str, place: Place, settings: Mapping[str, str]) -> Replacement |
         _, node = _found(changed, place) or (None, None)
         entries = node.value if isinstance(node, yaml.MappingNode) else ()
         there = [each for key, each in entries if key.value == name and isinstance(each, yaml.ScalarNode)]
-        if there:
-            start, end = (_offset(Lines(changed), mark) for mark in (there[-1].start_mark, there[-1].end_mark))
-            made = Replacement(start, end, scalar(value, like=changed[start:end], in_json=is_json(text)))
-        else:
-            added = insert(changed, place, {name: value})
-            if added is None:
-                return None
-            made = added
+        made = _Edited(changed).replaced(there[-1], value) if there else insert(changed, place, {name: value})
+        if made is None:
+            return None
         changed = changed[: made.start] + made.text + changed[made.end :]
     return difference(text, changed)
 
@@ -119,12 +103,8 @@ def insert_beside(text: str, place: Place, settings: Mapping[str, str]) -> Repla
         for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
             if _is_at(key, place.line - 1, place.column - 1):
                 head, dot, _ = key.value.rpartition(".")
-                stated = [
-                    (scalar(head + dot + name, in_json=is_json(text)), scalar(value, in_json=is_json(text)))
-                    for name, value in settings.items()
-                ]
-                add = _in_flow if node.flow_style else _in_block
-                return add(text, Lines(text), node, stated)
+                edited = _Edited(text)
+                return edited.add(node, edited.stated({head + dot + name: value for name, value in settings.items()}))
     return None
 
 
@@ -132,26 +112,22 @@ def replace_within(text: str, place: Place, name: str, old: str, new: str) -> Re
     """Replace a value at ``place``, a list in block form, or one field of the map there by the last part of its ``name``."""
     root = _composed(text)
     nodes = [] if root is None or place.line is None or place.column is None else _entries(root)
-    lines = Lines(text)
-    field = name.rpartition(".")[2]
+    edited = _Edited(text)
     for key, node in nodes:
         if not _is_at(node, (place.line or 1) - 1, (place.column or 1) - 1):
             continue
         if isinstance(node, yaml.ScalarNode) and node.value == old:
-            start, end = _offset(lines, node.start_mark), _offset(lines, node.end_mark)
-            return Replacement(start, end, scalar(new, like=text[start:end], in_json=is_json(text)))
+            return edited.replaced(node, new)
         if isinstance(node, yaml.SequenceNode) and node.value and key is not None:
             items = [item.value for item in node.value if isinstance(item, yaml.ScalarNode)]
             if len(items) != len(node.value) or items != yaml.load(old, Loader=yaml.BaseLoader):  # noqa: S506 - text only
                 return None
-            start = text.index(":", _offset(lines, key.end_mark)) + 1
-            end = _offset(lines, node.value[-1].end_mark)
-            return Replacement(start, end, f" {scalar(new, in_json=is_json(text))}")
-        if isinstance(node, yaml.MappingNode):
-            for inner, value in node.value:
-                if inner.value == field and isinstance(value, yaml.ScalarNode) and value.value == old:
-                    start, end = _offset(lines, value.start_mark), _offset(lines, value.end_mark)
-                    return Replacement(start, end, scalar(new, like=text[start:end], in_json=is_json(text)))
+            start, end = text.index(":", edited.span(key)[1]) + 1, edited.span(node.value[-1])[1]
+            return Replacement(start, end, f" {edited.scalar(new)}")
+        for inner, value in node.value if isinstance(node, yaml.MappingNode) else ():
+            named = inner.value == name.rpartition(".")[2]
+            if named and isinstance(value, yaml.ScalarNode) and value.value == old:
+                return edited.replaced(value, new)
     return None
 
 
@@ -198,49 +174,70 @@ def _is_at(node: Any, line: int, column: int) -> bool:
     return bool(node.start_mark.line == line and node.start_mark.column == column)
 
 
-def _offset(lines: Lines, mark: Any) -> int:
-    return (lines.start(mark.line + 1) or 0) + int(mark.column)
+class _Edited:
+    """A text of YAML or JSON, with the parts of it that nodes are."""
 
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.lines = Lines(text)
+        self.in_json = is_json(text)
 
-def _in_flow(text: str, lines: Lines, node: Any, stated: list[tuple[str, str]]) -> Replacement:
-    listed = ", ".join(f"{name}: {value}" for name, value in stated)
-    if node.value:
-        after = _offset(lines, node.value[-1][1].end_mark)
-        if text[after : after + 1] not in {",", "}", " ", "\n", "\r"}:
-            after = _offset(lines, node.end_mark) - 1
-        return Replacement(after, after, f", {listed}")
-    start, end = _offset(lines, node.start_mark), _offset(lines, node.end_mark)
-    inner = text.index("{", start, end) + 1
-    return Replacement(inner, end - 1, listed)
+    def scalar(self, value: str, like: str = "") -> str:
+        """Return a value as it may stand in this text."""
+        return scalar(value, like, in_json=self.in_json)
 
+    def span(self, node: Any) -> tuple[int, int]:
+        """Return where a node begins and ends."""
+        start, end = ((self.lines.start(mark.line + 1) or 0) + mark.column for mark in (node.start_mark, node.end_mark))
+        return start, end
 
-def _in_block(text: str, lines: Lines, node: Any, stated: list[tuple[str, str]]) -> Replacement:
-    key, last = node.value[0][0], node.value[-1][1]
-    indent = " " * int(key.start_mark.column)
-    newline = "\r\n" if "\r\n" in text else "\n"
-    own = [f"{name}: {value}" for name, value in stated]
-    simple = isinstance(last, yaml.ScalarNode) and last.style not in {"|", ">"}
-    if (simple or last.flow_style is True) and last.start_mark.line >= key.start_mark.line:
-        line = last.end_mark.line + 1
-        end = (lines.start(line) or 0) + len(lines.line(line))
-        return Replacement(end, end, "".join(f"{newline}{indent}{each}" for each in own))
-    start = _offset(lines, key.start_mark)
-    return Replacement(start, start, "".join(f"{each}{newline}{indent}" for each in own))
+    def stated(self, settings: Mapping[str, str], *, typed: bool = False) -> list[str]:
+        """Return entries of a map; in JSON ``typed`` values are the numbers and flags that they look like."""
+        as_json = self.in_json and typed
+        return [
+            f"{self.scalar(name)}: {json.dumps(yaml.safe_load(value)) if as_json else self.scalar(value)}"
+            for name, value in settings.items()
+        ]
 
+    def replaced(self, node: Any, value: str) -> Replacement:
+        """Put a value in the place of a scalar."""
+        start, end = self.span(node)
+        return Replacement(start, end, self.scalar(value, like=self.text[start:end]))
 
-def _as_map(
-    text: str, lines: Lines, key: Any, node: Any, stated: list[tuple[str, str]], *, in_json: bool
-) -> Replacement | None:
-    """Put a map in the place of nothing, or of the name of a profile that stands there alone."""
-    listed = ", ".join(f"{name}: {value}" for name, value in stated)
-    start, end = _offset(lines, node.start_mark), _offset(lines, node.end_mark)
-    if node.value and not (not node.style and node.value in {"~", "null", "Null", "NULL"}):
-        profile = '"profile"' if in_json else "profile"
-        return Replacement(start, end, f"{{{profile}: {text[start:end]}, {listed}}}")
-    if node.value:
-        return Replacement(start, end, f"{{{listed}}}")
-    after = _offset(lines, key.end_mark)
-    colon = text.find(":", after)
-    if colon < 0 or text[after:colon].strip():
-        return None
-    return Replacement(colon + 1, colon + 1, f" {{{listed}}}")
+    def add(self, node: Any, stated: list[str]) -> Replacement:
+        """Add entries to a map."""
+        return self._in_flow(node, stated) if node.flow_style else self._in_block(node, stated)
+
+    def _in_flow(self, node: Any, stated: list[str]) -> Replacement:
+        start, end = self.span(node)
+        if node.value:
+            after = self.span(node.value[-1][1])[1]
+            after = after if self.text[after : after + 1] in {",", "}", " ", "\n", "\r"} else end - 1
+            return Replacement(after, after, f", {', '.join(stated)}")
+        return Replacement(self.text.index("{", start, end) + 1, end - 1, ", ".join(stated))
+
+    def _in_block(self, node: Any, stated: list[str]) -> Replacement:
+        key, last = node.value[0][0], node.value[-1][1]
+        indent = " " * int(key.start_mark.column)
+        newline = "\r\n" if "\r\n" in self.text else "\n"
+        simple = isinstance(last, yaml.ScalarNode) and last.style not in {"|", ">"}
+        if (simple or last.flow_style is True) and last.start_mark.line >= key.start_mark.line:
+            line = last.end_mark.line + 1
+            end = (self.lines.start(line) or 0) + len(self.lines.line(line))
+            return Replacement(end, end, "".join(f"{newline}{indent}{each}" for each in stated))
+        start, _ = self.span(key)
+        return Replacement(start, start, "".join(f"{each}{newline}{indent}" for each in stated))
+
+    def as_map(self, key: Any, node: Any, stated: list[str]) -> Replacement | None:
+        """Put a map in the place of nothing, or of the name of a profile that stands there alone."""
+        start, end = self.span(node)
+        if node.value and not (not node.style and node.value in {"~", "null", "Null", "NULL"}):
+            profile = '"profile"' if self.in_json else "profile"
+            return Replacement(start, end, f"{{{profile}: {self.text[start:end]}, {', '.join(stated)}}}")
+        if node.value:
+            return Replacement(start, end, f"{{{', '.join(stated)}}}")
+        _, after = self.span(key)
+        colon = self.text.find(":", after)
+        if colon < 0 or self.text[after:colon].strip():
+            return None
+        return Replacement(colon + 1, colon + 1, f" {{{', '.join(stated)}}}")

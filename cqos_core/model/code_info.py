@@ -1,0 +1,33 @@
+"""What a code stands for: one row of the tables of codes, of the core and of rule packs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True, slots=True)
+class CodeInfo:
+    """One thing the core, or the importers of a rule pack, may report.
+
+    Attributes:
+        name: the bad pattern in kebab case.
+        severity: of the finding; a problem that stops the reading is always an error.
+        summary: one sentence.
+        reason: why it matters.
+        help: what to do about it, as a finding says it that has no better advice.
+        aliases: former codes and names.
+    """
+
+    code: str
+    name: str
+    severity: Literal["error", "warning", "note"]
+    summary: str
+    reason: str = ""
+    aliases: tuple[str, ...] = ()
+    help: str = ""
+
+    @property
+    def spellings(self) -> frozenset[str]:
+        """What it may be called, in lower case: its code, name and aliases."""
+        return frozenset(spelling.lower() for spelling in (self.code, self.name, *self.aliases))
