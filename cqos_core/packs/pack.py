@@ -111,7 +111,7 @@ class RulePack:
         try:
             for rule in sorted(self.rules, key=lambda rule: rule.code):
                 bound += bound_rules(rule, self.vocabulary, found)
-        except PackError as error:  # without policies told apart no sentence can be read
+        except PackError as error:  # without distinct policies no condition can be parsed
             found.append(Mistake(("policies",), str(error)))
         if found:
             listed = "\n  ".join(mistake.message for mistake in found)
@@ -135,7 +135,7 @@ class RulePack:
 
     @cached_property
     def asked(self) -> frozenset[int]:
-        """Indices of the policies of which a rule asks how they were written."""
+        """Indices of the policies whose spelling a rule asks for."""
         return frozenset(index for each in self.bound_rules for index in each.bound.asked)
 
     @cached_property
@@ -191,7 +191,7 @@ class RulePack:
 
     @cached_property
     def needs(self) -> Mapping[str, tuple[int, Plain]]:
-        """By word of `cqos_core.packs.guarantee`, where its need stands among the values, and the value of nobody needing it."""
+        """By word of `cqos_core.packs.guarantee`, the index of its need in the values, and its "not required" value."""
         found = {}
         for index, policy in enumerate(self.policies):
             if policy.level == NEED and (word := WORDS.get(policy.aliases[0] if policy.aliases else "")):
@@ -223,7 +223,7 @@ class RulePack:
         """Return the policy of that name or alias.
 
         Raises:
-            KeyError: there is none.
+            KeyError: it is missing.
         """
         index = self.find(level, name)
         if index is None:

@@ -103,7 +103,7 @@ class Dialect:
         names: attribute name (normalised) to policy name, beside the policies' own aliases.
         codes: policy name to its integer codes: ``{"history": {"0": "keep_last"}}``.
         bare_unit: unit of a duration without one (``s``, ``ns``); None refuses it.
-        zero_is_unset: a numeric zero of a count or duration means that nobody stated it.
+        zero_is_unset: a numeric zero of a count or duration means "not stated".
         ignore: attribute names (normalised) that are no settings of this pack.
     """
 
