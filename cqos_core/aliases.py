@@ -14,8 +14,8 @@ from typing import Final
 
 ROOMS: Final = {
     "model": "system report report_form problems codes remarks spelling logs pattern encoding excerpt memory tls",
-    "language": "expression policy evaluate relation solve name_index",
-    "packs": "pack rule guarantee pack_file rule_docs",
+    "language": "evaluate relation solve name_index",
+    "packs": "guarantee pack_file rule_docs",
     "resolving": "resolve overlays participants profiles reader resolved",
     "matching": "judge pairing wire routes bridging hops",
     "checking": "fixes rewrites findings team topic acceptance checker explanation session trial",
@@ -27,6 +27,7 @@ ROOMS: Final = {
 """Modules that kept their names, by room."""
 
 RENAMED: Final = {
+    **dict.fromkeys(("expression", "pack", "policy", "rule"), "packs"),
     "arrivals": "matching.delivery_paths",
     "assumed": "matching.assumptions",
     "detours": "matching.bridge_reachability",
@@ -41,7 +42,7 @@ RENAMED: Final = {
     "settle": "matching.peer_values",
     "shape": "matching.topic_shape",
 }
-"""Modules that have another name now."""
+"""Modules that have another name now; what authors of packs import is one module."""
 
 MOVED: Final = RENAMED | {name: f"{room}.{name}" for room, names in ROOMS.items() for name in names.split()}
 

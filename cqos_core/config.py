@@ -313,7 +313,8 @@ def _stated_lines(text: str) -> Iterator[tuple[_Path, int]]:
         if begins_within is not None:
             continue
         if header := _HEADER.fullmatch(line):
-            yield _indexed(_parts(header[2]), counts, new=header[1] == "[["), number
+            table = _indexed(_parts(header[2]), counts, new=header[1] == "[[")
+            yield table, number
         elif stated := _STATED.match(line):
             yield (*table, *_parts(stated[1])), number
 

@@ -36,6 +36,7 @@ COPIED = (
     "proto/cqos/**/*",
     "cqos_core/**/*.py",
     "plugins/*/cqos_*/**/*.py",
+    "plugins/*/tests/cases/*.yml",
 )
 
 

@@ -324,7 +324,15 @@ def _scoped(scope: str) -> Callable[[Term | str], Term]:
     return make
 
 
-own, offered, requested, topic, publisher, subscriber, participant, broker, option = map(_scoped, SCOPES)
+own = _scoped("own")
+offered = _scoped("offered")
+requested = _scoped("requested")
+topic = _scoped("topic")
+publisher = _scoped("publisher")
+subscriber = _scoped("subscriber")
+participant = _scoped("participant")
+broker = _scoped("broker")
+option = _scoped("option")
 
 
 def least(*operands: Operand | int | str) -> Operand:

@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 LIMIT: Final = 1.3
 """Of the exponent."""
 _TIMES: Final = 4
-_LEAST: Final = 0.02  # seconds: what costs less is not measured exactly enough to be compared
+# Seconds: what costs less is not measured exactly enough, and large allocations cost more per byte.
+_LEAST: Final = 0.04
 _TRIES: Final = 3
 
 

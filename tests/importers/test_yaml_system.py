@@ -255,7 +255,7 @@ class TestWholeSystem:
             ("f", "not", ("w",)),
         ]
         assert rule.require[0] == Bound("a", "exactly", ("x",), Place("s.yaml", 5, 18))
-        assert (rule.because, rule.severity, rule.condition) == ("so", "note", None)
+        assert (rule.because, rule.severity, rule.sentence) == ("so", "note", None)
         (accepted,) = read_system.accept
         assert (accepted.rule, accepted.topic, accepted.endpoint, accepted.until) == (
             "X101",

@@ -44,7 +44,7 @@ def test_every_argument_of_a_hook_is_explained(name):
     arguments = [argument for argument in signature(HOOKS[name]).parameters if argument != "self"]
     assert arguments == ["register"], "explain it in the introduction to the hooks, and here"
     introduction = PAGE.partition("\n## The hooks\n")[2].partition("\n### ")[0]
-    assert "Each takes one argument, `register`: a function" in introduction
+    assert "Each takes one argument, the function `register`." in introduction
 
 
 @pytest.mark.parametrize("kind", KINDS.values(), ids=lambda kind: kind.name)

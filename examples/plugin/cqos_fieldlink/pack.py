@@ -8,10 +8,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.expression import offered, requested
-from cqos_core.pack import Dialect, Preset, RulePack
-from cqos_core.policy import Choice, Duration, Policy
-from cqos_core.rule import forbids, requires
+from cqos_core.packs import Choice, Dialect, Duration, Policy, Preset, RulePack, forbids, offered, requested, requires
 
 DELIVERY: Final = Policy(
     "delivery",

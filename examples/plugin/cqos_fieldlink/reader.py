@@ -14,8 +14,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.problems import InputError, Problem
-from cqos_core.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Role, Setting, System
+from cqos_core.model.problems import InputError, Problem
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Role, Setting, System
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
