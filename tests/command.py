@@ -5,6 +5,7 @@ Where the start itself is what is tried, tests run the installed command.
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import importlib
 import io
@@ -72,14 +73,16 @@ def run(
 
 @cache
 def _server() -> subprocess.Popen[str]:
-    """The process to fork from; it ends with its standard input, which is that of the tests."""
-    return subprocess.Popen(
+    """The process to fork from; it ends with the tests."""
+    server = subprocess.Popen(
         [sys.executable, "-m", "tests.command"],
         cwd=Path(__file__).parents[1],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
     )
+    atexit.register(server.communicate)
+    return server
 
 
 def _serve() -> None:
