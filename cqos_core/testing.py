@@ -40,6 +40,7 @@ from cqos_core.api import check, check_pair
 from cqos_core.checking.checker import check_system
 from cqos_core.matching.pipeline import context, pair_system
 from cqos_core.model.problems import CqosError
+from cqos_core.model.remarks import suggestion
 from cqos_core.model.report import Finding, Severity, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
 
     from cqos_core.packs.pack import RulePack
 
+_NOT_READ = frozenset({"CQ202", "CQ203", "CQ204", "CQ207", "CQ208"})
 _KEYS = frozenset(
     "name offered requested publisher subscriber system topic options needs expect verdict findings remedies".split()  # noqa: SIM905
 )
@@ -145,10 +147,27 @@ def run_case(case: Case, packs: Iterable[RulePack] = ()) -> None:
     """Check a case and raise `AssertionError` with everything that differs from what it expects."""
     packs = list(packs)
     result = judge_case(case, packs)
-    wrong = [*_differences(case, result), *_left_open(result, packs), *_repeated(case, result)]
+    wrong = [
+        *_mistyped(case, result, packs),
+        *_differences(case, result),
+        *_left_open(result, packs),
+        *_repeated(case, result),
+    ]
     if wrong:
         said = "\n".join(f"    {f.severity} {f.code} {f.message}" for f in result.findings) or "    nothing"
         raise AssertionError(f"{case} ({case.source})\n  " + "\n  ".join(wrong) + f"\n  findings:\n{said}")
+
+
+def _mistyped(case: Case, result: Result, packs: Sequence[RulePack]) -> Iterator[str]:
+    """Yield what keeps a case from trying its rule: a code that no rule has, settings that are not read."""
+    where = context(packs)
+    if where.find_rule(case.rule) is None:
+        pack = where.find_pack(case.pack)
+        yield f"no rule has the code {case.rule}; {suggestion(case.rule, [rule.code for rule in pack.rules] if pack else ())}"
+    meant = {case.rule, *case.content.get("findings", ())}
+    for finding in result.findings:
+        if finding.code in _NOT_READ and finding.code not in meant:
+            yield f"{finding.code} is about the case itself; list it in `findings` if it is meant: {finding.message}"
 
 
 def _left_open(result: Result, packs: Iterable[RulePack]) -> Iterator[str]:

@@ -1,5 +1,7 @@
 """The case runner that pack authors use."""
 
+import re
+
 import pytest
 
 from cqos_core.language.domains import Count
@@ -20,6 +22,30 @@ RULE = forbids(
     says="{endpoint} sends {size}, and {limit} is the limit",
 )
 PACK = RulePack(id="posts", title="Posts", summary="Messages.", policies=(SIZE, LIMIT), rules=(RULE,))
+
+
+@pytest.mark.parametrize(
+    ("rule", "content", "wrong"),
+    [
+        ("PO101", {"publisher": {"sise": 3}, "expect": "ok"}, "CQ202 is about the case itself"),
+        ("PO101", {"publisher": {"size": "three"}, "expect": "ok"}, "CQ203 is about the case itself"),
+        (
+            "PO101",
+            {"publisher": {"size": 3}, "options": {"limits": 2}, "expect": "ok"},
+            "CQ202 is about the case itself",
+        ),
+        ("PO999", {"publisher": {"size": 3}, "expect": "ok"}, "no rule has the code PO999; known: PO101"),
+    ],
+)
+def test_a_case_that_tries_nothing_fails(rule, content, wrong):
+    with pytest.raises(AssertionError, match=re.escape(wrong)):
+        run_case(Case(rule, "posts", "mistyped", {"name": "mistyped", **content}), [PACK])
+
+
+def test_a_case_may_try_what_is_wrong_with_settings():
+    run_case(Case("CQ203", "posts", "text", {"publisher": {"size": "three"}, "expect": "error"}), [PACK])
+    listed = {"publisher": {"size": "three"}, "expect": "ok", "findings": ["CQ203"]}
+    run_case(Case("PO101", "posts", "text", {"name": "text", **listed}), [PACK])
 
 
 def test_a_headline_with_braces_that_nothing_fills_fails_its_case():
