@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
     from tests.growth.models import Model
 
-LIMIT: Final = 1.3
-"""Of the exponent over bytes in plus bytes out, in processor time."""
+LIMIT: Final = 1.3 if EXPLORE else 1.45
+"""Of the exponent over bytes in plus bytes out, in processor time; two sizes on a busy machine measure it less exactly."""
 SIZES: Final = (2, 4, 8) if EXPLORE else (1, 4)
 """Times the smallest; of three sizes the one between has no weight in the slope, but shows a bend in the table."""
 TRIES: Final = 4

@@ -402,7 +402,7 @@ def test_a_heavy_request_keeps_no_small_one_waiting(checks):
     small = check_pb2.CheckPairRequest(protocol="ros2", offered={"reliability": "best_effort"})
     checks.CheckPair(small)
     with ThreadPoolExecutor(2) as threads:
-        under_way = [threads.submit(checks.CheckSystem, heavy, timeout=60) for _ in range(2)]
+        under_way = [threads.submit(checks.CheckSystem, heavy, timeout=120) for _ in range(2)]
         waited = []
         first = time.monotonic()
         while not all(each.done() for each in under_way):
