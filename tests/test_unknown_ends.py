@@ -4,8 +4,11 @@ from dataclasses import replace
 
 from cqos_core import check
 from cqos_core.checking.session import Session
+from cqos_core.language.expression import as_condition
+from cqos_core.matching.pipeline import context
 from cqos_core.model.system import ImportNote
-from tests.worlds import POST, checked, reader, world, writer
+from cqos_core.packs.rule import forbids, requires
+from tests.worlds import CARE, POST, RETURNED, checked, reader, world, writer
 
 
 def test_an_error_of_the_importer_about_an_endpoint_leaves_its_pairs_unknown():
@@ -54,3 +57,28 @@ participants:
     assert (finding.place.line, finding.help) == (5, "write `publishes:` and `subscribes:` at the participant itself")
     assert {pair.topic: str(pair.verdict) for pair in report.pairs} == {"/t": "unknown", "/v": "compatible"}
     assert "CQ202" not in {each.code for each in check(text.replace("{protocol}", "dds").encode()).findings}
+
+
+def what_a_rule_says(kind, **more):
+    rule = kind(CARE >= "signed", code="POST999", name="of-one-end", because="it is so", role="subscriber", **more)
+    where = context([replace(POST, rules=(*POST.rules, rule))])
+    report = checked(writer("box", care="insured"), reader("box", care="unknown"), where=where)
+    said = [(str(finding.severity), finding.endpoints) for finding in report.findings if finding.code == "POST999"]
+    return said, {code for group in report.groups for code in group.codes if code == "POST999"}
+
+
+def test_a_requirement_on_an_end_that_cannot_be_decided_leaves_its_pairs_unknown():
+    assert what_a_rule_says(requires, severity="error") == ([("warning", ("reader",))], {"POST999"})
+    assert what_a_rule_says(requires, severity="note") == ([("note", ("reader",))], set())
+
+
+def test_what_cannot_be_decided_stays_silent_about_creation_and_what_is_forbidden():
+    assert what_a_rule_says(requires, severity="error", creation=True) == ([], set())
+    assert what_a_rule_says(forbids, severity="error") == ([], set())
+
+
+def test_a_requirement_on_an_end_is_not_decided_by_what_its_role_lacks():
+    system = world(writer("box"), reader("box"))
+    rule = requires(as_condition(RETURNED), code="POST999", name="of-one-end", because="it is so")
+    report = checked(system, where=context([replace(POST, rules=(*POST.rules, rule))]))
+    assert [finding.endpoints for finding in report.findings if finding.code == "POST999"] == [("writer",)]

@@ -233,8 +233,24 @@ def of_end(
 ) -> tuple[tuple[Verdict, tuple[str, ...]], ...]:
     """Return what every pair of an endpoint is at best, and the codes of the findings that say so."""
     refused = profile.refused if wired else refusals(profile, role, observed)
-    found = ((Verdict.INCOMPATIBLE, refused), (Verdict.UNKNOWN, profile.unread))
+    undecided = () if wired else undecided_of(profile, role, observed)
+    codes = tuple(each.bound.rule.code for each in undecided if each.bound.rule.severity == "error")
+    found = ((Verdict.INCOMPATIBLE, refused), (Verdict.UNKNOWN, (*profile.unread, *codes)))
     return tuple(each for each in found if each[1])
+
+
+@lru_cache(maxsize=_CACHE)
+def undecided_of(profile: QosProfile, role: str, observed: bool) -> tuple[Violation, ...]:  # noqa: FBT001 - a cache key
+    """Return the requirements on one endpoint that cannot be decided; one about its creation stays silent."""
+    return tuple(
+        each
+        for each in judge_endpoint(profile, role, observed)
+        if each.unknown
+        and each.failed is None
+        and each.bound.rule.kind == "requires"
+        and not each.bound.rule.creation
+        and not already_reported(each, profile, profile)
+    )
 
 
 def already_reported(spoken: Violation, publisher: QosProfile, subscriber: QosProfile) -> bool:

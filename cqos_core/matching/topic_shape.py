@@ -25,6 +25,7 @@ from cqos_core.matching.judge import (
     of_end,
     passed_over,
     undecided_meeting,
+    undecided_of,
     verdict_by,
 )
 from cqos_core.matching.outline import MOST_COMBINATIONS, OfEnds, Outline, called, reach
@@ -435,8 +436,11 @@ def _endpoint_rules(shape: TopicShape) -> Iterator[Outline[int]]:
     found = OfEnds[int]()
     for role in (PUBLISHER, SUBSCRIBER):
         for position, alike in enumerate(shape.side(role)):
-            for spoken in () if alike.carried else judge_endpoint(alike.profile, role, alike.observed):
-                if not spoken.unknown or spoken.failed is not None:
+            if alike.carried:
+                continue
+            undecided = () if alike.wired else undecided_of(alike.profile, role, alike.observed)
+            for spoken in judge_endpoint(alike.profile, role, alike.observed):
+                if not spoken.unknown or spoken.failed is not None or spoken in undecided:
                     found.note(spoken, role, position, alike.profile, alike.tags)
     yield from found.values()
 

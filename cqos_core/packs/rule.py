@@ -33,7 +33,7 @@ class Rule:
         name: the bad pattern in kebab case, so that "allow *name*" reads well.
         because: why it matters, a clause that can follow a colon; without a final stop.
         clause: where the standard (or the source of the practice) says so.
-        severity: when it speaks; an unknown ``requires`` is a warning whatever this says. Where it depends on an option,
+        severity: when it speaks; an unknown ``requires`` is at most a warning. Where it depends on an option,
             ``by_option("strictness", lax="note", strict="error")``: for values not listed the rule is not checked.
         says: the headline, with ``{publisher}``, ``{subscriber}``, ``{endpoint}``, ``{topic}`` and policy names (``{durability}``,
             ``{offered depth}``) replaced; empty: derived from the values and ``because``.

@@ -187,7 +187,8 @@ def _meaning(bound: BoundRule) -> list[str]:
     else:
         verdict = "unknown" if rule.doubt else "incompatible"
         broken = f"; if it does not, the pair is {verdict}" if bound.scope == "pair" else ""
-        said = [f"This must hold for {subject}{broken}. If it cannot be decided, the rule reports a warning."]
+        undecided = "is silent" if rule.creation else "reports a warning"
+        said = [f"This must hold for {subject}{broken}. If it cannot be decided, the rule {undecided}."]
     if rule.creation:
         said.append("It concerns the creation of an endpoint, so endpoints that were observed running are exempt.")
     return said
