@@ -46,6 +46,7 @@ from cqos_core.remote.requests import (
     ServiceError,
     SessionLostError,
     Written,
+    asked_of_report,
     document_request,
     input_fields,
     metadata,
@@ -162,10 +163,22 @@ class _Service:
         importer: str | None = None,
         protocol: str | None = None,
         options: OptionValues | None = None,
+        fields: Sequence[str] = (),
+        least_severe: str = "note",
     ) -> _Call[Report]:
         """Check files, which are read here and understood there, or one system; see `cqos_core.check`.
 
         What files include is sent along; directories are not searched.
+
+        Args:
+            inputs: files, or one system.
+            importer: what reads the files; detected if None.
+            protocol: rule pack of participants that state none.
+            options: by rule pack.
+            fields: the fields of the report to compute and send, as in the contract: ``findings.code``; the report then has
+                nothing in the others. All if empty.
+            least_severe: ``error``, ``warning`` or ``note``: findings that are less severe are not sent. The verdict is
+                that of all.
 
         Raises:
             InputError: a file cannot be read or understood.
@@ -173,23 +186,25 @@ class _Service:
         """
         system, files = split_inputs(inputs)
         if system is None:
-            request = document_request(files, importer, protocol, options or {})
+            asked = asked_of_report(fields, least_severe)
+            request = document_request(files, importer, protocol, options or {}, asked)
             return _Call(self._checks.CheckDocument, request, lambda response: report_value(response.report))
         if importer is not None or protocol is not None or options:
             raise TypeError("importer, protocol and options are for files; a system has its own")
-        return self._check_system(system)
+        return self._check_system(system, fields, least_severe)
 
     @_call
-    def check_system(self, system: System) -> _Call[Report]:
-        """Check a system as it is.
+    def check_system(self, system: System, *, fields: Sequence[str] = (), least_severe: str = "note") -> _Call[Report]:
+        """Check a system as it is; ``fields`` and ``least_severe`` are those of `check`.
 
         Raises:
             ServiceError: there is no answer.
         """
-        return self._check_system(system)
+        return self._check_system(system, fields, least_severe)
 
-    def _check_system(self, system: System) -> _Call[Report]:
-        request = check_pb2.CheckSystemRequest(system=system_message(system))
+    def _check_system(self, system: System, fields: Sequence[str], least_severe: str) -> _Call[Report]:
+        asked = asked_of_report(fields, least_severe)
+        request = check_pb2.CheckSystemRequest(system=system_message(system), **asked)
         # Exact columns are found here, where the files are.
         return _Call(
             self._checks.CheckSystem,

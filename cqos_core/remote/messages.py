@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from contextlib import suppress
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, fields, replace
 from functools import cache, lru_cache, partial
 from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 
@@ -26,7 +26,7 @@ from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import Setting
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from google.protobuf.descriptor import Descriptor, EnumDescriptor, EnumValueDescriptor
 
@@ -56,26 +56,44 @@ _TYPED: Final[Mapping[str, Callable[[str], Any]]] = {
 }
 _STATED: Final = "_stated"
 _class_of: Final[Callable[[Descriptor], Any]] = GetMessageClass
+EVERYTHING: Final[frozenset[str]] = frozenset()
+"""The paths of all fields of a message."""
 
 
 # --- to messages ---
 
 
-def to_message(value: Any, kind: type[T]) -> T:
-    """Return the message of a value that has one: a report, an endpoint, a problem."""
+def to_message(value: Any, kind: type[T], paths: frozenset[str] = EVERYTHING) -> T:
+    """Return the message of a value that has one: a report, an endpoint, a problem.
+
+    Args:
+        value: what to write.
+        kind: class of the message.
+        paths: the fields to write, ``findings.code`` for one of each finding; the value computes no other. All if empty.
+    """
     message: Any = kind
+    write = _masked_writer if paths else _writer
     try:
-        made: T = _writer(message, _as_it_is)(value)
+        made: T = write(message, _as_it_is, paths)(value)
     except UnicodeEncodeError:
-        made = _writer(message, _scrubbed)(value)
+        made = write(message, _scrubbed, paths)(value)
     return made
 
 
-report_message: Final[Callable[[report.Report], report_pb2.Report]] = partial(to_message, kind=report_pb2.Report)
-"""Return the message of a report."""
-pair_message: Final[Callable[[report.PairReport], report_pb2.PairReport]] = partial(
-    to_message, kind=report_pb2.PairReport
-)
+def report_message(
+    found: report.Report, paths: frozenset[str] = EVERYTHING, least_severe: Severity = Severity.NOTE
+) -> report_pb2.Report:
+    """Return the message of a report, with findings of some severities only; its counts are those of the whole."""
+    if least_severe is Severity.NOTE:
+        return to_message(found, report_pb2.Report, paths)
+    heard = tuple(each for each in found.findings if each.severity.rank <= least_severe.rank)
+    message = to_message(replace(found, findings=heard), report_pb2.Report, paths)
+    if message.HasField("counts"):
+        message.counts.CopyFrom(_counts(found, _as_it_is)["counts"])
+    return message
+
+
+pair_message: Final[Callable[..., report_pb2.PairReport]] = partial(to_message, kind=report_pb2.PairReport)
 """Return the message of a report on one pair."""
 system_message: Final[Callable[[system.System], system_pb2.System]] = partial(to_message, kind=system_pb2.System)
 """Return the message of a system; the bytes of its sources stay behind."""
@@ -104,20 +122,42 @@ def _scrubbed(value: Any) -> Any:
     return value
 
 
-@cache
-def _writer(kind: type[Any], text: _Convert) -> _Convert:
+def unknown_paths(kind: type[Message], paths: Iterable[str]) -> Iterator[tuple[str, str, Iterable[str]]]:
+    """Yield each path that names no field of ``kind``, with the part that is wrong and the fields that there are."""
+    for path in paths:
+        found: Any = kind.DESCRIPTOR
+        for part in path.split("."):
+            known = {} if found is None else found.fields_by_name
+            if part not in known:
+                yield path, part, known
+                break
+            found = known[part].message_type
+
+
+def _below(paths: frozenset[str], name: str) -> frozenset[str] | None:
+    """Return the paths within field ``name``; None where no path leads to it."""
+    if not paths or name in paths:
+        return EVERYTHING
+    return frozenset(path[len(name) + 1 :] for path in paths if path.startswith(f"{name}.")) or None
+
+
+def _make_writer(kind: type[Any], text: _Convert, paths: frozenset[str] = EVERYTHING) -> _Convert:
     """Return the function that makes messages of ``kind``; ``text`` is applied to all text."""
     descriptor: Descriptor = kind.DESCRIPTOR
     own = {field.name for field in fields(_KINDS[descriptor.name])}
     steps: list[tuple[str, str, bool, _Convert]] = []
+    wanted = {field.name: below for field in descriptor.fields if (below := _below(paths, field.name)) is not None}
     for field in descriptor.fields:
+        if field.name not in wanted:
+            continue
         name = field.name.removesuffix(_STATED)
         word = re.sub("_values?$", "", field.name)
         if name in own:
-            steps.append((name, field.name, field.has_presence, _field_writer(field, text)))
+            steps.append((name, field.name, field.has_presence, _field_writer(field, text, wanted[field.name])))
         elif field.enum_type is not None and word in own:
             steps.append((word, field.name, False, _word_writer(field, field.enum_type)))
-    derived = _DERIVED.get(descriptor.name)
+    names, derive = _DERIVED.get(descriptor.name, ((), None))
+    derived = derive if any(name in wanted for name in names) else None
 
     def write(value: Any) -> Any:
         given = {}
@@ -126,20 +166,25 @@ def _writer(kind: type[Any], text: _Convert) -> _Convert:
             if found or (has_presence and found is not None):  # else the message says the same without it
                 given[name] = found if convert is _as_it_is else convert(found)
         if derived is not None:
-            given.update(derived(value, text))
+            given.update((name, found) for name, found in derived(value, text).items() if name in wanted)
         return kind(**given)
 
     return write
 
 
-def _field_writer(field: FieldDescriptor, text: _Convert) -> _Convert:
+_writer: Final = cache(_make_writer)
+# Any caller may ask for other fields.
+_masked_writer: Final = lru_cache(maxsize=64)(_make_writer)
+
+
+def _field_writer(field: FieldDescriptor, text: _Convert, paths: frozenset[str]) -> _Convert:
     if field.name.endswith(_STATED):
         return lambda settings: _stated(settings, text)
     message = field.message_type
     if message is not None and message.GetOptions().map_entry:
         item = _setting_text(text) if _is_settings(field) else _item_writer(message.fields_by_name["value"], text)
         return lambda found: {text(name): item(each) for name, each in found.items()}
-    item = _item_writer(field, text)
+    item = _item_writer(field, text, paths)
     if not field.is_repeated or message is None:
         return item
     if message.name == "NameValue":
@@ -147,7 +192,7 @@ def _field_writer(field: FieldDescriptor, text: _Convert) -> _Convert:
     return lambda found: [item(each) for each in (found.values() if isinstance(found, dict) else found)]
 
 
-def _item_writer(field: FieldDescriptor, text: _Convert) -> _Convert:
+def _item_writer(field: FieldDescriptor, text: _Convert, paths: frozenset[str] = EVERYTHING) -> _Convert:
     """Return what makes one item of a field; texts may be a list of them."""
     if field.enum_type is not None:
         return _numbers(field.enum_type).__getitem__
@@ -162,7 +207,7 @@ def _item_writer(field: FieldDescriptor, text: _Convert) -> _Convert:
             settings={text(name): written(each) for name, each in settings.items()},
             settings_stated=_stated(settings, text),
         )
-    return _writer(_class_of(message), text)
+    return (_masked_writer if paths else _writer)(_class_of(message), text, paths)
 
 
 def _word_writer(field: FieldDescriptor, enum: EnumDescriptor) -> _Convert:
@@ -238,13 +283,17 @@ def _items(value: report.Fact | report.Remedy, text: _Convert) -> dict[str, Any]
     return {}
 
 
-_DERIVED: Final[Mapping[str, Callable[[Any, _Convert], dict[str, Any]]]] = {
-    "Report": _counts,
-    "Finding": lambda value, text: {"place": value.place and _writer(report_pb2.Place, text)(value.place)},
-    "Fact": _origin,
-    "Remedy": _items,
-    "Group": lambda value, _text: {"pairs": value.pairs},
+_DERIVED: Final[Mapping[str, tuple[tuple[str, ...], Callable[[Any, _Convert], dict[str, Any]]]]] = {
+    "Report": (("counts",), _counts),
+    "Finding": (
+        ("place",),
+        lambda value, text: {"place": value.place and _writer(report_pb2.Place, text)(value.place)},
+    ),
+    "Fact": (("origin_kind", "origin_name", "items"), _origin),
+    "Remedy": (("items",), _items),
+    "Group": (("pairs",), lambda value, _text: {"pairs": value.pairs}),
 }
+"""Fields that a message has beyond those of its value, and what makes them."""
 
 
 @cache

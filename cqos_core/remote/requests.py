@@ -14,6 +14,7 @@ from typing import (
 )
 
 import grpc
+from google.protobuf import field_mask_pb2
 from google.protobuf.message import DecodeError
 from google.rpc import error_details_pb2, status_pb2
 
@@ -28,6 +29,7 @@ from cqos_core.inputs.loading import GivenSource, included_files
 from cqos_core.inputs.reading import read
 from cqos_core.matching.pipeline import as_text
 from cqos_core.model.problems import CqosError, InputError, Problem
+from cqos_core.model.report import Severity
 from cqos_core.model.system import System
 from cqos_core.model.tls import try_tls
 from cqos_core.remote.messages import (
@@ -139,8 +141,22 @@ class PairRefusedError(CqosError):
         self.fields = tuple(fields)
 
 
+def asked_of_report(fields: Iterable[str], least_severe: str = "note") -> dict[str, Any]:
+    """Return the fields of a request that say which part of a report its answer shall have."""
+    asked: dict[str, Any] = {}
+    if paths := list(fields):
+        asked["fields"] = field_mask_pb2.FieldMask(paths=paths)
+    if least_severe != Severity.NOTE:
+        asked["least_severe"] = f"SEVERITY_{Severity(least_severe).upper()}"
+    return asked
+
+
 def document_request(
-    files: Iterable[File], importer: str | None, protocol: str | None, options: OptionValues
+    files: Iterable[File],
+    importer: str | None,
+    protocol: str | None,
+    options: OptionValues,
+    asked: Mapping[str, Any] = _NONE,
 ) -> check_pb2.CheckDocumentRequest:
     """Return the request to check files.
 
@@ -149,7 +165,7 @@ def document_request(
     """
     documents, included = _documents(files, importer, protocol)
     reading = _reading(importer, protocol, options)
-    return check_pb2.CheckDocumentRequest(documents=documents, included=included, reading=reading)
+    return check_pb2.CheckDocumentRequest(documents=documents, included=included, reading=reading, **asked)
 
 
 def _documents(

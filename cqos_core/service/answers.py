@@ -22,9 +22,18 @@ from cqos_core.inputs.loading import GivenSource, read_together
 from cqos_core.inputs.merging import merge
 from cqos_core.matching.pipeline import context, exact_places, with_options
 from cqos_core.model.problems import CqosError, InputError
+from cqos_core.model.report import Severity
 from cqos_core.model.system import System
 from cqos_core.plugins import load_plugins
-from cqos_core.remote.messages import list_text, pair_message, report_message, system_value, to_message
+from cqos_core.remote.messages import (
+    EVERYTHING,
+    list_text,
+    pair_message,
+    report_message,
+    system_value,
+    to_message,
+    unknown_paths,
+)
 from cqos_core.remote.request_problems import FieldProblem, system_problems
 from cqos_core.service.refusal import TOO_LARGE, Refused, too_much, unfit
 
@@ -36,6 +45,12 @@ if TYPE_CHECKING:
     from cqos.v1 import system_pb2
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import PairReport, Report
+
+_MOST_PATHS: Final = 100
+_SEVERITIES: Final[Mapping[int, Severity]] = {
+    report_pb2.SEVERITY_ERROR: Severity.ERROR,
+    report_pb2.SEVERITY_WARNING: Severity.WARNING,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,13 +171,39 @@ def get_rule(request: catalogue_pb2.GetRuleRequest, _most: int) -> catalogue_pb2
     return found
 
 
-def reported(report: Report) -> report_pb2.Report:
+def reported(
+    report: Report, paths: frozenset[str] = EVERYTHING, least_severe: Severity = Severity.NOTE
+) -> report_pb2.Report:
     """Return the message of a report, with the versions of what judged."""
     from cqos_core.service.catalogue import versions
 
-    message = report_message(report)
-    message.versions.update(versions())
+    message = report_message(report, paths, least_severe)
+    if not paths or "versions" in paths:
+        message.versions.update(versions())
     return message
+
+
+def paths_of(request: Any, kind: type[Message], path: str = "") -> frozenset[str]:
+    """Return the fields that an answer of ``kind`` shall have.
+
+    Raises:
+        Refused: there is no such field.
+    """
+    paths = tuple(request.fields.paths) if request.HasField("fields") else ()
+    if len(paths) > _MOST_PATHS:
+        raise too_much(f"{path}fields", f"it has {len(paths)} paths, at most {_MOST_PATHS} are read")
+    wrong = [
+        FieldProblem(f"{path}fields", f"`{each[:60]}`: no field `{part[:60]}`; there are {', '.join(known) or 'none'}")
+        for each, part, known in unknown_paths(kind, paths)
+    ]
+    if wrong:
+        raise unfit(wrong)
+    return frozenset(paths)
+
+
+def least_severe(request: check_pb2.CheckDocumentRequest | check_pb2.CheckSystemRequest) -> Severity:
+    """Return the least severity of the findings that an answer shall have."""
+    return _SEVERITIES.get(request.least_severe, Severity.NOTE)
 
 
 def no_pack(field: str, name: str) -> FieldProblem:
@@ -177,23 +218,32 @@ def no_pack(field: str, name: str) -> FieldProblem:
 
 def check_document(request: check_pb2.CheckDocumentRequest, most: int) -> check_pb2.CheckDocumentResponse:
     """Check files."""
+    paths = paths_of(request, report_pb2.Report)
     where, system = read_documents(request, most)
     system = tried_out(system, where.default_protocol)
     report = exact_places(check_system(system, replace(where, most_endpoints=most)), system.sources)
-    return check_pb2.CheckDocumentResponse(revision=request.revision, report=reported(report))
+    found = reported(report, paths, least_severe(request))
+    return check_pb2.CheckDocumentResponse(revision=request.revision, report=found)
 
 
 def check_model(request: check_pb2.CheckSystemRequest, most: int) -> check_pb2.CheckSystemResponse:
     """Check a model."""
+    paths = paths_of(request, report_pb2.Report)
     system = tried_out(read_system(request.system, most))
-    return check_pb2.CheckSystemResponse(
-        revision=request.revision, report=reported(check_system(system, replace(context(), most_endpoints=most)))
-    )
+    report = check_system(system, replace(context(), most_endpoints=most))
+    found = reported(report, paths, least_severe(request))
+    return check_pb2.CheckSystemResponse(revision=request.revision, report=found)
 
 
 def check_one_pair(request: check_pb2.CheckPairRequest, _most: int) -> check_pb2.CheckPairResponse:
     """Judge one offer against one request."""
-    return check_pb2.CheckPairResponse(revision=request.revision, report=pair_message(judge(request)))
+    return check_pb2.CheckPairResponse(revision=request.revision, report=judged(request))
+
+
+def judged(request: check_pb2.CheckPairRequest, path: str = "") -> report_pb2.PairReport:
+    """Judge the pair of a message, and return what it asks for."""
+    paths = paths_of(request, report_pb2.PairReport, path)
+    return pair_message(judge(request, path), paths=paths)
 
 
 def judge(request: check_pb2.CheckPairRequest, path: str = "") -> PairReport:
@@ -226,7 +276,7 @@ def answer_of_stream(data: bytes) -> bytes:
     request = decode(check_pb2.CheckPairsRequest, data)
     response = check_pb2.CheckPairsResponse(revision=request.pair.revision)
     try:
-        response.report.CopyFrom(pair_message(judge(request.pair, "pair.")))
+        response.report.CopyFrom(judged(request.pair, "pair."))
     except Refused as refused:
         response.refusal.CopyFrom(refusal_message(refused.fields))
     except RecursionError:
@@ -243,6 +293,7 @@ def refusal_message(fields: Sequence[FieldProblem]) -> check_pb2.Refusal:
 
 def explain(request: check_pb2.ExplainRequest, most: int) -> check_pb2.ExplainResponse:
     """Explain one pair of a system."""
+    paths = paths_of(request, report_pb2.PairReport)
     where, system = read_input(request, most)
     try:
         report = explain_pair(system, request.publisher, request.subscriber, replace(where, most_endpoints=most))
@@ -252,7 +303,7 @@ def explain(request: check_pb2.ExplainRequest, most: int) -> check_pb2.ExplainRe
         text = str(error)
         field = "publisher" if f"`{request.publisher}`" in text or not request.publisher else "subscriber"
         raise unfit([FieldProblem(field, text)]) from None
-    return check_pb2.ExplainResponse(revision=request.revision, report=pair_message(report))
+    return check_pb2.ExplainResponse(revision=request.revision, report=pair_message(report, paths=paths))
 
 
 def compare_two(request: check_pb2.DiffRequest, most: int) -> check_pb2.DiffResponse:

@@ -9,6 +9,7 @@ from collections import abc as _abc
 from cqos.v1 import report_pb2 as _report_pb2
 from cqos.v1 import system_pb2 as _system_pb2
 from google.protobuf import descriptor as _descriptor
+from google.protobuf import field_mask_pb2 as _field_mask_pb2
 from google.protobuf import message as _message
 from google.protobuf.internal import containers as _containers
 import builtins as _builtins
@@ -147,8 +148,12 @@ class CheckDocumentRequest(_message.Message):
     DOCUMENTS_FIELD_NUMBER: _builtins.int
     READING_FIELD_NUMBER: _builtins.int
     INCLUDED_FIELD_NUMBER: _builtins.int
+    FIELDS_FIELD_NUMBER: _builtins.int
+    LEAST_SEVERE_FIELD_NUMBER: _builtins.int
     revision: _builtins.int
     """The caller's number for this call. The answer repeats it, so a caller recognises an old answer."""
+    least_severe: _report_pb2.Severity.ValueType
+    """The answer has findings of this severity and of more severe ones; all if not stated. `verdict` and `counts` are of the whole report."""
     @_builtins.property
     def documents(self) -> _containers.RepeatedCompositeFieldContainer[Global___Document]:
         """At least one."""
@@ -161,6 +166,12 @@ class CheckDocumentRequest(_message.Message):
     def included(self) -> _containers.RepeatedCompositeFieldContainer[Global___Document]:
         """Files that the service reads only if one of the documents, or one of these, includes them. Each needs a name."""
 
+    @_builtins.property
+    def fields(self) -> _field_mask_pb2.FieldMask:
+        """Fields of the report that the answer shall have, for instance `verdict` or `findings.code`; a field stands for all below it. Without
+        one, the answer has all. The service computes no words and fixes of findings that no field asks for.
+        """
+
     def __init__(
         self,
         *,
@@ -168,10 +179,12 @@ class CheckDocumentRequest(_message.Message):
         documents: _abc.Iterable[Global___Document] | None = ...,
         reading: Global___Reading | None = ...,
         included: _abc.Iterable[Global___Document] | None = ...,
+        fields: _field_mask_pb2.FieldMask | None = ...,
+        least_severe: _report_pb2.Severity.ValueType = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["reading", b"reading"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["fields", b"fields", "reading", b"reading"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["documents", b"documents", "included", b"included", "reading", b"reading", "revision", b"revision"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["documents", b"documents", "fields", b"fields", "included", b"included", "least_severe", b"least_severe", "reading", b"reading", "revision", b"revision"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -213,21 +226,33 @@ class CheckSystemRequest(_message.Message):
 
     REVISION_FIELD_NUMBER: _builtins.int
     SYSTEM_FIELD_NUMBER: _builtins.int
+    FIELDS_FIELD_NUMBER: _builtins.int
+    LEAST_SEVERE_FIELD_NUMBER: _builtins.int
     revision: _builtins.int
     """The caller's number for this call. The answer repeats it, so a caller recognises an old answer."""
+    least_severe: _report_pb2.Severity.ValueType
+    """The answer has findings of this severity and of more severe ones; all if not stated. `verdict` and `counts` are of the whole report."""
     @_builtins.property
     def system(self) -> _system_pb2.System:
         """The model."""
+
+    @_builtins.property
+    def fields(self) -> _field_mask_pb2.FieldMask:
+        """Fields of the report that the answer shall have, for instance `verdict` or `findings.code`; a field stands for all below it. Without
+        one, the answer has all. The service computes no words and fixes of findings that no field asks for.
+        """
 
     def __init__(
         self,
         *,
         revision: _builtins.int = ...,
         system: _system_pb2.System | None = ...,
+        fields: _field_mask_pb2.FieldMask | None = ...,
+        least_severe: _report_pb2.Severity.ValueType = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["system", b"system"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["fields", b"fields", "system", b"system"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["revision", b"revision", "system", b"system"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["fields", b"fields", "least_severe", b"least_severe", "revision", b"revision", "system", b"system"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -397,6 +422,7 @@ class CheckPairRequest(_message.Message):
     TOPIC_FIELD_NUMBER: _builtins.int
     OFFERED_LISTS_FIELD_NUMBER: _builtins.int
     REQUESTED_LISTS_FIELD_NUMBER: _builtins.int
+    FIELDS_FIELD_NUMBER: _builtins.int
     revision: _builtins.int
     """The caller's number for this call; it comes back with the answer."""
     protocol: _builtins.str
@@ -425,6 +451,12 @@ class CheckPairRequest(_message.Message):
     def requested_lists(self) -> _containers.MessageMap[_builtins.str, Global___NameList]:
         """Values of the subscriber that are lists of names, beside `requested`."""
 
+    @_builtins.property
+    def fields(self) -> _field_mask_pb2.FieldMask:
+        """Fields of the report that the answer shall have, for instance `verdict` or `findings.code`; a field stands for all below it. Without
+        one, the answer has all. The service computes no words and fixes of findings that no field asks for.
+        """
+
     def __init__(
         self,
         *,
@@ -436,10 +468,11 @@ class CheckPairRequest(_message.Message):
         topic: _abc.Mapping[_builtins.str, _builtins.str] | None = ...,
         offered_lists: _abc.Mapping[_builtins.str, Global___NameList] | None = ...,
         requested_lists: _abc.Mapping[_builtins.str, Global___NameList] | None = ...,
+        fields: _field_mask_pb2.FieldMask | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["fields", b"fields"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["offered", b"offered", "offered_lists", b"offered_lists", "options", b"options", "protocol", b"protocol", "requested", b"requested", "requested_lists", b"requested_lists", "revision", b"revision", "topic", b"topic"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["fields", b"fields", "offered", b"offered", "offered_lists", b"offered_lists", "options", b"options", "protocol", b"protocol", "requested", b"requested", "requested_lists", b"requested_lists", "revision", b"revision", "topic", b"topic"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -618,6 +651,7 @@ class ExplainRequest(_message.Message):
     DOCUMENTS_FIELD_NUMBER: _builtins.int
     PUBLISHER_FIELD_NUMBER: _builtins.int
     SUBSCRIBER_FIELD_NUMBER: _builtins.int
+    FIELDS_FIELD_NUMBER: _builtins.int
     revision: _builtins.int
     """The caller's number for this call; it comes back with the answer."""
     publisher: _builtins.str
@@ -632,6 +666,12 @@ class ExplainRequest(_message.Message):
     def documents(self) -> Global___Documents:
         """As files."""
 
+    @_builtins.property
+    def fields(self) -> _field_mask_pb2.FieldMask:
+        """Fields of the report that the answer shall have, for instance `verdict` or `findings.code`; a field stands for all below it. Without
+        one, the answer has all. The service computes no words and fixes of findings that no field asks for.
+        """
+
     def __init__(
         self,
         *,
@@ -640,10 +680,11 @@ class ExplainRequest(_message.Message):
         documents: Global___Documents | None = ...,
         publisher: _builtins.str = ...,
         subscriber: _builtins.str = ...,
+        fields: _field_mask_pb2.FieldMask | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["documents", b"documents", "input", b"input", "system", b"system"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["documents", b"documents", "fields", b"fields", "input", b"input", "system", b"system"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["documents", b"documents", "input", b"input", "publisher", b"publisher", "revision", b"revision", "subscriber", b"subscriber", "system", b"system"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["documents", b"documents", "fields", b"fields", "input", b"input", "publisher", b"publisher", "revision", b"revision", "subscriber", b"subscriber", "system", b"system"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType_input: _TypeAlias = _typing.Literal["system", "documents"]  # noqa: Y015
     _WhichOneofArgType_input: _TypeAlias = _typing.Literal["input", b"input"]  # noqa: Y015
