@@ -17,8 +17,12 @@ LONGEST_REMEMBERED: Final = 64
 
 def remember(memory: dict[tuple[Any, ...], Any], key: tuple[Any, ...], value: Any) -> None:
     """Add to a memory, unless the key has more text than people write; a full one forgets all."""
-    if letters(key) > MOST_LETTERS:
-        return
+    if letters(key) <= MOST_LETTERS:
+        keep(memory, key, value)
+
+
+def keep(memory: dict[tuple[Any, ...], Any], key: tuple[Any, ...], value: Any) -> None:
+    """Add to a memory what is known to be short; a full one forgets all."""
     if len(memory) >= MAXIMUM_REMEMBERED:
         memory.clear()
     memory[key] = value

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fnmatch import fnmatchcase
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import normalise
+from cqos_core.model.memory import MAXIMUM_REMEMBERED
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.spelling import KnownNames
 from cqos_core.model.system import Setting
@@ -189,3 +192,25 @@ def no_profile(ref: ProfileRef, pack: RulePack, level: str) -> Layer:
     """Return what a name gives that is no profile: unknown is whatever nearer layers do not state."""
     unknown = Setting("", ref.place, f"profile `{ref.name}` is not defined")
     return Layer(f"profile {ref.name}", every_policy(pack, (level,), unknown, "CQ204"), unread=_NO_PROFILE)
+
+
+@cache
+def base_layer(pack: RulePack, preset: str) -> Layer:
+    """Return what endpoints take their values from that say nothing."""
+    return Layer(f"preset {preset}", preset_settings(preset, pack), counts_as_stated=False, assumed=True)
+
+
+@lru_cache(maxsize=MAXIMUM_REMEMBERED)
+def conventions(pack: RulePack, key: str | None) -> tuple[tuple[Layer, ...], bool]:
+    """Return what a pack's conventions say of a topic, and whether by them its partners may be elsewhere."""
+    layers = []
+    external = False
+    for convention in pack.conventions:
+        if key is not None and fnmatchcase(key, convention.pattern):
+            settings = {
+                pack.vocabulary.indices["topic", name]: Stated(text, Setting(text))
+                for name, text in convention.settings.items()
+            }
+            layers.append(Layer(f"convention of {convention.pattern}", settings, counts_as_stated=False))
+            external = external or convention.external
+    return tuple(layers), external

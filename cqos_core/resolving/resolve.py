@@ -7,20 +7,20 @@ value came from is not stored: `Resolved.origin` finds it again in the layers, f
 from __future__ import annotations
 
 from dataclasses import replace
-from fnmatch import fnmatchcase
-from functools import cache, cached_property, lru_cache, partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.language.policy import ENDPOINT, NEED, TOPIC, Policy
-from cqos_core.model.memory import MAXIMUM_REMEMBERED, MOST_LETTERS, letters, remember
+from cqos_core.model.memory import MOST_LETTERS, letters, remember
 from cqos_core.model.system import MESSAGE, PUBLISHER, Setting
 from cqos_core.packs.meeting import NameContext
 from cqos_core.packs.parts import nothing_follows, nothing_summed
+from cqos_core.resolving.bases import Bases
 from cqos_core.resolving.completion import known_broker, known_endpoint, known_participant, sum_up
 from cqos_core.resolving.left_over import left_over
 from cqos_core.resolving.overlays import Overlays
 from cqos_core.resolving.participants import Participants, choose_variant, protocols_in_use
-from cqos_core.resolving.profiles import Profiles, User, preset_settings
+from cqos_core.resolving.profiles import Profiles, User, base_layer, conventions
 from cqos_core.resolving.reader import SettingsReader, ValueSource, either, how_written
 from cqos_core.resolving.resolved import (
     READ,
@@ -110,6 +110,15 @@ class Resolver:
     def _starts(self) -> Starts:
         return Starts(self.system)
 
+    @cached_property
+    def _bases(self) -> Bases:
+        draft = self._draft()
+        return Bases(draft.reader, draft.bare)
+
+    def _draft(self) -> Resolver:
+        """Return one for the same system; its findings are not read."""
+        return Resolver(self.system, self.find_pack, self.default, self.asked, completed=True)
+
     def run(self) -> ResolvedSystem:
         """Resolve every endpoint of the system."""
         for endpoint in (*self.system.endpoints, *self._implied):
@@ -140,7 +149,7 @@ class Resolver:
                 if each.id in owners or (each.protocol or self.system.protocol or self.default) == pack.id
             ]
             # What is wrong with the settings is reported when they are resolved with what follows.
-            draft = Resolver(self.system, self.find_pack, self.default, self.asked, completed=True)
+            draft = self._draft()
             brokers = self.participants.brokers(pack)
             completion = pack.complete(
                 [known_participant(each, pack, draft.participants) for each in participants],
@@ -155,6 +164,13 @@ class Resolver:
         """Resolve one stated endpoint with one pack, and leave it out of the result."""
         owner = self.participants.resolved(self.system.participants[endpoint.participant], pack)
         return self._resolved(endpoint, owner, endpoint.id, endpoint.id)
+
+    def bare(
+        self, endpoint: Endpoint, participant: ResolvedParticipant, topic_layers: tuple[Layer, ...]
+    ) -> tuple[QosProfile, tuple[Layer, ...]]:
+        """Return the values and layers of an endpoint without profiles and overlays, with those of its topic."""
+        user = User(endpoint.dialect, endpoint.role, "")
+        return self._resolve(endpoint, "", participant, user, topic_layers, ())
 
     def _protocol_of(self, endpoint: Endpoint) -> str | None:
         owner = self.system.participants[endpoint.participant]
@@ -233,8 +249,8 @@ class Resolver:
         if found is not None:
             return found
         layers: list[Layer] = []
-        conventions = _conventions if letters(naming.key) <= MOST_LETTERS else _conventions.__wrapped__
-        conventional, external = conventions(pack, naming.key)
+        of_topic = conventions if letters(naming.key) <= MOST_LETTERS else conventions.__wrapped__
+        conventional, external = of_topic(pack, naming.key)
         for name in dict.fromkeys((written, naming.shown, naming.key)) if self.system.topics else ():
             stated = self.system.topics.get(name) if name is not None else None
             if stated is not None and stated.protocol in {None, pack.id}:
@@ -302,18 +318,23 @@ class Resolver:
         identifier: str,
     ) -> tuple[QosProfile, tuple[Layer, ...]]:
         """The values of an endpoint and their layers; those of an equal one, if nothing had to be said of it."""
-        stated = (
+        room = (
             *(participant.pack, participant.surroundings),
             *(endpoint.role, endpoint.dialect, endpoint.observed, endpoint.type),
+            tuple([(layer.counts_as_stated, layer.texts) for layer in topic_layers]),
+        )
+        stated = (
+            room,
             tuple([(name, each.text, each.unknown, each.derived) for name, each in endpoint.settings.items()]),
             tuple([(name, each.text, each.unknown) for name, each in endpoint.overlay.items()]),
-            tuple([(layer.counts_as_stated, layer.texts) for layer in topic_layers]),
         )
         by_topic = bool(self.system.profiles) and self.profiles.by_topic
         alone = not (endpoint.profiles or endpoint.needs or overlays or self.asked or by_topic)
         if alone:
             # Nothing of it stands elsewhere in its system, so it has the values of an equal one in any other.
             read = READ.get(stated)
+            if read is None and not endpoint.overlay:
+                read = self._bases.read(room, stated, endpoint, participant, topic_layers)
             if read is not None:
                 return read[0], read[1] + topic_layers
         by_topic = by_topic or any(ref.scope.by_topic for ref in endpoint.profiles)
@@ -421,7 +442,7 @@ class Resolver:
             *(self.profiles.layers(endpoint.profiles, pack, user, participant) if endpoint.profiles else ()),
         ]
         if pack.base_preset is not None and not endpoint.observed:
-            layers.append(_base_layer(pack, pack.base_preset))
+            layers.append(base_layer(pack, pack.base_preset))
         return layers
 
     def _needs(self, endpoint: Endpoint, pack: RulePack, owner: str, identifier: str) -> Layer:
@@ -456,28 +477,6 @@ class Resolver:
             roles = " and ".join(policy.roles) or "no endpoint"
             message = f"{owner} states `{policy.name}`, which only a {roles} has"
             self.reader.say("CQ210", message, stated.setting.place, endpoint.role, [identifier])
-
-
-@cache
-def _base_layer(pack: RulePack, preset: str) -> Layer:
-    """What endpoints take their values from that say nothing."""
-    return Layer(f"preset {preset}", preset_settings(preset, pack), counts_as_stated=False, assumed=True)
-
-
-@lru_cache(maxsize=MAXIMUM_REMEMBERED)
-def _conventions(pack: RulePack, key: str | None) -> tuple[tuple[Layer, ...], bool]:
-    """What a pack's conventions say of a topic, and whether by them its partners may be elsewhere."""
-    layers = []
-    external = False
-    for convention in pack.conventions:
-        if key is not None and fnmatchcase(key, convention.pattern):
-            settings = {
-                pack.vocabulary.indices["topic", name]: Stated(text, Setting(text))
-                for name, text in convention.settings.items()
-            }
-            layers.append(Layer(f"convention of {convention.pattern}", settings, counts_as_stated=False))
-            external = external or convention.external
-    return tuple(layers), external
 
 
 def resolve(

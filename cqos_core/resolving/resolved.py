@@ -11,7 +11,7 @@ from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 from cqos_core.language.policy import NO, UNMATCHED, Policy
-from cqos_core.language.values import Anything, Depends, FromPeers, Value, is_plain
+from cqos_core.language.values import KNOWN, Anything, Depends, FromPeers, Value, is_plain
 from cqos_core.model.memory import MAXIMUM_REMEMBERED
 
 if TYPE_CHECKING:
@@ -120,7 +120,11 @@ def intern(pack: RulePack, values: Values, beside: Iterable[str] = (), refused: 
         if len(_PROFILES) >= _MAXIMUM_PROFILES:
             _PROFILES.clear()
             READ.clear()
-        opened = [index for index in range(pack.vocabulary.size) if not is_plain(values[index])]
+        opened = [
+            index
+            for index, value in enumerate(values[: pack.vocabulary.size])
+            if type(value) not in KNOWN and not is_plain(value)
+        ]
         from_peers = tuple(index for index in opened if isinstance(values[index], FromPeers))
         unmatched = _treated_as(pack, UNMATCHED, tuple([values[index] for index in _deciding(pack)]))
         needs = frozenset(name for name, (index, nothing) in pack.needs.items() if values[index] != nothing)

@@ -10,7 +10,7 @@ from cqos_core.matching import assumptions as assumed
 from cqos_core.matching import judge
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model.system import Endpoint, Participant, Place, Setting, System
-from cqos_core.resolving import participants, resolve, resolved
+from cqos_core.resolving import bases, participants, profiles, resolve, resolved
 from cqos_core.resolving.reader import _plain_remembered
 from tests.laws.systems import BOTH, WHERE, systems
 
@@ -18,18 +18,19 @@ ANY = st.sampled_from(BOTH).flatmap(systems)
 
 
 def forget():
-    for memory in (resolved.READ, resolved._PROFILES, resolve._NAMED, participants._SURROUNDINGS):
+    known = (resolved.READ, resolved._PROFILES, resolve._NAMED, participants._SURROUNDINGS)
+    for memory in (*known, bases._BASES, bases._OVERRIDES):
         memory.clear()
     for remembered in (
-        *(shape._remembered, judge.judge_pair, judge.judge_endpoint, judge.refusals, judge.apart),
+        *(shape._remembered, judge.judge_pair, judge.judge_endpoint, judge.refusals, judge.apart, judge.undecided_of),
         *(judge.refusing_worlds, assumed._steered, assumed._options),
-        *(resolve._conventions, resolve._base_layer, resolved._deciding, resolved._treated_as, _plain_remembered),
+        *(profiles.conventions, profiles.base_layer, resolved._deciding, resolved._treated_as, _plain_remembered),
     ):
         remembered.cache_clear()
 
 
 def test_everything_that_remembers_is_forgotten_here():
-    modules = (assumed, judge, participants, resolve, resolved, shape)
+    modules = (assumed, bases, judge, participants, profiles, resolve, resolved, shape)
     memories = {name for module in modules for name, value in vars(module).items() if hasattr(value, "cache_clear")}
     assert memories - {"cache", "dataclass", "lru_cache"} == {
         "_remembered",
@@ -40,10 +41,11 @@ def test_everything_that_remembers_is_forgotten_here():
         "_steered",
         "_options",
         "apart",
-        "_base_layer",
+        "undecided_of",
+        "base_layer",
         "_deciding",
         "_treated_as",
-        "_conventions",
+        "conventions",
     }
 
 
@@ -96,6 +98,6 @@ def test_what_is_longer_than_people_write_is_not_remembered():
         ],
     )
     check_system(system, WHERE)
-    memories = (resolved.READ, resolve._NAMED, participants._SURROUNDINGS)
+    memories = (resolved.READ, resolve._NAMED, participants._SURROUNDINGS, bases._OVERRIDES)
     assert not any(memories)
-    assert resolve._conventions.cache_info().currsize == 0
+    assert profiles.conventions.cache_info().currsize == 0
