@@ -23,7 +23,7 @@ def bind(condition: Condition, vocabulary: Vocabulary) -> BoundCondition:
     Raises:
         ConditionError: an unknown policy or function, values that cannot be compared, a constant that is no value.
     """
-    binder = _Binder(vocabulary)
+    binder = Binder(vocabulary)
     form = binder.condition(condition)
     return BoundCondition(
         condition,
@@ -40,7 +40,7 @@ def bind(condition: Condition, vocabulary: Vocabulary) -> BoundCondition:
 
 def bind_operands(node: Node, vocabulary: Vocabulary) -> tuple[Judge, ...]:
     """Compile, in the open form, the values that something is applied to: a comparison, a function of the pack, a sum."""
-    binder = _Binder(vocabulary)
+    binder = Binder(vocabulary)
     return tuple(form.open for form in binder.operands(node, None))
 
 
@@ -85,7 +85,7 @@ def _looked_up(term: Term, index: int) -> Judge:
     return (lambda a, b, s: b[index]) if term.scope in SECOND_SCOPES else (lambda a, b, s: a[index])
 
 
-class _Binder:
+class Binder:
     """Binds one condition, or what stands within an aggregate of it."""
 
     def __init__(self, vocabulary: Vocabulary, *, within: bool = False) -> None:
@@ -97,6 +97,7 @@ class _Binder:
         self.partial = False
 
     def condition(self, node: Node) -> _Judges:
+        """Check and compile what is true or false."""
         match node:
             case Test("&" | "|" as op, (left, right)):
                 return _joined(op, self.condition(left), self.condition(right))
@@ -126,6 +127,7 @@ class _Binder:
         raise ConditionError(f"`{node}` is no value of the language")
 
     def operation(self, name: str) -> Operation:
+        """Return what a name applies: of the language, or of the pack."""
         if name in OPERATIONS:
             return OPERATIONS[name]
         function = self.vocabulary.functions.get(name)
@@ -163,7 +165,7 @@ class _Binder:
         second = self.side(node)
         if self.within:
             raise ConditionError(f"`{node}` stands inside another aggregate")
-        inner = _Binder(self.vocabulary, within=True)
+        inner = Binder(self.vocabulary, within=True)
         inner.uses, inner.asked = self.aggregate_uses, self.asked
         parts = [
             (inner.condition(arg) if isinstance(arg, Condition) else inner.operand(arg, None)).open for arg in node.args
@@ -190,12 +192,14 @@ class _Binder:
         return sides.pop()
 
     def use(self, term: Term) -> int:
+        """Return the index of a policy, and note that it is read."""
         index = self.vocabulary.find(term)
         second = term.scope in SECOND_SCOPES
         self.uses.setdefault((second, index), Use(second, index, term))
         return index
 
     def term(self, node: Term) -> _Judges:
+        """Compile a look-up of a policy's value."""
         index, second, shared = self.use(node), node.scope in SECOND_SCOPES, node.scope == "option"
         domain = self.vocabulary.policies[index].domain
         whole = Range(domain.lowest, domain.highest) if domain.ordered or domain.candidates() else None
@@ -209,6 +213,7 @@ class _Binder:
         return _Judges(_looked_up(node, index), read)
 
     def constant(self, node: Literal, domain: Domain | None) -> Any:
+        """Read a constant as a value of ``domain``."""
         value = node.value
         if domain is None or isinstance(value, bool):
             return int(value) if isinstance(value, bool) else value
@@ -249,6 +254,7 @@ class _Binder:
         return [kind] * len(found)
 
     def compared(self, node: Test, found: Sequence[Domain | None]) -> Domain:
+        """As what both sides of a comparison are read."""
         left, right = found
         domain = left or right
         if domain is None:
@@ -287,6 +293,7 @@ class _Binder:
         return [kind] * len(node.args)
 
     def is_factor(self, arg: Node, node: Node) -> bool:
+        """Whether an argument of a product is a number beside a value."""
         number = isinstance(arg, Literal) and isinstance(arg.value, int)
         return number or any(self.domain(other) is not None for other in node.args if other is not arg)
 

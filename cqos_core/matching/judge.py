@@ -7,15 +7,18 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer, Signal
+from cqos_core.language.relation import positions
 from cqos_core.language.values import Anything, Depends
+from cqos_core.matching.rule_set import EndRules, PairRules
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
     from cqos_core.language.values import Values
     from cqos_core.packs.bound_rule import BoundRule
+    from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
     from cqos_core.resolving.resolved import QosProfile
 
@@ -116,10 +119,13 @@ def apart(publisher: QosProfile, subscriber: QosProfile) -> tuple[BoundRule, ...
 
     An undecided condition keeps no endpoints apart.
     """
+    rules = meeting_rules(publisher.pack)
+    certain, asked = rules.reporting(rules.end(publisher), rules.end(subscriber, second=True))
     return tuple(
         bound
-        for bound in publisher.pack.by_scope["meets"]
-        if bound.bound.judge(publisher.values, subscriber.values).result is False
+        for position in positions(certain | asked)
+        for bound in (rules.rules[position],)
+        if certain >> position & 1 or bound.bound.judge(publisher.values, subscriber.values).result is False
     )
 
 
@@ -137,19 +143,62 @@ def undecided_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosPr
 @lru_cache(maxsize=_CACHE)
 def judge_pair(publisher: QosProfile, subscriber: QosProfile) -> PairJudgement:
     """Judge two profiles that meet, by the rules of pairs alone."""
-    spoken: list[Violation] = []
-    refused: bool | None = None
-    for bound in publisher.pack.by_scope.get("pair", ()):
-        if bound.rule.guarantee:
-            refused = Verdict.INCOMPATIBLE in map(verdict_of, spoken) if refused is None else refused
-            if refused or not subscriber.needs:
-                break
-        if passed_over(bound, publisher, subscriber):
-            continue
-        each = ask(bound, publisher.values, subscriber.values)
-        if each is not None:
-            spoken.append(each)
+    rules = pair_rules(publisher.pack)
+    certain, asked = rules.reporting(rules.end(publisher), rules.end(subscriber, second=True))
+    spoken = list(_spoken(rules, certain, asked, lambda each: _ask_pair(each, publisher, subscriber)))
+    if subscriber.needs and Verdict.INCOMPATIBLE not in map(verdict_of, spoken):
+        for bound in publisher.pack.by_scope.get("pair", ()):
+            if bound.rule.guarantee in subscriber.needs:
+                each = _ask_pair(bound, publisher, subscriber)
+                spoken += () if each is None else (each,)
     return PairJudgement(worst(map(verdict_of, spoken)), tuple(spoken)) if spoken else FITS
+
+
+@lru_cache
+def pair_rules(pack: RulePack) -> PairRules:
+    """Return the rules of pairs, without those on which guarantees rest."""
+    return PairRules(pack, (each for each in pack.by_scope.get("pair", ()) if not each.rule.guarantee), _ask_pair)
+
+
+@lru_cache
+def meeting_rules(pack: RulePack) -> PairRules:
+    """Return the meeting conditions."""
+    return PairRules(pack, pack.by_scope["meets"], _ask_meeting)
+
+
+@lru_cache
+def signal_rules(pack: RulePack) -> EndRules:
+    """Return the rules over topics, as far as one endpoint alone on its side can say that they have nothing to report."""
+    return EndRules(pack, pack.by_scope.get("signal", ()), _ask_topic)
+
+
+def _ask_pair(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
+    return ask(bound, publisher.values, subscriber.values)
+
+
+def _ask_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
+    """Ask a meeting condition, which has nothing to say where it is not decided."""
+    spoken = _ask_pair(bound, publisher, subscriber)
+    return spoken if spoken is not None and (spoken.outcome.result is False or spoken.failed is not None) else None
+
+
+def _ask_topic(bound: BoundRule, profile: QosProfile, _: QosProfile) -> object | None:
+    """Ask a rule over topics; one over all endpoints of a side may always have something to say."""
+    return bound if bound.bound.aggregate_uses else ask(bound, profile.values, profile.values)
+
+
+def _spoken(
+    rules: PairRules | EndRules, certain: int, asked: int, ask_one: Callable[[BoundRule], Violation | None]
+) -> Iterator[Violation]:
+    """Yield what rules say, those that certainly report and those that have to be asked."""
+    for position in positions(certain | asked):
+        bound = rules.rules[position]
+        each = ask_one(bound) if asked >> position & 1 else Violation(bound, _CERTAIN[bound.rule.kind == "forbids"])
+        if each is not None:
+            yield each
+
+
+_CERTAIN: Final = (RuleAnswer(result=False), RuleAnswer(result=True))
 
 
 def verdict_alone(publisher: QosProfile, subscriber: QosProfile) -> Verdict:
@@ -188,15 +237,19 @@ def passed_over(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile)
 @lru_cache(maxsize=_CACHE)
 def judge_endpoint(profile: QosProfile, role: str, observed: bool) -> tuple[Violation, ...]:  # noqa: FBT001 - a cache key
     """Judge one endpoint by itself; rules about creating one are not asked of observed endpoints."""
-    spoken = (ask_end(bound, profile, role) for bound in _of_one(profile, role, observed))
-    return tuple(each for each in spoken if each is not None)
+    rules = _of_one(profile.pack, role, observed)
+    return tuple(_spoken(rules, *rules.of(profile), lambda each: ask_end(each, profile, role)))
 
 
-def _of_one(profile: QosProfile, role: str, observed: bool) -> Iterator[BoundRule]:  # noqa: FBT001 - as the above
-    """Yield the rules about one endpoint by itself."""
-    for bound in profile.pack.by_scope.get("endpoint", ()):
-        if bound.role in {None, role} and not (observed and bound.rule.creation):
-            yield bound
+@lru_cache
+def _of_one(pack: RulePack, role: str, observed: bool) -> EndRules:  # noqa: FBT001 - as the above
+    """Return the rules about one endpoint by itself."""
+    rules = (
+        bound
+        for bound in pack.by_scope.get("endpoint", ())
+        if bound.role in {None, role} and not (observed and bound.rule.creation)
+    )
+    return EndRules(pack, rules, lambda bound, profile, _: ask_end(bound, profile, role), role)
 
 
 def _of_surroundings(profile: QosProfile, observed: bool) -> Iterator[BoundRule]:  # noqa: FBT001 - as the above
@@ -217,7 +270,7 @@ def refusing_worlds(profile: QosProfile, role: str, observed: bool) -> frozenset
     """Return the assumptions, such as ``ros2.rmw=fastdds``, under which an endpoint does not exist or is refused."""
     return frozenset(
         world
-        for bound in (*_of_one(profile, role, observed), *_of_surroundings(profile, observed))
+        for bound in (*_of_one(profile.pack, role, observed).rules, *_of_surroundings(profile, observed))
         if bound.rule.severity == "error" and not bound.bound.is_plain(profile.values)
         for values in (_values_of(bound, profile, role),)
         for world, result in _answer(bound, values, values).outcome.worlds

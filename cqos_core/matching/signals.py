@@ -9,6 +9,7 @@ from cqos_core.language.relation import positions
 from cqos_core.matching.judge import (
     Violation,
     ask,
+    signal_rules,
     speaking_of,
 )
 from cqos_core.matching.outline import Outline
@@ -24,8 +25,9 @@ if TYPE_CHECKING:
 
 def signal_outlines(shape: TopicShape, met_by: Sequence[int]) -> Iterator[Outline[int]]:
     """Yield what the rules over topics say; ``met_by`` has per publisher group the subscriber groups it meets, as bits."""
-    for publishers, subscribers in _parts(shape, met_by):
-        for bound in shape.pack.by_scope["signal"]:
+    rules = _may_report(shape)
+    for publishers, subscribers in _parts(shape, met_by) if rules else ():
+        for bound in rules:
             within = {use.second for use in bound.bound.aggregate_uses}
             for spoken, role, targets in _signal_rule(shape, bound, publishers, subscribers):
                 outline = Outline[int](spoken)
@@ -37,6 +39,18 @@ def signal_outlines(shape: TopicShape, met_by: Sequence[int]) -> Iterator[Outlin
                 if within != {False} and not outline.subscribers:
                     outline.subscribers = dict.fromkeys(subscribers)
                 yield outline
+
+
+def _may_report(shape: TopicShape) -> Sequence[BoundRule]:
+    """Return the rules that may report; of several groups on one side, which may differ, all."""
+    rules = signal_rules(shape.pack)
+    if max(len(shape.publishers), len(shape.subscribers)) > 1:
+        return rules.rules
+    found = 0
+    for alike in (*shape.publishers, *shape.subscribers):
+        certain, asked = rules.of(alike.profile)
+        found |= certain | asked
+    return [rules.rules[position] for position in positions(found)]
 
 
 def _parts(shape: TopicShape, met_by: Sequence[int]) -> list[tuple[list[int], list[int]]]:

@@ -22,7 +22,9 @@ from cqos_core.matching.judge import (
     already_reported,
     ask,
     judge_endpoint,
+    meeting_rules,
     of_end,
+    pair_rules,
     passed_over,
     undecided_meeting,
     undecided_of,
@@ -37,12 +39,14 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
+    from cqos_core.matching.rule_set import PairRules
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import QosProfile
 
 _REMEMBERED: Final = 16_384
 _REMEMBERED_GROUPS: Final = 64
+_FEW_PAIRS: Final = 64
 
 
 @dataclass(slots=True, eq=False)
@@ -216,7 +220,7 @@ def _met(shape: TopicShape) -> _Pairs:
     pairs = _Pairs(
         [native if alike.carried else everybody for alike in shape.publishers], sizes=_sizes(shape.subscribers)
     )
-    for bound in shape.pack.by_scope["meets"]:
+    for bound in _may_report(shape, meeting_rules(shape.pack)):
         subscribers = _classes(shape.subscribers, bound.bound.sides[1])
         for publishers, missed, _ in _spoken(shape, bound, subscribers):
             apart = Apart(bound, publishers.first.tags, subscribers)
@@ -235,11 +239,14 @@ def _undecided_meetings(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -
     """Leave unknown the pairs that a meeting condition keeps apart under some assumptions only."""
     for bound in shape.pack.by_scope["meets"]:
         first, second = bound.bound.sides
-        offering, requesting = _classes(shape.publishers, first), _classes(shape.subscribers, second)
-        if not any(isinstance(each.profile.values[at], Depends) for each in offering.each for at in first) and not any(
-            isinstance(each.profile.values[at], Depends) for each in requesting.each for at in second
+        if not any(
+            isinstance(alike.profile.values[at], Depends)
+            for side, indices in ((shape.publishers, first), (shape.subscribers, second))
+            for alike in side
+            for at in indices
         ):
             continue
+        offering, requesting = _classes(shape.publishers, first), _classes(shape.subscribers, second)
         for publishers in offering.each:
             for subscribers in requesting.each:
                 spoken = undecided_meeting(bound, publishers.profile, subscribers.profile)
@@ -248,6 +255,20 @@ def _undecided_meetings(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -
                     for at in publishers.members:
                         mask = subscribers.mask & pairs.met[at]
                         _split_segments(pairs.segments[at], mask, Verdict.UNKNOWN, (bound.rule.code,))
+
+
+def _may_report(shape: TopicShape, rules: PairRules) -> Sequence[BoundRule]:
+    """Return the rules that may report on a pair: of many combinations all, as each rule sorts them by what it reads."""
+    if len(shape.publishers) * len(shape.subscribers) > _FEW_PAIRS:
+        return rules.rules
+    found = 0
+    second = [rules.end(alike.profile, second=True) for alike in shape.subscribers]
+    for alike in shape.publishers:
+        first = rules.end(alike.profile)
+        for each in second:
+            certain, asked = rules.reporting(first, each)
+            found |= certain | asked
+    return [rules.rules[position] for position in positions(found)]
 
 
 def _sizes(groups: Sequence[Alike]) -> list[int]:
@@ -262,11 +283,10 @@ def _sizes(groups: Sequence[Alike]) -> list[int]:
 def _pair_rules(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -> None:
     needs = {word for alike in shape.subscribers for word in alike.profile.needs}
     fitting: list[int] | None = None
-    for bound in shape.pack.by_scope.get("pair", ()):
+    guarantees = (each for each in shape.pack.by_scope.get("pair", ()) if each.rule.guarantee in needs)
+    for bound in (*_may_report(shape, pair_rules(shape.pack)), *guarantees):
         asked = pairs.met
         if bound.rule.guarantee:
-            if bound.rule.guarantee not in needs:
-                continue
             asked = fitting = fitting or _fitting(pairs)
         said: dict[tuple[int, bool], int] = {}
         columns = _classes(shape.subscribers, bound.bound.sides[1])

@@ -24,6 +24,7 @@ def forget():
     for remembered in (
         *(shape._remembered, judge.judge_pair, judge.judge_endpoint, judge.refusals, judge.apart, judge.undecided_of),
         *(judge.refusing_worlds, assumed._steered, assumed._options),
+        *(judge.pair_rules, judge.meeting_rules, judge.signal_rules, judge._of_one),
         *(profiles.conventions, profiles.base_layer, resolved._deciding, resolved._treated_as, _plain_remembered),
     ):
         remembered.cache_clear()
@@ -42,6 +43,10 @@ def test_everything_that_remembers_is_forgotten_here():
         "_options",
         "apart",
         "undecided_of",
+        "pair_rules",
+        "meeting_rules",
+        "signal_rules",
+        "_of_one",
         "base_layer",
         "_deciding",
         "_treated_as",

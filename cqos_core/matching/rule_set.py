@@ -1,0 +1,204 @@
+"""Rules that are asked together: which of them may report on two profiles, by their compiled conditions.
+
+A rule that reads what is not known, and one that is not compiled for certain, is left to `cqos_core.matching.judge`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import count
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.language.compiled import Compiled, compiled
+from cqos_core.language.domains import Names, Text
+from cqos_core.language.relation import positions
+from cqos_core.language.values import KNOWN, UNREAD
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from cqos_core.language.values import Plain, Values
+    from cqos_core.packs.bound_rule import BoundRule
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.resolved import QosProfile
+
+_MOST_PROFILES: Final = 200_000
+
+
+@dataclass(slots=True, eq=False)
+class RuleInput:
+    """A profile as rules read it on one side.
+
+    Attributes:
+        values: known ones; something stands in for what is not known.
+        open: bits of the rules that read what is not known.
+        passed: bits of the rules that require what the middleware does not match on.
+        options: values of the options that rules read.
+        parts: by bits of rules, a number for the values that these read; equal values have one number.
+    """
+
+    profile: QosProfile
+    values: Values
+    open: int
+    passed: int
+    options: Values
+    parts: dict[int, int] = field(default_factory=dict)
+
+
+Asking = Callable[["BoundRule", "QosProfile", "QosProfile"], "object | None"]
+"""Asks one rule of two profiles; None where it has nothing to say."""
+
+
+class _RuleSet:
+    """Rules of a pack, compiled into one function when they are first asked."""
+
+    one = False
+
+    def __init__(self, pack: RulePack, rules: Iterable[BoundRule], ask: Asking) -> None:
+        """Put rules together; ``ask`` asks those that the function leaves open."""
+        self.pack = pack
+        self.rules: Sequence[BoundRule] = tuple(rules)
+        self._ask = ask
+        self._ends: tuple[dict[QosProfile, RuleInput], dict[QosProfile, RuleInput]] = ({}, {})
+        self._numbers = count()
+        self._read: dict[tuple[int, bool], tuple[int, ...]] = {}
+        self._parts: dict[tuple[object, ...], int] = {}
+        self._answers: dict[tuple[int, int], int] = {}
+
+    @cached_property
+    def _compiled(self) -> Compiled:
+        return compiled([(each.bound, each.rule.kind == "forbids") for each in self.rules], alone=self.one)
+
+    @cached_property
+    def _reading(self) -> tuple[dict[int, int], dict[int, int]]:
+        """By side and position in the values, the bits of the rules that read it there."""
+        found: tuple[dict[int, int], dict[int, int]] = ({}, {})
+        for position in range(len(self.rules)):
+            for second in (False, True):
+                for index in self._read_by(position)[second]:
+                    found[second][index] = found[second].get(index, 0) | 1 << position
+        return found
+
+    def _read_by(self, position: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """Return what a rule reads of each side."""
+        bound = self.rules[position].bound
+        return (bound.own, bound.own) if self.one else bound.sides
+
+    @cached_property
+    def _requiring(self) -> dict[int, int]:
+        """By policy, the bits of the rules that require anything of it."""
+        found: dict[int, int] = {}
+        for position, each in enumerate(self.rules):
+            for use in each.bound.uses if each.rule.kind == "requires" and not self.one else ():
+                found[use.index] = found.get(use.index, 0) | 1 << position
+        return found
+
+    @cached_property
+    def _options(self) -> tuple[int, ...]:
+        return tuple(dict.fromkeys(index for each in self.rules for index in each.bound.options))
+
+    @cached_property
+    def _by_options(self) -> int:
+        return sum(1 << position for position, each in enumerate(self.rules) if each.bound.options)
+
+    def end(self, profile: QosProfile, *, second: bool = False) -> RuleInput:
+        """Return a profile as the rules read it on one side."""
+        found = self._ends[second].get(profile)
+        if found is None:
+            if len(self._ends[second]) >= _MOST_PROFILES:
+                self._ends[second].clear()
+            found = self._ends[second][profile] = self._end(profile, second=second)
+        return found
+
+    def _end(self, profile: QosProfile, *, second: bool) -> RuleInput:
+        values, size = profile.values, self.pack.vocabulary.size
+        reading = self._reading[second]
+        opened = [
+            index
+            for index in reading
+            if (type(values[index]) not in KNOWN if index < size else values[index] is UNREAD)
+        ]
+        passed = 0
+        for index in profile.unmatched:
+            passed |= self._requiring.get(index, 0)
+        options = tuple([values[index] for index in self._options])
+        if not opened:
+            return RuleInput(profile, values, 0, passed, options)
+        known, bits = list(values), 0
+        for index in opened:
+            known[index] = _plain(self.pack, index) if index < size else None
+            bits |= reading[index]
+        return RuleInput(profile, tuple(known), bits, passed, options)
+
+    def sorted_out(self, first: RuleInput, second: RuleInput) -> tuple[int, int]:
+        """Return as bits the rules that report for certain, and those that have to be asked whether they do."""
+        reporting, exact = self._compiled
+        found = reporting(first.values, second.values)
+        opened = first.open | second.open
+        if first.options != second.options:
+            opened |= self._by_options
+        taken = ~(first.passed | second.passed)
+        return found & exact & ~opened & taken, (found & ~exact | opened) & taken
+
+    def asked(self, asked: int, first: RuleInput, second: RuleInput) -> int:
+        """Ask some rules; what they say of equal values is known."""
+        key = (self._part(asked, first, second=False), self._part(asked, second, second=True))
+        found = self._answers.get(key)
+        if found is None:
+            found = 0
+            for position in positions(asked):
+                if self._ask(self.rules[position], first.profile, second.profile) is not None:
+                    found |= 1 << position
+            if len(self._answers) >= _MOST_PROFILES:
+                self._answers.clear()
+            self._answers[key] = found
+        return found
+
+    def _part(self, asked: int, end: RuleInput, *, second: bool) -> int:
+        found = end.parts.get(asked)
+        if found is None:
+            read = self._read.get((asked, second))
+            if read is None:
+                together = dict.fromkeys(at for rule in positions(asked) for at in self._read_by(rule)[second])
+                read = self._read[asked, second] = tuple(together)
+            values = end.profile.values
+            key = (asked, second, *[values[at] for at in read])
+            if len(self._parts) >= _MOST_PROFILES:
+                self._parts.clear()
+            found = end.parts[asked] = self._parts.setdefault(key, next(self._numbers))
+        return found
+
+
+class PairRules(_RuleSet):
+    """Rules over two profiles."""
+
+    def reporting(self, first: RuleInput, second: RuleInput) -> tuple[int, int]:
+        """Return as bits the rules that report for certain, and those that were asked and have something to say."""
+        certain, asked = self.sorted_out(first, second)
+        return certain, self.asked(asked, first, second) if asked else 0
+
+
+class EndRules(_RuleSet):
+    """Rules over one profile, which stands on both sides and is alone where a rule speaks of all endpoints of a side."""
+
+    one = True
+
+    def __init__(self, pack: RulePack, rules: Iterable[BoundRule], ask: Asking, role: str | None = None) -> None:
+        """Put rules together; those that read what the ``role`` of the endpoint does not have are always asked."""
+        super().__init__(pack, rules, ask)
+        self._absent = sum(1 << at for at, each in enumerate(self.rules) if role is not None and each.absent[role])
+
+    def of(self, profile: QosProfile) -> tuple[int, int]:
+        """Return as bits the rules that report on a profile for certain, and those that were asked and have something to say."""
+        end = self.end(profile)
+        certain, asked = self.sorted_out(end, end)
+        asked |= self._absent
+        return certain & ~asked, self.asked(asked, end, end) if asked else 0
+
+
+def _plain(pack: RulePack, index: int) -> Plain:
+    """Return what stands in for an unknown value, so that the function can be called; the answer is not used."""
+    domain = pack.policies[index].domain
+    return () if isinstance(domain, Names) else "" if isinstance(domain, Text) else 0

@@ -1,0 +1,183 @@
+"""Law: compiled conditions say of random values and worlds what the conditions themselves say, of every pack."""
+
+from __future__ import annotations
+
+from random import Random
+from typing import TYPE_CHECKING, Any, Final
+
+import pytest
+
+from cqos_core.language.compiled import compiled
+from cqos_core.language.evaluate import NO_SIGNAL, Signal
+from cqos_core.language.values import KNOWN, UNREAD, Anything, Depends, WrittenValue
+from cqos_core.matching.judge import (
+    PairJudgement,
+    apart,
+    ask,
+    ask_end,
+    judge_endpoint,
+    judge_pair,
+    passed_over,
+    signal_rules,
+    verdict_of,
+    worst,
+)
+from cqos_core.matching.rule_set import _plain
+from cqos_core.model.problems import InvalidValueError
+from cqos_core.model.report import Verdict
+from cqos_core.resolving.resolved import intern
+from cqos_dds.pack import PACK as DDS
+from cqos_mqtt.pack import PACK as MQTT
+from cqos_ros2.pack import PACK as ROS2
+from tests.effort import EXPLORE
+from tests.worlds import POST
+
+if TYPE_CHECKING:
+    from cqos_core.language.policy import Policy
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.resolved import QosProfile
+
+PACKS: Final = (POST, DDS, MQTT, ROS2)
+SEEDS: Final = 40 if EXPLORE else 2
+TEXTS: Final = {
+    "count": ("1", "2", "5"),
+    "duration": ("0s", "1s", "2s", "3s", "infinite"),
+    "names": ("[]", "[a]", "[a, b]", "[a*, c]"),
+    "text": ("x", "y", "a//b"),
+    "flag": ("true", "false"),
+}
+
+
+def plain(random: Random, policy: Policy) -> Any:
+    words = [each for each in TEXTS.get(policy.domain.kind, ()) if can_be(policy, each)]
+    known = [policy.domain.parse(each) for each in words] or [*policy.domain.candidates()]
+    return random.choice(known)
+
+
+def can_be(policy: Policy, text: str) -> bool:
+    try:
+        policy.domain.parse(text)
+    except InvalidValueError:
+        return False
+    return True
+
+
+def a_value(random: Random, pack: RulePack, policy: Policy, opened: float) -> Any:
+    if random.random() >= opened:
+        return plain(random, policy)
+    one, other = plain(random, policy), plain(random, policy)
+    option = random.choice(("one", "other"))
+    cases = (("a", one), ("b", other), ("c", Anything("that is open")))
+    return random.choice((Anything("it is not known"), Depends(option, cases[:2]), Depends(option, cases)))
+
+
+def a_profile(random: Random, pack: RulePack, opened: float, shared: dict[int, Any]) -> QosProfile:
+    needs = dict(pack.needs.values()) if random.random() < 0.5 else {}
+    values = [
+        shared[at] if at in shared else needs.get(at, a_value(random, pack, policy, opened))
+        for at, policy in enumerate(pack.policies)
+    ]
+    words = [how_written(random, policy, opened) for policy in pack.policies]
+    return intern(pack, (*values, *words))
+
+
+def how_written(random: Random, policy: Policy, opened: float) -> WrittenValue | None:
+    words = [*policy.words, *getattr(policy.domain, "names", ()), "1"]
+    if random.random() < opened:
+        return UNREAD
+    return random.choice((None, WrittenValue(policy.word(random.choice(words)), here=random.random() < 0.5)))
+
+
+def profiles(pack: RulePack, seed: int, number: int = 24) -> list[QosProfile]:
+    """Profiles whose options are mostly the same, as in a system; some values are open, and more of some profiles."""
+    random = Random(seed)  # noqa: S311 - no secrets
+    options = [at for at, policy in enumerate(pack.policies) if policy.level in {"option", "topic"}]
+    found = []
+    for opened in (0.0, 0.03, 0.2):
+        shared = {at: a_value(random, pack, pack.policies[at], opened) for at in options}
+        found += [a_profile(random, pack, opened, shared) for _ in range(number // 3)]
+    return found
+
+
+@pytest.mark.explored
+@pytest.mark.parametrize("seed", range(SEEDS))
+@pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.id)
+def test_every_exact_bit_is_the_answer_and_every_other_one_may_be(pack, seed):
+    rules = pack.judging_rules
+    reporting, exact = compiled([(each.bound, each.rule.kind == "forbids") for each in rules])
+    decided = 0
+    found = profiles(pack, seed)
+    for a in found:
+        for b in found:
+            size = pack.vocabulary.size
+            known = [
+                tuple(
+                    (_plain(pack, at) if at < size else None)
+                    if value is UNREAD or (at < size and type(value) not in KNOWN)
+                    else value
+                    for at, value in enumerate(each.values)
+                )
+                for each in (a, b)
+            ]
+            bits = reporting(*known)
+            for position, each in enumerate(rules):
+                if any(known[0][at] != known[1][at] for at in each.bound.options):
+                    continue
+                says = ask(each, *known, NO_SIGNAL if not each.bound.aggregate_uses else Signal(((known[0], 1),)))
+                if exact >> position & 1:
+                    assert bool(bits >> position & 1) is (says is not None), each.rule.code
+                    decided += 1
+                elif not bits >> position & 1:
+                    assert says is None, each.rule.code
+    assert decided > 1000
+
+
+def one_by_one(publisher: QosProfile, subscriber: QosProfile) -> PairJudgement:
+    """Ask every rule of pairs in its general form."""
+    spoken, refused = [], False
+    for bound in publisher.pack.by_scope.get("pair", ()):
+        if bound.rule.guarantee:
+            refused = refused or Verdict.INCOMPATIBLE in [verdict_of(s) for s in spoken if not s.bound.rule.guarantee]
+        if passed_over(bound, publisher, subscriber) or (bound.rule.guarantee and refused):
+            continue
+        each = ask(bound, publisher.values, subscriber.values)
+        spoken += () if each is None else (each,)
+    return PairJudgement(worst(map(verdict_of, spoken)), tuple(spoken))
+
+
+@pytest.mark.explored
+@pytest.mark.parametrize("seed", range(SEEDS))
+@pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.id)
+def test_pairs_and_ends_are_judged_as_one_by_one(pack, seed):
+    found = profiles(pack, seed)
+    spoken = 0
+    for a in found:
+        for b in found:
+            assert judge_pair(a, b) == one_by_one(a, b)
+            general = [each.bound.judge(a.values, b.values).result for each in pack.by_scope["meets"]]
+            met = [each for each, result in zip(pack.by_scope["meets"], general, strict=True) if result is False]
+            assert apart(a, b) == tuple(met)
+            spoken += len(judge_pair(a, b).spoken)
+        for role in ("publisher", "subscriber"):
+            rules = [each for each in pack.by_scope.get("endpoint", ()) if each.role in {None, role}]
+            said = [each for rule in rules if (each := ask_end(rule, a, role)) is not None]
+            assert judge_endpoint(a, role, False) == tuple(said)
+            spoken += len(said)
+    assert spoken
+
+
+@pytest.mark.explored
+@pytest.mark.parametrize("seed", range(SEEDS))
+@pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.id)
+def test_a_rule_over_topics_that_is_passed_over_has_nothing_to_say(pack, seed):
+    rules = signal_rules(pack)
+    found = profiles(pack, seed)
+    for a in found:
+        for b in found:
+            sides = [(((each.values, 2),) if each else ()) for each in (a, b if a is not b else None)]
+            kept = [rules.of(each) for each in {a, b}]
+            for position, bound in enumerate(rules.rules):
+                if not any((certain | asked) >> position & 1 for certain, asked in kept):
+                    for each in (a, b):
+                        said = ask(bound, each.values, each.values, Signal(sides[0], sides[1]))
+                        assert said is None or (said.unknown and said.failed is None)
