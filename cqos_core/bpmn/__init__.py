@@ -5,21 +5,26 @@ What is read, in which dialects, and the extension words of C-QoS's own are desc
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from cqos_core.bpmn.document import Document, require_bpmn
 from cqos_core.bpmn.endpoints import Endpoints
 from cqos_core.bpmn.events import read_events
 from cqos_core.bpmn.messages import read_messages
+from cqos_core.bpmn.models import outline
 from cqos_core.bpmn.participants import read_participants
+from cqos_core.bpmn.plain import LEAST, NotPlainError
 from cqos_core.bpmn.reading import DiagramReading
 from cqos_core.bpmn.signals import read_signals
 from cqos_core.bpmn.unread import report_unread
 from cqos_core.bpmn.words import read_system_words
 from cqos_core.importers.reading import read_switches
-from cqos_core.importers.xml_source import parse_xml
+from cqos_core.importers.xml_source import parse_utf8, plain_utf8
+from cqos_core.model.problems import InputError
 
 if TYPE_CHECKING:
+    from cqos_core.bpmn.plain import Plain
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.model.system import System
 
@@ -42,16 +47,25 @@ def read(source: Source, context: ReadContext) -> System:
         InputError: if this is no XML or no BPMN 2.0, or has more shared processes than a system may hold. What is
             incomplete or makes no sense in C-QoS's own words is a note of severity error, and the rest is read.
     """
-    switches = read_switches("bpmn", context, SWITCHES)
-    root = parse_xml(source)
+    with_messages = read_switches("bpmn", context, SWITCHES).get("message_flows") == "true"
+    data = plain_utf8(source)
+    if not with_messages and len(data) >= LEAST:
+        with suppress(NotPlainError, InputError):
+            plain = outline(source.name, data, lambda part: _read(part, part.data, None, with_messages=False))
+            return _read(source, plain.rest, plain, with_messages=False)
+    return _read(source, data, None, with_messages=with_messages)
+
+
+def _read(source: Source, data: bytes, plain: Plain | None, *, with_messages: bool) -> System:
+    """Read a document, perhaps without what is plain in it."""
+    root = parse_utf8(source, data)
     require_bpmn(root, source)
-    document = Document(root, source.name)
+    document = Document(root, source.name, plain)
     reading = DiagramReading(document)
     reading.system.sources[source.name] = source.data
     read_system_words(reading)
     endpoints = Endpoints(reading, read_participants(reading))
     read_events(reading, endpoints, read_signals(reading))
-    with_messages = switches.get("message_flows") == "true"
     if with_messages:
         read_messages(reading, endpoints)
     report_unread(reading, endpoints, with_messages=with_messages)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
+
+from lxml import etree
 
 from cqos_core.bpmn.names import shown
+from cqos_core.bpmn.plain import MARK, NotPlainError
 from cqos_core.model.excerpt import NAMESPACES
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place
@@ -12,10 +15,13 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from cqos_core.bpmn.plain import Plain
     from cqos_core.importers.source import Source
     from cqos_core.importers.xml_source import Element
+    from cqos_core.model.plain_endpoints import PlainEndpoint
     from cqos_core.model.system import Role
 
+_Found = TypeVar("_Found")
 BPMN = f"{{{NAMESPACES['bpmn']}}}"
 DEFINITIONS = f"{BPMN}definitions"
 COLLABORATION = f"{BPMN}collaboration"
@@ -40,6 +46,7 @@ EVENT_ROLES: dict[str, Role] = {
     f"{BPMN}endEvent": PUBLISHER,
 }
 TASK_ROLES: dict[str, Role] = {f"{BPMN}receiveTask": SUBSCRIBER, f"{BPMN}sendTask": PUBLISHER}
+_TAKEN = f"{BPMN}{MARK}"
 ROLES = EVENT_ROLES | TASK_ROLES
 """What throws is a publisher, what catches a subscriber."""
 SILENT = tuple(
@@ -87,21 +94,37 @@ class Document:
     Attributes:
         root: the ``definitions``.
         name: the name of the source.
-        nodes: every event and task that can throw or catch, wherever it is nested; their tags are those of `ROLES`.
+        nodes: every event and task that can throw or catch, wherever it is nested; their tags are those of `ROLES`. Among them
+            are the keys of `runs`.
+        plain: what was taken out of the document.
+        runs: by the mark in their place, the events that were.
         definitions: event definitions at root level, by id, to which events may refer.
     """
 
-    def __init__(self, root: Element, name: str) -> None:
-        """Walk once through the tree below ``root``."""
+    def __init__(self, root: Element, name: str, plain: Plain | None = None) -> None:
+        """Walk once through the tree below ``root``, perhaps without something ``plain``.
+
+        Raises:
+            NotPlainError: what was taken stood in an extension.
+        """
         self.root = root
         self.name = name
+        self.plain = plain
+        self.runs: dict[Element, list[PlainEndpoint]] = {}
         self.nodes: list[Element] = []
         self._elements: dict[str, list[Element]] = {tag: [] for tag in _INDEXED}
         # Whatever extensions hold belongs to their tools: events among it are none of the model.
-        skipped = {inside for extension in root.iter(EXTENSIONS) for inside in extension.iter(*_INDEXED, *ROLES)}
-        for element in root.iter(*_INDEXED, *ROLES):
+        kinds = (*_INDEXED, *ROLES) if plain is None else (*_INDEXED, *ROLES, _TAKEN)
+        skipped = {inside for extension in root.iter(EXTENSIONS) for inside in extension.iter(*kinds)}
+        for element in root.iter(*kinds):
             if element not in skipped:
                 self._elements.get(str(element.tag), self.nodes).append(element)
+            elif element.tag == _TAKEN:
+                raise NotPlainError
+        if plain is not None:
+            marks = [node for node in self.nodes if node.tag == _TAKEN and len(node)]
+            self.runs = dict(zip(marks, plain.runs, strict=True))
+            self.nodes = [node for node in self.nodes if node.tag != _TAKEN or self.runs.get(node)]
         self._by_id = {tag: _first_by_id(elements) for tag, elements in self._elements.items()}
         self.definitions = _first_by_id(
             child for child in root.iterchildren(f"{BPMN}*") if str(child.tag).endswith("EventDefinition")
@@ -114,7 +137,11 @@ class Document:
 
     def find(self, tag: str, reference: str, at: Element) -> Element | None:
         """Return the element that a QName refers to, where it stands at ``at``; see `look_up`."""
-        return look_up(self._by_id[tag], reference, at)
+        found = look_up(self._by_id[tag], reference, at)
+        if found is None and tag == SIGNAL and self.plain is not None:
+            name = look_up(self.plain.signals, reference, at)
+            return None if name is None else etree.Element(SIGNAL, {"name": name})
+        return found
 
     def called_by(self, activity: Element) -> Element | None:
         """Return the process of this file that a call activity runs, None where it runs something else."""
@@ -155,7 +182,7 @@ def nth(element: Element) -> int:
     return 1 + sum(1 for _ in element.itersiblings(str(element.tag), preceding=True))
 
 
-def look_up(elements: dict[str, Element], reference: str, at: Element) -> Element | None:
+def look_up(elements: dict[str, _Found], reference: str, at: Element) -> _Found | None:
     """Return the element of this file that a QName at ``at`` refers to.
 
     Ids may hold a colon themselves. A prefix that is bound to another namespace than that of the file means another file;

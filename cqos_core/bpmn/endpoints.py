@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from cqos_core.bpmn.document import identity
 from cqos_core.bpmn.lost import laid_under
 from cqos_core.bpmn.names import fold, shown
+from cqos_core.bpmn.plain import NotPlainError
 from cqos_core.bpmn.qos import message_type, read_qos
 from cqos_core.bpmn.reading import Unique
 from cqos_core.bpmn.words import ON_EVENTS, acceptances, extension_children, flag, qos_children, word
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.bpmn.words import Child
     from cqos_core.importers.xml_source import Element
+    from cqos_core.model.plain_endpoints import PlainEndpoint
     from cqos_core.model.system import Participant, Role, Settings
 
 
@@ -84,6 +86,31 @@ class Endpoints:
             replace(found, endpoint=name) for found in acceptances(self._reading, children) for name in ids
         ]
 
+    def add_run(self, mark: Element, events: Sequence[PlainEndpoint]) -> None:
+        """Add endpoints of plain events in the place of a ``mark``, whose topics are still ids of signals.
+
+        Raises:
+            NotPlainError: they and the rest of the document have ids in common, or what their participant states is lost.
+        """
+        self._used.add(mark)
+        process = self._reading.document.process_of(mark)
+        plain = self._reading.document.plain
+        if process is None or plain is None:
+            raise NotPlainError
+        runners = self._participants.of_process[process]
+        if any(self._participants.lost[runner.id] for runner in runners):
+            raise NotPlainError
+        self._reading.count_copies(len(events) * (len(runners) - 1), mark)
+        add = self._reading.system.endpoints.append
+        for event in events:
+            event.topic = plain.signals[event.topic or ""]
+            if self._unique(event.id) != event.id:
+                raise NotPlainError
+            event.participant = runners[0].id
+            add(event)
+            for other in runners[1:]:
+                add(replace(event, id=self._unique(f"{event.id}@{other.id}"), participant=other.id))
+
     def _add(self, stated: Endpoint, meeting: EventTopic, participant: Participant, *, is_first: bool) -> None:
         wanted = stated.id or f"{participant.id}/{stated.role}/{meeting.topic or '-'}"
         endpoint = replace(
@@ -101,6 +128,8 @@ class Endpoints:
 
     def _report_duplicate(self, element: Element) -> None:
         name = identity(element)
+        if self._reading.document.plain is not None and name is not None and self._unique.is_taken(name):
+            raise NotPlainError
         if name is not None and self._elements.setdefault(name, element) is not element:
             message = f"the id `{shown(name)}` is used twice; this endpoint's id gets a number"
             self._reading.note("CQ031", message, self._reading.document.place(element, "@id"))

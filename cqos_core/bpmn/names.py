@@ -16,7 +16,8 @@ _LONGEST_NUMBER = 100
 
 def fold(name: str | None) -> str:
     """Return ``name`` in one line, without blanks around it and without invisible marks; perhaps empty."""
-    return " ".join(_INVISIBLE.sub("", name or "").split())
+    name = name or ""
+    return " ".join((name if name.isascii() else _INVISIBLE.sub("", name)).split())
 
 
 def shown(name: str) -> str:

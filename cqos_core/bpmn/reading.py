@@ -72,9 +72,16 @@ class Unique:
         self._taken: set[str] = set()
         self._next: dict[str, int] = {}
 
+    def is_taken(self, name: str) -> bool:
+        """Say whether an id is in use."""
+        return name in self._taken
+
     def __call__(self, wanted: str) -> str:
         """Return ``wanted`` or the first free id like it."""
         found = wanted
+        if found not in self._taken:
+            self._taken.add(found)
+            return found
         number = self._next.get(wanted, 2)
         while found in self._taken:
             found = f"{wanted}#{number}"

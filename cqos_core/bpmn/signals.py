@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from cqos_core.bpmn.document import ITEM_DEFINITION, SIGNAL, identity, nth, split
 from cqos_core.bpmn.endpoints import EventTopic
 from cqos_core.bpmn.names import POLICIES, fold, is_computed, key, same_value, shown
+from cqos_core.bpmn.plain import NotPlainError
 from cqos_core.bpmn.words import ON_SIGNALS, acceptances, extension_children, flag, qos_children, qos_settings
 from cqos_core.model.system import Topic
 
@@ -94,9 +95,12 @@ def read_signals(reading: DiagramReading) -> Signals:
     by_name: dict[str, Element] = {}
     ids: set[str] = set()
     lost: dict[str, dict[str, Unknown]] = {}
+    plain = reading.document.plain
     for signal in reading.document.all(SIGNAL):
         place = reading.document.place(signal)
         identifier, name = identity(signal), fold(signal.get("name"))
+        if plain is not None and (identifier in plain.signals or name in plain.names):
+            raise NotPlainError
         if identifier in ids:
             message = f"the id `{shown(identifier or '')}` is used twice; references mean the first signal"
             reading.note("CQ031", message, place)

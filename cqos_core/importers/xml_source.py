@@ -59,7 +59,16 @@ def parse_xml(source: Source, most_tags: int | None = None) -> Element:
     """
     if most_tags is not None and source.data.count(b"<") > most_tags:
         raise _error(source, "CQ002", f"there are more than {most_tags} tags in this file, which is refused")
-    data = _without_document_type(source, _utf8(source))
+    return parse_utf8(source, plain_utf8(source))
+
+
+def plain_utf8(source: Source) -> bytes:
+    """Return the document in UTF-8, without byte order mark and document type; see `parse_xml` for errors."""
+    return _without_document_type(source, _utf8(source))
+
+
+def parse_utf8(source: Source, data: bytes) -> Element:
+    """Return the root element of what `plain_utf8` made of ``source``; see `parse_xml` for errors."""
     parser = _parser()
     try:
         return etree.fromstring(data, parser)

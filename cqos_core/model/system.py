@@ -93,6 +93,8 @@ class Setting(_Constant):
 
 Settings = dict[str, Setting]
 """Settings by the name they were written with; aliases are resolved later, by the pack."""
+Said = tuple[tuple[tuple[str, str, "str | Cases", bool], ...], tuple[tuple[str, str, "str | Cases"], ...]]
+"""Names, texts and causes of settings, without their places."""
 EVERY_OTHER: Final = "*"
 """The name of an unknown setting that stands for every policy which neither the settings beside it nor nearer ones state."""
 
@@ -251,6 +253,13 @@ class Endpoint:
     label: str | None = None
     place: Place | None = None
     room: Room | None = None
+
+    def said(self) -> Said:
+        """Return what its settings and its overlay say, wherever that stands; equal for endpoints that state the same."""
+        return (
+            tuple([(name, each.text, each.unknown, each.derived) for name, each in self.settings.items()]),
+            tuple([(name, each.text, each.unknown) for name, each in self.overlay.items()]),
+        )
 
 
 @dataclass(frozen=True, slots=True)

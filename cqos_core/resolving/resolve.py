@@ -325,8 +325,7 @@ class Resolver:
         )
         stated = (
             room,
-            tuple([(name, each.text, each.unknown, each.derived) for name, each in endpoint.settings.items()]),
-            tuple([(name, each.text, each.unknown) for name, each in endpoint.overlay.items()]),
+            *endpoint.said(),
         )
         by_topic = bool(self.system.profiles) and self.profiles.by_topic
         alone = not (endpoint.profiles or endpoint.needs or overlays or self.asked or by_topic)

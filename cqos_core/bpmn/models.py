@@ -1,0 +1,137 @@
+"""What plain events state: each kind of them is read once, as the one event of a small document, by what reads any other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from html import escape
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.bpmn.document import DEFINITIONS
+from cqos_core.bpmn.plain import NotPlainError, Taking
+from cqos_core.bpmn.qos import OWN_WORDS
+from cqos_core.importers.source import Source
+from cqos_core.importers.xml_source import parse_utf8
+from cqos_core.model.excerpt import NAMESPACES
+from cqos_core.model.plain_endpoints import LinesOf, Model
+from cqos_core.model.regular import re
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from cqos_core.bpmn.plain import Plain
+    from cqos_core.model.system import Endpoint, System
+
+_MOST: Final = 1_000
+"""Kinds of events worth reading, one by one; a document with more is read as a whole."""
+_ID: Final = "cqos-event"
+# The start tag of the first element; what is before it are comments and instructions, in which no tag begins.
+_FIRST = re.compile(rb"""<[A-Za-z_](?:[^<>"']++|"[^"]*+"|'[^']*+')*+(?<!/)>""")
+_ATTRIBUTE = re.compile(r'([ \t\r\n]++)([\w.:-]++)="([^"]*+)"')
+# Numbers other than zero, perhaps with a unit; without an exponent, which is spelt out.
+_QUANTITY = re.compile(r"(?:[1-9]\d{0,17}(?:\.\d{1,9})?|0\.\d{0,9}[1-9])(?:[a-df-z][a-z]{0,9})?", re.ASCII)
+
+
+class Models:
+    """The models of one document."""
+
+    def __init__(
+        self, prefixes: dict[str | None, str], bpmn: str, lines: LinesOf, read: Callable[[Source], System]
+    ) -> None:
+        """Keep what small documents begin with.
+
+        Args:
+            prefixes: the namespaces that the document binds.
+            bpmn: the prefix of BPMN with its colon, or nothing.
+            lines: of the document.
+            read: reads a small document.
+        """
+        self._lines = lines
+        self._read = read
+        self._qos = tuple(f"{prefix}:" for prefix, uri in prefixes.items() if prefix and uri == NAMESPACES["qos"])
+        self._bpmn = bpmn
+        bound = "".join(
+            f' xmlns{":" if prefix else ""}{prefix or ""}="{escape(uri)}"' for prefix, uri in prefixes.items()
+        )
+        self._head = f'<{bpmn}definitions{bound}><{bpmn}signal id="cqos-signal" name="cqos-topic"/><{bpmn}process id="cqos-process">'
+        self._kinds: dict[tuple[str, str], Endpoint | None] = {}
+
+    def model(self, tag: bytes, attributes: bytes) -> Model | None:
+        """Return what an event is like; None where its reading says something, or has any effect but one endpoint.
+
+        Quantities are set aside: events that differ in them alone are of one kind.
+        """
+        quantities: list[str] = []
+        words = 0
+
+        def aside(match: re.Match[str]) -> str:
+            nonlocal words
+            blank, name, value = match.groups()
+            prefix, colon, local = name.partition(":")
+            if f"{prefix}{colon}" not in self._qos:
+                words += 1
+                return f'{blank}{name}="cqos-word-{words}-"'
+            if local in OWN_WORDS or not _QUANTITY.fullmatch(value):
+                return match[0]
+            quantities.append(value)
+            return f'{blank}{name}="{_quantity(len(quantities))}"'
+
+        kind = tag.decode(), _ATTRIBUTE.sub(aside, attributes.decode())
+        if kind not in self._kinds:
+            if len(self._kinds) >= _MOST:
+                return None
+            self._kinds[kind] = self._event(*kind, len(quantities))
+        found = self._kinds[kind]
+        if found is None:
+            return None
+        values = {_quantity(number): value for number, value in enumerate(quantities, 1)}
+        settings = {
+            name: replace(each, text=values[each.text]) if each.text in values else each
+            for name, each in found.settings.items()
+        }
+        return Model(replace(found, settings=settings), self._lines)
+
+    def _event(self, tag: str, attributes: str, quantities: int) -> Endpoint | None:
+        """Read a document with one event; None unless every quantity is the text of a setting, and there is nothing else."""
+        event = f'<{self._bpmn}{tag} id="{_ID}" name="cqos-name"{attributes}>'
+        definition = f'<{self._bpmn}signalEventDefinition signalRef="cqos-signal"/>'
+        ends = f"</{self._bpmn}{tag}></{self._bpmn}process></{self._bpmn}definitions>"
+        system = self._read(Source(self._lines.source, f"{self._head}{event}{definition}{ends}".encode()))
+        plain = replace(system, endpoints=[], participants={}, sources={}, name="")
+        if plain != type(system)() or len(system.endpoints) != 1 or len(system.participants) != 1:
+            return None
+        (endpoint,) = system.endpoints
+        texts = [each.text for each in endpoint.settings.values()]
+        said = repr((replace(endpoint, settings={}), [*endpoint.settings], system.participants))
+        if any(texts.count(_quantity(number)) != 1 for number in range(1, quantities + 1)):
+            return None
+        if "cqos-word-" in f"{said}{texts}" or (endpoint.id, endpoint.label) != (_ID, "cqos-name"):
+            return None
+        return endpoint
+
+
+def outline(name: str, data: bytes, read: Callable[[Source], System]) -> Plain:
+    """Take out of a document what is plain.
+
+    Args:
+        name: of its source.
+        data: what `cqos_core.importers.xml_source.plain_utf8` made of it.
+        read: reads a small document as a whole.
+
+    Raises:
+        NotPlainError: it has to be read as a whole.
+        InputError: so it has, and it is no XML.
+    """
+    start = _FIRST.search(data)
+    if start is None or b"xmlns" in data[start.end() :]:
+        raise NotPlainError
+    root = parse_utf8(Source(name, data), data[: start.end() - 1] + b"/>")
+    bound = [prefix for prefix, uri in root.nsmap.items() if uri == NAMESPACES["bpmn"]]
+    if root.tag != DEFINITIONS or len(bound) != 1:
+        raise NotPlainError
+    bpmn = f"{bound[0]}:" if bound[0] else ""
+    models = Models(root.nsmap, bpmn, LinesOf(name, data), read)
+    return Taking(data, bpmn, start.end(), models.model).plain()
+
+
+def _quantity(number: int) -> str:
+    return f"9000{number:09}7"

@@ -1,0 +1,142 @@
+"""Endpoints that state what others of their file state: each has what is its own, and makes settings and places when they are asked for."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.model.system import Endpoint, Place, ProfileRef, Room, Setting
+
+if TYPE_CHECKING:
+    from cqos_core.model.system import Said
+
+_BLOCK: Final = 4096
+_SETTINGS: Final[Any] = Endpoint.__dict__["settings"]
+"""The slot itself, which says whether it is empty."""
+
+
+class LinesOf:
+    """Tells the line of any byte of a document. Of a long one no table of lines is kept."""
+
+    def __init__(self, source: str, data: bytes) -> None:
+        self.source = source
+        self._data = data
+        self._before: list[int] = []
+
+    def line(self, offset: int) -> int:
+        """Return the one-based line of the byte at ``offset``."""
+        if not self._before:
+            count = 1
+            for start in range(0, len(self._data) + 1, _BLOCK):
+                self._before.append(count)
+                count += self._data.count(b"\n", start, start + _BLOCK)
+        block = offset // _BLOCK
+        return self._before[block] + self._data.count(b"\n", block * _BLOCK, offset)
+
+
+class Model:
+    """What endpoints of one file share that differ in id, label, topic, participant and place.
+
+    Attributes:
+        endpoint: one such endpoint, as its importer makes it.
+        said: its `Endpoint.said`.
+    """
+
+    def __init__(self, endpoint: Endpoint, lines: LinesOf) -> None:
+        self.endpoint = endpoint
+        self.said: Said = endpoint.said()
+        self._lines = lines
+
+    def another(self, name: str, label: str | None, topic: str, offset: int) -> PlainEndpoint:
+        """Return an endpoint like the model, whose place is the line of the byte at ``offset``."""
+        like = self.endpoint
+        made = PlainEndpoint.__new__(PlainEndpoint)
+        made.model = self
+        made.offset = offset
+        made.id = name
+        made.role = like.role
+        made.topic = topic
+        made.participant = like.participant
+        made.overlay = {}
+        made.needs = {}
+        made.type = like.type
+        made.kind = like.kind
+        made.dialect = like.dialect
+        made.observed = like.observed
+        made.external = like.external
+        made.topic_is_guess = like.topic_is_guess
+        made.starts_after = like.starts_after
+        made.template = like.template
+        made.alternative = like.alternative
+        made.protocol = like.protocol
+        made.label = label
+        if not like.profiles:
+            made.profiles = ()
+        return made
+
+    def make(self, of: PlainEndpoint, name: str) -> Any:
+        """Return what an endpoint has not made yet: its place, its room, its profiles or its settings."""
+        line = self._lines.line(of.offset)
+        place = Place(self._lines.source, line, None, of.id)
+        if name == "place":
+            return place
+        if name == "room":
+            return Room(place)
+        if name == "profiles":
+            return tuple(
+                ProfileRef(each.name, _moved(each.place, place), each.scope) for each in self.endpoint.profiles
+            )
+        return {
+            word: Setting(each.text, _moved(each.place, place), each.unknown, each.derived, each.reported)
+            for word, each in self.endpoint.settings.items()
+        }
+
+
+def _moved(place: Place | None, to: Place) -> Place | None:
+    return place and Place(to.source, to.line, None, to.element, place.path)
+
+
+class PlainEndpoint(Endpoint):
+    """An `Endpoint` that makes its settings, profiles, place and room when one reads them; else as any other."""
+
+    __slots__ = ("model", "offset")
+    model: Model
+    offset: int
+
+    def __getattr__(self, name: str) -> Any:
+        """Make what is not there yet."""
+        if name not in {"settings", "profiles", "place", "room"}:
+            raise AttributeError(name)
+        made = self.model.make(self, name)
+        setattr(self, name, made)
+        return made
+
+    def said(self) -> Said:
+        """See `Endpoint.said`; the model's, until the settings are made and may be changed."""
+        try:
+            _SETTINGS.__get__(self)
+        except AttributeError:
+            return super().said() if self.overlay else self.model.said
+        return super().said()
+
+    def __eq__(self, other: object) -> bool:
+        """Compare as endpoints, however they were made."""
+        if not isinstance(other, Endpoint):
+            return NotImplemented
+        return _values(self) == _values(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return repr(Endpoint(**_values(self)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _endpoint, (_values(self),)
+
+
+def _values(endpoint: Endpoint) -> dict[str, Any]:
+    return {each.name: getattr(endpoint, each.name) for each in fields(Endpoint)}
+
+
+def _endpoint(values: dict[str, Any]) -> Endpoint:
+    return Endpoint(**values)
