@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from cqos_core.api import apply, check, check_pair, diff, explain, read
     from cqos_core.checking.session import Session
     from cqos_core.language.values import INFINITE
+    from cqos_core.model.changes import Changes, Counts
     from cqos_core.model.problems import ConditionError, CqosError, InputError, PackError, Problem, SentenceError
     from cqos_core.model.report import (
         Assumption,
@@ -89,6 +90,7 @@ _HOMES: Final = {
         "Verdict",
     ),
     "checking.session": ("Session",),
+    "model.changes": ("Changes", "Counts"),
     "model.system": (
         "Acceptance",
         "Bound",
@@ -121,7 +123,9 @@ __all__ = [
     "Bridge",
     "Broker",
     "Cases",
+    "Changes",
     "ConditionError",
+    "Counts",
     "CqosError",
     "Diff",
     "Different",

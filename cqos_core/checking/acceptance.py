@@ -13,7 +13,7 @@ from cqos_core.model.remarks import core_finding
 from cqos_core.model.report import Finding, Severity
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Collection, Iterator, Mapping, Sequence
 
     from cqos_core.checking.findings import Made
     from cqos_core.matching.pipeline import RuleFinder
@@ -41,42 +41,56 @@ def with_severities(made: Sequence[Made], severities: Mapping[str, str], find_ru
     return kept
 
 
+class Accepting:
+    """Marks accepted findings, and reports entries that are unused, expired, or name no rule."""
+
+    def __init__(self, acceptances: Sequence[Acceptance], find_rule: RuleFinder, today: date) -> None:
+        """File the entries that are valid on a day."""
+        self._acceptances = acceptances
+        self._find_rule = find_rule
+        self._valid = {
+            index
+            for index, each in enumerate(acceptances)
+            if each.until is None or date.fromisoformat(each.until) >= today
+        }
+        self._filed = NameIndex(
+            (f"{each.rule.lower()} {_about(each)}", index)
+            for index, each in enumerate(acceptances)
+            if index in self._valid
+        )
+
+    def marked(self, one: Made) -> tuple[Made, Sequence[int]]:
+        """Return a finding as it is accepted or not, and the positions of the entries that excuse it."""
+        near = self._filed.matching(*_names(one.finding, self._find_rule)) if self._acceptances else ()
+        excuses = [index for index in near if _excuses(index, self._acceptances[index], one, self._find_rule)]
+        if excuses:
+            one = replace(one, finding=replace(one.finding, accepted=self._acceptances[excuses[0]].because))
+        return one, excuses
+
+    def said(self, used: Collection[int]) -> list[Finding]:
+        """Report the entries that excuse nothing; ``used`` are the positions of those that do."""
+        found = []
+        for index, each in enumerate(self._acceptances):
+            if self._find_rule(each.rule) is None:
+                message = f"`accept` names rule `{each.rule}`, which no installed pack has"
+                found.append(core_finding("CQ603", message, place=each.place))
+            elif index not in self._valid:
+                message = f"the acceptance of {each.rule} ({each.because}) expired on {each.until}"
+                found.append(core_finding("CQ602", message, place=each.place))
+            elif index not in used:
+                message = f"the acceptance of {each.rule} ({each.because}) matches no finding"
+                found.append(core_finding("CQ601", message, place=each.place))
+        return found
+
+
 def with_acceptances(
     made: Sequence[Made], acceptances: Sequence[Acceptance], find_rule: RuleFinder, today: date
 ) -> tuple[list[Made], list[Finding]]:
     """Mark accepted findings; report entries that are unused, expired, or name no rule."""
-    used: set[int] = set()
-    valid = {
-        index for index, each in enumerate(acceptances) if each.until is None or date.fromisoformat(each.until) >= today
-    }
-    filed = NameIndex(
-        (f"{each.rule.lower()} {_about(each)}", index) for index, each in enumerate(acceptances) if index in valid
-    )
-    marked = []
-    for one in made:
-        near = filed.matching(*_names(one.finding, find_rule))
-        excuses = [index for index in near if _excuses(index, acceptances[index], one, find_rule)]
-        used.update(excuses)
-        if excuses:
-            one = replace(one, finding=replace(one.finding, accepted=acceptances[excuses[0]].because))  # noqa: PLW2901
-        marked.append(one)
-    said = []
-    for index, each in enumerate(acceptances):
-        if find_rule(each.rule) is None:
-            said.append(
-                core_finding(
-                    "CQ603",
-                    f"`accept` names rule `{each.rule}`, which no installed pack has",
-                    place=each.place,
-                )
-            )
-        elif index not in valid:
-            message = f"the acceptance of {each.rule} ({each.because}) expired on {each.until}"
-            said.append(core_finding("CQ602", message, place=each.place))
-        elif index not in used:
-            message = f"the acceptance of {each.rule} ({each.because}) matches no finding"
-            said.append(core_finding("CQ601", message, place=each.place))
-    return marked, said
+    accepting = Accepting(acceptances, find_rule, today)
+    marked = [accepting.marked(one) for one in made]
+    used = {index for _, excuses in marked for index in excuses}
+    return [one for one, _ in marked], accepting.said(used)
 
 
 def _about(acceptance: Acceptance) -> str:

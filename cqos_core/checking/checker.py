@@ -6,27 +6,29 @@ from dataclasses import replace
 from datetime import date
 from functools import partial
 from itertools import chain
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.checking.acceptance import with_acceptances, with_severities
 from cqos_core.checking.findings import Made, merged, of_participants, one_per_cause
+from cqos_core.checking.partners import partners
 from cqos_core.checking.team import bind_checks, words_asked
 from cqos_core.checking.topic import TopicResult, check_topic
 from cqos_core.matching.assumptions import assumptions
 from cqos_core.matching.bridge_findings import bridge_findings
 from cqos_core.matching.judge import ask
-from cqos_core.matching.pairing import bridges_of, naming_endpoints
+from cqos_core.matching.pairing import naming_endpoints
 from cqos_core.matching.pipeline import Pipeline
-from cqos_core.model.codes import CODES
 from cqos_core.model.memory import uncollected
 from cqos_core.model.remarks import core_finding, plural, suggestion
 from cqos_core.model.report import Finding, Report, Severity, Side, Verdict
-from cqos_core.model.spelling import KnownNames, typing_errors
-from cqos_core.model.system import MESSAGE, PUBLISHER, SUBSCRIBER
+from cqos_core.model.spelling import KnownNames
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
+    from cqos_core.checking.team import TeamCheck
+    from cqos_core.language.name_index import NameIndex
+    from cqos_core.matching.judge import Violation
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.system import Endpoint, Participant, System
@@ -35,215 +37,7 @@ if TYPE_CHECKING:
     from cqos_core.resolving.resolved import Resolved, ResolvedSystem
 
 
-def _partners(
-    system: System,
-    results: Mapping[TopicKey, TopicResult],
-    packs: Mapping[str, RulePack],
-    endpoints: Iterable[Resolved],
-) -> tuple[list[Finding], int]:
-    """Report endpoints without any partner, and topics whose names nearly agree; of a part, only count the first."""
-    if not any(result.lonely for result in results.values()):
-        return [], 0
-    kinds = {each.id: each.kind for each in system.endpoints if each.kind != MESSAGE}
-    # Who has no partner of its own protocol may well have one on the wire.
-    met = {
-        each
-        for result in results.values()
-        for group in result.groups
-        for each in (*group.publishers, *group.subscribers)
-    }
-    # Of alternatives, one is enough.
-    met_for = {e.endpoint.template for e in endpoints if e.endpoint.alternative and e.id in met}
-    lonely = {
-        key: [
-            e
-            for e in result.lonely
-            if e.id not in met and not (e.endpoint.alternative and e.endpoint.template in met_for)
-        ]
-        for key, result in results.items()
-    }
-    lonely = {key: endpoints for key, endpoints in lonely.items() if endpoints}
-    unmatched = sum(map(len, lonely.values())) if system.partial else 0
-    near, silenced = _near_misses(lonely, packs)
-    findings = list(near)
-    if system.partial:
-        return findings, unmatched
-    busy = _Busy(results, packs, [key for key in lonely if key not in silenced])
-    reported = {e.endpoint.template for key in silenced for e in lonely[key] if e.endpoint.alternative}
-    for key in sorted(results):
-        for role, code in ((SUBSCRIBER, "CQ401"), (PUBLISHER, "CQ402")):
-            alone = [
-                e
-                for e in lonely.get(key, ())
-                if e.role == role
-                and not e.external
-                and not (e.endpoint.alternative and e.endpoint.template in reported)
-            ]
-            if not alone or key in silenced:
-                continue
-            reported |= {e.endpoint.template for e in alone if e.endpoint.alternative}
-            findings.append(_alone(code, role, alone, kinds, busy.meant(key)))
-    return findings, unmatched
-
-
-class _Busy:
-    """Topics on which endpoints match, to be suggested for names that nearly agree."""
-
-    def __init__(
-        self,
-        results: Mapping[TopicKey, TopicResult],
-        packs: Mapping[str, RulePack],
-        lonely: Sequence[tuple[str, str]],
-    ) -> None:
-        self._packs = packs
-        self._topics: dict[tuple[str, str, str], str] = {}  # by protocol, words of the fold, and folded key
-        self._misspelt: dict[tuple[str, str], str] = {}
-        matched: dict[str, dict[str, str]] = {}
-        for (pack_id, key), result in sorted(results.items()) if lonely else ():
-            if not result.groups:
-                continue
-            topic = result.groups[0].topic
-            matched.setdefault(pack_id, {})[key] = topic
-            for words, fold in packs[pack_id].meeting.folds:
-                self._topics.setdefault((pack_id, words, fold(key)), topic)
-        for pack_id, topics in matched.items():
-            names = [key for other, key in lonely if other == pack_id]
-            for name, near in typing_errors(names, topics).items():
-                self._misspelt[pack_id, name] = topics[near[0]]
-
-    def meant(self, key: tuple[str, str]) -> str | None:
-        """Say which topic on which others match has nearly the same name."""
-        pack_id, name = key
-        for words, fold in self._packs[pack_id].meeting.folds:
-            topic = self._topics.get((pack_id, words, fold(name)))
-            if topic is not None:
-                return f"did you mean `{topic}`? the names {words}"
-        topic = self._misspelt.get(key)
-        return None if topic is None else f"did you mean `{topic}`?"
-
-
-# The verb of an endpoint: one of them, several, and the missing verb of the other side.
-_DOES: Final = {
-    SUBSCRIBER: ("subscribes to", "subscribe to", "publishes"),
-    PUBLISHER: ("publishes", "publish", "subscribes to"),
-    "client": ("calls", "call", "serves"),
-    "server": ("serves", "serve", "calls"),
-}
-
-
-def _alone(code: str, role: str, alone: Sequence[Resolved], kinds: Mapping[str, str], meant: str | None) -> Finding:
-    """Report endpoints of one topic without partner; those of a service or an action by what was stated."""
-    ids = sorted(endpoint.id for endpoint in alone)
-    first = next(endpoint for endpoint in alone if endpoint.id == ids[0])
-    does = _DOES.get(kinds.get(first.stated_id, "").partition("_")[2])
-    who, what = (first.id, first.shown) if does is None else (first.stated_id, first.endpoint.topic)
-    one, several, other = does or _DOES[role]
-    more = f" and {len(ids) - 1} more" if len(ids) > 1 else ""
-    message = f"`{who}`{more} {several if more else one} `{what}`, which nobody in the system {other}"
-    place = first.endpoint.place
-    return core_finding(code, message, place=place, role=role, members=ids, topic=first.shown, help=meant)
-
-
-def _near_misses(
-    lonely: Mapping[tuple[str, str], Sequence[Resolved]], packs: Mapping[str, RulePack]
-) -> tuple[list[Finding], set[tuple[str, str]]]:
-    findings: list[Finding] = []
-    silenced: set[tuple[str, str]] = set()
-    for pack_id, pack in sorted(packs.items()):
-        offering = [k for k, v in sorted(lonely.items()) if k[0] == pack_id and v[0].role == PUBLISHER]
-        subscribed = [k for k, v in sorted(lonely.items()) if k[0] == pack_id and v[0].role == SUBSCRIBER]
-        missing = [key for key in subscribed if not all(each.external for each in lonely[key])]
-        for words, fold in pack.meeting.folds:
-            folded: dict[str, list[tuple[str, str]]] = {}
-            for key in offering:
-                folded.setdefault(fold(key[1]), []).append(key)
-            matched = _matched(pack, folded, {fold(key[1]) for key in missing})
-            for key in missing:
-                near = (fold(key[1]), *matched.get(fold(key[1]), ()))
-                candidates = [
-                    c
-                    for each in near
-                    for c in folded.get(each, ())
-                    if c not in silenced and not _of_one_bridge(lonely[key], lonely[c])
-                ]
-                if not candidates or key in silenced or (len(candidates) > 1 and not matched):
-                    continue
-                silenced |= {key, *candidates}
-                findings.append(_near_miss(lonely[key], [each for c in candidates for each in lonely[c]], words))
-        offered = {key[1]: key for key in offering if key not in silenced}
-        # A partner from outside, too, is on a topic of the right name.
-        for name, misspelt in typing_errors([key[1] for key in subscribed if key not in silenced], offered).items():
-            key = (pack_id, name)
-            candidates = [
-                c
-                for c in (offered[other] for other in misspelt)
-                if c not in silenced
-                and not _of_one_bridge(lonely[key], lonely[c])
-                and _of_one_type(lonely[key], lonely[c])
-            ]
-            if len(candidates) == 1:
-                silenced |= {key, candidates[0]}
-                words = f"differ by a typing error; did you mean `{lonely[candidates[0]][0].shown}`?"
-                findings.append(_near_miss(lonely[key], lonely[candidates[0]], words))
-    return findings, silenced
-
-
-def _of_one_bridge(missing: Sequence[Resolved], offering: Sequence[Resolved]) -> bool:
-    """Whether all of them are ends of one bridge, which renames what it carries."""
-    bridges = bridges_of((*missing, *offering))
-    return len(bridges) == 1 and None not in bridges
-
-
-def _of_one_type(missing: Sequence[Resolved], offering: Sequence[Resolved]) -> bool:
-    """Whether any of them may have the type of one on the other side."""
-    types = [{each.endpoint.type for each in side} for side in (missing, offering)]
-    return any(None in side for side in types) or not types[0].isdisjoint(types[1])
-
-
-def _matched(pack: RulePack, offering: Iterable[str], missing: set[str]) -> Mapping[str, Sequence[str]]:
-    """By key of subscribers the other keys of publishers that it would meet, both folded."""
-    found: dict[str, list[str]] = {}
-    match = pack.meeting.match
-    for publisher, subscriber in match(list(offering), missing) if match is not None else ():
-        found.setdefault(subscriber, []).append(publisher)
-    return found
-
-
-def _near_miss(missing: Sequence[Resolved], offering: Sequence[Resolved], words: str) -> Finding:
-    subscriber = min(missing, key=lambda endpoint: endpoint.id)
-    publisher = min(offering, key=lambda endpoint: endpoint.id)
-    info = CODES["CQ403"]
-    return Finding(
-        code="CQ403",
-        name=info.name,
-        severity=Severity(info.severity),
-        message=(
-            f"subscriber `{subscriber.id}` on `{subscriber.shown}` and publisher `{publisher.id}` on `{publisher.shown}` "
-            f"never meet: the names {words}"
-        ),
-        topic=subscriber.shown,
-        sides=(
-            Side(
-                SUBSCRIBER,
-                tuple(sorted(e.id for e in missing)),
-                "subscribed here",
-                (),
-                subscriber.endpoint.place,
-            ),
-            Side(
-                PUBLISHER,
-                tuple(sorted(e.id for e in offering)),
-                "published here",
-                (),
-                publisher.endpoint.place,
-            ),
-        ),
-        because=info.reason,
-        help=info.help,
-    )
-
-
-def _collapses(endpoints: Iterable[Resolved]) -> list[Finding]:
+def collapses(endpoints: Iterable[Resolved]) -> list[Finding]:
     """Report keys that endpoints arrive at from names a person takes for different ones."""
     shown: dict[tuple[str, str], dict[str, list[Resolved]]] = {}
     for endpoint in endpoints:
@@ -263,22 +57,28 @@ def _collapses(endpoints: Iterable[Resolved]) -> list[Finding]:
     return findings
 
 
+def read_beyond(endpoint: Resolved) -> Iterator[tuple[BoundRule, tuple[Any, ...]]]:
+    """Yield the rules over participants, brokers and options that hold for an endpoint, each with the values it reads."""
+    for bound in endpoint.pack.beyond_topics:
+        if not (bound.rule.creation and endpoint.endpoint.observed):
+            yield bound, tuple([endpoint.profile.values[use.index] for use in bound.bound.uses])
+
+
+def said_beyond(bound: BoundRule, endpoint: Resolved) -> Violation | None:
+    """Ask such a rule of an endpoint; None where it has nothing to say."""
+    values = endpoint.profile.values
+    spoken = ask(bound, values, values)
+    return None if spoken is None or (spoken.unknown and spoken.failed is None) else spoken
+
+
 def participant_findings(endpoints: Iterable[Resolved]) -> list[Finding]:
     """Judge rules over participants, brokers and options, once per distinct values they read."""
     found: dict[tuple[Any, ...], tuple[BoundRule, list[Resolved]]] = {}
     for endpoint in endpoints:
-        for bound in endpoint.pack.beyond_topics:
-            if bound.rule.creation and endpoint.endpoint.observed:
-                continue
-            read = tuple([endpoint.profile.values[use.index] for use in bound.bound.uses])
+        for bound, read in read_beyond(endpoint):
             found.setdefault((id(bound), read), (bound, []))[1].append(endpoint)
-    findings = []
-    for bound, alike in found.values():
-        values = alike[0].profile.values
-        spoken = ask(bound, values, values)
-        if spoken is not None and not (spoken.unknown and spoken.failed is None):
-            findings.append(of_participants(bound, spoken, alike))
-    return findings
+    said = ((bound, said_beyond(bound, alike[0]), alike) for bound, alike in found.values())
+    return [of_participants(bound, spoken, alike) for bound, spoken, alike in said if spoken is not None]
 
 
 def _starts(system: System) -> list[Finding]:
@@ -309,23 +109,16 @@ def assemble(
         [each for result in results.values() for each in result.groups],
         key=lambda each: (each.topic, each.publishers, each.subscribers),
     )
-    partners, unmatched = _partners(system, results, packs, resolved.endpoints)
+    lonely, unmatched = partners(system, results, packs, resolved.endpoints)
     plain = [
-        *_import_findings(system, context),
-        *resolved.findings,
-        *problems,
-        *_starts(system),
+        *stated_findings(system, resolved, context, problems),
         *participant_findings(resolved.endpoints),
-        *_collapses(resolved.endpoints),
-        *partners,
-        *(
-            core_finding("CQ603", f"`severities` names rule `{name}`, which no installed pack has")
-            for name in system.severities
-            if context.find_rule(name) is None
-        ),
+        *collapses(resolved.endpoints),
+        *lonely,
     ]
     if not groups:
-        plain.append(_nothing_compared(system, resolved))
+        external = sum(1 for endpoint in resolved.endpoints if endpoint.external)
+        plain.append(nothing_compared(system, len(resolved.endpoints), external))
     made += [Made(finding, ("own", index), frozenset()) for index, finding in enumerate(plain)]
     if system.hypothetical:
         made = _only_tried(made, packs)
@@ -368,12 +161,10 @@ def _only_tried(made: Sequence[Made], packs: Mapping[str, RulePack]) -> list[Mad
     ]
 
 
-def _nothing_compared(system: System, resolved: ResolvedSystem) -> Finding:
-    """Report that no endpoint has a partner; where all partners are elsewhere, that is expected."""
-    count = len(resolved.endpoints)
+def nothing_compared(system: System, count: int, external: int) -> Finding:
+    """Report that none of ``count`` endpoints has a partner; where all partners are elsewhere, that is expected."""
     message = f"no publisher meets a subscriber among {plural(count, 'endpoint')}, so nothing was compared"
-    tried = system.partial or system.hypothetical
-    expected = tried or (count and all(endpoint.external for endpoint in resolved.endpoints))
+    expected = system.partial or system.hypothetical or (count and external == count)
     return core_finding("CQ404", message, severity=Severity.NOTE if expected else None)
 
 
@@ -390,7 +181,7 @@ def _with_templates(findings: list[Finding], system: System, resolved: ResolvedS
     """Say of members that are instances what they are instances of."""
     of: dict[str, str] = {each.id: each.template for each in system.participants.values() if each.template is not None}
     of |= {each.id: each.endpoint.template for each in resolved.endpoints if each.endpoint.template is not None}
-    return _once_each([_instances(finding, of) for finding in findings]) if of else findings
+    return _once_each([with_instances(finding, of) for finding in findings]) if of else findings
 
 
 _OF_TOPICS: Final = frozenset(("CQ401", "CQ402", "CQ403", "CQ406"))
@@ -400,15 +191,20 @@ def _once_each(findings: list[Finding]) -> list[Finding]:
     """Put together what the core says alike of the topics of instances."""
     alike: dict[object, list[Finding]] = {}
     for finding in findings:
-        key: object = id(finding)
-        if finding.code in _OF_TOPICS and any(side.templates for side in finding.sides):
-            sides = tuple((side.role, side.templates, side.place) for side in finding.sides)
-            key = (finding.code, finding.severity, finding.accepted, sides)
-        alike.setdefault(key, []).append(finding)
+        alike.setdefault(alike_of_instances(finding) or id(finding), []).append(finding)
     return [merged(same) for same in alike.values()]
 
 
-def _instances(finding: Finding, of: Mapping[str, str]) -> Finding:
+def alike_of_instances(finding: Finding) -> tuple[Any, ...] | None:
+    """Return what makes findings about the topics of instances one finding; None for any other."""
+    if finding.code not in _OF_TOPICS or not any(side.templates for side in finding.sides):
+        return None
+    sides = tuple((side.role, side.templates, side.place) for side in finding.sides)
+    return (finding.code, finding.severity, finding.accepted, sides)
+
+
+def with_instances(finding: Finding, of: Mapping[str, str]) -> Finding:
+    """Say of members that are instances what they are instances of."""
     if not any(member in of for side in finding.sides for member in side.members):
         return finding
     sides = (
@@ -430,6 +226,23 @@ def _topics(results: Mapping[TopicKey, TopicResult]) -> int:
         for result in results.values()
         if result.groups or not result.lonely or any(each.id not in met for each in result.lonely)
     )
+
+
+def stated_findings(
+    system: System, resolved: ResolvedSystem, context: Context, problems: Sequence[Finding]
+) -> list[Finding]:
+    """Report what no topic decides: remarks of importers, of resolving, and of what is stated for the whole system."""
+    return [
+        *_import_findings(system, context),
+        *resolved.findings,
+        *problems,
+        *_starts(system),
+        *(
+            core_finding("CQ603", f"`severities` names rule `{name}`, which no installed pack has")
+            for name in system.severities
+            if context.find_rule(name) is None
+        ),
+    ]
 
 
 def _import_findings(system: System, context: Context) -> list[Finding]:
@@ -463,17 +276,34 @@ def check_system(
         step: called before each topic with how many of how many are judged.
     """
     with uncollected(len(system.endpoints)):
-        return check(Pipeline(system, context), step=step)
+        pipeline = Pipeline(system, context)
+        judged = judge_topics(pipeline, step=step)
+        return assemble(pipeline.system, pipeline.resolver.result, judged.results, context, judged.problems)
 
 
-def check(
+class JudgedTopics(NamedTuple):
+    """The topics of a system, judged.
+
+    Attributes:
+        teams: the rules of the team, by id of the pack.
+        problems: findings about these rules, and about bridges.
+        excused: the acceptances that name endpoints.
+    """
+
+    results: dict[TopicKey, TopicResult]
+    teams: Mapping[int, NameIndex[TeamCheck]]
+    problems: list[Finding]
+    excused: NameIndex[int]
+
+
+def judge_topics(
     pipeline: Pipeline,
     judged: Callable[
         [TopicKey, Sequence[Resolved], Callable[[], TopicResult]], TopicResult
     ] = lambda _key, _ends, judge: judge(),
     step: Callable[[int, int], None] = lambda _done, _all: None,
-) -> Report:
-    """Check a system; ``judged`` may know the result of a topic, or calls its last argument to judge it."""
+) -> JudgedTopics:
+    """Judge all topics; ``judged`` may know the result of one, or calls its last argument to judge it."""
     system = pipeline.system
     teams, problems = bind_checks(system, pipeline.where.find_pack, pipeline.where.default_protocol)
     pipeline.asked = words_asked(teams)
@@ -484,4 +314,4 @@ def check(
         results[key] = judged(key, endpoints, partial(check_topic, endpoints, excused, teams))
     if system.bridges:
         problems += bridge_findings(system, pipeline.hops, pipeline.topics)
-    return assemble(system, pipeline.resolver.result, results, pipeline.where, problems)
+    return JudgedTopics(results, teams, problems, excused)

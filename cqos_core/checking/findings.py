@@ -401,22 +401,12 @@ def one_per_cause(made: Sequence[Made]) -> list[Made]:
     alike: dict[tuple[Any, ...], list[list[Made]]] = {}
     kept = []
     # Those of most endpoints come first: what is about some of them joins.
-    for one in sorted(made, key=lambda one: (bool(one.guarantee), -len(one.finding.endpoints), one.finding.code)):
-        finding = one.finding
+    for one in sorted(made, key=by_endpoints):
         if not one.cause:
             kept.append([one])
             continue
-        key = (
-            finding.source,
-            finding.topic,
-            finding.more_topics,
-            one.cause,
-            tuple(finding.worlds),
-            finding.severity,
-            finding.accepted,
-        )
-        known = alike.setdefault(key, [])
-        ends = set(finding.endpoints)
+        known = alike.setdefault(cause_of(one), [])
+        ends = set(one.finding.endpoints)
         host = next((each for each in known if one.guarantee and ends <= set(each[0].finding.endpoints)), None)
         if host is None:
             known.append([one])
@@ -424,6 +414,18 @@ def one_per_cause(made: Sequence[Made]) -> list[Made]:
         else:
             host.append(one)
     return [_together(each) for each in kept]
+
+
+def by_endpoints(one: Made) -> tuple[bool, int, str]:
+    """The order in which `one_per_cause` takes findings."""
+    return bool(one.guarantee), -len(one.finding.endpoints), one.finding.code
+
+
+def cause_of(one: Made) -> tuple[Any, ...]:
+    """Return what has to be equal for one missing fact to be the cause of several findings."""
+    finding = one.finding
+    whose = (finding.source, finding.topic, finding.more_topics)
+    return (*whose, one.cause, tuple(finding.worlds), finding.severity, finding.accepted)
 
 
 def _together(made: Sequence[Made]) -> Made:

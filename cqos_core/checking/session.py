@@ -5,152 +5,55 @@ A session's report equals that of a fresh check, always.
 
 from __future__ import annotations
 
+from collections import deque
+from contextlib import suppress
 from copy import deepcopy
 from dataclasses import fields, replace
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from cqos_core.checking.checker import check, check_system
+from cqos_core.checking.checker import assemble, check_system, judge_topics
+from cqos_core.checking.edits import Edits
+from cqos_core.checking.quick import Quick, is_quick
+from cqos_core.checking.stated import StatedEndpoints, copied
 from cqos_core.checking.trial import tried_out
 from cqos_core.inputs.reading import faults, faults_of
-from cqos_core.matching.pipeline import Context, Pipeline, SettingValue, as_text, context, exact_places, resolve_all
+from cqos_core.matching.pipeline import Context, Pipeline, context, exact_places
+from cqos_core.model.changes import Changes, Counts, Difference, counted
+from cqos_core.model.memory import uncollected
 from cqos_core.model.problems import InputError
+from cqos_core.model.report import Report, Verdict
 from cqos_core.model.system import NAMED, Participant, Setting, System
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from cqos_core.checking.topic import TopicResult
     from cqos_core.matching.pairing import TopicKey
-    from cqos_core.model.report import Report
-    from cqos_core.model.system import (
-        Acceptance,
-        Bridge,
-        Broker,
-        Endpoint,
-        ImportNote,
-        Overlay,
-        Profile,
-        TeamRule,
-        Topic,
-    )
+    from cqos_core.model.report import Finding, Group
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolve import Resolver
     from cqos_core.resolving.resolved import Resolved
 
-
-class Edits:
-    """The edits of a system.
-
-    An edit is data: its kind, which is the name of a field of `cqos.v1.Change`, and its value. A session of this process
-    raises `InputError` for an endpoint that cannot be checked, and `KeyError` for a name that the system does not have. A
-    session of the service raises `ServiceError` instead, when it makes its report, and then does none of the edits.
-    """
-
-    def edit(self, kind: str, value: Any) -> None:
-        """Do one edit."""
-        raise NotImplementedError
-
-    def put(self, endpoint: Endpoint) -> None:
-        """Add an endpoint, or replace the one with its id."""
-        self.edit("put_endpoint", endpoint)
-
-    def remove(self, endpoint_id: str) -> None:
-        """Remove an endpoint."""
-        self.edit("remove_endpoint", endpoint_id)
-
-    def put_participant(self, participant: Participant) -> None:
-        """Add a participant, or replace the one with its id."""
-        self.edit("put_participant", participant)
-
-    def remove_participant(self, participant_id: str) -> None:
-        """Remove a participant and its endpoints."""
-        self.edit("remove_participant", participant_id)
-
-    def put_profile(self, profile: Profile) -> None:
-        """Add a profile, or replace the one of its name."""
-        self.edit("put_profile", profile)
-
-    def remove_profile(self, name: str) -> None:
-        """Remove a profile."""
-        self.edit("remove_profile", name)
-
-    def put_topic(self, topic: Topic) -> None:
-        """Set the facts of a topic, in place of its earlier facts."""
-        self.edit("put_topic", topic)
-
-    def remove_topic(self, name: str) -> None:
-        """Remove the facts of a topic."""
-        self.edit("remove_topic", name)
-
-    def put_broker(self, broker: Broker) -> None:
-        """Add a broker, or replace the one with its id."""
-        self.edit("put_broker", broker)
-
-    def remove_broker(self, broker_id: str) -> None:
-        """Remove a broker."""
-        self.edit("remove_broker", broker_id)
-
-    def put_bridge(self, bridge: Bridge) -> None:
-        """Add a bridge, or replace the one with its id; a side in a participant that is not there becomes a finding."""
-        self.edit("put_bridge", bridge)
-
-    def remove_bridge(self, bridge_id: str) -> None:
-        """Remove a bridge."""
-        self.edit("remove_bridge", bridge_id)
-
-    def set_overlays(self, overlays: Iterable[Overlay]) -> None:
-        """Replace the settings that are laid over those of endpoints."""
-        self.edit("set_overlays", [*overlays])
-
-    def set_protocol(self, protocol: str | None) -> None:
-        """Set the protocol of participants that state none; None leaves it open."""
-        self.edit("set_protocol", protocol)
-
-    def set_option(self, pack: str, name: str, value: SettingValue | None) -> None:
-        """Set an option of the whole system; None removes it."""
-        self.edit("set_option", (pack, name, None if value is None else as_text(value)))
-
-    def set_name(self, name: str) -> None:
-        """Set the name of the system in the report."""
-        self.edit("set_name", name)
-
-    def set_notes(self, notes: Iterable[ImportNote]) -> None:
-        """Replace the remarks of importers, which become findings."""
-        self.edit("set_notes", [*notes])
-
-    def set_partial(self, partial: bool) -> None:  # noqa: FBT001 - the only argument
-        """Set whether the system is a part, so that an endpoint without partner is no reason for a warning."""
-        self.edit("set_partial", partial)
-
-    def set_hypothetical(self, hypothetical: bool) -> None:  # noqa: FBT001 - the only argument
-        """Set whether the endpoints only try profiles that no endpoint uses, so that their pairs set no verdict."""
-        self.edit("set_hypothetical", hypothetical)
-
-    def set_rules(
-        self,
-        *,
-        checks: Iterable[TeamRule] | None = None,
-        accept: Iterable[Acceptance] | None = None,
-        severities: Mapping[str, str] | None = None,
-    ) -> None:
-        """Replace the team's rules, the accepted exceptions or the severities; None leaves them."""
-        if checks is not None:
-            self.edit("set_checks", [*checks])
-        if accept is not None:
-            self.edit("set_accept", [*accept])
-        if severities is not None:
-            self.edit("set_severities", dict(severities))
-
-
 _RULES: Final = frozenset({"checks", "accept", "severities"})
+_REMEMBERED: Final = 100
+"""How many revisions a session can go back to."""
+
+
+class _Revision(NamedTuple):
+    """What one call of `Session.changes` found: findings and groups that came and went, and the counts before and after."""
+
+    number: int
+    findings: Difference
+    groups: Difference
+    before: Counts
+    counts: Counts
 
 
 class Session(Edits):
     """Holds one system open for edits.
 
     Attributes:
-        judged: how many topics the last `report` judged anew, for those who want to see that it is few.
+        judged: how many topics the last `report` or `changes` judged anew, for those who want to see that it is few.
     """
 
     def __init__(
@@ -168,21 +71,30 @@ class Session(Edits):
         """
         if system is not None and (wrong := faults(system)):
             raise InputError(wrong)
-        self._system = deepcopy(system) if system is not None else System()
+        system = system or System()
+        self._endpoints = StatedEndpoints(system.endpoints)
+        self._rest = deepcopy(replace(system, endpoints=[]))
         self._context: Context = context(packs, protocol)
         if most_endpoints is not None:
             self._context = replace(self._context, most_endpoints=most_endpoints)
-        self._resolver: Resolver | None = None
-        self._resolved: dict[str, list[Resolved]] = {}
-        self._seen: dict[TopicKey, tuple[object, ...]] = {}
         self._results: dict[TopicKey, TopicResult] = {}
+        self._topics: dict[TopicKey, list[Resolved]] = {}
+        self._quick: Quick | None = None
+        # Reports without exact places: one that waits to be made, and that of the general way.
+        self._whole: Report | None = None
+        self._last = Report(Verdict.UNKNOWN)
+        self._stale = True
+        self._opened = False
         self._touched: dict[str, None] = {}
+        self._counts = Counts()
+        self._pending = _Revision(0, Difference(), Difference(), self._counts, self._counts)
+        self._revisions = deque[_Revision](maxlen=_REMEMBERED)
         self.judged = 0
 
     @property
     def system(self) -> System:
         """A copy of the system as it now stands."""
-        return deepcopy(self._system)
+        return replace(deepcopy(self._rest), endpoints=[copied(each) for each in self._endpoints])
 
     def edit(self, kind: str, value: Any) -> None:
         """Do one edit; those of endpoints touch their topics only, after others all endpoints are resolved again.
@@ -191,123 +103,176 @@ class Session(Edits):
             KeyError: the system has no entry of the name to remove.
             InputError: the endpoint cannot be checked.
         """
+        if not self._opened:
+            with suppress(InputError):  # what is opened may be too much for a check, until it is edited
+                self._follow()
         verb, _, what = kind.partition("_")
         if what == "endpoint":
             self._edit_endpoint(verb, value)
-            return
-        if what == "option":
+        elif what == "option":
             self._set_option(*value)
         elif verb == "set":
-            setattr(self._system, what, deepcopy(value))
+            setattr(self._rest, what, deepcopy(value))
         else:
-            entries = getattr(self._system, f"{what}s")
+            entries = getattr(self._rest, f"{what}s")
             if verb == "put":
                 entries[getattr(value, NAMED[f"{what}s"])] = deepcopy(value)
             else:
                 del entries[value]
         if kind == "remove_participant":
-            self._system.endpoints = [each for each in self._system.endpoints if each.participant != value]
+            self._endpoints.remove_of(value)
         if what in _RULES:  # an accepted exception divides groups, so all topics are judged again
-            self._seen.clear()
-        if what != "name":
-            self._resolver = None
+            self._results = {}
+        self._stale = self._stale or what not in {"name", "endpoint"}
+        self._whole = None
 
     def _edit_endpoint(self, verb: str, value: Any) -> None:
-        endpoints = self._system.endpoints
         if verb == "put":
-            if wrong := [*faults_of(value, self._system.participants)]:
+            if wrong := [*faults_of(value, self._rest.participants)]:
                 raise InputError(wrong)
-            name = value.id
-            at = next((index for index, known in enumerate(endpoints) if known.id == name), len(endpoints))
-            endpoints[at : at + 1] = [deepcopy(value)]
+            self._endpoints.put(value)
+            self._touched[value.id] = None
         else:
-            name = value
-            self._system.endpoints = [each for each in endpoints if each.id != name]
-            if len(self._system.endpoints) == len(endpoints):
-                raise KeyError(name)
-        self._touched[name] = None
+            self._endpoints.remove(value)
+            self._touched[value] = None
 
     def _set_option(self, pack: str, name: str, text: str | None) -> None:
-        options = self._system.options.setdefault(pack, {})
+        options = self._rest.options.setdefault(pack, {})
         if text is None:
             options.pop(name, None)
         else:
             options[name] = Setting(text)
         if not options:
-            del self._system.options[pack]
+            del self._rest.options[pack]
 
     def report(self) -> Report:
-        """Check what has changed, and report on the whole system."""
-        tried = tried_out(self._system, self._context.default_protocol)
-        if tried is not self._system:
-            report = check_system(tried, self._context)
-            self.judged = report.topics
-            return exact_places(report, self._system.sources)
+        """Check what has changed, and report on the whole system.
+
+        Raises:
+            InputError: bridges make too many endpoints.
+        """
+        self._follow()
+        if self._whole is None and self._quick is not None:
+            self._whole = self._quick.report(self._stated(), self._context)
+        whole = self._whole or replace(self._last, system=self._rest.name)
+        return exact_places(whole, self._rest.sources)
+
+    def changes(self, since: int | None = None) -> Changes:
+        """Check what has changed, and return what that changes in the report.
+
+        An edit of an endpoint costs what it touches, however large the system is. Other edits cost about a check.
+
+        Args:
+            since: the revision of earlier changes, of the last hundred; None: the last call, or the opening of the session.
+
+        Raises:
+            KeyError: the session does not know the revision, or no longer.
+            InputError: bridges make too many endpoints.
+        """
+        self._follow()
+        pending, last = self._pending._replace(counts=self._counts), self._pending.number
+        if pending.findings or pending.groups or pending.before != self._counts:
+            last += 1
+            pending = pending._replace(number=last)
+            self._revisions.append(pending)
+            self._pending = _Revision(last, Difference(), Difference(), self._counts, self._counts)
+        if since is None:
+            return self._read(last, [pending])
+        steps = [each for each in self._revisions if each.number > since]
+        if not 0 <= since <= last or len(steps) != last - since:
+            raise KeyError(since)
+        return self._read(last, steps or [pending])
+
+    def _read(self, number: int, steps: Sequence[_Revision]) -> Changes:
+        findings, groups = Difference(), Difference()
+        for each in steps:
+            findings.follow(each.findings)
+            groups.follow(each.groups)
+        sources = self._rest.sources
+
+        def placed(found: Sequence[Finding]) -> Sequence[Finding]:
+            return exact_places(Report(Verdict.UNKNOWN, findings=tuple(found)), sources).findings
+
+        added, removed = findings.read(placed, attrgetter("code", "topic", "message"))
+        added_groups, removed_groups = groups.read(lambda found: found, attrgetter("topic", "publishers"))
+        return Changes(number, added, removed, added_groups, removed_groups, steps[-1].counts, steps[0].before)
+
+    def _stated(self) -> System:
+        return replace(self._rest, endpoints=[*self._endpoints])
+
+    def _follow(self) -> None:
+        """Judge what edits have touched since the last time."""
         self.judged = 0
-        seen: dict[TopicKey, tuple[object, ...]] = {}
-        results: dict[TopicKey, TopicResult] = {}
+        touched, self._touched = self._touched, {}
+        if not self._stale and touched:
+            step = self._quick.follow(touched, self._endpoints) if self._quick is not None else None
+            self._stale = step is None
+            if step is not None and self._quick is not None:
+                self.judged = len(step.topics)
+                gone, came, old, new = self._quick.findings.change(step)
+                self._pending.findings.add(gone, came)
+                self._pending.groups.add(old, new)
+                self._counts = self._quick.findings.counts
+        if self._stale:
+            self._afresh()
+
+    def _afresh(self) -> None:
+        """Resolve all endpoints again, and judge the topics that this makes others."""
+        known = self._known() if self._opened else ([], [])
+        whole = self._stated()
+        with uncollected(len(whole.endpoints)):
+            tried = tried_out(whole, self._context.default_protocol)
+            if tried is not whole:
+                self._quick, self._results, self._topics = None, {}, {}
+                self._last = check_system(tried, self._context)
+                self.judged = self._last.topics
+            else:
+                self._judge(whole)
+        now = self._known()
+        if self._opened:
+            self._pending.findings.add(known[0], now[0])
+            self._pending.groups.add(known[1], now[1])
+        self._counts = self._quick.findings.counts if self._quick is not None else counted(self._last)
+        self._whole = None
+        if not self._opened:
+            self._pending = self._pending._replace(before=self._counts)
+        self._opened, self._stale = True, False
+
+    def _judge(self, whole: System) -> None:
+        results, topics = self._results, self._topics
 
         def judged(key: TopicKey, endpoints: Sequence[Resolved], judge: Callable[[], TopicResult]) -> TopicResult:
-            seen[key] = tuple(map(_content, endpoints))
-            known = self._results.get(key)
-            if known is None or self._seen.get(key) != seen[key]:
+            known = results.get(key)
+            if known is None or _contents(topics[key]) != _contents(endpoints):
                 self.judged += 1
                 known = judge()
-            results[key] = known
             return known
 
-        report = check(Pipeline(self._system, self._context, self._resolve), judged)
-        self._seen, self._results = seen, results
-        return exact_places(report, self._system.sources)
+        pipeline = Pipeline(whole, self._context)
+        found = judge_topics(pipeline, judged)
+        self._results, self._topics = found.results, dict(pipeline.topics)
+        self._quick = Quick(pipeline, found, self._topics, self._endpoints) if is_quick(pipeline) else None
+        if self._quick is None:
+            result = pipeline.resolver.result
+            self._last = assemble(pipeline.system, result, found.results, self._context, found.problems)
 
-    def _resolve(self, pipeline: Pipeline) -> Resolver:
-        """Resolve the touched endpoints, or all where more than endpoints has changed or anything was wrong."""
-        resolver, system = self._resolver, pipeline.system
-        touched, self._touched = self._touched, {}
-        ids = [endpoint.id for endpoint in system.endpoints]
-        if (
-            resolver is not None
-            and not resolver.result.findings
-            and resolver.asked == pipeline.asked
-            and len(ids) == len(set(ids))
-            # Bridges add endpoints and hand needs on, so that one edit may reach any topic.
-            and not (system.overlays or system.bridges)
-            # An endpoint may start after others by way of one that is edited.
-            and not any(endpoint.starts_after for endpoint in system.endpoints)
-            # What follows from all endpoints together follows anew from each edit.
-            and not resolver.completed
-        ):
-            self._resolve_touched(resolver, touched)
-            if not resolver.result.findings and not resolver.clashes:
-                return resolver
-        # A finding may belong to something that several endpoints share, so that only a fresh start tells who has it now.
-        self._resolver = resolver = resolve_all(pipeline)
-        self._resolved = {}
-        for resolved in resolver.result.endpoints:
-            self._resolved.setdefault(resolved.stated_id, []).append(resolved)
-        return resolver
-
-    def _resolve_touched(self, resolver: Resolver, touched: dict[str, None]) -> None:
-        if not touched:
-            return
-        gone = {id(resolved) for name in touched for resolved in self._resolved.pop(name, ())}
-        kept = [resolved for resolved in resolver.result.endpoints if id(resolved) not in gone]
-        resolver.ids = {resolved.id for resolved in kept}
-        resolver.result.endpoints = kept
-        stated = {endpoint.id: endpoint for endpoint in self._system.endpoints if endpoint.id in touched}
-        for name in touched:
-            if name in stated:
-                before = len(kept)
-                resolver.stated(stated[name])
-                self._resolved[name] = kept[before:]
-        resolver.report_rest()
+    def _known(self) -> tuple[Sequence[Finding], Sequence[Group]]:
+        """All findings and groups, as they were found last."""
+        if self._quick is not None:
+            return self._quick.findings.all, self._quick.groups
+        return self._last.findings, self._last.groups
 
 
 _BESIDE_SETTINGS: Final = attrgetter(*(each.name for each in fields(Participant) if each.name != "settings"))
 """What a participant says beside its settings, which are in its layers."""
 
 
-def _content(resolved: Resolved) -> tuple[object, ...]:
+def _contents(endpoints: Sequence[Resolved]) -> list[tuple[object, ...]]:
+    """All that the check of a topic reads of its endpoints."""
+    return [content(each) for each in sorted(endpoints, key=attrgetter("id"))]
+
+
+def content(resolved: Resolved) -> tuple[object, ...]:
     """All that the check of a topic reads of an endpoint."""
     return (
         resolved.id,

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from bisect import bisect, insort
+from collections import Counter
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Final
 
@@ -98,7 +100,7 @@ class KnownNames:
         """Return the name that ``word`` was probably meant to be; of many names only those that one or two letters change."""
         if len(self.names) <= _FEW:
             return nearest(word, self.names)
-        stubs = _stubs(folded(word), digits=True)
+        stubs = stubs_of(folded(word), digits=True)
         return nearest(word, dict.fromkeys(name for stub in stubs for name in self._by_stub.get(stub, ())[:_CROWD]))
 
     @cached_property
@@ -113,7 +115,7 @@ _FEW: Final = 200
 def _by_stub(names: Iterable[str], spelled: Callable[[str], str] = str, **how: bool) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for name in names:
-        for stub in _stubs(spelled(name), **how):
+        for stub in stubs_of(spelled(name), **how):
             found.setdefault(stub, []).append(name)
     return found
 
@@ -128,11 +130,58 @@ def typing_errors(names: Iterable[str], others: Iterable[str]) -> dict[str, list
     by_stub = _by_stub(dict.fromkeys(others))
     found = {}
     for name in dict.fromkeys(names):
-        candidates = dict.fromkeys(other for stub in _stubs(name) for other in by_stub.get(stub, ())[:_CROWD])
+        candidates = dict.fromkeys(other for stub in stubs_of(name) for other in by_stub.get(stub, ())[:_CROWD])
         near = sorted((apart, other) for other in candidates if (apart := _mistyped(name, other)))
         if near:
             found[name] = [other for _, other in near]
     return found
+
+
+class TypedNames:
+    """Names that come and go, to be found by another that differs from them by a typing error; see `typing_errors`.
+
+    Each is filed once, so that many cost little memory; a search tries all letters in use.
+    """
+
+    def __init__(self) -> None:
+        """Begin without names."""
+        self._filed: dict[str, list[str]] = {}
+        self._letters: Counter[str] = Counter()
+
+    def add(self, name: str) -> None:
+        """Add a name that is not there yet."""
+        letters, digits = _sorted_letters(name)
+        insort(self._filed.setdefault(letters + digits, []), name)
+        self._letters.update(set(letters))
+
+    def discard(self, name: str) -> None:
+        """Take away a name that is there."""
+        letters, digits = _sorted_letters(name)
+        names = self._filed[letters + digits]
+        names.remove(name)
+        if not names:
+            del self._filed[letters + digits]
+        self._letters.subtract(set(letters))
+
+    def near(self, name: str) -> list[str]:
+        """Return the names that ``name`` may be a typing error of, the nearest first."""
+        candidates = {other for stub in stubs_of(name) for other in self._first_of(stub)}
+        return [other for apart, other in sorted((_mistyped(name, other), other) for other in candidates) if apart]
+
+    def _first_of(self, stub: str) -> list[str]:
+        """The first names that have the stub: those of its letters, and those of one letter more."""
+        letters, digits = _sorted_letters(stub)
+        found = [*self._filed.get(stub, ())]
+        for letter, number in self._letters.items():
+            if number:
+                at = bisect(letters, letter)
+                found += self._filed.get(letters[:at] + letter + letters[at:] + digits, ())
+        return sorted(each for each in found if len(each) <= _LONGEST)[:_CROWD]
+
+
+def _sorted_letters(name: str) -> tuple[str, str]:
+    """Return what is no digit in alphabetical order, and the digits as they stand."""
+    return "".join(sorted(letter for letter in name if not letter.isdigit())), "".join(filter(str.isdigit, name))
 
 
 _CROWD: Final = 8
@@ -142,7 +191,7 @@ _LONG_WORD: Final = 8
 _WORD: Final = re.compile(r"[^\W\d]+(?:[-.]?[^\W\d]+)*")
 
 
-def _stubs(name: str, *, digits: bool = False) -> set[str]:
+def stubs_of(name: str, *, digits: bool = False) -> set[str]:
     """Return the letters of ``name`` in alphabetical order, all and without each one of them, or of its ``digits`` too.
 
     Two names that share one of them differ by one letter, or by one and by the order of letters.

@@ -196,6 +196,11 @@ class Resolver:
         for expanded in pack.meeting.expand(endpoint):
             self.result.endpoints.append(self._resolved(expanded, owner, self._unique(expanded.id), endpoint.id))
 
+    @property
+    def said(self) -> bool:
+        """Whether anything was to be said of the system so far."""
+        return bool(self.reader.remarks or self._packless or self._name_problems or self.result.findings)
+
     def report_rest(self) -> None:
         """Report input that no rule pack checks."""
         if self._packless or self._name_problems or any(each.needs for each in self.system.endpoints):
