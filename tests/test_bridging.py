@@ -268,7 +268,7 @@ def test_several_topics_into_one_that_stores_less_is_told(copies, told_):
     report = check(system)
     assert ("CQ505" in codes(report)) is told_
     if told_:
-        message = "bridge `b` carries 2 topics into `all`, of which a late subscriber gets 1 in all"
+        message = "bridge `b` carries 2 topics into `all`, and a late subscriber gets 1 sample in all"
         assert only(report, "CQ505").message == message
 
 

@@ -192,10 +192,10 @@ def test_a_subscriber_without_publisher_is_a_warning_and_a_publisher_without_sub
         reader("box", "a/r"), reader("box", "b/r"), writer("mail", "w"), writer("news", "w2"), writer("news", "w3")
     )
     assert [(finding.severity, finding.code, finding.message) for finding in report.findings] == [
-        ("warning", "CQ401", "`a/r` and 1 more subscribe to `box`, which nobody in the system publishes"),
+        ("warning", "CQ401", "`a/r` and 1 more subscribe to `box`, which no endpoint in the system publishes"),
         ("warning", "CQ404", "no publisher meets a subscriber among 5 endpoints, so nothing was compared"),
-        ("note", "CQ402", "`w` publishes `mail`, which nobody in the system subscribes to"),
-        ("note", "CQ402", "`w2` and 1 more publish `news`, which nobody in the system subscribes to"),
+        ("note", "CQ402", "`w` publishes `mail`, which no endpoint in the system subscribes to"),
+        ("note", "CQ402", "`w2` and 1 more publish `news`, which no endpoint in the system subscribes to"),
     ]
     assert only(report, "CQ401").endpoints == ("a/r", "b/r")
 

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 import cqos_core as cqos
 from cqos_core.analysis.differences import ComparedSide, compare
+from cqos_core.matching.pipeline import context
 from tests.worlds import CONTEXT, POST, box, participant, profile, reader, world, writer
 
 SEEN = {"observed": True}
@@ -124,7 +125,7 @@ def test_types_stated_of_the_topic():
         POST,
         policies=(*POST.policies, cqos_type("endpoint"), cqos_type("topic")),
     )
-    where = cqos.api.context([pack])
+    where = context([pack])
     a = world(writer("t", "w/t"), box("t", type="Letter"))
     found = compare(a, world(writer("t", "w/t", more={"type": "Card"})), where)
     assert values(found) == [("w/t", "w/t", "type", "Letter", "Card")]

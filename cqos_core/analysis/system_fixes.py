@@ -33,7 +33,7 @@ class Applied:
 
 
 @dataclass(frozen=True, slots=True)
-class Mended:
+class FixedSystem:
     """A system with remedies applied.
 
     Attributes:
@@ -52,7 +52,7 @@ class Mended:
         return frozenset((name, each.remedy.policy) for each in self.applied for name in each.remedy.members)
 
 
-def mend(system: System, context: Context, wanted: Wanted) -> Mended:
+def fix_system(system: System, context: Context, wanted: Wanted) -> FixedSystem:
     """Apply for each error the best remedy of the wanted kind; none that makes another pair worse.
 
     It checks the system again after each round, so an error that one remedy fixes needs no second one.
@@ -77,7 +77,7 @@ def mend(system: System, context: Context, wanted: Wanted) -> Mended:
             break
         applied += chosen
         current = _with(current, chosen)
-    return Mended(current, tuple(applied), tuple(errors))
+    return FixedSystem(current, tuple(applied), tuple(errors))
 
 
 def _chosen(

@@ -182,7 +182,7 @@ def _alone(code: str, role: str, alone: Sequence[Resolved], kinds: Mapping[str, 
     who, what = (first.id, first.shown) if does is None else (first.stated_id, first.endpoint.topic)
     one, several, other = does or _DOES[role]
     more = f" and {len(ids) - 1} more" if len(ids) > 1 else ""
-    message = f"`{who}`{more} {several if more else one} `{what}`, which nobody in the system {other}"
+    message = f"`{who}`{more} {several if more else one} `{what}`, which no endpoint in the system {other}"
     place = first.endpoint.place
     return core_finding(code, message, place=place, role=role, members=ids, topic=first.shown, help=meant)
 

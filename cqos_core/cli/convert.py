@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from typing import Literal
 
-    from cqos_core.analysis.system_fixes import Mended
+    from cqos_core.analysis.system_fixes import FixedSystem
     from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
     from cqos_core.plugins import ExporterInfo
@@ -79,10 +79,10 @@ def convert(
     system, _ = reader.one(paths, color)  # half of a system would pass for the whole of it
     fixed = None
     if remedies is not None:
-        from cqos_core.analysis.system_fixes import mend
+        from cqos_core.analysis.system_fixes import fix_system
 
         with Progress("fixing"):
-            fixed = mend(system, reader.context, remedies)
+            fixed = fix_system(system, reader.context, remedies)
     for note in system.notes:  # the report that would hold them is not made here
         if note.severity != "note":
             where = "" if note.place is None else f"{note.place}: "
@@ -119,7 +119,7 @@ def _settings(info: ExporterInfo, stated: Iterable[str]) -> dict[str, str]:
 
 
 def _export(
-    info: ExporterInfo, system: System, reader: InputReader, settings: dict[str, str], fixed: Mended | None
+    info: ExporterInfo, system: System, reader: InputReader, settings: dict[str, str], fixed: FixedSystem | None
 ) -> Exported:
     """Let the exporter write.
 
@@ -138,7 +138,7 @@ def _export(
     return exported
 
 
-def _say_fixed(fixed: Mended, color: str) -> bool:
+def _say_fixed(fixed: FixedSystem, color: str) -> bool:
     """Say what was changed and what was not; return whether anything was."""
     for error in fixed.left:
         say(f"still there: {error.message} ({error.code})", severity="warning", choice=color)

@@ -1,7 +1,7 @@
 """Forms: the contents of a document as data. They read, check and explain it, and describe it as JSON schema.
 
-A `Form` lists the keys of a map, each with the `Shape` of its value; whatever is wrong with the map is collected in the
-`Reading`, and what is right comes back as an `Entry`, typed by the keys it is asked for.
+A `Form` lists the keys of a map, each with the `Shape` of its value. A `Reading` collects what is wrong with the map. What is right comes
+back as an `Entry`, typed by its keys.
 """
 
 from __future__ import annotations

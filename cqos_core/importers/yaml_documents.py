@@ -132,7 +132,7 @@ class Loader:
             return None
         stated = version[1]
         if not isinstance(stated, ScalarNode) or whole_number(stated) != VERSION:
-            # What another version means is not known, so nothing else is said of it.
+            # What another version means is not known, so only that is reported.
             message = f"version {described(stated)} of the form is not known, only version {VERSION} is"
             if isinstance(stated, ScalarNode) and not stated.plain:
                 message = f"`{CQOS.name}` must be the number {VERSION}, found the text {described(stated)}"

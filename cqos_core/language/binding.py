@@ -285,7 +285,7 @@ class Binder:
         elif node.name == "ceil":
             kind = self.together(node)
             if kind is None:
-                raise ConditionError(f"`{node}` reckons with constants only")
+                raise ConditionError(f"`{node}` computes with constants only")
         elif node.name == "*" and isinstance(kind, Duration):
             # What a duration is multiplied by is a number.
             times = [self.domain(arg) is None and self.is_factor(arg, node) for arg in node.args]
@@ -335,7 +335,7 @@ def _computed(node: Node, left: Domain | None, right: Domain | None) -> Domain |
     """The kind of a sum or a product."""
     kinds = [domain.kind for domain in (left, right) if domain is not None]
     if not {*kinds} <= {"duration", "count"}:
-        raise ConditionError(f"`{node}` reckons with values that are no numbers")
+        raise ConditionError(f"`{node}` computes with values that are no numbers")
     if node.name == "+" and len({*kinds}) > 1:
         raise ConditionError(f"`{node}` adds a duration to a count")
     if node.name == "*" and kinds == ["duration", "duration"]:
@@ -355,4 +355,4 @@ def _check_ordered(node: Node, domain: Domain) -> None:
 
 def _check_numbers(node: Node, domain: Domain | None) -> None:
     if domain is not None and domain.kind not in {"duration", "count"}:
-        raise ConditionError(f"`{node}` reckons with values that are no numbers")
+        raise ConditionError(f"`{node}` computes with values that are no numbers")

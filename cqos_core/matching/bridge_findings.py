@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.matching.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
 from cqos_core.matching.derived_guarantees import give
 from cqos_core.matching.hops import Hop, Meetings
-from cqos_core.model.remarks import core_finding, suggestion
+from cqos_core.model.remarks import core_finding, plural, suggestion
 from cqos_core.model.report import Severity, Side
 from cqos_core.model.spelling import KnownNames
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -189,8 +189,8 @@ def _into_one(hops: Sequence[Hop], meeting: Meetings) -> Iterator[Finding]:
         if stored and min(stored) < len(sources):
             first = same[0]
             message = (
-                f"bridge `{first.bridge.id}` carries {len(sources)} topics into `{first.target.shown}`, of which a late "
-                f"subscriber gets {min(stored)} in all"
+                f"bridge `{first.bridge.id}` carries {len(sources)} topics into `{first.target.shown}`, and a late "
+                f"subscriber gets {plural(min(stored), 'sample')} in all"
             )
             place = first.target.endpoint.place
             members = sorted(hop.target.id for hop in same)

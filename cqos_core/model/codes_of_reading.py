@@ -186,7 +186,7 @@ READING: Final = (
         "duplicate-id",
         "warning",
         "Two elements have the same id.",
-        "What refers to the id can mean either; the first one is taken, later ones are told apart by `#2`, `#3`.",
+        "What refers to the id can mean either; the first one is taken, later ones get `#2`, `#3` behind it.",
     ),
     CodeInfo(
         "CQ032",

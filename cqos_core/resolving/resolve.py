@@ -459,14 +459,14 @@ class Resolver:
         for index, stated in found.items():
             word = next((name for name, (at, _) in pack.needs.items() if at == index), None)
             if word is not None and word not in pack.guaranteed:
-                message = f"{owner} needs {word}, of which {pack.title} says nothing: it was not compared"
+                message = f"{owner} needs {word}, and {pack.title} says nothing about it: it was not compared"
                 self.reader.say("CQ211", message, stated.setting.place, endpoint.role, [identifier])
         return Layer("explicit", found, unread=unread)
 
     def _unstated(
         self, index: int, reading: ValueSource, participant: ResolvedParticipant, endpoint: Endpoint
     ) -> Value:
-        """The value of a policy that nobody states for an endpoint: the same for all endpoints of like participants."""
+        """The value of a policy that is not stated for an endpoint: the same for all endpoints of like participants."""
         known = participant.surroundings.unstated
         key = (index, endpoint.role, endpoint.observed, endpoint.dialect)
         if key not in known:

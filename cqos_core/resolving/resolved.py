@@ -138,7 +138,7 @@ def intern(pack: RulePack, values: Values, beside: Iterable[str] = (), refused: 
 
 @cache
 def _deciding(pack: RulePack) -> tuple[int, ...]:
-    """The options by which middleware is told apart that ignores policies, or matches without them."""
+    """The options that distinguish middleware that ignores policies, or matches without them."""
     options = {pack.vocabulary.indices["option", name] for policy in pack.policies for name in policy.enforced}
     return tuple(sorted(options))
 

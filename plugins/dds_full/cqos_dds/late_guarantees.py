@@ -122,7 +122,7 @@ LATE: Final = (
         KEPT & RELIABLE,
         code="DDS527",
         name="offline-not-kept",
-        because="what is written while a reader is away reaches it later only if both ends are durable and reliable, and an endpoint or service keeps it",
+        because="what is written while a reader is away reaches it later only if both ends are durable and reliable, and something keeps it",
         clause="DDS 1.4, 2.2.3.4",
         help=DURABLE,
     ),

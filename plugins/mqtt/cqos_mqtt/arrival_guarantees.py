@@ -312,8 +312,8 @@ ARRIVAL: Final = (
         survives="subscriber_restart",
         code="MQTT317",
         name="latest-not-kept",
-        because="a program that was started again is sent the newest message once more only if that is retained, and not with "
-        "retain_handling send_if_new in a session that goes on",
+        because="a restarted program gets the newest message again only if it is retained, and not with retain_handling send_if_new "
+        "in a session that goes on",
         clause="MQTT 3.1.1, MQTT-3.3.1-6; MQTT 5.0, 3.3.1.3 and MQTT-3.3.1-10",
         fixes=("retain", "retain_handling"),
     ),
@@ -342,8 +342,8 @@ ARRIVAL: Final = (
         survives="intermediary_restart",
         code="MQTT324",
         name="latest-not-found-after-broker",
-        because="a message on its way when the broker ends arrives only if the publisher's session goes on, and then the subscriber's "
-        "session, or a retained message for a new one",
+        because="a message on its way when the broker ends arrives only if the publisher's session goes on; the subscriber "
+        "needs its session too, or a retained message",
         clause=SESSION_CLAUSE,
     ),
     gives(

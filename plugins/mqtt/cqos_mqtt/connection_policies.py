@@ -74,8 +74,8 @@ STORES_SESSION: Final = Policy(
     "stores_session",
     Flag(),
     None,
-    "Whether the client's part of the session is on disk, so that what is not sent or not acknowledged yet is sent after its "
-    "program was killed. Most libraries keep it in memory only.",
+    "Whether the client's part of the session is on disk. What is not acknowledged yet is then sent after the program was "
+    "killed. Most libraries keep it in memory only.",
     "MQTT 3.1.1, 4.1; MQTT 5.0, 4.1",
     level="participant",
 )

@@ -332,8 +332,8 @@ FLOW: Final = (
         code="MQTT704",
         name="queue-overflow",
         says="the topics of {subscriber} and its client may bring {client_burst} messages at once, more than the broker keeps for it",
-        because="what comes faster than a connected subscriber takes it is dropped once its queue is full, and the publisher is "
-        "not told",
+        because="what comes faster than a connected subscriber takes it is dropped once its queue is full, and the publisher does "
+        "not learn of it",
         clause="C-QoS, limits of brokers",
         help="a larger `max_queued_messages`, or fewer messages at once",
     ),

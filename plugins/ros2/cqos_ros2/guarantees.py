@@ -77,7 +77,7 @@ WAITING: Final = define(
 
 RMW_ZENOH: Final = "rmw_zenoh, docs/design.md and rmw_publisher_data.cpp"
 DROPPED: Final = (
-    "where a link is congested Zenoh drops samples, except those of reliable publishers with keep_all, those that "
+    "where a link is congested Zenoh drops samples. It keeps those of reliable publishers with keep_all, those that "
     "reliable transient_local ends ask for again, and between bridges those of reliable routes"
 )
 IN_PUBLISHER: Final = "ROS 2 keeps samples in the publisher's process, and they are gone with it"

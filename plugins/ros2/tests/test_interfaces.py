@@ -91,7 +91,7 @@ def test_a_client_follows_the_same_rules(client: dict[str, str], code: str):
 def test_a_client_without_server_is_one_warning(key: str):
     report = system({"planner": {key: {"grasp": {}}, "publishes": {"a": {}}}, "viewer": {"subscribes": {"a": {}}}})
     assert loud(report) == ["CQ401"]
-    assert f"`planner/{KINDS[key]}/grasp` calls `grasp`, which nobody in the system serves" in messages(report)
+    assert f"`planner/{KINDS[key]}/grasp` calls `grasp`, which no endpoint in the system serves" in messages(report)
 
 
 @pytest.mark.parametrize("key", ["serves", "action_servers"])
@@ -99,12 +99,12 @@ def test_a_server_that_nobody_calls_yet_is_a_note(key: str):
     report = system({"arm": {key: {"grasp": {}}, "publishes": {"a": {}}}, "viewer": {"subscribes": {"a": {}}}})
     assert loud(report) == []
     assert [finding.code for finding in report.findings].count("CQ402") == 1
-    assert f"`arm/{KINDS[key]}/grasp` serves `grasp`, which nobody in the system calls" in messages(report)
+    assert f"`arm/{KINDS[key]}/grasp` serves `grasp`, which no endpoint in the system calls" in messages(report)
 
 
 def test_several_servers_that_nobody_calls_are_told_together():
     report = system({"arm": {"serves": {"/grasp": {}}}, "hand": {"serves": {"/grasp": {}}}})
-    said = "`arm/service_server/grasp` and 1 more serve `/grasp`, which nobody in the system calls"
+    said = "`arm/service_server/grasp` and 1 more serve `/grasp`, which no endpoint in the system calls"
     assert said in messages(report)
 
 

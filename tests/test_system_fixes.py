@@ -1,10 +1,10 @@
-"""Remedies for a whole system: what they mend, and what they leave."""
+"""Remedies for a whole system: what they fix, and what they leave."""
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.analysis.system_fixes import mend
+from cqos_core.analysis.system_fixes import fix_system
 from cqos_core.checking.checker import check_system
 from cqos_core.model.report import Severity
 from cqos_core.model.system import Acceptance
@@ -17,18 +17,18 @@ def errors(system):
     ]
 
 
-def changes(mended):
+def changes(fixed):
     return sorted(
-        (name, each.remedy.policy, each.remedy.value) for each in mended.applied for name in each.remedy.members
+        (name, each.remedy.policy, each.remedy.value) for each in fixed.applied for name in each.remedy.members
     )
 
 
 def test_the_best_remedy_of_each_error():
     system = world(writer("t", "w", care="plain", sealed=True), reader("t", "r", care="signed"))
-    mended = mend(system, CONTEXT, "configuration")
-    assert changes(mended) == [("w", "care", "signed")]
-    assert mended.changed == {("w", "care")}
-    assert (errors(mended.system), mended.left) == ([], ())
+    fixed = fix_system(system, CONTEXT, "configuration")
+    assert changes(fixed) == [("w", "care", "signed")]
+    assert fixed.changed == {("w", "care")}
+    assert (errors(fixed.system), fixed.left) == ([], ())
     assert system.endpoints[0].overlay == {}, "the system itself stays as it is"
 
 
@@ -41,9 +41,9 @@ def test_what_a_remedy_states_counts_as_stated():
 
 def test_a_promise_of_the_program_is_only_made_if_that_is_allowed():
     system = world(writer("t", "w", delay="9s"), reader("t", "r", delay="1s"))
-    assert changes(mend(system, CONTEXT, "configuration")) == [("r", "delay", "9s")]
+    assert changes(fix_system(system, CONTEXT, "configuration")) == [("r", "delay", "9s")]
     system = world(writer("t", "w", delay="9s"), *(reader("t", f"r{n}", delay="1s") for n in range(2)))
-    first = mend(system, CONTEXT, "first")
+    first = fix_system(system, CONTEXT, "first")
     assert errors(first.system) == []
 
 
@@ -51,30 +51,30 @@ def test_several_errors_with_one_remedy_need_one_change():
     system = world(
         writer("t", "w", care="plain"), *(reader("t", f"r{n}", care=c) for n, c in enumerate(("signed", "insured")))
     )
-    mended = mend(system, CONTEXT, "configuration")
-    assert errors(mended.system) == []
-    assert len({(name, policy) for name, policy, _ in changes(mended)}) <= 2
+    fixed = fix_system(system, CONTEXT, "configuration")
+    assert errors(fixed.system) == []
+    assert len({(name, policy) for name, policy, _ in changes(fixed)}) <= 2
 
 
 def test_accepted_errors_are_left_alone():
     system = world(
         writer("t", "w", care="plain"), reader("t", "r", care="signed"), accept=[Acceptance("POST101", "so be it")]
     )
-    mended = mend(system, CONTEXT, "first")
-    assert (mended.applied, mended.left) == ((), ())
+    fixed = fix_system(system, CONTEXT, "first")
+    assert (fixed.applied, fixed.left) == ((), ())
 
 
-def test_what_cannot_be_mended_is_left():
+def test_what_cannot_be_fixed_is_left():
     system = world(writer("t", "w", stamp="A"), reader("t", "r", stamp="B"))
-    mended = mend(system, CONTEXT, "first")
-    assert (mended.applied, [each.code for each in mended.left]) == ((), ["POST403"])
+    fixed = fix_system(system, CONTEXT, "first")
+    assert (fixed.applied, [each.code for each in fixed.left]) == ((), ["POST403"])
 
 
-def test_equal_ids_are_told_apart():
+def test_equal_ids_do_not_get_mixed_up():
     system = world(writer("t", "w", care="plain"), writer("t", "w", care="plain"), reader("t", "r", care="signed"))
-    mended = mend(system, CONTEXT, "configuration")
-    assert errors(mended.system) == []
-    assert [each.id for each in mended.system.endpoints] == ["w", "w~2", "r"]
+    fixed = fix_system(system, CONTEXT, "configuration")
+    assert errors(fixed.system) == []
+    assert [each.id for each in fixed.system.endpoints] == ["w", "w~2", "r"]
 
 
 CARES = st.sampled_from(["plain", "signed", "insured", "best", "usual"])
@@ -96,14 +96,12 @@ def posts(draw):
 @given(posts())
 def test_no_pair_becomes_worse(wanted, system):
     before = {(pair.publisher, pair.subscriber): pair.verdict.rank for pair in check_system(system, CONTEXT).pairs}
-    mended = mend(system, CONTEXT, wanted)
-    after = {
-        (pair.publisher, pair.subscriber): pair.verdict.rank for pair in check_system(mended.system, CONTEXT).pairs
-    }
-    assert len(errors(mended.system)) == len(mended.left)
+    fixed = fix_system(system, CONTEXT, wanted)
+    after = {(pair.publisher, pair.subscriber): pair.verdict.rank for pair in check_system(fixed.system, CONTEXT).pairs}
+    assert len(errors(fixed.system)) == len(fixed.left)
     assert sum(after.values()) <= sum(before.values())
     if wanted == "configuration":
-        assert all(each.remedy.kind == "configuration" for each in mended.applied)
+        assert all(each.remedy.kind == "configuration" for each in fixed.applied)
 
 
 def test_a_remedy_of_no_endpoint_setting_is_left():
@@ -120,5 +118,5 @@ participants:
     system = read(text)
     before = [each for each in check_system(system, context()).findings if each.severity is Severity.ERROR]
     assert {remedy.policy for each in before for remedy in each.remedies} == {"need.loss_free"}
-    mended = mend(system, context(), "configuration")
-    assert (mended.applied, {each.code for each in mended.left}) == ((), {each.code for each in before})
+    fixed = fix_system(system, context(), "configuration")
+    assert (fixed.applied, {each.code for each in fixed.left}) == ((), {each.code for each in before})
