@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from cqos_core.importers.reading import Reading, collector_paused
+from cqos_core.importers.reading import Reading
 from cqos_core.importers.tree import flow_text
+from cqos_core.model.memory import uncollected
 from cqos_core.model.problems import InputError
 from cqos_core.model.system import ImportNote, Participant, Setting, System, numbered
 
@@ -52,7 +53,7 @@ class FileReading(Reading):
             InputError: the file is not what the importer reads; with every problem.
         """
         reading = cls(source, context)
-        with collector_paused():
+        with uncollected():
             reading.run()
         return reading.finish()
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import gc
-from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
@@ -15,7 +13,7 @@ from cqos_core.model.spelling import nearest
 from cqos_core.model.system import ImportNote, Place
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Mapping
 
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.importers.tree import Node
@@ -98,22 +96,6 @@ def read_switches(importer: str, context: ReadContext, known: Mapping[str, tuple
     if problems:
         raise InputError(problems)
     return given
-
-
-@contextmanager
-def collector_paused() -> Iterator[None]:
-    """Keep the cyclic garbage collector from running within: reading makes many objects and no cycles.
-
-    It would look at all of them again and again, which takes longer than the reading. Threads may do this at the
-    same time: the caller that found it running switches it on again.
-    """
-    running = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if running:
-            gc.enable()
 
 
 def shown(text: str) -> str:

@@ -6,7 +6,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.importers.instances import Multiplier, TooManyError
-from cqos_core.importers.reading import collect, collector_paused, shown
+from cqos_core.importers.reading import collect, shown
 from cqos_core.importers.team_rules import acceptance, team_rule
 from cqos_core.importers.yaml_documents import Loader
 from cqos_core.importers.yaml_form import (
@@ -53,6 +53,7 @@ from cqos_core.importers.yaml_form import (
     TOPICS,
     TYPE,
 )
+from cqos_core.model.memory import uncollected
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import (
     MESSAGE,
@@ -133,7 +134,7 @@ def read(source: Source, context: ReadContext) -> System:
         InputError: with every problem found in all of the files.
     """
     loader = Loader(context)
-    with collector_paused():
+    with uncollected():
         loader.load(source)
         builder = _Builder(loader)
         builder.build()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from copy import deepcopy
 from dataclasses import replace
 from os import PathLike, fspath
 from pathlib import Path
@@ -15,7 +14,7 @@ from cqos_core.inputs.merging import merge
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.spelling import KnownNames
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, System, copied
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -39,7 +38,7 @@ def read(*inputs: Input, importer: str | None = None, protocol: str | None = Non
             if wrong := faults(each):
                 problems[position] = wrong
                 continue
-            found[position] = [replace(deepcopy(each), protocol=each.protocol or protocol)]
+            found[position] = [replace(copied(each), protocol=each.protocol or protocol)]
             continue
         try:
             if not isinstance(each, bytes) and Path(each).is_dir():

@@ -36,16 +36,25 @@ def letters(key: object) -> int:
 
 
 _WORTH_IT: Final = 1_000
+_MANY: Final = 10_000
 
 
 @contextmanager
-def uncollected(size: int) -> Iterator[None]:
-    """Keep the garbage collector away while what stays is built; of a small ``size`` that is not worth it."""
-    collecting = gc.isenabled() and size > _WORTH_IT
+def uncollected(size: int = _WORTH_IT) -> Iterator[None]:
+    """Keep the garbage collector away while what stays is built; below ``size`` 1,000 that is not worth it.
+
+    It would look at all of that again and again, which takes longer than the building. What was built makes no cycles:
+    many objects are put among the old ones unseen. Threads may do this at the same time: who found the collector running
+    switches it on again.
+    """
+    collecting = gc.isenabled() and size >= _WORTH_IT
     if collecting:
         gc.disable()
     try:
         yield
     finally:
         if collecting:
+            if gc.get_count()[0] > _MANY and not gc.get_freeze_count():
+                gc.freeze()
+                gc.unfreeze()
             gc.enable()

@@ -8,8 +8,9 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import collector_paused, shown
+from cqos_core.importers.reading import shown
 from cqos_core.importers.xml_source import children, elements, local, parse_xml
+from cqos_core.model.memory import uncollected
 from cqos_core.model.problems import InputError
 from cqos_dds.importers import fastdds_xml
 from cqos_dds.importers.entities import PARTICIPANT_LIBRARIES, Entities
@@ -30,7 +31,7 @@ def read(source: Source, context: ReadContext) -> System:
     Raises:
         InputError: it is no XML, no DDS-XML, or has values that are none; with every problem found.
     """
-    with collector_paused():
+    with uncollected():
         root = parse_xml(source, MOST_TAGS)
         if local(root) == "dds" and children(root, "profiles") and not children(root, *_LIBRARIES):
             # Types before the profiles may fill all that is looked at to recognise the format.

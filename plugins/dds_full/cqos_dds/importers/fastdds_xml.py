@@ -9,8 +9,9 @@ from __future__ import annotations
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.importers.reading import collector_paused, shown
+from cqos_core.importers.reading import shown
 from cqos_core.importers.xml_source import children, elements, local, parse_xml, text_of
+from cqos_core.model.memory import uncollected
 from cqos_core.model.system import (
     PUBLISHER,
     SUBSCRIBER,
@@ -73,7 +74,7 @@ def read(source: Source, context: ReadContext) -> System:
     Raises:
         InputError: it is no XML, holds no profiles, or a value that Fast DDS refuses; with every problem found.
     """
-    with collector_paused():
+    with uncollected():
         root = parse_xml(source, MOST_TAGS)
         expand(root, context)
         return _File(source, context).read(root)

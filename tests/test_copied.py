@@ -1,0 +1,68 @@
+"""Copies of systems share nothing that can change; and no collector runs while much is built."""
+
+import gc
+from copy import deepcopy
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import cqos_core as cqos
+from cqos_core.model.memory import uncollected
+from cqos_core.model.system import Bridge, Endpoint, Route, System, copied
+from tests.laws.systems import BOTH, systems
+
+
+def parts_that_change(value):
+    """Every object below that can be changed."""
+    found = [value] if isinstance(value, (dict, list)) else []
+    if hasattr(value, "__dataclass_fields__"):
+        frozen = value.__dataclass_params__.frozen
+        found = [] if frozen else [value]
+        value = [getattr(value, name) for name in value.__dataclass_fields__]
+    inner = value.values() if isinstance(value, dict) else value if isinstance(value, (list, tuple)) else ()
+    return [*found, *(each for below in inner for each in parts_that_change(below))]
+
+
+@given(st.sampled_from(BOTH).flatmap(systems))
+def test_a_copy_is_equal_and_shares_nothing_that_changes(system):
+    ends = [deepcopy(each) for each in system.endpoints[:2]]
+    system.bridges["b"] = Bridge("b", (Route(*ends),))
+    copy = copied(system)
+    assert copy == system
+    assert not {id(each) for each in parts_that_change(copy)} & {id(each) for each in parts_that_change(system)}
+
+
+def test_what_programs_add_is_copied_too():
+    class Own(Endpoint):
+        """An endpoint of a program."""
+
+    system = System(endpoints=[Own(id="e", role="publisher", topic="t", participant="p")])
+    copy = copied(system)
+    assert copy.endpoints[0] == system.endpoints[0]
+    assert copy.endpoints[0].settings is not system.endpoints[0].settings
+
+
+def divide_without_collector():
+    assert not gc.isenabled()
+    return 1 / 0
+
+
+def test_the_collector_runs_again_after_an_error():
+    with pytest.raises(ZeroDivisionError), uncollected(5_000), uncollected(5_000):
+        divide_without_collector()
+    assert gc.isenabled()
+    with uncollected(10):
+        assert gc.isenabled()
+
+
+def test_a_check_leaves_nothing_to_collect():
+    text = "cqos: 1\nprotocol: ros2\nparticipants: {a: {publishes: {t: {depth: 3}}}, b: {subscribes: {t: }}}\n"
+    cqos.check(text.encode(), importer="yaml")
+    gc.collect()
+    gc.disable()
+    try:
+        cqos.check(text.encode(), importer="yaml")
+        assert gc.collect() == 0
+    finally:
+        gc.enable()
