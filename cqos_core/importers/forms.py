@@ -147,6 +147,11 @@ class Entry:
         self.settings = settings
         self._values = values
 
+    @property
+    def plain(self) -> bool:
+        """Whether it states settings and nothing else."""
+        return not self._values
+
     def get(self, key: Key[T]) -> T | None:
         """Return the value of ``key``, None where it is not stated (or was refused)."""
         value: T | None = self._values.get(key.name)
@@ -212,18 +217,17 @@ class Form(Shape[Entry]):
         reading.problem("CQ009", message, node, advice)
 
     def _map(self, node: MappingNode, reading: Reading) -> Entry | None:
-        keys = self.keys
+        keys, others, never = self.keys, self.others, self.never
         values: dict[str, Any] = {}
         settings: Settings = {}
         for name, (key, value) in node.entries.items():
-            own = keys.get(name)
-            if own is not None:
+            if name in keys:
                 if not is_null(value):
-                    values[name] = own.shape.read(value, reading, name)
-            elif self.others is None or name in self.never or (self.flat and isinstance(value, MappingNode)):
+                    values[name] = keys[name].shape.read(value, reading, name)
+            elif others is None or name in never or (self.flat and isinstance(value, MappingNode)):
                 self._unknown(key, reading)
             elif not is_null(value):
-                setting = self.others.read(value, reading, name)
+                setting = others.read(value, reading, name)
                 if setting is not None:
                     settings[name] = setting
         if self.required and (not self._complete(node, reading) or None in map(values.get, self.required)):

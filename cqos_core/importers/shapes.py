@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, TypeAlias, TypeVar
 from cqos_core.importers.reading import described, did_you_mean, listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flag, flow_text, is_null
 from cqos_core.model.pattern import PatternError, pattern
-from cqos_core.model.system import Setting
+from cqos_core.model.system import Place, Setting
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -166,6 +166,8 @@ class AnySetting(Shape[Setting]):
 
     def read(self, node: Node, reading: Reading, name: str) -> Setting | None:
         """Take the value as text in YAML flow form; ``{unknown: why}`` is a value that is not known."""
+        if isinstance(node, ScalarNode):
+            return Setting(node.text, Place(reading.source.name, node.line, node.column))
         if isinstance(node, MappingNode) and set(node.entries) == {"unknown"}:
             _, why = node.entries["unknown"]
             if isinstance(why, ScalarNode) and _text(why):

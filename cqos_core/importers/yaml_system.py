@@ -455,30 +455,37 @@ def _endpoints(
 ) -> Iterator[_Stated]:
     """Yield the endpoints below one key; ``shared`` are the profiles of the group they are in."""
     for topic, member in (entry.get(direction.key) or {}).items():
-        several = len(member.value) > 1
         for stated in member.value:
-            given = stated.get(ID)
-            own = stated.get(OBSERVED)
-            made_up = endpoint_id(participant, direction.word, topic)
+            place = stated.place if len(member.value) > 1 else member.place
             endpoint = Endpoint(
-                id=given or made_up,
+                id=(made_up := endpoint_id(participant, direction.word, topic)),
                 role=direction.role,
                 topic=topic,
                 participant=participant,
                 settings=stated.settings,
-                profiles=shared + _profiles(stated),
-                needs=stated.get(NEEDS) or {},
-                type=stated.get(TYPE),
+                profiles=shared,
                 kind=direction.kind,
-                observed=observed if own is None else own,
-                external=stated.get(EXTERNAL) or False,
-                starts_after=_texts(stated, STARTS_AFTER),
-                protocol=stated.get(PROTOCOL),
-                label=stated.get(LABEL),
-                place=(place := stated.place if several else member.place),
+                observed=observed,
+                place=place,
                 room=Room(place),
             )
+            given = None if stated.plain else _fill(endpoint, stated)
             yield _Stated(endpoint, given or numbered(made_up, numbers), given is not None)
+
+
+def _fill(endpoint: Endpoint, stated: Entry) -> str | None:
+    """Put in what is stated beside settings; return the id, where one is given."""
+    given, own = stated.get(ID), stated.get(OBSERVED)
+    endpoint.id = given or endpoint.id
+    endpoint.profiles += _profiles(stated)
+    endpoint.needs = stated.get(NEEDS) or {}
+    endpoint.type = stated.get(TYPE)
+    endpoint.observed = endpoint.observed if own is None else own
+    endpoint.external = stated.get(EXTERNAL) or False
+    endpoint.starts_after = _texts(stated, STARTS_AFTER)
+    endpoint.protocol = stated.get(PROTOCOL)
+    endpoint.label = stated.get(LABEL)
+    return given
 
 
 def _variables(names: Iterable[str]) -> str:

@@ -36,7 +36,8 @@ _ODD = re.compile("[\\u00a0\\u00ad\\u1680\\u180e\\u2000-\\u200f\\u2028-\\u202f\\
 
 def refuse_odd_characters(tree: Tree, reading: Reading) -> None:
     """Collect a problem for each key or value without quotes that has a character which only looks like a blank, or like nothing."""
-    if not _ODD.search(reading.lines.text):
+    data = reading.source.data
+    if (data.isascii() and b"\0" not in data) or not _ODD.search(reading.lines.text):
         return
     for node in walk(tree.documents):
         if isinstance(node, ScalarNode) and node.plain and (odd := _ODD.search(node.text)):
