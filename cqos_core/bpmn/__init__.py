@@ -60,7 +60,7 @@ def _read(source: Source, data: bytes, plain: Plain | None, *, with_messages: bo
     """Read a document, perhaps without what is plain in it."""
     root = parse_utf8(source, data)
     require_bpmn(root, source)
-    document = Document(root, source.name, plain)
+    document = Document(root, source.name, data, plain)
     reading = DiagramReading(document)
     reading.system.sources[source.name] = source.data
     read_system_words(reading)

@@ -8,6 +8,7 @@ from lxml import etree
 
 from cqos_core.bpmn.names import shown
 from cqos_core.bpmn.plain import MARK, NotPlainError
+from cqos_core.importers.xml_source import ElementLines
 from cqos_core.model.excerpt import NAMESPACES
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place
@@ -101,8 +102,8 @@ class Document:
         definitions: event definitions at root level, by id, to which events may refer.
     """
 
-    def __init__(self, root: Element, name: str, plain: Plain | None = None) -> None:
-        """Walk once through the tree below ``root``, perhaps without something ``plain``.
+    def __init__(self, root: Element, name: str, data: bytes, plain: Plain | None = None) -> None:
+        """Walk once through the tree below ``root``, which was made of ``data``, perhaps without something ``plain``.
 
         Raises:
             NotPlainError: what was taken stood in an extension.
@@ -110,6 +111,7 @@ class Document:
         self.root = root
         self.name = name
         self.plain = plain
+        self._lines = ElementLines(data.decode)
         self.runs: dict[Element, list[PlainEndpoint]] = {}
         self.nodes: list[Element] = []
         self._elements: dict[str, list[Element]] = {tag: [] for tag in _INDEXED}
@@ -174,7 +176,7 @@ class Document:
 
     def place(self, element: Element, path: str | None = None, owner: Element | None = None) -> Place:
         """Return where ``element`` is; ``owner`` is the element with the id, ``path`` starts at it."""
-        return Place(self.name, element.sourceline, None, identity(element if owner is None else owner), path)
+        return Place(self.name, self._lines.line(element), None, identity(element if owner is None else owner), path)
 
 
 def nth(element: Element) -> int:

@@ -14,13 +14,13 @@ from lxml import etree
 
 from cqos_core.importers.foreign import FileReading
 from cqos_core.model.encoding import Lines, byte_order_mark, codec, decode, encoding_of
-from cqos_core.model.excerpt import exact
+from cqos_core.model.excerpt import exact, tag_lines
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.regular import re
 from cqos_core.model.system import Place
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
     from typing import TypeAlias
 
     from cqos_core.importers.source import ReadContext, Source
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 _SPACE = b" \t\r\n"
 _LONGEST = 100
+_MOST_LINES = 65_535
 # Blanks, comments and processing instructions; possessive, so that the time is linear whatever stands there.
 _PROLOG = re.compile(rb"(?:[ \t\r\n]++|<\?(?:[^?]++|\?(?!>))*+\?>|<!--(?:[^-]++|-(?!->))*+-->)*+")
 _HTML = re.compile(rb"<!doctype\s+html|<html[\s>]", re.IGNORECASE)
@@ -82,6 +83,25 @@ def parse_utf8(source: Source, data: bytes) -> Element:
         raise InputError([_explain(source, parser, error)]) from None
 
 
+class ElementLines:
+    """Tells the line where the start tag of an element ends; the parser's own count ends at 65,535."""
+
+    def __init__(self, text: Callable[[], str]) -> None:
+        """Take what returns the text of the document, for one that is so long."""
+        self._text = text
+        self._known: dict[Element, int] | None = None
+
+    def line(self, element: Element) -> int | None:
+        """Return the one-based line."""
+        line = element.sourceline
+        if line is None or line < _MOST_LINES:
+            return line
+        if self._known is None:
+            each = zip(element.getroottree().iter("*"), tag_lines(self._text()), strict=False)
+            self._known = {element: line for element, line in each if line >= _MOST_LINES}
+        return self._known.get(element, line)
+
+
 class ElementReading(FileReading):
     """One XML file that is being read.
 
@@ -92,6 +112,7 @@ class ElementReading(FileReading):
     def __init__(self, source: Source, context: ReadContext) -> None:
         super().__init__(source, context)
         self.unread: dict[str, Place] = {}
+        self._lines = ElementLines(lambda: decode(source.data))
 
     def place(self, node: Node | Place | Element) -> Place:
         """Return where an element is; its name tells it from others on the line when the column is looked for."""
@@ -99,7 +120,7 @@ class ElementReading(FileReading):
             return node
         if not isinstance(node, etree._Element):  # noqa: SLF001
             return super().place(node)
-        return Place(self.source.name, int(node.sourceline or 1), path=f"{written(node)}[1]")
+        return Place(self.source.name, self._lines.line(node) or 1, path=f"{written(node)}[1]")
 
     def problem(self, code: str, message: str, where: Node | Place | Element, advice: str | None = None) -> None:
         """Collect a problem."""

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import date, timedelta
-from functools import cached_property
+from functools import cache, cached_property, partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeAlias
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from cqos_core.matching.hops import Hop, Topics
     from cqos_core.matching.routes import Link
     from cqos_core.model.codes import CodeInfo
-    from cqos_core.model.report import Finding, Report
+    from cqos_core.model.report import Finding, Remedy, Report, Side
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
     from cqos_core.resolving.resolved import Resolved
@@ -176,53 +176,57 @@ def with_options(
 
 
 def exact_places(report: Report, sources: Mapping[str, bytes]) -> Report:
-    """Return ``report`` with exact columns in its places, found by rescanning the sources of what is printed."""
+    """Return ``report`` with exact columns in its places, found by rescanning the sources of what is printed.
+
+    An XML source is scanned when the sides or the remedies of any finding are first read: once for all sides, once for all remedies.
+    """
     from cqos_core.model.excerpt import exact, is_xml
 
     # Only in XML has what a fix changes no column yet; fixes of other findings are left to be computed when they are read.
-    xml = {name for name, data in sources.items() if is_xml(data)}
-    places = {place for finding in report.findings for place in _places(finding, edits=bool(xml))}
-    known = {place: found for place, found in exact(places, sources).items() if found != place}
-    if not known:
-        return report
+    xml = any(map(is_xml, sources.values()))
+    findings = report.findings
 
-    def at(place: Place | None) -> Place | None:
-        return None if place is None else known.get(place, place)
+    @cache
+    def of_sides() -> Mapping[Place, Place]:
+        return exact({place for finding in findings for place in _places(finding)}, sources)
 
-    def pinned(finding: Finding) -> Finding:
-        sides = tuple(
-            replace(
-                side,
-                place=at(side.place),
-                facts=tuple(replace(each, place=at(each.place)) for each in side.facts),
-            )
-            for side in finding.sides
+    @cache
+    def of_edits() -> Mapping[Place, Place]:
+        return exact({edit.place for each in findings for remedy in each.remedies for edit in remedy.edits}, sources)
+
+    def sides(finding: Finding) -> Iterator[Side]:
+        known = of_sides()
+        for side in finding.sides:
+            facts = (replace(each, place=known[each.place]) if each.place else each for each in side.facts)
+            yield replace(side, place=known[side.place] if side.place else None, facts=tuple(facts))
+
+    def remedies(finding: Finding) -> Iterator[Remedy]:
+        known = of_edits()
+        for remedy in finding.remedies:
+            yield replace(remedy, edits=tuple(replace(each, place=known[each.place]) for each in remedy.edits))
+
+    if xml:
+        pinned = (
+            replace(each, sides=later(partial(sides, each)), remedies=later(partial(remedies, each)))
+            for each in findings
         )
-        remedies = later(
-            lambda: (
-                replace(
-                    remedy, edits=tuple(replace(edit, place=known.get(edit.place, edit.place)) for edit in remedy.edits)
-                )
-                for remedy in finding.remedies
-            )
-        )
-        return replace(finding, sides=sides, remedies=remedies if xml else finding.remedies)
-
-    findings = (
-        pinned(each) if any(place in known for place in _places(each, edits=bool(xml))) else each
-        for each in report.findings
+        return replace(report, findings=tuple(pinned))
+    known = of_sides()
+    moved = {place for place, found in known.items() if found != place}
+    return replace(
+        report,
+        findings=tuple(
+            replace(each, sides=tuple(sides(each))) if moved and not moved.isdisjoint(_places(each)) else each
+            for each in findings
+        ),
     )
-    return replace(report, findings=tuple(findings))
 
 
-def _places(finding: Finding, *, edits: bool) -> Iterator[Place]:
+def _places(finding: Finding) -> Iterator[Place]:
     for side in finding.sides:
         for place in (side.place, *(each.place for each in side.facts)):
             if place is not None:
                 yield place
-    for remedy in finding.remedies if edits else ():
-        for edit in remedy.edits:
-            yield edit.place
 
 
 def as_text(value: SettingValue) -> str:

@@ -148,6 +148,16 @@ def _lines(data: bytes) -> Lines:
     return Lines(decode(data))
 
 
+def tag_lines(text: str) -> Iterator[int]:
+    """Yield the one-based line where each start tag of an XML document ends, in their order."""
+    line, counted = 1, 0
+    for match in _TAG.finditer(text):
+        line += text.count("\n", counted, match.end())
+        counted = match.end()
+        if match["name"] is not None:
+            yield line
+
+
 def is_xml(source: bytes | str) -> bool:
     """Whether a source, or its text, is XML."""
     text = source if isinstance(source, str) else decode(source[:_WIDEST])

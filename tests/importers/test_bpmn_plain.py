@@ -263,3 +263,16 @@ class TestPlainEndpoint:
         other = self.endpoint()
         other.overlay["depth"] = Setting("8")
         assert other.said() != self.endpoint().said()
+
+
+@pytest.mark.parametrize("least", [0, NEVER])
+def test_lines_of_long_documents_are_exact(least: int):
+    odd = '<endEvent id="O" qos:depth="&#53;"\n ><signalEventDefinition signalRef="S"/></endEvent>\n'
+    data = model(
+        "\n" * 70_000, EVENT.format(1), EVENT.format(2), "\n" * 10, odd, "<!-- <a/>\n -->\n\n\n", EVENT.format(3)
+    )
+    system = read_as(data, least)
+    assert isinstance(system, System)
+    lines = {each.id: each.place.line for each in system.endpoints if each.place is not None}
+    assert lines == {"E1": 70_002, "E2": 70_003, "O": 70_015, "E3": 70_020}
+    assert_same(data)

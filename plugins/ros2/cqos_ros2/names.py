@@ -28,6 +28,9 @@ ILLEGAL: Final[Mapping[str, str]] = {
 }
 """What makes a full name illegal, as shell patterns (rmw_validate_full_topic_name)."""
 
+_LEGAL: Final = re.compile("(?:[A-Za-z0-9_]|/(?=[A-Za-z_]))*")
+"""A name that none of these patterns matches."""
+
 LONGEST: Final = 247
 HIDDEN: Final = "*/_*"
 REPEATED_UNDERSCORE: Final = "*__*"
@@ -146,6 +149,8 @@ def why_illegal(full: str) -> str | None:
     """Say what is wrong with a full name, None for a legal one."""
     if len(full) > LONGEST:
         return f"it is longer than {LONGEST} characters"
+    if _LEGAL.fullmatch(full):
+        return None
     return next((why for pattern, why in ILLEGAL.items() if fnmatchcase(full, pattern)), None)
 
 
@@ -160,9 +165,9 @@ def _problems(full: str, free_text: str | None) -> tuple[NameProblem, ...]:
         message = f"`{full}` is no ROS 2 topic name: {why}"
         return (NameProblem("ROS405", "error", message, f"for instance `{legal_name(full)}`"),)
     problems = []
-    if fnmatchcase(full, HIDDEN):
+    if HIDDEN.strip("*") in full:
         problems.append(NameProblem("ROS407", "note", f"`{full}` is hidden: a part of it starts with `_`"))
-    if fnmatchcase(full, REPEATED_UNDERSCORE):
+    if REPEATED_UNDERSCORE.strip("*") in full:
         problems.append(NameProblem("ROS408", "note", f"`{full}` has a repeated underscore"))
     return tuple(problems)
 
