@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.explanation import explain_pair
+from cqos_core.checking.pair_judge import are_maps, pack_is_there, stated_pairs
 from cqos_core.checking.trial import tried_out
 from cqos_core.inputs.reading import Input, faults, faults_of, read, source_of
 from cqos_core.language.values import INFINITE
@@ -17,14 +18,11 @@ from cqos_core.matching.pipeline import (
     as_text,
     context,
     exact_places,
-    pair_system,
     with_options,
 )
-from cqos_core.model.problems import CqosError
-from cqos_core.model.remarks import suggestion
 from cqos_core.model.report import Edit
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, System
-from cqos_core.plugins import Plugins, load_plugins
+from cqos_core.model.system import System
+from cqos_core.plugins import Plugins
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -135,25 +133,8 @@ def _by_pack(
     for pack_id, settings in options.items():
         if not isinstance(settings, Mapping):
             raise TypeError(f"options are by rule pack, as in {{'PACK': {{{pack_id!r}: {settings!r}}}}}")
-        _pack_is_there(pack_id, where, packs)
+        pack_is_there(pack_id, where, packs)
     return options
-
-
-def _pack_is_there(pack_id: str, where: Context, packs: Sequence[RulePack]) -> None:
-    if where.find_pack(pack_id) is None:
-        known = {*load_plugins().packs, *(pack.id for pack in packs)}
-        raise CqosError(f"there is no rule pack `{pack_id}`; {suggestion(pack_id, known)}")
-
-
-def _are_maps(given: Mapping[str, object]) -> None:
-    """Refuse what is no map of settings, and say how a preset is named."""
-    for name, stated in given.items():
-        if stated is None or isinstance(stated, Mapping):
-            continue
-        message = f"`{name}` must map names of settings to values, found {stated!r}"
-        if isinstance(stated, str) and name in {"offered", "requested"}:
-            message += f"; a preset is named by {name}={{'profile': {stated!r}}}"
-        raise TypeError(message)
 
 
 def check_pair(
@@ -183,12 +164,9 @@ def check_pair(
     Raises:
         CqosError: no installed pack has this id.
     """
-    _are_maps({"offered": offered, "requested": requested, "options": options, "topic": topic, "needs": needs})
-    system = pair_system(protocol, offered or {}, requested or {}, options or {}, topic or {}, needs or {})
-    packs = list(packs)
-    where = context(packs)
-    _pack_is_there(protocol, where, packs)
-    return explain_pair(system, PUBLISHER, SUBSCRIBER, where)
+    are_maps({"offered": offered, "requested": requested, "options": options, "topic": topic, "needs": needs})
+    pairs = stated_pairs(protocol, options, topic, packs, needs)
+    return pairs.report(pairs.offer(offered or {}), pairs.request(requested or {}))
 
 
 def explain(

@@ -57,7 +57,20 @@ if TYPE_CHECKING:
 
 def explain_pair(system: System, publisher: str, subscriber: str, where: Context) -> PairReport:
     """Explain one pair of a system that is already read; see `explain`. All but the verdict is found out when it is read."""
-    pipeline = Pipeline(system, where)
+    return explained(Pipeline(system, where), publisher, subscriber)
+
+
+def ends_alone(pipeline: Pipeline, publisher: str, subscriber: str) -> tuple[Resolved, Resolved] | None:
+    """Return two endpoints where nothing but their own values decides about them, and nothing is reported of these."""
+    pair = _Pair(pipeline, publisher, subscriber)
+    resolver = pipeline.resolver
+    clean = not (pipeline.hops or resolver.result.findings or resolver.completed)
+    return (pair.offering, pair.requesting) if clean and pair.alone else None
+
+
+def explained(pipeline: Pipeline, publisher: str, subscriber: str) -> PairReport:
+    """Explain one pair of a system on its way; see `explain_pair`."""
+    system, where = pipeline.stated, pipeline.where
     pair = _Pair(pipeline, publisher, subscriber)
     if not pipeline.hops:
         return pair.report()

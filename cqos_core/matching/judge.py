@@ -206,12 +206,17 @@ def verdict_alone(publisher: QosProfile, subscriber: QosProfile) -> Verdict:
     undecided = any(undecided_meeting(bound, publisher, subscriber) for bound in publisher.pack.by_scope["meets"])
     at_best = (*of_end(publisher, PUBLISHER, False, False), *of_end(subscriber, SUBSCRIBER, False, False))
     verdicts = [Verdict.UNKNOWN] * undecided + [verdict for verdict, _ in at_best]
-    signal = Signal(((publisher.values, 1),), ((subscriber.values, 1),))
     for bound in publisher.pack.by_scope.get("signal", ()):
-        values = (subscriber if speaking_of(bound) == SUBSCRIBER else publisher).values
-        if bound.rule.severity == "error" and (spoken := ask(bound, values, values, signal)) and spoken.refuses:
+        if bound.rule.severity == "error" and refuses_topic(bound, publisher, subscriber):
             verdicts.append(Verdict.INCOMPATIBLE)
     return worst([judge_pair(publisher, subscriber).verdict, *verdicts])
+
+
+def refuses_topic(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> bool:
+    """Whether a rule over topics refuses the only two endpoints of one."""
+    values = (subscriber if speaking_of(bound) == SUBSCRIBER else publisher).values
+    spoken = ask(bound, values, values, Signal(((publisher.values, 1),), ((subscriber.values, 1),)))
+    return spoken is not None and spoken.refuses
 
 
 _ENDS: Final = frozenset({"offered", "requested", "publisher", "subscriber"})

@@ -68,7 +68,8 @@ class _RuleSet:
         self._answers: dict[tuple[int, int], int] = {}
 
     @cached_property
-    def _compiled(self) -> Compiled:
+    def compiled(self) -> Compiled:
+        """Their conditions, as one function."""
         return compiled([(each.bound, each.rule.kind == "forbids") for each in self.rules], alone=self.one)
 
     @cached_property
@@ -100,7 +101,8 @@ class _RuleSet:
         return tuple(dict.fromkeys(index for each in self.rules for index in each.bound.options))
 
     @cached_property
-    def _by_options(self) -> int:
+    def by_options(self) -> int:
+        """The bits of the rules that read options."""
         return sum(1 << position for position, each in enumerate(self.rules) if each.bound.options)
 
     def end(self, profile: QosProfile, *, second: bool = False) -> RuleInput:
@@ -134,11 +136,11 @@ class _RuleSet:
 
     def sorted_out(self, first: RuleInput, second: RuleInput) -> tuple[int, int]:
         """Return as bits the rules that report for certain, and those that have to be asked whether they do."""
-        reporting, exact = self._compiled
+        reporting, exact = self.compiled
         found = reporting(first.values, second.values)
         opened = first.open | second.open
         if first.options != second.options:
-            opened |= self._by_options
+            opened |= self.by_options
         taken = ~(first.passed | second.passed)
         return found & exact & ~opened & taken, (found & ~exact | opened) & taken
 

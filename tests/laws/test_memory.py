@@ -5,9 +5,10 @@ from dataclasses import fields, is_dataclass, replace
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cqos_core.checking import pair_judge
 from cqos_core.checking.checker import check_system
 from cqos_core.matching import assumptions as assumed
-from cqos_core.matching import judge
+from cqos_core.matching import judge, verdicts
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model.system import Endpoint, Participant, Place, Setting, System
 from cqos_core.resolving import bases, participants, profiles, resolve, resolved
@@ -19,12 +20,12 @@ ANY = st.sampled_from(BOTH).flatmap(systems)
 
 def forget():
     known = (resolved.READ, resolved._PROFILES, resolve._NAMED, participants._SURROUNDINGS)
-    for memory in (*known, bases._BASES, bases._OVERRIDES):
+    for memory in (*known, bases._BASES, bases._OVERRIDES, pair_judge._PAIRS, pair_judge._REPORTS):
         memory.clear()
     for remembered in (
         *(shape._remembered, judge.judge_pair, judge.judge_endpoint, judge.refusals, judge.apart, judge.undecided_of),
         *(judge.refusing_worlds, assumed._steered, assumed._options),
-        *(judge.pair_rules, judge.meeting_rules, judge.signal_rules, judge._of_one),
+        *(judge.pair_rules, judge.meeting_rules, judge.signal_rules, judge._of_one, verdicts.verdicts_of),
         *(profiles.conventions, profiles.base_layer, resolved._deciding, resolved._treated_as, _plain_remembered),
     ):
         remembered.cache_clear()
@@ -47,6 +48,7 @@ def test_everything_that_remembers_is_forgotten_here():
         "meeting_rules",
         "signal_rules",
         "_of_one",
+        "verdicts_of",
         "base_layer",
         "_deciding",
         "_treated_as",

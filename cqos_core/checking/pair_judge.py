@@ -1,0 +1,286 @@
+"""Pairs from plain dictionaries: the verdict at once, what else a report has when it is read.
+
+What one side states is resolved once. A pair of two sides that are known goes straight to its verdict. Everything unusual (faults,
+presets, values from peers, packs that complete a system) takes the way of an explanation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from datetime import timedelta
+from functools import cache
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+from cqos_core.checking.explanation import ends_alone, explained
+from cqos_core.matching.pipeline import Pipeline, SettingValue, as_text, context, pair_system
+from cqos_core.matching.verdicts import PairEnd, verdicts_of
+from cqos_core.model.memory import MOST_LETTERS, letters
+from cqos_core.model.problems import CqosError
+from cqos_core.model.remarks import suggestion
+from cqos_core.model.report import PairReport, later
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.plugins import load_plugins
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from cqos_core.matching.pipeline import Context
+    from cqos_core.model.report import Verdict
+    from cqos_core.packs.pack import RulePack
+
+Settings: TypeAlias = Mapping[str, SettingValue]
+_Texts: TypeAlias = tuple[tuple[str, str], ...]
+
+_MOST_SIDES: Final = 8_192
+_MOST_PAIRS: Final = 16
+_MOST_REPORTS: Final = 4_096
+_HASHED: Final = frozenset((str, int, bool, timedelta))
+
+
+def _texts(settings: Mapping[str, SettingValue | None]) -> _Texts:
+    """Return settings as text; a preset that is None is none."""
+    return tuple(
+        (name, as_text(value))  # type: ignore[arg-type]
+        for name, value in settings.items()
+        if name != "profile" or value is not None
+    )
+
+
+class _Side:
+    """What one side states; ``end`` where its values are known and nothing is unusual."""
+
+    __slots__ = ("end", "stated")
+
+    def __init__(self, stated: _Texts) -> None:
+        self.stated = stated
+        self.end: PairEnd | None = None
+
+
+class StatedPairs:
+    """Pairs of one protocol under the same assumptions, and the sides of them that were seen before."""
+
+    def __init__(self, protocol: str, around: tuple[_Texts, _Texts, _Texts], packs: Sequence[RulePack]) -> None:
+        """Look for the pack; ``around`` are options, facts of the topic and needs."""
+        self.protocol = protocol
+        self.around = around
+        self.plugins = load_plugins()
+        self.where = context(packs)
+        pack_is_there(protocol, self.where, packs)
+        self.offers: dict[tuple[Any, ...], _Side] = {}
+        self.requests: dict[tuple[Any, ...], _Side] = {}
+        self.judge: Callable[[PairEnd, PairEnd], Verdict] = _not_known
+
+    def offer(self, settings: Settings) -> _Side:
+        """Return what a publisher states."""
+        return _side(self.offers, settings)
+
+    def request(self, settings: Settings) -> _Side:
+        """Return what a subscriber states."""
+        return _side(self.requests, settings)
+
+    def verdict(self, offer: _Side, request: _Side) -> Verdict:
+        """Return the verdict of two sides."""
+        if offer.end is None or request.end is None:
+            return self.report(offer, request).verdict
+        return self.judge(offer.end, request.end)
+
+    def report(self, offer: _Side, request: _Side) -> PairReport:
+        """Return the report on two sides; of known ones all but the verdict is found out when it is read."""
+        if offer.end is None or request.end is None:
+            return self._explained(offer, request)
+        key = (offer, request)
+        found = _REPORTS.get(key)
+        if found is None:
+            if len(_REPORTS) >= _MOST_REPORTS:
+                _REPORTS.clear()
+            found = _REPORTS[key] = self._lazy(self.judge(offer.end, request.end), offer, request)
+        return found
+
+    def _lazy(self, verdict: Verdict, offer: _Side, request: _Side) -> PairReport:
+        whole = cache(lambda: explained(self._pipeline(offer, request), PUBLISHER, SUBSCRIBER))
+        return PairReport(
+            verdict,
+            later(lambda: whole().findings),
+            later(lambda: whole().policies),
+            later(lambda: whole().guarantees),
+            derived=later(lambda: whole().derived),
+            assumed=later(lambda: whole().assumed),
+        )
+
+    def _pipeline(self, offer: _Side, request: _Side) -> Pipeline:
+        options, topic, needs = map(dict, self.around)
+        system = pair_system(self.protocol, dict(offer.stated), dict(request.stated), options, topic, needs)
+        return Pipeline(system, self.where)
+
+    def _explained(self, offer: _Side, request: _Side) -> PairReport:
+        """Take the way of an explanation, and note the sides where nothing is unusual."""
+        pipeline = self._pipeline(offer, request)
+        report = explained(pipeline, PUBLISHER, SUBSCRIBER)
+        if any(name == "profile" for name, _ in (*offer.stated, *request.stated)):
+            return report
+        ends = ends_alone(pipeline, PUBLISHER, SUBSCRIBER)
+        if ends is not None and not ends[1].profile.needs:
+            verdicts = verdicts_of(ends[0].pack)
+            self.judge = verdicts.verdict
+            offer.end = verdicts.end(ends[0].profile, PUBLISHER)
+            request.end = verdicts.end(ends[1].profile, SUBSCRIBER)
+        return report
+
+
+def _not_known(_offer: PairEnd, _request: PairEnd) -> Verdict:
+    raise NotImplementedError
+
+
+def _side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:
+    """Return what is known of settings; keys tell apart what text tells apart, so that True is not 1."""
+    values = settings.values()
+    plain = (*settings, *values)
+    try:
+        found = known.get(plain) or known.get((*plain, *map(type, values)))
+    except TypeError:  # a list
+        found = None
+    return found or _new_side(known, settings)
+
+
+def _new_side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:
+    stated = _texts(settings)
+    names, texts = zip(*stated, strict=True) if stated else ((), ())
+    if not {*map(type, (*names, *texts))} <= {str} or letters(stated) > MOST_LETTERS:
+        return _Side(stated)
+    if len(known) >= _MOST_SIDES:
+        known.clear()
+    side = known.setdefault((*names, *texts), _Side(stated))
+    values = tuple(settings.values())
+    if len(values) == len(texts) and {*map(type, values)} <= _HASHED:
+        typed = (*names, *values, *map(type, values))
+        known[typed] = side
+    return side
+
+
+_PAIRS: Final[dict[tuple[Any, ...], StatedPairs]] = {}
+_REPORTS: Final[dict[tuple[_Side, _Side], PairReport]] = {}
+
+
+def stated_pairs(
+    protocol: str,
+    options: Settings | None = None,
+    topic: Settings | None = None,
+    packs: Iterable[RulePack] = (),
+    needs: Settings | None = None,
+) -> StatedPairs:
+    """Return what is known of pairs of a protocol under some assumptions.
+
+    Raises:
+        CqosError: no installed pack has this id.
+    """
+    around = (_texts(options or {}), _texts(topic or {}), _texts(needs or {}))
+    packs = tuple(packs)
+    key = (protocol, around, packs)
+    found = _PAIRS.get(key)
+    if found is None or found.plugins is not load_plugins():
+        found = StatedPairs(protocol, around, packs)
+        if letters(around) <= MOST_LETTERS:
+            if len(_PAIRS) >= _MOST_PAIRS:
+                _PAIRS.clear()
+            _PAIRS[key] = found
+    return found
+
+
+class PairProfile:
+    """What one side states, read once: made by `PairJudge.profile`, used in place of a dictionary."""
+
+    __slots__ = ("offer", "pairs", "request")
+
+    def __init__(self, pairs: StatedPairs, settings: Settings) -> None:
+        """Read settings; later changes of them are not seen."""
+        self.pairs = pairs
+        self.offer = pairs.offer(settings)
+        self.request = pairs.request(settings)
+        pairs.verdict(self.offer, pairs.request({}))
+        pairs.verdict(pairs.offer({}), self.request)
+
+
+class PairJudge:
+    """Judges many pairs of one protocol under the same assumptions.
+
+    >>> judge = PairJudge("ros2", {"rmw": "cyclonedds"})
+    >>> judge.verdict({"reliability": "best_effort"}, {"reliability": "reliable"})
+    <Verdict.INCOMPATIBLE: 'incompatible'>
+
+    Every verdict equals that of `cqos_core.check_pair`. Threads may share a judge.
+    """
+
+    def __init__(
+        self,
+        protocol: str,
+        options: Settings | None = None,
+        topic: Settings | None = None,
+        packs: Iterable[RulePack] = (),
+        needs: Settings | None = None,
+    ) -> None:
+        """Prepare for pairs; arguments are those of `cqos_core.check_pair`.
+
+        Raises:
+            CqosError: no installed pack has this id.
+        """
+        are_maps({"options": options, "topic": topic, "needs": needs})
+        self._pairs = stated_pairs(protocol, options, topic, packs, needs)
+        self._offer, self._request = self._pairs.offers.__getitem__, self._pairs.requests.__getitem__
+        self.verdict({}, {})
+
+    def profile(self, settings: Settings) -> PairProfile:
+        """Read what one side states once, for many verdicts of this judge."""
+        are_maps({"settings": settings})
+        return PairProfile(self._pairs, settings)
+
+    def verdict(self, offered: Settings | PairProfile, requested: Settings | PairProfile) -> Verdict:
+        """Return the verdict of an offer and a request, each a dictionary or a prepared profile.
+
+        Raises:
+            TypeError: a value is no setting.
+            CqosError: a profile is of another judge.
+        """
+        pairs = self._pairs
+        if offered.__class__ is dict:
+            try:
+                offer = self._offer((*offered, *offered.values())).end
+                request = self._request((*requested, *requested.values())).end  # type: ignore[misc, union-attr]
+            except (KeyError, TypeError, AttributeError):  # not seen before, no text, or a profile
+                offer = request = None
+            if offer and request:
+                return pairs.judge(offer, request)
+        return pairs.verdict(
+            self._own(offered).offer if isinstance(offered, PairProfile) else pairs.offer(offered),
+            self._own(requested).request if isinstance(requested, PairProfile) else pairs.request(requested),
+        )
+
+    def _own(self, profile: PairProfile) -> PairProfile:
+        if profile.pairs is not self._pairs:
+            raise CqosError("the profile is of another judge: use `profile` of this one")
+        return profile
+
+
+def are_maps(given: Mapping[str, object]) -> None:
+    """Refuse what is no map of settings, and say how a preset is named.
+
+    Raises:
+        TypeError: something is no map.
+    """
+    for name, stated in given.items():
+        if stated is None or isinstance(stated, Mapping):
+            continue
+        message = f"`{name}` must map names of settings to values, found {stated!r}"
+        if isinstance(stated, str) and name in {"offered", "requested"}:
+            message += f"; a preset is named by {name}={{'profile': {stated!r}}}"
+        raise TypeError(message)
+
+
+def pack_is_there(pack_id: str, where: Context, packs: Iterable[RulePack]) -> None:
+    """Refuse the id of a pack that is missing.
+
+    Raises:
+        CqosError: with the ids that are near.
+    """
+    if where.find_pack(pack_id) is None:
+        known = {*load_plugins().packs, *(pack.id for pack in packs)}
+        raise CqosError(f"there is no rule pack `{pack_id}`; {suggestion(pack_id, known)}")

@@ -1,0 +1,167 @@
+"""The verdict of two profiles that are alone on their topic and need no guarantee, by compiled rules.
+
+`cqos_core.matching.judge.verdict_alone` is what it means.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from itertools import count
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.language.relation import positions
+from cqos_core.matching.judge import (
+    ask,
+    meeting_rules,
+    of_end,
+    pair_rules,
+    refuses_topic,
+    undecided_meeting,
+    verdict_by,
+    verdict_of,
+)
+from cqos_core.matching.rule_set import PairRules
+from cqos_core.model.report import Verdict
+from cqos_core.model.system import SUBSCRIBER
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from cqos_core.language.values import Values
+    from cqos_core.packs.bound_rule import BoundRule
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.resolved import QosProfile
+
+_COMPATIBLE, _UNKNOWN, _INCOMPATIBLE, _APART = range(4)
+_VERDICTS: Final = (Verdict.COMPATIBLE, Verdict.UNKNOWN, Verdict.INCOMPATIBLE, Verdict.UNKNOWN)
+_MOST_ANSWERS: Final = 200_000
+
+
+@dataclass(slots=True, eq=False)
+class PairEnd:
+    """One end of a pair: what `cqos_core.matching.rule_set.RuleInput` has, and what holds of all its pairs.
+
+    Attributes:
+        rank: of the verdict that any pair of it has at best.
+        parts: by bits of rules, a number for the values that these read; equal values have one number.
+    """
+
+    profile: QosProfile
+    values: Values
+    open: int
+    passed: int
+    options: Values
+    rank: int
+    parts: dict[int, int] = field(default_factory=dict)
+
+
+class Verdicts:
+    """Gives verdicts of pairs of one pack."""
+
+    def __init__(self, pack: RulePack) -> None:
+        """Compile the rules of pairs and meetings, without those of guarantees."""
+        meets, pair = meeting_rules(pack).rules, pair_rules(pack).rules
+        self._rules = PairRules(pack, (*meets, *pair), _not_asked)
+        self._signals = [each for each in pack.by_scope.get("signal", ()) if each.rule.severity == "error"]
+        self._apart = (1 << len(meets)) - 1
+        by_verdict = dict.fromkeys(Verdict, 0)
+        for position, each in enumerate(pair, len(meets)):
+            by_verdict[verdict_by(each.rule, unknown=False)] |= 1 << position
+        self._incompatible, self._unknown = by_verdict[Verdict.INCOMPATIBLE], by_verdict[Verdict.UNKNOWN]
+        # A bit beyond those of the rules stands for the rules over topics.
+        self._always = 1 << len(self._rules.rules) if self._signals else 0
+        self._read: dict[tuple[int, bool], tuple[int, ...]] = {}
+        self._next = count(1)
+        self._numbers: dict[tuple[object, ...], int] = {}
+        self._answers: dict[tuple[int, int], int] = {}
+
+    def end(self, profile: QosProfile, role: str) -> PairEnd:
+        """Return a profile as an end of pairs."""
+        found = self._rules.end(profile, second=role == SUBSCRIBER)
+        rank = max((verdict.rank for verdict, _ in of_end(profile, role, False, False)), default=_COMPATIBLE)
+        return PairEnd(profile, found.values, found.open | self._always, found.passed, found.options, rank)
+
+    @cached_property
+    def verdict(self) -> Callable[[PairEnd, PairEnd], Verdict]:
+        """Return what gives the verdict of a publisher and a subscriber: one function, whose look-ups are done before."""
+        reporting, exact = self._rules.compiled
+        inexact, by_options = ~exact, self._rules.by_options
+        set_apart, incompatible, unknown = self._apart, self._incompatible, self._unknown
+        part, ask_open, answers, verdicts = self._part, self._ask, self._answers.get, _VERDICTS
+
+        def verdict(offering: PairEnd, requesting: PairEnd) -> Verdict:
+            found = reporting(offering.values, requesting.values)
+            asked = offering.open | requesting.open | found & inexact
+            if offering.options != requesting.options:
+                asked |= by_options
+            passed = offering.passed | requesting.passed
+            if passed:
+                found &= ~passed
+                asked &= ~passed
+            rank = max(requesting.rank, offering.rank)
+            certain = found & ~asked
+            if certain:
+                if certain & set_apart:
+                    return Verdict.UNKNOWN
+                if certain & incompatible:
+                    rank = _INCOMPATIBLE
+                elif certain & unknown and rank < _UNKNOWN:
+                    rank = _UNKNOWN
+            if asked:
+                first = offering.parts.get(asked) or part(asked, offering, second=False)
+                second = requesting.parts.get(asked) or part(asked, requesting, second=True)
+                said = answers((first, second))
+                if said is None:
+                    said = ask_open((first, second), asked, offering.profile, requesting.profile)
+                rank = max(rank, said)
+            return verdicts[rank]
+
+        return verdict
+
+    def _part(self, asked: int, end: PairEnd, *, second: bool) -> int:
+        """Return the number of the values that some rules, and those over topics, read of an end; none is 0."""
+        read = self._read.get((asked, second))
+        if read is None:
+            rules = [self._rules.rules[position] for position in positions(asked & ~self._always)]
+            found = [at for each in rules for at in each.bound.sides[second]]
+            found += [at for each in self._signals for at in (*each.bound.own, *each.bound.aggregated)]
+            # A value that depends on an assumption leaves a meeting condition open on either side.
+            found += [at for each in rules if each.rule.kind == "meets" for at in each.bound.indices]
+            read = self._read[asked, second] = tuple(dict.fromkeys(found))
+        key = (asked, second, *[end.profile.values[at] for at in read])
+        if len(self._numbers) >= _MOST_ANSWERS:
+            self._numbers.clear()
+        number = end.parts[asked] = self._numbers.setdefault(key, next(self._next))
+        return number
+
+    def _ask(self, key: tuple[int, int], asked: int, offering: QosProfile, requesting: QosProfile) -> int:
+        """Ask the rules that their function leaves open, and those over topics; return the rank of what they say."""
+        rank = _COMPATIBLE
+        for position in positions(asked & ~self._always):
+            rank = max(rank, _rank(self._rules.rules[position], offering, requesting))
+        if any(refuses_topic(each, offering, requesting) for each in self._signals):
+            rank = max(rank, _INCOMPATIBLE)
+        if len(self._answers) >= _MOST_ANSWERS:
+            self._answers.clear()
+        self._answers[key] = rank
+        return rank
+
+
+@lru_cache
+def verdicts_of(pack: RulePack) -> Verdicts:
+    """Return what gives verdicts of a pack's pairs."""
+    return Verdicts(pack)
+
+
+def _rank(bound: BoundRule, offering: QosProfile, requesting: QosProfile) -> int:
+    if bound.rule.kind == "meets":
+        if bound.bound.judge(offering.values, requesting.values).result is False:
+            return _APART
+        return _UNKNOWN if undecided_meeting(bound, offering, requesting) else _COMPATIBLE
+    spoken = ask(bound, offering.values, requesting.values)
+    return _COMPATIBLE if spoken is None else verdict_of(spoken).rank
+
+
+def _not_asked(_bound: BoundRule, _publisher: QosProfile, _subscriber: QosProfile) -> None:
+    raise NotImplementedError
