@@ -32,7 +32,7 @@ def forget():
 
 
 def test_everything_that_remembers_is_forgotten_here():
-    modules = (assumed, bases, judge, participants, profiles, resolve, resolved, shape)
+    modules = (assumed, bases, judge, participants, profiles, resolve, resolved, shape, verdicts)
     memories = {name for module in modules for name, value in vars(module).items() if hasattr(value, "cache_clear")}
     assert memories - {"cache", "dataclass", "lru_cache"} == {
         "_remembered",
