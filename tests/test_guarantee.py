@@ -21,7 +21,6 @@ from cqos_core.packs.guarantee import FAULTS, LINK, NEEDS, RELAYED, SURVIVES, WO
 from cqos_core.resolving.resolve import resolve
 from cqos_dds.pack import PACK as DDS
 from cqos_ros2.pack import PACK as ROS2
-from cqos_ros2.pack import SEMANTIC
 from tests.worlds import CARE, DELAY, POST, codes, only, reader, settings, world, writer
 
 if TYPE_CHECKING:
@@ -275,7 +274,7 @@ PROGRAMS: tuple[Any, ...] = (
     {"period": ["10ms", "1s", "infinite"], "keyed": ["true", "false"]},
 )
 BARE = {
-    "ros2": replace(SEMANTIC, rules=tuple(rule for rule in SEMANTIC.rules if not rule.guarantee)),
+    "ros2": replace(ROS2, rules=tuple(rule for rule in ROS2.rules if not rule.guarantee)),
     "dds": replace(DDS, rules=tuple(rule for rule in DDS.rules if not rule.guarantee)),
 }
 # From the weakest on.

@@ -162,7 +162,10 @@ class InputReader:
             self.switches,
             stdin,
             protocol=lambda path: self.nearest(path).protocol,
-            excluded=(*self.config.exclude, patterns(self.options.excluded, ".")),
+            excluded=(
+                *self.config.exclude,
+                *([patterns(excluded, ".")] if (excluded := self.options.excluded) else ()),
+            ),
             step=step,
         )
 

@@ -6,7 +6,6 @@ import errno
 import os
 import posixpath
 import re
-import secrets
 import shutil
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -213,7 +212,7 @@ def write_whole(path: str, data: bytes) -> None:
     if target.exists() and not os.access(target, os.W_OK):
         # The folder allows replacing the file, but the file itself is write-protected.
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-    draft = target.with_name(f".{target.name[:100]}.{secrets.token_hex(8)}.tmp")
+    draft = target.with_name(f".{target.name[:100]}.{os.urandom(8).hex()}.tmp")
     try:
         with draft.open("xb") as file:
             file.write(data)
