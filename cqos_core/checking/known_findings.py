@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, replace
 from datetime import date
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.checking.acceptance import Accepting, with_severities
@@ -17,10 +18,10 @@ from cqos_core.checking.checker import alike_of_instances, collapses, nothing_co
 from cqos_core.checking.findings import Made, by_endpoints, cause_of, merged, one_per_cause
 from cqos_core.checking.stages import Item, Stage
 from cqos_core.model.changes import Counts
-from cqos_core.model.system import MESSAGE
+from cqos_core.resolving.left_over import of_one_cause
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 
     from cqos_core.checking.topic import TopicResult
     from cqos_core.matching.pairing import TopicKey
@@ -30,18 +31,23 @@ if TYPE_CHECKING:
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved
 
+Remark = tuple["tuple[object, ...] | None", "Finding"]
+"""A finding about what an endpoint states, with the cause that it may share with others."""
+REMARK = "remark"
 Numbered = tuple[tuple[int, int], "Resolved"]
 """An endpoint, with its place among all."""
-_STATED, _COLLAPSED, _NOTHING = 0, 3, 5
+_STATED, _COLLAPSED, _NOTHING, _SAID = 0, 3, 5, 6
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """What an edit does to what is judged: topics with their former and new result, endpoints that go and that come."""
+    """What an edit does to what is judged: topics with their former and new result, endpoints and remarks that go and that come."""
 
     topics: Mapping[TopicKey, tuple[TopicResult | None, TopicResult | None]]
     gone: Sequence[Numbered]
     came: Sequence[Numbered]
+    unsaid: Sequence[Item] = ()
+    said: Sequence[Item] = ()
 
 
 class KnownFindings:
@@ -53,7 +59,7 @@ class KnownFindings:
         context: Context,
         packs: Mapping[str, RulePack],
         results: Mapping[TopicKey, TopicResult],
-        stated: Sequence[Finding],
+        kind_of: Callable[[str], str],
     ) -> None:
         """Begin with no endpoint.
 
@@ -62,7 +68,7 @@ class KnownFindings:
             context: the packs, and the day.
             packs: those in use.
             results: of the topics as they are at any time.
-            stated: findings that no topic decides.
+            kind_of: tells the kind of a stated endpoint by its id.
         """
         self._system, self._find_rule = system, context.find_rule
         today = context.today or date.today()  # noqa: DTZ011 - a calendar day, where the user is
@@ -70,8 +76,7 @@ class KnownFindings:
         self._used = Counter[int]()
         self._templates: dict[str, str] = {}
         self._of = {each.id: each.template for each in system.participants.values() if each.template is not None}
-        self._kinds: dict[str, str] = {}
-        self._alone = Alone(packs, results, lambda name: self._kinds.get(name, MESSAGE), partial=system.partial)
+        self._alone = Alone(packs, results, kind_of, partial=system.partial)
         self._beyond = Beyond()
         self._of_topics: dict[TopicKey, list[Item]] = {}
         self._by_key = Stage(_merge_key, self._merged)
@@ -83,7 +88,6 @@ class KnownFindings:
         self._pairs = Counter[Any]()
         self._topics = 0
         self._severities = Counter[Any]()
-        self._pass([], [_plain((1, _STATED, at), finding) for at, finding in enumerate(stated)])
 
     @property
     def all(self) -> list[Finding]:
@@ -101,8 +105,7 @@ class KnownFindings:
         for numbered, sign in ((step.gone, -1), (step.came, 1)):
             for _, endpoint in numbered:
                 self._count(endpoint, sign)
-        gone: list[Item] = []
-        came: list[Item] = []
+        gone, came = [*step.unsaid], [*step.said]
         old_groups: list[Group] = []
         new_groups: list[Group] = []
         for key, (before, now) in step.topics.items():
@@ -131,14 +134,10 @@ class KnownFindings:
         stated = endpoint.endpoint
         self._endpoints += sign
         self._external += sign * endpoint.external
-        for memory, name, value in (
-            (self._templates, endpoint.id, stated.template),
-            (self._kinds, endpoint.stated_id, None if stated.kind == MESSAGE else stated.kind),
-        ):
-            if value is not None and sign > 0:
-                memory[name] = value
-            elif value is not None:
-                memory.pop(name, None)
+        if stated.template is not None and sign > 0:
+            self._templates[endpoint.id] = stated.template
+        elif stated.template is not None:
+            self._templates.pop(endpoint.id, None)
 
     def _pass(
         self, gone: list[Item], came: list[Item], step: Step | None = None
@@ -186,7 +185,8 @@ class KnownFindings:
     def _merged(self, items: Sequence[Item]) -> list[Item]:
         """What topics share, with the severity that is asked for, accepted or not."""
         first = items[0].made
-        whole = first if len(items) == 1 else replace(first, finding=merged([each.made.finding for each in items]))
+        together = of_one_cause if first.merge_key[0] == REMARK else merged
+        whole = first if len(items) == 1 else replace(first, finding=together([each.made.finding for each in items]))
         found = with_severities([whole], self._system.severities, self._find_rule)
         return [Item(items[0].order, *self._accepting.marked(one)) for one in found]
 
@@ -206,6 +206,27 @@ class KnownFindings:
 
 def _plain(order: tuple[Any, ...], finding: Finding) -> Item:
     return Item(order, Made(finding, ("own",), frozenset()))
+
+
+def plain_items(findings: Sequence[Finding]) -> list[Item]:
+    """Findings that no edit of an endpoint changes."""
+    return [_plain((1, _STATED, at), finding) for at, finding in enumerate(findings)]
+
+
+def joined(remarks: Sequence[Item]) -> list[Finding]:
+    """Put remarks of one cause together, as a check reports them."""
+    found: dict[Hashable, list[Finding]] = {}
+    for item in sorted(remarks, key=attrgetter("order")):
+        found.setdefault(_merge_key(item), []).append(item.made.finding)
+    return [same[0] if len(same) == 1 else of_one_cause(same) for same in found.values()]
+
+
+def remarks_of(number: int, said: Iterable[Remark]) -> list[Item]:
+    """Remarks about an endpoint, which has a place among all."""
+    return [
+        Item((1, _SAID, number, at), Made(finding, ("own",) if cause is None else (REMARK, cause), frozenset()))
+        for at, (cause, finding) in enumerate(said)
+    ]
 
 
 def _items_of(key: TopicKey, result: TopicResult | None) -> list[Item]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.checking.checker import assemble, check_system, judge_topics
 from cqos_core.checking.edits import Edits
-from cqos_core.checking.quick import Quick, is_quick
+from cqos_core.checking.quick import Quick, quick_way
 from cqos_core.checking.stated import StatedEndpoints, copied
 from cqos_core.checking.trial import tried_out
 from cqos_core.inputs.reading import faults, faults_of
@@ -205,7 +205,7 @@ class Session(Edits):
         self.judged = 0
         touched, self._touched = self._touched, {}
         if not self._stale and touched:
-            step = self._quick.follow(touched, self._endpoints) if self._quick is not None else None
+            step = self._quick.follow(touched) if self._quick is not None else None
             self._stale = step is None
             if step is not None and self._quick is not None:
                 self.judged = len(step.topics)
@@ -251,7 +251,7 @@ class Session(Edits):
         pipeline = Pipeline(whole, self._context)
         found = judge_topics(pipeline, judged)
         self._results, self._topics = found.results, dict(pipeline.topics)
-        self._quick = Quick(pipeline, found, self._topics, self._endpoints) if is_quick(pipeline) else None
+        self._quick = quick_way(pipeline, found, self._topics, self._endpoints)
         if self._quick is None:
             result = pipeline.resolver.result
             self._last = assemble(pipeline.system, result, found.results, self._context, found.problems)

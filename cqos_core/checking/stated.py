@@ -43,6 +43,10 @@ class StatedEndpoints:
         number = self._number.get(name)
         return None if number is None else (number, self._by_number[number])
 
+    def kind_of(self, name: str) -> str:
+        """Return the kind of the endpoint of an id, which there has to be."""
+        return self._by_number[self._number[name]].kind
+
     def put(self, endpoint: Endpoint) -> None:
         """Add an endpoint, or replace the first one with its id, whose place it takes."""
         number = self._number.get(endpoint.id)

@@ -113,7 +113,16 @@ class SettingsReader:
             self.findings.append(finding)
         position, concerned = self._causes[cause]
         concerned.update(dict.fromkeys(members))
-        self.findings[position] = min(self.findings[position], finding, key=_where)
+        self.findings[position] = min(self.findings[position], finding, key=by_place)
+
+    def taken(self) -> list[tuple[tuple[object, ...] | None, Finding]]:
+        """Return what was reported, each with the cause that others may share, and forget it."""
+        self.finish()
+        causes = {position: cause for cause, (position, _) in self._causes.items()}
+        found = [(causes.get(position), finding) for position, finding in enumerate(self.findings)]
+        self.findings.clear()
+        self._causes.clear()
+        return found
 
     def finish(self) -> None:
         """Put whom a cause concerns into its finding."""
@@ -432,7 +441,7 @@ def _is_default(pack: RulePack, policy: Policy, text: str, reading: ValueSource)
         return False
 
 
-def _where(finding: Finding) -> tuple[object, ...]:
+def by_place(finding: Finding) -> tuple[object, ...]:
     """The order of findings of one cause; the first is reported."""
     place = finding.place
     at = ("", 0, 0) if place is None else (place.source, place.line or 0, place.column or 0)

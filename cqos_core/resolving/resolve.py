@@ -197,9 +197,9 @@ class Resolver:
             self.result.endpoints.append(self._resolved(expanded, owner, self._unique(expanded.id), endpoint.id))
 
     @property
-    def said(self) -> bool:
-        """Whether anything was to be said of the system so far."""
-        return bool(self.reader.remarks or self._packless or self._name_problems or self.result.findings)
+    def unjudged(self) -> bool:
+        """Whether an endpoint has no pack, or a wrong name."""
+        return bool(self._packless or self._name_problems)
 
     def report_rest(self) -> None:
         """Report input that no rule pack checks."""
