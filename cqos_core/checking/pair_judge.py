@@ -47,13 +47,21 @@ def _texts(settings: Mapping[str, SettingValue | None]) -> _Texts:
 
 
 class _Side:
-    """What one side states; ``end`` where its values are known and nothing is unusual."""
+    """What one side states; ``end`` where its values are known and nothing is unusual; ``types`` of values that are no text."""
 
-    __slots__ = ("end", "stated")
+    __slots__ = ("end", "stated", "types")
 
     def __init__(self, stated: _Texts) -> None:
         self.stated = stated
         self.end: PairEnd | None = None
+        self.types: tuple[tuple[str, type], ...] = ()
+
+    def spelt_alike(self, settings: Settings) -> bool:
+        """Whether settings that are equal are of the same types: True equals 1, and is another text."""
+        for name, kind in self.types:  # noqa: SIM110 - a loop is twice as fast here
+            if type(settings[name]) is not kind:
+                return False
+        return True
 
 
 class StatedPairs:
@@ -132,28 +140,28 @@ def _not_known(_offer: PairEnd, _request: PairEnd) -> Verdict:
 
 
 def _side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:
-    """Return what is known of settings; keys tell apart what text tells apart, so that True is not 1."""
+    """Return what is known of settings; types tell apart what text tells apart, so that True is not 1."""
     values = settings.values()
     plain = (*settings, *values)
     try:
-        found = known.get(plain) or known.get((*plain, *map(type, values)))
+        found = known.get(plain)
+        if found is not None and not found.spelt_alike(settings):
+            found = known.get((*plain, *map(type, values)))
     except TypeError:  # a list
         found = None
     return found or _new_side(known, settings)
 
 
 def _new_side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:
-    stated = _texts(settings)
-    names, texts = zip(*stated, strict=True) if stated else ((), ())
-    if not {*map(type, (*names, *texts))} <= {str} or letters(stated) > MOST_LETTERS:
-        return _Side(stated)
+    side = _Side(_texts(settings))
+    types = tuple(map(type, settings.values()))
+    if not ({*types} <= _HASHED and {*map(type, settings)} <= {str}) or letters(side.stated) > MOST_LETTERS:
+        return side
     if len(known) >= _MOST_SIDES:
         known.clear()
-    side = known.setdefault((*names, *texts), _Side(stated))
-    values = tuple(settings.values())
-    if len(values) == len(texts) and {*map(type, values)} <= _HASHED:
-        typed = (*names, *values, *map(type, values))
-        known[typed] = side
+    side.types = tuple((name, kind) for name, kind in zip(settings, types, strict=True) if kind is not str)
+    plain = (*settings, *settings.values())
+    known[(*plain, *types) if plain in known else plain] = side
     return side
 
 
@@ -173,7 +181,11 @@ def stated_pairs(
     Raises:
         CqosError: no installed pack has this id.
     """
-    around = (_texts(options or {}), _texts(topic or {}), _texts(needs or {}))
+    around = (
+        _texts(options) if options else (),
+        _texts(topic) if topic else (),
+        _texts(needs) if needs else (),
+    )
     packs = tuple(packs)
     key = (protocol, around, packs)
     found = _PAIRS.get(key)
@@ -243,16 +255,21 @@ class PairJudge:
         pairs = self._pairs
         if offered.__class__ is dict:
             try:
-                offer = self._offer((*offered, *offered.values())).end
-                request = self._request((*requested, *requested.values())).end  # type: ignore[misc, union-attr]
-            except (KeyError, TypeError, AttributeError):  # not seen before, no text, or a profile
-                offer = request = None
-            if offer and request:
-                return pairs.judge(offer, request)
-        return pairs.verdict(
-            self._own(offered).offer if isinstance(offered, PairProfile) else pairs.offer(offered),
-            self._own(requested).request if isinstance(requested, PairProfile) else pairs.request(requested),
-        )
+                offer = self._offer((*offered, *offered.values()))
+                request = self._request((*requested, *requested.values()))  # type: ignore[misc, union-attr]
+            except (KeyError, TypeError, AttributeError):  # not seen before, a list, or a profile
+                return pairs.verdict(pairs.offer(offered), self._requested(requested))
+            if not (offer.types or request.types) or (
+                offer.spelt_alike(offered) and request.spelt_alike(requested)  # type: ignore[arg-type]
+            ):
+                first, second = offer.end, request.end
+                return pairs.judge(first, second) if first and second else pairs.verdict(offer, request)
+            return pairs.verdict(pairs.offer(offered), self._requested(requested))
+        offer = self._own(offered).offer if isinstance(offered, PairProfile) else pairs.offer(offered)
+        return pairs.verdict(offer, self._requested(requested))
+
+    def _requested(self, requested: Settings | PairProfile) -> _Side:
+        return self._own(requested).request if isinstance(requested, PairProfile) else self._pairs.request(requested)
 
     def _own(self, profile: PairProfile) -> PairProfile:
         if profile.pairs is not self._pairs:
