@@ -83,12 +83,8 @@ class Models:
         found = self._kinds[kind]
         if found is None:
             return None
-        values = {_quantity(number): value for number, value in enumerate(quantities, 1)}
-        settings = {
-            name: replace(each, text=values[each.text]) if each.text in values else each
-            for name, each in found.settings.items()
-        }
-        return Model(replace(found, settings=settings), self._lines)
+        texts = {_quantity(number): value for number, value in enumerate(quantities, 1)}
+        return Model(found, self._lines, texts)
 
     def _event(self, tag: str, attributes: str, quantities: int) -> Endpoint | None:
         """Read a document with one event; None unless every quantity is the text of a setting, and there is nothing else."""

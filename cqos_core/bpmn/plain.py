@@ -22,6 +22,7 @@ LEAST: Final = 32_768
 """Bytes of the smallest document for which this is worth while."""
 MARK: Final = "cqos-plain"
 _LONGEST: Final = 100_000
+_MOST_MODELS: Final = 10_000
 # No reference and no white space that a parser changes. Possessive throughout: linear on any input.
 _VALUE = rb'[^"<&\x00-\x1f]*+'
 _OTHERS = rb'(?:[ \t\r\n]++(?!id=|name=|xml)[A-Za-z_][\w.:-]*+="' + _VALUE + rb'")*+'
@@ -111,6 +112,8 @@ class Taking:
             else:
                 tag, a, one, name, b, two, other, c, _, signal = match.groups()[:10]
                 key = tag, a, b, c
+                if len(models) >= _MOST_MODELS:
+                    models.clear()
                 model = models[key] if key in models else models.setdefault(key, self._model(tag, a + b + (c or b"")))
                 topic = signal.decode()
                 if model is None or one == two or (known is not None and topic not in known):

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.model.system import Endpoint, Place, ProfileRef, Room, Setting
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from cqos_core.model.system import Said
 
 _BLOCK: Final = 4096
@@ -39,13 +41,22 @@ class Model:
 
     Attributes:
         endpoint: one such endpoint, as its importer makes it.
-        said: its `Endpoint.said`.
     """
 
-    def __init__(self, endpoint: Endpoint, lines: LinesOf) -> None:
+    __slots__ = ("_lines", "_texts", "endpoint")
+
+    def __init__(self, endpoint: Endpoint, lines: LinesOf, texts: Mapping[str, str]) -> None:
+        """Take ``texts`` in the place of those of the endpoint's settings."""
         self.endpoint = endpoint
-        self.said: Said = endpoint.said()
         self._lines = lines
+        self._texts = texts
+
+    @property
+    def said(self) -> Said:
+        """What `Endpoint.said` returns."""
+        settings, overlay = self.endpoint.said()
+        text = self._texts
+        return tuple([(name, text.get(each, each), *rest) for name, each, *rest in settings]), overlay  # type: ignore[misc]
 
     def another(self, name: str, label: str | None, topic: str, offset: int) -> PlainEndpoint:
         """Return an endpoint like the model, whose place is the line of the byte at ``offset``."""
@@ -87,7 +98,13 @@ class Model:
                 ProfileRef(each.name, _moved(each.place, place), each.scope) for each in self.endpoint.profiles
             )
         return {
-            word: Setting(each.text, _moved(each.place, place), each.unknown, each.derived, each.reported)
+            word: Setting(
+                self._texts.get(each.text, each.text),
+                _moved(each.place, place),
+                each.unknown,
+                each.derived,
+                each.reported,
+            )
             for word, each in self.endpoint.settings.items()
         }
 
