@@ -542,6 +542,17 @@ def test_what_may_be_one_of_a_few_values_depends_on_one_assumption():
     assert checked(ends[0], reader("box", care="plain")).verdict == "compatible"
 
 
+def test_one_of_a_few_that_is_no_value_is_reported_as_such():
+    unclear = Cases("what the zeros mean", (("chosen", "express"), ("edited by hand", "signed")))
+    system = world(
+        replace(writer("box"), settings={"care": Setting("0", place(3), unclear)}), reader("box", care="signed")
+    )
+    report = checked(system)
+    finding = only(report, "CQ203")
+    assert "`express` is not one of its values" in finding.message
+    assert (finding.place, report.verdict) == (place(3), "unknown")
+
+
 def test_places_of_what_is_wrong_are_those_where_it_stands():
     wrong = replace(writer("box"), settings={"care": Setting("express", place(3, 7)), "colour": Setting("x", place(4))})
     found = {finding.code: finding.place for finding in findings(wrong)}

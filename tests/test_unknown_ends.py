@@ -59,10 +59,14 @@ participants:
     assert "CQ202" not in {each.code for each in check(text.replace("{protocol}", "dds").encode()).findings}
 
 
-def what_a_rule_says(kind, **more):
+def report_with(kind, care="unknown", **more):
     rule = kind(CARE >= "signed", code="POST999", name="of-one-end", because="it is so", role="subscriber", **more)
     where = context([replace(POST, rules=(*POST.rules, rule))])
-    report = checked(writer("box", care="insured"), reader("box", care="unknown"), where=where)
+    return checked(writer("box", care="insured"), reader("box", care=care), where=where)
+
+
+def what_a_rule_says(kind, **more):
+    report = report_with(kind, **more)
     said = [(str(finding.severity), finding.endpoints) for finding in report.findings if finding.code == "POST999"]
     return said, {code for group in report.groups for code in group.codes if code == "POST999"}
 
@@ -75,6 +79,12 @@ def test_a_requirement_on_an_end_that_cannot_be_decided_leaves_its_pairs_unknown
 def test_what_cannot_be_decided_stays_silent_about_creation_and_what_is_forbidden():
     assert what_a_rule_says(requires, severity="error", creation=True) == ([], set())
     assert what_a_rule_says(forbids, severity="error") == ([], set())
+
+
+def test_a_requirement_that_holds_under_some_assumptions_is_one_of_them():
+    report = report_with(requires, care="usual")
+    assert (report.verdict, "POST999" in {finding.code for finding in report.findings}) == ("compatible", False)
+    assert {each.option: each.values for each in report.assumed} == {"post.carrier": ("train", "ship")}
 
 
 def test_a_requirement_on_an_end_is_not_decided_by_what_its_role_lacks():

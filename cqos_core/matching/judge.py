@@ -299,12 +299,16 @@ def of_end(
 
 @lru_cache(maxsize=_CACHE)
 def undecided_of(profile: QosProfile, role: str, observed: bool) -> tuple[Violation, ...]:  # noqa: FBT001 - a cache key
-    """Return the requirements on one endpoint that cannot be decided; one about its creation stays silent."""
+    """Return the requirements on one endpoint that cannot be decided under any assumption; of its creation none is.
+
+    Where one holds under some assumptions, the report names these as assumed.
+    """
     return tuple(
         each
         for each in judge_endpoint(profile, role, observed)
         if each.unknown
         and each.failed is None
+        and not any(holds for _, holds in each.outcome.worlds)
         and each.bound.rule.kind == "requires"
         and not each.bound.rule.creation
         and not already_reported(each, profile, profile)

@@ -222,16 +222,21 @@ class SettingsReader:
         try:
             return read_value(pack, policy, text, role, reading.options, dialect)
         except InvalidValueError as problem:
-            where = stated.setting.place if stated is not None and stated.setting.place is not None else reading.place
             kind, _, name = layer.origin.partition(" ") if layer is not None else ("", "", "")
-            message = (
-                f"{f'profile `{name}`' if kind == 'profile' else reading.owner}: `{policy.name}` {problem.message}"
-            )
-            expected = problem.expected if problem.expected != policy.domain.expected() else policy.expected()
-            about, members = reading.about(policy)
-            finding = core_finding("CQ203", message, place=where, role=about, help=problem.advice(expected))
-            self.say_cause(("CQ203", message, where), finding, members)
-            return Anything(f"{policy.name} has no valid value", "CQ203")
+            owner = f"profile `{name}`" if kind == "profile" else reading.owner
+            return self._invalid(policy, problem, owner, None if stated is None else stated.setting.place, reading)
+
+    def _invalid(
+        self, policy: Policy, problem: InvalidValueError, owner: str, place: Place | None, reading: ValueSource
+    ) -> Value:
+        """Report that ``owner`` states what is no value of a policy, which is not known then."""
+        where = reading.place if place is None else place
+        message = f"{owner}: `{policy.name}` {problem.message}"
+        expected = problem.expected if problem.expected != policy.domain.expected() else policy.expected()
+        about, members = reading.about(policy)
+        finding = core_finding("CQ203", message, place=where, role=about, help=problem.advice(expected))
+        self.say_cause(("CQ203", message, where), finding, members)
+        return Anything(f"{policy.name} has no valid value", "CQ203")
 
     def not_known(self, pack: RulePack, policy: Policy, stated: Stated, reading: ValueSource) -> Value:
         """Return the value of a setting that was not understood, and report why, unless that is done."""
@@ -239,10 +244,13 @@ class SettingsReader:
         if isinstance(unknown, Cases):
             spelt = ((when, spelled(policy, text, reading.dialect) if text else None) for when, text in unknown.values)
             default = policy.default_for(reading.role) or ""
-            cases = tuple(
-                (when, read_value(pack, policy, text or default, reading.role, reading.options, None))
-                for when, text in spelt
-            )
+            try:
+                cases = tuple(
+                    (when, read_value(pack, policy, text or default, reading.role, reading.options, None))
+                    for when, text in spelt
+                )
+            except InvalidValueError as problem:
+                return self._invalid(policy, problem, reading.owner, stated.setting.place, reading)
             return cases[0][1] if len({value for _, value in cases}) == 1 else Depends(unknown.assumption, cases)
         code = stated.code or stated.setting.reported
         if not code:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.matching.pipeline import Pipeline, context
-from cqos_core.model.system import Endpoint, Participant, Place, Setting, System, Topic
+from cqos_core.model.system import Cases, Endpoint, Participant, Place, Setting, System, Topic
 from cqos_core.resolving.bases import Bases
 from cqos_core.resolving.resolved import READ
 from tests.laws.systems import BOTH, systems
@@ -21,7 +21,8 @@ from tests.worlds import POST
 WHERE = context([POST])
 ALL = ("post", "ros2", "dds", "mqtt")
 ODD = ("", "0", "7", "1s", "-1", "infinite", "unspecified", "{sec: 1, nanosec: 5}", "[a, b]", "nonsense", "0s", "true")
-UNKNOWN = ("it was not written down", "it is a variable")
+CASES = Cases("what it means", (("one thing", "nonsense"), ("another", "")))
+UNKNOWN = ("it was not written down", "it is a variable", CASES)
 
 
 @cache

@@ -12,6 +12,7 @@ from cqos_core.language.evaluate import NO_SIGNAL, Signal
 from cqos_core.language.values import KNOWN, UNREAD, Anything, Depends, WrittenValue
 from cqos_core.matching.judge import (
     PairJudgement,
+    Violation,
     apart,
     ask,
     ask_end,
@@ -123,7 +124,8 @@ def test_every_exact_bit_is_the_answer_and_every_other_one_may_be(pack, seed):
             for position, each in enumerate(rules):
                 if any(known[0][at] != known[1][at] for at in each.bound.options):
                     continue
-                says = ask(each, *known, NO_SIGNAL if not each.bound.aggregate_uses else Signal(((known[0], 1),)))
+                signal = Signal(((known[0], 1),)) if each.bound.aggregate_uses else NO_SIGNAL
+                says = ask(each, known[0], known[1], signal)
                 if exact >> position & 1:
                     assert bool(bits >> position & 1) is (says is not None), each.rule.code
                     decided += 1
@@ -134,7 +136,8 @@ def test_every_exact_bit_is_the_answer_and_every_other_one_may_be(pack, seed):
 
 def one_by_one(publisher: QosProfile, subscriber: QosProfile) -> PairJudgement:
     """Ask every rule of pairs in its general form."""
-    spoken, refused = [], False
+    spoken: list[Violation] = []
+    refused = False
     for bound in publisher.pack.by_scope.get("pair", ()):
         if bound.rule.guarantee:
             refused = refused or Verdict.INCOMPATIBLE in [verdict_of(s) for s in spoken if not s.bound.rule.guarantee]

@@ -127,7 +127,7 @@ def test_what_is_no_setting_is_refused_every_time():
     judge = cqos.PairJudge("ros2")
     for _ in range(2):
         with pytest.raises(TypeError, match="no setting"):
-            judge.verdict({"depth": 1.0}, {})
+            judge.verdict({"depth": 1.0}, {})  # type: ignore[dict-item]
         with pytest.raises(TypeError, match="must map"):
             cqos.PairJudge("ros2", "cyclonedds")  # type: ignore[arg-type]
         with pytest.raises(cqos.CqosError, match="no rule pack"):

@@ -27,15 +27,17 @@ input()
 
 
 @pytest.mark.parametrize("name", PROVERS)
-def test_two_that_discover_each_other_and_do_not_match_are_given_up_at_once(name):
+def test_two_that_discover_each_other_and_do_not_match_are_given_up_at_once(name, monkeypatch):
     """Partitions keep them apart, which neither end reports."""
+    patience = 90.0  # more than a busy machine needs to compile the program of Fast DDS and to start both ends
+    monkeypatch.setattr(stage, "DISCOVERY", patience)
     prover = PROVERS[name]
     if (why := prover.missing()) and os.environ.get("CI") != "true":
         pytest.skip(why)
     began = time.monotonic()
     apart = prover.prove(Plan("dds", "t", End("w", {"partition": "[a]"}), End("r", {"partition": "[b]"})))
     assert (apart.matched, apart.refused, len(apart.sent), apart.arrived) == (False, (), 20, ())
-    assert time.monotonic() - began < stage.DISCOVERY
+    assert time.monotonic() - began < patience
 
 
 def test_fast_dds_reports_incompatible_values_behind_a_split_of_partitions():

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cqos_core as cqos
-from cqos_core.analysis.system_fixes import mend
+from cqos_core.analysis.system_fixes import fix_system
 from cqos_core.exporters.contract import ExportContext
 from cqos_core.importers.source import Source
 from cqos_core.inputs.loading import read_source
@@ -366,15 +366,15 @@ participants:
 """
 
 
-@pytest.mark.parametrize("mended", [False, True])
-def test_what_is_not_in_the_bag_needs_no_override(mended):
+@pytest.mark.parametrize("fixed", [False, True])
+def test_what_is_not_in_the_bag_needs_no_override(fixed):
     system = cqos.read(WITH_BAG.encode())
     changed = frozenset(("viewer/subscriber/" + topic, "reliability") for topic in ("scan", "image"))
-    exported = export(system, "rosbag2_overrides", changed=changed if mended else None, side="player")
+    exported = export(system, "rosbag2_overrides", changed=changed if fixed else None, side="player")
     assert list(yaml.safe_load(exported.text)) == ["/scan"]
     # Only of what somebody asked for is it said that it is not there.
     said = "`/image` is not in the bag, so there is nothing to override"
-    assert exported.notes == ((said,) if mended else ())
+    assert exported.notes == ((said,) if fixed else ())
 
 
 @pytest.mark.parametrize(("stated", "written"), [("system_default", None), ("manual_by_topic", "manual_by_topic")])
@@ -424,9 +424,9 @@ def test_a_remedy_for_what_was_observed_shows_in_a_new_snapshot_only():
     design = TOOLS.replace("rosbag2_player", "planner").replace(
         "publishes: {/scan: {reliability: best_effort", "subscribes: {/scan: {depth: 5"
     )
-    mended = mend(cqos.read(design.encode()), WHERE, "configuration")
-    assert mended.changed == {("driver/publisher/scan", "reliability")}
-    notes = export(mended.system, "qos_overrides", mended.changed).notes
+    fixed = fix_system(cqos.read(design.encode()), WHERE, "configuration")
+    assert fixed.changed == {("driver/publisher/scan", "reliability")}
+    notes = export(fixed.system, "qos_overrides", fixed.changed).notes
     assert (
         "`driver/publisher/scan` was observed as it was: a new snapshot shows whether it was started with this"
     ) in notes
@@ -444,9 +444,9 @@ participants:
 """
 
 
-def test_only_what_mends_is_written():
-    mended = mend(cqos.read(CLASH.encode()), WHERE, "configuration")
-    text = export(mended.system, "qos_overrides", mended.changed).text
+def test_only_what_fixes_is_written():
+    fixed = fix_system(cqos.read(CLASH.encode()), WHERE, "configuration")
+    text = export(fixed.system, "qos_overrides", fixed.changed).text
     written = yaml.safe_load(text)
     assert written == {
         "/lidar": {"ros__parameters": {"qos_overrides": {"/scan": {"publisher": {"reliability": "reliable"}}}}},
@@ -457,8 +457,8 @@ def test_only_what_mends_is_written():
 
 
 def test_what_nodes_take_from_no_parameter_by_default_is_no_remedy():
-    mended = mend(cqos.read(CLASH.encode()), WHERE, "configuration")
-    notes = "\n".join(export(mended.system, "qos_overrides", mended.changed).notes)
+    fixed = fix_system(cqos.read(CLASH.encode()), WHERE, "configuration")
+    notes = "\n".join(export(fixed.system, "qos_overrides", fixed.changed).notes)
     assert "durability is left out: a program takes it from parameters only where it lists it" in notes
     assert "deadline is left out" in notes
 
