@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
-from fnmatch import fnmatchcase
+from fnmatch import fnmatchcase, translate
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -200,12 +201,19 @@ def base_layer(pack: RulePack, preset: str) -> Layer:
     return Layer(f"preset {preset}", preset_settings(preset, pack), counts_as_stated=False, assumed=True)
 
 
+@cache
+def _conventional(pack: RulePack) -> re.Pattern[str]:
+    """What matches every topic that any convention of a pack is for."""
+    return re.compile("|".join(translate(convention.pattern) for convention in pack.conventions))
+
+
 @lru_cache(maxsize=MAXIMUM_REMEMBERED)
 def conventions(pack: RulePack, key: str | None) -> tuple[tuple[Layer, ...], bool]:
     """Return what a pack's conventions say of a topic, and whether by them its partners may be elsewhere."""
     layers = []
     external = False
-    for convention in pack.conventions:
+    may_be = key is not None and _conventional(pack).match(key)
+    for convention in pack.conventions if may_be else ():
         if key is not None and fnmatchcase(key, convention.pattern):
             settings = {
                 pack.vocabulary.indices["topic", name]: Stated(text, Setting(text))

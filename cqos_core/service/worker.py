@@ -6,6 +6,7 @@ made with too little memory goes out. Its caller ends it when a call takes too l
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -100,6 +101,9 @@ def main(arguments: list[str]) -> None:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
         with suppress(BrokenPipeError):  # the service is gone
             answer("/cqos.v1.CatalogueService/ListPacks", b"", 0)  # loads every rule pack
+            # Packs stay: the collector need not look at them in every call.
+            gc.collect()
+            gc.freeze()
             answers.write(frames.Frame(frames.OK, 0, b"").encoded())
             answers.flush()
             Worker(most_endpoints, memory).serve(sys.stdin.buffer, answers)

@@ -26,7 +26,8 @@ def forget():
         *(shape._remembered, judge.judge_pair, judge.judge_endpoint, judge.refusals, judge.apart, judge.undecided_of),
         *(judge.refusing_worlds, assumed._steered, assumed._options),
         *(judge.pair_rules, judge.meeting_rules, judge.signal_rules, judge._of_one, verdicts.verdicts_of),
-        *(profiles.conventions, profiles.base_layer, resolved._deciding, resolved._treated_as, _plain_remembered),
+        *(profiles.conventions, profiles._conventional, profiles.base_layer),
+        *(resolved._deciding, resolved._treated_as, _plain_remembered),
     ):
         remembered.cache_clear()
 
@@ -53,6 +54,7 @@ def test_everything_that_remembers_is_forgotten_here():
         "_deciding",
         "_treated_as",
         "conventions",
+        "_conventional",
     }
 
 
