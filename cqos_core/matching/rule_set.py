@@ -6,7 +6,6 @@ A rule that reads what is not known, and one that is not compiled for certain, i
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import count
 from typing import TYPE_CHECKING, Final
@@ -15,6 +14,7 @@ from cqos_core.language.compiled import Compiled, compiled
 from cqos_core.language.domains import Names, Text
 from cqos_core.language.relation import positions
 from cqos_core.language.values import KNOWN, UNREAD
+from cqos_core.model.records import dataclass, field
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

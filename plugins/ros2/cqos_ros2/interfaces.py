@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.model.records import dataclass
 from cqos_core.model.system import ProfileRef, Setting
 from cqos_ros2.types import full_type_name
 
