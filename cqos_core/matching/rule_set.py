@@ -11,15 +11,13 @@ from itertools import count
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.language.compiled import Compiled, compiled
-from cqos_core.language.domains import Names, Text
 from cqos_core.language.relation import positions
-from cqos_core.language.values import KNOWN, UNREAD
 from cqos_core.model.records import dataclass, field
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from cqos_core.language.values import Plain, Values
+    from cqos_core.language.values import Values
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import QosProfile
@@ -115,24 +113,16 @@ class _RuleSet:
         return found
 
     def _end(self, profile: QosProfile, *, second: bool) -> RuleInput:
-        values, size = profile.values, self.pack.vocabulary.size
         reading = self._reading[second]
-        opened = [
-            index
-            for index in reading
-            if (type(values[index]) not in KNOWN if index < size else values[index] is UNREAD)
-        ]
+        bits = 0
+        for index in profile.open.by_index:
+            bits |= reading.get(index, 0)
         passed = 0
         for index in profile.unmatched:
             passed |= self._requiring.get(index, 0)
-        options = tuple([values[index] for index in self._options])
-        if not opened:
-            return RuleInput(profile, values, 0, passed, options)
-        known, bits = list(values), 0
-        for index in opened:
-            known[index] = _plain(self.pack, index) if index < size else None
-            bits |= reading[index]
-        return RuleInput(profile, tuple(known), bits, passed, options)
+        return RuleInput(
+            profile, profile.known, bits, passed, tuple([profile.values[index] for index in self._options])
+        )
 
     def sorted_out(self, first: RuleInput, second: RuleInput) -> tuple[int, int]:
         """Return as bits the rules that report for certain, and those that have to be asked whether they do."""
@@ -198,9 +188,3 @@ class EndRules(_RuleSet):
         certain, asked = self.sorted_out(end, end)
         asked |= self._absent
         return certain & ~asked, self.asked(asked, end, end) if asked else 0
-
-
-def _plain(pack: RulePack, index: int) -> Plain:
-    """Return what stands in for an unknown value, so that the function can be called; the answer is not used."""
-    domain = pack.policies[index].domain
-    return () if isinstance(domain, Names) else "" if isinstance(domain, Text) else 0

@@ -12,7 +12,7 @@ from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.memory import MOST_LETTERS, keep, letters, remember
 from cqos_core.model.system import Endpoint
 from cqos_core.resolving.reader import ValueSource, how_written
-from cqos_core.resolving.resolved import READ, Layer, intern
+from cqos_core.resolving.resolved import READ, Layer
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -33,10 +33,10 @@ class _Override(NamedTuple):
 
 
 class _Base(NamedTuple):
-    """An endpoint that states nothing: its values and words, the codes beside them, and its layers around its own settings."""
+    """An endpoint that states nothing: its profile, and its layers around its own settings; what its overrides rest on."""
 
-    values: tuple[Any, ...]
-    beside: tuple[str, ...]
+    profile: QosProfile
+    room: tuple[Any, ...]
     above: tuple[Layer, ...]
     own: Mapping[int, Stated]
     below: tuple[Layer, ...]
@@ -87,7 +87,7 @@ class Bases:
             base = self._base(room, endpoint, participant, topic_layers)
         if base is None:
             return None
-        values = list(base.values)
+        changes: dict[int, Any] = {}
         own: dict[int, Stated] = {}
         size = len(participant.pack.policies)
         length = 0
@@ -96,7 +96,7 @@ class Bases:
             if setting.unknown or setting.derived:
                 return None
             length += len(name) + len(text)
-            key = (participant.surroundings, endpoint.role, endpoint.dialect, endpoint.observed, name, text)
+            key = (base.room, name, text)
             try:
                 override = _OVERRIDES[key]
             except KeyError:
@@ -110,10 +110,10 @@ class Bases:
             if index in own or index in base.own:
                 return None
             own[index] = found
-            values[index] = value
-            values[size + index] = word
+            changes[index] = value
+            changes[size + index] = word
         layer = Layer("explicit", {**own, **base.own} if base.own else own, here=True)
-        result = intern(participant.pack, tuple(values), base.beside), (*base.above, layer, *base.below)
+        result = base.profile.with_values(changes), (*base.above, layer, *base.below)
         if length <= MOST_LETTERS:
             keep(READ, stated, result)
         return result
@@ -140,8 +140,9 @@ class Bases:
         profile, layers = self.resolve(bare, participant, topic_layers)
         base = None
         if self.reader.remarks == before:
+            own_room = (participant.surroundings, endpoint.role, endpoint.dialect, endpoint.observed)
             at = next(index for index, layer in enumerate(layers) if layer.origin == "explicit" and layer.here)
-            base = _Base(profile.values, profile.beside, layers[:at], layers[at].settings, layers[at + 1 :])
+            base = _Base(profile, own_room, layers[:at], layers[at].settings, layers[at + 1 :])
         keep(_BASES, room, base)
         return base
 

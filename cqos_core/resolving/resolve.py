@@ -11,7 +11,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.language.policy import ENDPOINT, NEED, TOPIC, Policy
-from cqos_core.model.memory import MOST_LETTERS, letters, remember
+from cqos_core.model.memory import MOST_LETTERS, keep, letters, remember
 from cqos_core.model.system import MESSAGE, PUBLISHER, Setting
 from cqos_core.packs.meeting import NameContext
 from cqos_core.packs.parts import nothing_follows, nothing_summed
@@ -225,13 +225,10 @@ class Resolver:
     def _name(self, endpoint: Endpoint, participant: ResolvedParticipant) -> Naming | None:
         if endpoint.topic is None:
             return None
-        pack, owner = participant.pack, participant.participant
-        key = (
-            *(pack, participant.surroundings, owner.id, owner.label, tuple(owner.remap.items())),
-            *(endpoint.topic, endpoint.kind, endpoint.dialect, endpoint.role),
-        )
+        key = (participant.naming, endpoint.topic, endpoint.kind, endpoint.dialect, endpoint.role)
         naming = _NAMED.get(key)
         if naming is None:
+            owner = participant.participant
             context = NameContext(
                 owner.id,
                 owner.label,
@@ -241,10 +238,11 @@ class Resolver:
                 endpoint.dialect,
                 endpoint.role,
             )
-            naming = pack.meeting.resolve(endpoint.topic, context)
-            remember(_NAMED, key, naming)
+            naming = participant.pack.meeting.resolve(endpoint.topic, context)
+            if participant.letters + len(endpoint.topic) + len(endpoint.kind) + len(endpoint.dialect) <= MOST_LETTERS:
+                keep(_NAMED, key, naming)
         for problem in naming.problems:
-            self._name_problems.setdefault((problem, naming.shown, pack.id), []).append(endpoint)
+            self._name_problems.setdefault((problem, naming.shown, participant.pack.id), []).append(endpoint)
         return naming
 
     def _topic(self, written: str, naming: Naming, pack: RulePack) -> tuple[tuple[Layer, ...], bool]:

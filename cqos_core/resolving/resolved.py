@@ -9,15 +9,16 @@ from __future__ import annotations
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
+from cqos_core.language.domains import Names, Text
 from cqos_core.language.policy import NO, UNMATCHED, Policy
-from cqos_core.language.values import KNOWN, Anything, Depends, FromPeers, Value, is_plain
-from cqos_core.model.memory import MAXIMUM_REMEMBERED
+from cqos_core.language.values import KNOWN, UNREAD, Anything, Depends, FromPeers, Value, is_plain
+from cqos_core.model.memory import MAXIMUM_REMEMBERED, letters
 from cqos_core.model.records import dataclass, field
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from cqos_core.language.values import Values
+    from cqos_core.language.values import Plain, Values, WrittenValue
     from cqos_core.model.report import Finding
     from cqos_core.model.system import Broker, Endpoint, Participant, Place, Room, Setting, System
     from cqos_core.packs.pack import RulePack
@@ -70,13 +71,33 @@ class Layer:
         return (*stated, self.unread) if self.unread else tuple(stated)
 
 
+class OpenValues:
+    """Values that are not known, by index. They hash slowly and many profiles have the same, so that is done once."""
+
+    __slots__ = ("_hash", "by_index")
+
+    def __init__(self, by_index: Mapping[int, Any]) -> None:
+        """Take what does not change."""
+        self.by_index = by_index
+        self._hash = hash(tuple(by_index.items()))
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the same is not known in the same way."""
+        return isinstance(other, OpenValues) and self.by_index == other.by_index
+
+    def __hash__(self) -> int:
+        """Return what was worked out once."""
+        return self._hash
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class QosProfile:
     """The values of one endpoint, shared by all endpoints with equal ones and compared by identity.
 
     Attributes:
         values: one per policy of the pack, then one `WrittenValue` or None per policy.
-        open: whether any value is not plain.
+        known: the same; where one is not known, something of its type stands in for it.
+        open: those that are not known.
         unmatched: indices of policies that the middleware in use does not match on.
         from_peers: indices of values that `settle` takes from the other side.
         needs: the guarantees that are needed.
@@ -87,7 +108,8 @@ class QosProfile:
 
     pack: RulePack
     values: Values
-    open: bool
+    known: Values
+    open: OpenValues
     unmatched: frozenset[int]
     from_peers: tuple[int, ...]
     needs: frozenset[str] = frozenset()
@@ -96,13 +118,37 @@ class QosProfile:
     unread: tuple[str, ...] = ()
 
     def with_values(
-        self, changes: Mapping[int, Value], beside: Iterable[str] = (), refused: Iterable[str] = ()
+        self,
+        changes: Mapping[int, Value | WrittenValue | None],
+        beside: Iterable[str] = (),
+        refused: Iterable[str] = (),
     ) -> QosProfile:
         """Return the interned profile with some values replaced, and with more codes beside them."""
-        values = list(self.values)
+        if beside or refused or not self._only_known(changes):
+            every = list(self.values)
+            for index, value in changes.items():
+                every[index] = value
+            return intern(self.pack, tuple(every), (*self.beside, *beside), (*self.refused, *refused))
+        changed: list[Any] = [*self.known]
         for index, value in changes.items():
-            values[index] = value
-        return intern(self.pack, tuple(values), (*self.beside, *beside), (*self.refused, *refused))
+            changed[index] = value
+        known = tuple(changed)
+        key = (id(self.pack), known, self.open, self.beside, self.refused)
+        profile = _PROFILES.get(key)
+        if profile is None or profile.pack is not self.pack:
+            for index, value in self.open.by_index.items():
+                changed[index] = value
+            values = tuple(changed) if self.open.by_index else known
+            like = (self.open, self.unmatched, self.from_peers, self.needs, self.beside, self.refused, self.unread)
+            profile = _kept(key, QosProfile(self.pack, values, known, *like))
+        return profile
+
+    def _only_known(self, changes: Mapping[int, Any]) -> bool:
+        """Whether nothing changes but known values, which decide nothing else of a profile."""
+        if not changes.keys().isdisjoint(self.open.by_index) or not _beyond_values(self.pack).isdisjoint(changes):
+            return False
+        size = self.pack.vocabulary.size
+        return all(type(v) in KNOWN if at < size else v is not UNREAD for at, v in changes.items())
 
 
 _PROFILES: dict[tuple[object, ...], QosProfile] = {}
@@ -111,29 +157,51 @@ READ: Final[dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]]] = {}
 """Cached results of endpoints' texts, of any system; dropped with the profiles, or equal ones would differ."""
 
 
+def _kept(key: tuple[object, ...], profile: QosProfile) -> QosProfile:
+    if len(_PROFILES) >= _MAXIMUM_PROFILES:
+        _PROFILES.clear()
+        READ.clear()
+    _PROFILES[key] = profile
+    return profile
+
+
 def intern(pack: RulePack, values: Values, beside: Iterable[str] = (), refused: Iterable[str] = ()) -> QosProfile:
     """Return the one `QosProfile` of ``pack`` with these values and codes."""
     beside, refused = tuple(sorted({*beside})), tuple(sorted({*refused}))
-    key = (id(pack), values, beside, refused)
+    size = pack.vocabulary.size
+    opened = {
+        index: value
+        for index, value in enumerate(values)
+        if (type(value) not in KNOWN if index < size else value is UNREAD)
+    }
+    known = values
+    if opened:
+        known = tuple([_stand_in(pack, at) if at in opened else value for at, value in enumerate(values)])
+    key = (id(pack), known, OpenValues(opened), beside, refused)
     profile = _PROFILES.get(key)
     if profile is None or profile.pack is not pack:
-        if len(_PROFILES) >= _MAXIMUM_PROFILES:
-            _PROFILES.clear()
-            READ.clear()
-        opened = [
-            index
-            for index, value in enumerate(values[: pack.vocabulary.size])
-            if type(value) not in KNOWN and not is_plain(value)
-        ]
-        from_peers = tuple(index for index in opened if isinstance(values[index], FromPeers))
+        from_peers = tuple(index for index, value in opened.items() if isinstance(value, FromPeers))
         unmatched = _treated_as(pack, UNMATCHED, tuple([values[index] for index in _deciding(pack)]))
         needs = frozenset(name for name, (index, nothing) in pack.needs.items() if values[index] != nothing)
-        codes = {value.code for index in opened if isinstance(value := values[index], Anything) and value.code}
+        codes = {value.code for value in opened.values() if isinstance(value, Anything) and value.code}
         unread = tuple(sorted({*beside, *codes}))
-        profile = _PROFILES[key] = QosProfile(
-            pack, values, bool(opened), unmatched, from_peers, needs, beside, refused, unread
-        )
+        made = QosProfile(pack, values, known, key[2], unmatched, from_peers, needs, beside, refused, unread)
+        return _kept(key, made)
     return profile
+
+
+def _stand_in(pack: RulePack, index: int) -> Plain | None:
+    """Return what stands in for an unknown value, so that conditions can be asked of it; their answer is not used."""
+    if index >= pack.vocabulary.size:
+        return None
+    domain = pack.policies[index].domain
+    return () if isinstance(domain, Names) else "" if isinstance(domain, Text) else 0
+
+
+@cache
+def _beyond_values(pack: RulePack) -> frozenset[int]:
+    """The values by which profiles differ in more than their values."""
+    return frozenset((*_deciding(pack), *(index for index, _ in pack.needs.values())))
 
 
 @cache
@@ -187,6 +255,7 @@ class ResolvedParticipant:
 
     Attributes:
         requiring: topics on which its endpoints require guarantees, where values follow from all endpoints together.
+        naming, letters: all that the names of its topics rest on, and how much text that is.
     """
 
     participant: Participant
@@ -195,6 +264,14 @@ class ResolvedParticipant:
     layers: tuple[Layer, ...]
     broker: Broker | None = None
     requiring: set[str | None] = field(default_factory=set)
+    naming: tuple[Any, ...] = field(init=False)
+    letters: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Put together what is looked up for each endpoint."""
+        owner = self.participant
+        self.naming = (self.pack, self.surroundings, owner.id, owner.label, tuple(owner.remap.items()))
+        self.letters = letters(self.naming)
 
     @property
     def values(self) -> Mapping[int, Value]:

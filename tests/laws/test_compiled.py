@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from random import Random
 from typing import TYPE_CHECKING, Any, Final
 
@@ -9,7 +10,7 @@ import pytest
 
 from cqos_core.language.compiled import compiled
 from cqos_core.language.evaluate import NO_SIGNAL, Signal
-from cqos_core.language.values import KNOWN, UNREAD, Anything, Depends, WrittenValue
+from cqos_core.language.values import UNREAD, Anything, Depends, WrittenValue
 from cqos_core.matching.judge import (
     PairJudgement,
     Violation,
@@ -23,10 +24,9 @@ from cqos_core.matching.judge import (
     verdict_of,
     worst,
 )
-from cqos_core.matching.rule_set import _plain
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Verdict
-from cqos_core.resolving.resolved import intern
+from cqos_core.resolving.resolved import _PROFILES, READ, intern
 from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT
 from cqos_ros2.pack import PACK as ROS2
@@ -110,16 +110,7 @@ def test_every_exact_bit_is_the_answer_and_every_other_one_may_be(pack, seed):
     found = profiles(pack, seed)
     for a in found:
         for b in found:
-            size = pack.vocabulary.size
-            known = [
-                tuple(
-                    (_plain(pack, at) if at < size else None)
-                    if value is UNREAD or (at < size and type(value) not in KNOWN)
-                    else value
-                    for at, value in enumerate(each.values)
-                )
-                for each in (a, b)
-            ]
+            known = (a.known, b.known)
             bits = reporting(*known)
             for position, each in enumerate(rules):
                 if any(known[0][at] != known[1][at] for at in each.bound.options):
@@ -184,3 +175,22 @@ def test_a_rule_over_topics_that_is_passed_over_has_nothing_to_say(pack, seed):
                     for each in (a, b):
                         said = ask(bound, each.values, each.values, Signal(sides[0], sides[1]))
                         assert said is None or (said.unknown and said.failed is None)
+
+
+@pytest.mark.explored
+@pytest.mark.parametrize("seed", range(SEEDS))
+@pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.id)
+def test_a_profile_with_values_of_another_is_the_one_with_all_these_values(pack, seed):
+    random = Random(seed)  # noqa: S311 - no secrets
+    found = profiles(pack, seed)
+    for profile, other in zip(found, (*found[1:], found[0]), strict=True):
+        every = range(len(profile.values))
+        for changed in (random.sample(every, random.randint(0, 5)) for _ in range(20)):
+            values = tuple((other if at in changed else profile).values[at] for at in every)
+            READ.clear()
+            _PROFILES.clear()
+            made = profile.with_values({at: values[at] for at in changed})
+            assert intern(pack, values, profile.beside, profile.refused) is made
+            _PROFILES.clear()
+            whole = intern(pack, values, profile.beside, profile.refused)
+            assert all(getattr(whole, each.name) == getattr(made, each.name) for each in fields(made))

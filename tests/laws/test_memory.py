@@ -27,7 +27,7 @@ def forget():
         *(judge.refusing_worlds, assumed._steered, assumed._options),
         *(judge.pair_rules, judge.meeting_rules, judge.signal_rules, judge._of_one, verdicts.verdicts_of),
         *(profiles.conventions, profiles._conventional, profiles.base_layer),
-        *(resolved._deciding, resolved._treated_as, _plain_remembered),
+        *(resolved._deciding, resolved._beyond_values, resolved._treated_as, _plain_remembered),
     ):
         remembered.cache_clear()
 
@@ -52,6 +52,7 @@ def test_everything_that_remembers_is_forgotten_here():
         "verdicts_of",
         "base_layer",
         "_deciding",
+        "_beyond_values",
         "_treated_as",
         "conventions",
         "_conventional",
