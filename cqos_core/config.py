@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 import sys
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -23,7 +23,6 @@ from cqos_core.importers.yaml_form import ACCEPT, CHECKS, OPTIONS, SEVERITIES
 from cqos_core.inputs.ignoring import patterns
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.records import dataclass
 from cqos_core.model.system import Place
 
 if sys.version_info >= (3, 11):

@@ -11,6 +11,7 @@ from __future__ import annotations
 import importlib
 import os
 import re
+from dataclasses import dataclass, field
 from functools import cache
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -18,7 +19,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import pluggy
 
 from cqos_core.model.problems import CqosError, PackError, describe, keep_traceback
-from cqos_core.model.records import dataclass, field
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

@@ -32,6 +32,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,7 +40,6 @@ from cqos_core.api import check, check_pair
 from cqos_core.checking.checker import check_system
 from cqos_core.matching.pipeline import context, pair_system
 from cqos_core.model.problems import CqosError
-from cqos_core.model.records import dataclass, field
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.report import Finding, Severity, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -14,7 +14,6 @@ from cqos_core.inputs.files import open_file, read_path, write_whole
 from cqos_core.inputs.loading import GivenSource, read_together, recognise
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import InputError
-from cqos_core.model.records import dataclass
 from cqos_core.model.report import Edit, Severity, Verdict
 from cqos_core.model.system import System
 from cqos_core.plugins import load_plugins

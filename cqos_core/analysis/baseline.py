@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.records import dataclass
 from cqos_core.model.report import Severity
 from cqos_core.model.system import Place
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from cqos_core.bpmn.document import identity
@@ -12,7 +12,6 @@ from cqos_core.bpmn.plain import NotPlainError
 from cqos_core.bpmn.qos import message_type, read_qos
 from cqos_core.bpmn.reading import Unique
 from cqos_core.bpmn.words import ON_EVENTS, acceptances, extension_children, flag, qos_children, word
-from cqos_core.model.records import dataclass
 from cqos_core.model.system import EVERY_OTHER, Endpoint, ProfileRef, Room, Setting
 
 if TYPE_CHECKING:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cqos_core.bpmn.document import CALL_ACTIVITY, COLLABORATION, PARTICIPANT, PROCESS, identity, split
@@ -18,7 +19,6 @@ from cqos_core.bpmn.words import (
     qos_settings,
     word,
 )
-from cqos_core.model.records import dataclass
 from cqos_core.model.system import EVERY_OTHER, Participant, Room, Setting
 
 if TYPE_CHECKING:

@@ -6,13 +6,13 @@ of them mean something depends on the element; the rest is reported, never dropp
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from datetime import date
 from typing import TYPE_CHECKING
 
 from cqos_core.bpmn.document import COLLABORATION, EXTENSIONS, identity, split
 from cqos_core.bpmn.names import shown
 from cqos_core.model.excerpt import NAMESPACES
-from cqos_core.model.records import dataclass
 from cqos_core.model.system import Acceptance, Place, Setting
 
 if TYPE_CHECKING:

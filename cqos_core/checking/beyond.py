@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.checking.checker import read_beyond, said_beyond
 from cqos_core.checking.findings import Made, of_participants
 from cqos_core.checking.stages import Item
-from cqos_core.model.records import dataclass, field
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final
 
@@ -15,7 +15,6 @@ from cqos_core.language.vocabulary import role_of, scope_of
 from cqos_core.matching.judge import ask_end
 from cqos_core.matching.outline import OfEnds
 from cqos_core.model.problems import CqosError
-from cqos_core.model.records import dataclass
 from cqos_core.model.remarks import core_finding, suggestion
 from cqos_core.model.report import Finding, Severity
 from cqos_core.packs.bound_rule import BoundRule

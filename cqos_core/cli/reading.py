@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import os
 import sys
-from dataclasses import field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import click
@@ -21,7 +21,6 @@ from cqos_core.inputs.loading import load_paths
 from cqos_core.inputs.merging import merge
 from cqos_core.matching.pipeline import context, with_options
 from cqos_core.model.problems import InputError, InvalidValueError, Problem
-from cqos_core.model.records import dataclass
 from cqos_core.model.system import Place
 from cqos_core.plugins import load_plugins
 

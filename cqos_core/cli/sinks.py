@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import click
@@ -11,7 +12,6 @@ import click
 from cqos_core.cli.several import together
 from cqos_core.cli.streams import emit, write_file
 from cqos_core.model.problems import CqosError, add_note, describe, keep_traceback
-from cqos_core.model.records import dataclass
 from cqos_core.plugins import FAULTS, load_plugins
 
 if TYPE_CHECKING:

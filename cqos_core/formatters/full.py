@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass, field
 from itertools import groupby
 from typing import TYPE_CHECKING
 
 from cqos_core.formatters import terminal, wording
 from cqos_core.formatters.places import Places
-from cqos_core.model.records import dataclass, field
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Side
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from cqos_core.model.records import dataclass, field
 from cqos_core.model.report import Severity
 
 if TYPE_CHECKING:

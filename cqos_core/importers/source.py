@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
-
-from cqos_core.model.records import dataclass, field
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -13,10 +13,10 @@ from __future__ import annotations
 import keyword
 import re
 from copy import copy
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from cqos_core.model.problems import ConditionError
-from cqos_core.model.records import dataclass
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

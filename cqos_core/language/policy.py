@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from cqos_core.language.expression import Term
 from cqos_core.language.values import INFINITE, Anything, Depends, FromPeers, OneOf, normalise
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.records import dataclass, field
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

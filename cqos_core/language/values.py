@@ -7,13 +7,13 @@ comparison of the language is a comparison of plain Python values, and of column
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
 from math import prod
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, TypeAlias
 
 from cqos_core.model.memory import LONGEST_REMEMBERED
-from cqos_core.model.records import dataclass
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import date, timedelta
 from functools import cache, cached_property, partial
 from types import MappingProxyType
@@ -18,7 +18,6 @@ from cqos_core.matching.routes import MOST_ENDPOINTS, expanded
 from cqos_core.matching.wire import topics
 from cqos_core.model.codes import find_code
 from cqos_core.model.problems import CqosError
-from cqos_core.model.records import dataclass
 from cqos_core.model.report import later
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, ProfileRef, Setting, System
 from cqos_core.model.system import Topic as StatedTopic

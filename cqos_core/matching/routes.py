@@ -8,7 +8,7 @@ endpoints bridges may make is bounded, whatever a system says.
 
 from __future__ import annotations
 
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import TYPE_CHECKING, Final
 
@@ -17,7 +17,6 @@ from cqos_core.matching.pairing import key_at, most_diverse
 from cqos_core.model.codes import CODES
 from cqos_core.model.pattern import any_of
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.records import dataclass
 from cqos_core.model.system import MESSAGE, PUBLISHER, SUBSCRIBER, ImportNote, endpoint_id
 from cqos_core.resolving.resolve import Resolver
 

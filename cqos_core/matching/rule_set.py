@@ -6,13 +6,13 @@ A rule that reads what is not known, and one that is not compiled for certain, i
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import count
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.language.compiled import Compiled, compiled
 from cqos_core.language.relation import positions
-from cqos_core.model.records import dataclass, field
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

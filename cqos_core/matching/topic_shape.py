@@ -8,6 +8,7 @@ an earlier one, and cost a look-up.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache, reduce
 from operator import or_
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -32,7 +33,6 @@ from cqos_core.matching.judge import (
 from cqos_core.matching.outline import MOST_COMBINATIONS, OfEnds, Outline, called, reach
 from cqos_core.matching.pairing import Alike, TopicShape
 from cqos_core.matching.signals import signal_outlines
-from cqos_core.model.records import dataclass, field
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 

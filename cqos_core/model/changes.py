@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from cqos_core.model.records import dataclass, field
 from cqos_core.model.report import Finding, Group, Verdict, later
 
 if TYPE_CHECKING:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
-
-from cqos_core.model.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import io
 import re
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, BinaryIO, Final
 
-from cqos_core.model.records import dataclass
 from cqos_core.model.system import Place
 
 if TYPE_CHECKING:

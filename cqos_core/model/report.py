@@ -7,14 +7,14 @@ spelling of the YAML form, so nothing here needs a rule pack to be understood.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from enum import Enum
 from html import escape
-from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar, cast
-
-from cqos_core.model.records import dataclass, field
+from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
+    from typing import Protocol
 
     from cqos_core.model.system import Place, Role
 

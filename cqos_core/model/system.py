@@ -7,11 +7,9 @@ thing keeps its `Place`, so that a finding can point at the line it came from.
 from __future__ import annotations
 
 from copy import deepcopy
-from dataclasses import field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final, Literal, TypeVar
-
-from cqos_core.model.records import dataclass
 
 if TYPE_CHECKING:
     from typing_extensions import Self

@@ -8,6 +8,7 @@ are those of every rule.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import reduce
 from operator import and_
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -18,7 +19,6 @@ from cqos_core.language.expression import Literal as Constant
 from cqos_core.language.policy import NEED, Policy
 from cqos_core.language.values import INFINITE, normalise
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.records import dataclass
 from cqos_core.packs.rule import Rule
 
 if TYPE_CHECKING:

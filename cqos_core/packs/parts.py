@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 from cqos_core.language.policy import ENDPOINT, Policy
 from cqos_core.language.values import Anything, is_plain
-from cqos_core.model.records import dataclass, field
 from cqos_core.model.system import Setting
 
 if TYPE_CHECKING:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final, Literal
 
 from cqos_core.model.problems import PackError
-from cqos_core.model.records import dataclass
 
 if TYPE_CHECKING:
     from cqos_core.language.expression import Condition

@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 from contextlib import AbstractAsyncContextManager, AbstractContextManager
+from dataclasses import dataclass
 from functools import wraps
 from typing import (
     TYPE_CHECKING,
@@ -30,7 +31,6 @@ from cqos.v1 import (
     session_pb2_grpc,
 )
 from cqos_core.matching.pipeline import exact_places
-from cqos_core.model.records import dataclass
 from cqos_core.model.system import System
 from cqos_core.remote.messages import (
     from_message,

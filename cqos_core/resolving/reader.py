@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
@@ -23,7 +23,6 @@ from cqos_core.language.values import (
 from cqos_core.model.excerpt import key_of
 from cqos_core.model.memory import LONGEST_REMEMBERED
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.records import dataclass
 from cqos_core.model.remarks import core_finding, suggestion
 from cqos_core.model.spelling import distance, folded
 from cqos_core.model.system import EVERY_OTHER, SUBSCRIBER, Cases, Setting

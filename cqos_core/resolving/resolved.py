@@ -6,6 +6,7 @@ it again in the layers, for the few values a finding prints.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
@@ -13,7 +14,6 @@ from cqos_core.language.domains import Names, Text
 from cqos_core.language.policy import NO, UNMATCHED, Policy
 from cqos_core.language.values import KNOWN, UNREAD, Anything, Depends, FromPeers, Value, is_plain
 from cqos_core.model.memory import MAXIMUM_REMEMBERED, letters
-from cqos_core.model.records import dataclass, field
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -5,7 +5,7 @@ No rule is judged here and nothing is decided that the library decides. Everythi
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 from google.protobuf import json_format
@@ -22,7 +22,6 @@ from cqos_core.inputs.loading import GivenSource, read_together
 from cqos_core.inputs.merging import merge
 from cqos_core.matching.pipeline import context, exact_places, with_options
 from cqos_core.model.problems import CqosError, InputError
-from cqos_core.model.records import dataclass
 from cqos_core.model.report import Severity
 from cqos_core.model.system import System
 from cqos_core.plugins import load_plugins

@@ -8,9 +8,9 @@ from __future__ import annotations
 import asyncio
 import itertools
 from collections import deque
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
-from cqos_core.model.records import dataclass, field
 from cqos_core.service.refusal import BUSY, CALLER_QUOTA, Refused
 
 if TYPE_CHECKING:

@@ -10,12 +10,12 @@ import secrets
 import sys
 import threading
 import time
+from dataclasses import dataclass, field
 from functools import partial
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.problems import CqosError
-from cqos_core.model.records import dataclass, field
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

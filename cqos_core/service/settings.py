@@ -8,12 +8,11 @@ import json
 import logging
 import re
 import time
-from dataclasses import asdict, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 from cqos_core.model.problems import CqosError
-from cqos_core.model.records import dataclass
 from cqos_core.model.tls import try_tls
 from cqos_core.service.observing import ALWAYS, tell
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.model.records import dataclass
 from cqos_core.model.system import ProfileRef, Setting
 from cqos_ros2.types import full_type_name
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.checking.trial import tried_out
 from cqos_core.exporters.contract import Exported, unique
-from cqos_core.model.records import dataclass, field
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_dds.exporters.xml_form import (
     PROTOCOL,

@@ -5,6 +5,7 @@ An element of a policy comes before those that follow it in the form (DDS-XML 1.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from lxml import etree
@@ -13,7 +14,6 @@ from cqos_core.exporters.editing import difference
 from cqos_core.model.encoding import Lines
 from cqos_core.model.excerpt import exact
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.records import dataclass, field
 from cqos_core.model.regular import re
 from cqos_core.packs import Choice
 from cqos_dds.exporters.dds_xml import SPELLING as OMG_SPELLING

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import base64
 import re
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from lxml import etree
 
 from cqos_core.exporters.contract import judged_by
-from cqos_core.model.records import dataclass
 from cqos_core.packs import ENDPOINT, INFINITE, Choice, Count, Duration, Names, is_plain
 from cqos_dds.requested_policies import DATA_REPRESENTATION, TYPE, TYPE_CONSISTENCY
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from cqos_core.importers.reading import did_you_mean, shown
 from cqos_core.importers.xml_source import children, elements, local, text_of
-from cqos_core.model.records import dataclass, field
 from cqos_core.model.system import (
     PUBLISHER,
     SUBSCRIBER,

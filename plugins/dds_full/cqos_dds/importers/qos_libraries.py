@@ -8,11 +8,11 @@ So a base, which may stand in another file, is named once, as in the file.
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import shown
 from cqos_core.importers.xml_source import children, elements, local, text_of
-from cqos_core.model.records import dataclass, field
 from cqos_core.model.system import EVERYBODY, Profile, ProfileRef, Room, Scope, Setting
 from cqos_core.packs import normalise
 from cqos_dds.importers.policy_forms import OF_ENTITIES, OMG, OTHER_ENTITIES, PARTS, READER, SPELLINGS, WRITER

@@ -7,9 +7,8 @@ Sources: design.ros2.org, topic and service name mapping; rosidl_typesupport (ty
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
-
-from cqos_core.model.records import dataclass
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -8,14 +8,13 @@ system, and servers of one host are one broker.
 from __future__ import annotations
 
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import listed, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, stated, walk
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.records import dataclass
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place, Room, Setting
 from cqos_mqtt.filters import intersect
 from cqos_mqtt.importers.document import REF, Document, entries_of, levels

@@ -7,6 +7,7 @@ the files of an include_dir are opened where the configuration names them.
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass, field
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final, NamedTuple
 
@@ -15,7 +16,6 @@ from cqos_core.importers.qos_keys import looks_like_qos
 from cqos_core.importers.reading import listed, read_switches, shown
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import InputError
-from cqos_core.model.records import dataclass, field
 from cqos_core.model.system import EVERY_OTHER, Broker, Cases, Place, ProfileRef, Room, Setting
 from cqos_mqtt.importers.codes import CODES
 from cqos_mqtt.importers.editing import DIRECTIVES

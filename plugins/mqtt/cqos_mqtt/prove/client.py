@@ -6,10 +6,10 @@ import asyncio
 import struct
 from collections import deque
 from contextlib import suppress
+from dataclasses import dataclass, field
 from itertools import count
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.model.records import dataclass, field
 from cqos_mqtt.prove import packets
 
 if TYPE_CHECKING:

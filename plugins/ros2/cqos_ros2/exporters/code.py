@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from itertools import count
 from typing import TYPE_CHECKING
 
-from cqos_core.model.records import dataclass
 from cqos_core.model.system import SUBSCRIBER
 from cqos_ros2.exporters.values import QOS, Unsayable, Value, effective, goes_without_saying, kind_of, ros_endpoints
 from cqos_ros2.policies import LIFESPAN

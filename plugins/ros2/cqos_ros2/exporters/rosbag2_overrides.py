@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.exporters.contract import Exported
 from cqos_core.exporters.yaml_text import Block, Raw, document
-from cqos_core.model.records import dataclass, field
 from cqos_core.model.system import PUBLISHER
 from cqos_core.packs import ENDPOINT, INFINITE, is_plain
 from cqos_ros2.exporters.values import Unsayable, Value, effective, kind_of, ros_endpoints

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.exporters.contract import judged_by
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.model.records import dataclass
 from cqos_core.packs import ENDPOINT, INFINITE, Choice
 from cqos_ros2.policies import (
     AVOID_CONVENTIONS,

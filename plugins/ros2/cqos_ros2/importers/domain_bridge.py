@@ -8,12 +8,12 @@ ROS 2 (domain_bridge: domain_bridge, wait_for_graph_events, qos_options, parse_d
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.documents import Field, word_field
 from cqos_core.importers.reading import described, listed, read_switches, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, stated
-from cqos_core.model.records import dataclass
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Bridge, Route, Setting
 from cqos_ros2.importers.configuration import Configuration, as_integer
 from cqos_ros2.policies import FROM_PUBLISHERS

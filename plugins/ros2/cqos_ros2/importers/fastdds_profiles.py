@@ -7,12 +7,12 @@ values are texts as the profile writes them, durations in flow form (DDS 1.4; Fa
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.importers.reading import listed, shown
 from cqos_core.importers.source import ReadContext
 from cqos_core.importers.xml_source import ElementReading, children, elements, local, parse_xml, text_of
-from cqos_core.model.records import dataclass, field
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Setting
 
 if TYPE_CHECKING:

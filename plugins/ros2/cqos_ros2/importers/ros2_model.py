@@ -6,11 +6,11 @@ after the colon, parameters have types that are no YAML, and policies may follow
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import did_you_mean, shown
 from cqos_core.model.encoding import decode
-from cqos_core.model.records import dataclass, field
 from cqos_core.model.regular import re
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Place, ProfileRef, Setting
 from cqos_ros2.importers.configuration import RosFile

@@ -7,6 +7,7 @@ with what `ros2 bag record` requests. As what was recorded, every topic has the 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
@@ -15,7 +16,6 @@ from cqos_core.importers.reading import described, listed, read_switches, shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, is_null, whole_number
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.problems import InputError, InvalidValueError
-from cqos_core.model.records import dataclass
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Setting, endpoint_id
 from cqos_core.packs import normalise
 from cqos_ros2.dialects import RMW_CODES

@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.reading import listed, read_switches, shown
 from cqos_core.model.encoding import Lines, decode
 from cqos_core.model.problems import InputError, Problem
-from cqos_core.model.records import dataclass
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, Setting, endpoint_id
 from cqos_ros2.importers.configuration import RosFile
 from cqos_ros2.importers.topic_headings import full_name, heading, named_by_file, unnamed
