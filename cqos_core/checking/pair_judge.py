@@ -76,7 +76,8 @@ class StatedPairs:
         pack_is_there(protocol, self.where, packs)
         self.offers: dict[tuple[Any, ...], _Side] = {}
         self.requests: dict[tuple[Any, ...], _Side] = {}
-        self.judge: Callable[[PairEnd, PairEnd], Verdict] = _not_known
+        # Set with the first end: a pair without two ends is explained instead.
+        self.judge: Callable[[PairEnd, PairEnd], Verdict]
 
     def offer(self, settings: Settings) -> _Side:
         """Return what a publisher states."""
@@ -133,10 +134,6 @@ class StatedPairs:
             offer.end = verdicts.end(ends[0].profile, PUBLISHER)
             request.end = verdicts.end(ends[1].profile, SUBSCRIBER)
         return report
-
-
-def _not_known(_offer: PairEnd, _request: PairEnd) -> Verdict:
-    raise NotImplementedError
 
 
 def _side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:

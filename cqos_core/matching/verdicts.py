@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import count
 from typing import TYPE_CHECKING, Final
@@ -21,14 +21,14 @@ from cqos_core.matching.judge import (
     verdict_by,
     verdict_of,
 )
-from cqos_core.matching.rule_set import PairRules
+from cqos_core.matching.rule_set import PairRules, RuleInput
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cqos_core.language.values import Values
+    from cqos_core.matching.judge import Violation
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import QosProfile
@@ -39,21 +39,10 @@ _MOST_ANSWERS: Final = 200_000
 
 
 @dataclass(slots=True, eq=False)
-class PairEnd:
-    """One end of a pair: what `cqos_core.matching.rule_set.RuleInput` has, and what holds of all its pairs.
+class PairEnd(RuleInput):
+    """One end of a pair; ``rank`` is of the verdict that any pair of it has at best."""
 
-    Attributes:
-        rank: of the verdict that any pair of it has at best.
-        parts: by bits of rules, a number for the values that these read; equal values have one number.
-    """
-
-    profile: QosProfile
-    values: Values
-    open: int
-    passed: int
-    options: Values
-    rank: int
-    parts: dict[int, int] = field(default_factory=dict)
+    rank: int = _COMPATIBLE
 
 
 class Verdicts:
@@ -62,7 +51,7 @@ class Verdicts:
     def __init__(self, pack: RulePack) -> None:
         """Compile the rules of pairs and meetings, without those of guarantees."""
         meets, pair = meeting_rules(pack).rules, pair_rules(pack).rules
-        self._rules = PairRules(pack, (*meets, *pair), _not_asked)
+        self._rules = PairRules(pack, (*meets, *pair), _ask_pair)
         self._signals = [each for each in pack.by_scope.get("signal", ()) if each.rule.severity == "error"]
         self._apart = (1 << len(meets)) - 1
         by_verdict = dict.fromkeys(Verdict, 0)
@@ -80,7 +69,7 @@ class Verdicts:
         """Return a profile as an end of pairs."""
         found = self._rules.end(profile, second=role == SUBSCRIBER)
         rank = max((verdict.rank for verdict, _ in of_end(profile, role, False, False)), default=_COMPATIBLE)
-        return PairEnd(profile, found.values, found.open | self._always, found.passed, found.options, rank)
+        return PairEnd(profile, found.values, found.open | self._always, found.passed, found.options, rank=rank)
 
     @cached_property
     def verdict(self) -> Callable[[PairEnd, PairEnd], Verdict]:
@@ -159,9 +148,9 @@ def _rank(bound: BoundRule, offering: QosProfile, requesting: QosProfile) -> int
         if bound.bound.judge(offering.values, requesting.values).result is False:
             return _APART
         return _UNKNOWN if undecided_meeting(bound, offering, requesting) else _COMPATIBLE
-    spoken = ask(bound, offering.values, requesting.values)
+    spoken = _ask_pair(bound, offering, requesting)
     return _COMPATIBLE if spoken is None else verdict_of(spoken).rank
 
 
-def _not_asked(_bound: BoundRule, _publisher: QosProfile, _subscriber: QosProfile) -> None:
-    raise NotImplementedError
+def _ask_pair(bound: BoundRule, offering: QosProfile, requesting: QosProfile) -> Violation | None:
+    return ask(bound, offering.values, requesting.values)
