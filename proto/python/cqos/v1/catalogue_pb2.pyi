@@ -20,6 +20,90 @@ else:
 
 DESCRIPTOR: _descriptor.FileDescriptor
 
+class _DrawnOwnerKind:
+    ValueType = _typing.NewType("ValueType", _builtins.int)
+    V: _TypeAlias = ValueType  # noqa: Y015
+
+class _DrawnOwnerKindEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_DrawnOwnerKind.ValueType], _builtins.type):
+    DESCRIPTOR: _descriptor.EnumDescriptor
+    DRAWN_OWNER_KIND_UNSPECIFIED: _DrawnOwnerKind.ValueType  # 0
+    """Something newer than this list."""
+    DRAWN_OWNER_KIND_EVENT: _DrawnOwnerKind.ValueType  # 1
+    """An event: an endpoint."""
+    DRAWN_OWNER_KIND_PARTICIPANT: _DrawnOwnerKind.ValueType  # 2
+    """A pool or process: a participant."""
+    DRAWN_OWNER_KIND_SIGNAL: _DrawnOwnerKind.ValueType  # 3
+    """A signal: a topic."""
+    DRAWN_OWNER_KIND_MODEL: _DrawnOwnerKind.ValueType  # 4
+    """The whole drawing."""
+
+class DrawnOwnerKind(_DrawnOwnerKind, metaclass=_DrawnOwnerKindEnumTypeWrapper):
+    """The kinds of elements that can state something."""
+
+DRAWN_OWNER_KIND_UNSPECIFIED: DrawnOwnerKind.ValueType  # 0
+"""Something newer than this list."""
+DRAWN_OWNER_KIND_EVENT: DrawnOwnerKind.ValueType  # 1
+"""An event: an endpoint."""
+DRAWN_OWNER_KIND_PARTICIPANT: DrawnOwnerKind.ValueType  # 2
+"""A pool or process: a participant."""
+DRAWN_OWNER_KIND_SIGNAL: DrawnOwnerKind.ValueType  # 3
+"""A signal: a topic."""
+DRAWN_OWNER_KIND_MODEL: DrawnOwnerKind.ValueType  # 4
+"""The whole drawing."""
+Global___DrawnOwnerKind: _TypeAlias = DrawnOwnerKind  # noqa: Y015
+
+class _DrawnMeaning:
+    ValueType = _typing.NewType("ValueType", _builtins.int)
+    V: _TypeAlias = ValueType  # noqa: Y015
+
+class _DrawnMeaningEnumTypeWrapper(_enum_type_wrapper._EnumTypeWrapper[_DrawnMeaning.ValueType], _builtins.type):
+    DESCRIPTOR: _descriptor.EnumDescriptor
+    DRAWN_MEANING_UNSPECIFIED: _DrawnMeaning.ValueType  # 0
+    """Something newer than this list."""
+    DRAWN_MEANING_PROTOCOL: _DrawnMeaning.ValueType  # 1
+    """Id of a rule pack."""
+    DRAWN_MEANING_PRESET: _DrawnMeaning.ValueType  # 2
+    """Name of a preset."""
+    DRAWN_MEANING_REQUIREMENT: _DrawnMeaning.ValueType  # 3
+    """A requirement of the application: a policy of level `need` by its first alias, and its value."""
+    DRAWN_MEANING_EXCEPTION: _DrawnMeaning.ValueType  # 4
+    """A known exception."""
+    DRAWN_MEANING_OPTION: _DrawnMeaning.ValueType  # 5
+    """An option of the deployment."""
+    DRAWN_MEANING_EXTERNAL: _DrawnMeaning.ValueType  # 6
+    """Whether a missing partner is no finding."""
+    DRAWN_MEANING_TYPE: _DrawnMeaning.ValueType  # 7
+    """Name of the data type."""
+    DRAWN_MEANING_TEAM_RULE: _DrawnMeaning.ValueType  # 8
+    """A rule of the team."""
+    DRAWN_MEANING_SETTINGS: _DrawnMeaning.ValueType  # 9
+    """Settings of the owner, as attributes of the child element."""
+
+class DrawnMeaning(_DrawnMeaning, metaclass=_DrawnMeaningEnumTypeWrapper):
+    """The meanings of words in drawings."""
+
+DRAWN_MEANING_UNSPECIFIED: DrawnMeaning.ValueType  # 0
+"""Something newer than this list."""
+DRAWN_MEANING_PROTOCOL: DrawnMeaning.ValueType  # 1
+"""Id of a rule pack."""
+DRAWN_MEANING_PRESET: DrawnMeaning.ValueType  # 2
+"""Name of a preset."""
+DRAWN_MEANING_REQUIREMENT: DrawnMeaning.ValueType  # 3
+"""A requirement of the application: a policy of level `need` by its first alias, and its value."""
+DRAWN_MEANING_EXCEPTION: DrawnMeaning.ValueType  # 4
+"""A known exception."""
+DRAWN_MEANING_OPTION: DrawnMeaning.ValueType  # 5
+"""An option of the deployment."""
+DRAWN_MEANING_EXTERNAL: DrawnMeaning.ValueType  # 6
+"""Whether a missing partner is no finding."""
+DRAWN_MEANING_TYPE: DrawnMeaning.ValueType  # 7
+"""Name of the data type."""
+DRAWN_MEANING_TEAM_RULE: DrawnMeaning.ValueType  # 8
+"""A rule of the team."""
+DRAWN_MEANING_SETTINGS: DrawnMeaning.ValueType  # 9
+"""Settings of the owner, as attributes of the child element."""
+Global___DrawnMeaning: _TypeAlias = DrawnMeaning  # noqa: Y015
+
 class _PolicyLevel:
     ValueType = _typing.NewType("ValueType", _builtins.int)
     V: _TypeAlias = ValueType  # noqa: Y015
@@ -337,6 +421,7 @@ class Format(_message.Message):
     DISTRIBUTION_FIELD_NUMBER: _builtins.int
     SUFFIXES_FIELD_NUMBER: _builtins.int
     SETTINGS_FIELD_NUMBER: _builtins.int
+    DRAWN_FIELD_NUMBER: _builtins.int
     name: _builtins.str
     """Its name in requests."""
     summary: _builtins.str
@@ -351,6 +436,10 @@ class Format(_message.Message):
     def settings(self) -> _containers.RepeatedCompositeFieldContainer[Global___FormatSetting]:
         """Settings of an exporter."""
 
+    @_builtins.property
+    def drawn(self) -> Global___DrawnForm:
+        """Of an importer of drawings: what a drawing can state, and where."""
+
     def __init__(
         self,
         *,
@@ -359,14 +448,187 @@ class Format(_message.Message):
         distribution: _builtins.str = ...,
         suffixes: _abc.Iterable[_builtins.str] | None = ...,
         settings: _abc.Iterable[Global___FormatSetting] | None = ...,
+        drawn: Global___DrawnForm | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_drawn", b"_drawn", "drawn", b"drawn"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_drawn", b"_drawn", "distribution", b"distribution", "drawn", b"drawn", "name", b"name", "settings", b"settings", "suffixes", b"suffixes", "summary", b"summary"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    _WhichOneofReturnType__drawn: _TypeAlias = _typing.Literal["drawn"]  # noqa: Y015
+    _WhichOneofArgType__drawn: _TypeAlias = _typing.Literal["_drawn", b"_drawn"]  # noqa: Y015
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__drawn) -> _WhichOneofReturnType__drawn | None: ...
+
+Global___Format: _TypeAlias = Format  # noqa: Y015
+
+@_typing.final
+class DrawnForm(_message.Message):
+    """How people state things in a drawing, as attributes and child elements of its elements."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    NAMESPACE_FIELD_NUMBER: _builtins.int
+    PREFIX_FIELD_NUMBER: _builtins.int
+    DIALECT_FIELD_NUMBER: _builtins.int
+    OWNERS_FIELD_NUMBER: _builtins.int
+    MODDLE_FIELD_NUMBER: _builtins.int
+    namespace: _builtins.str
+    """XML namespace of these attributes and elements."""
+    prefix: _builtins.str
+    """Usual prefix of the namespace."""
+    dialect: _builtins.str
+    """Key in `Pack.dialects`: the spelling of a pack's settings in these drawings."""
+    moddle: _builtins.str
+    """The same for bpmn-js: a moddle descriptor in JSON, for `moddleExtensions` under `prefix`. It has the settings of all
+    installed packs.
+    """
+    @_builtins.property
+    def owners(self) -> _containers.RepeatedCompositeFieldContainer[Global___DrawnOwner]:
+        """What the elements of a drawing can state."""
+
+    def __init__(
+        self,
+        *,
+        namespace: _builtins.str = ...,
+        prefix: _builtins.str = ...,
+        dialect: _builtins.str = ...,
+        owners: _abc.Iterable[Global___DrawnOwner] | None = ...,
+        moddle: _builtins.str = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["distribution", b"distribution", "name", b"name", "settings", b"settings", "suffixes", b"suffixes", "summary", b"summary"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["dialect", b"dialect", "moddle", b"moddle", "namespace", b"namespace", "owners", b"owners", "prefix", b"prefix"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
-Global___Format: _TypeAlias = Format  # noqa: Y015
+Global___DrawnForm: _TypeAlias = DrawnForm  # noqa: Y015
+
+@_typing.final
+class DrawnOwner(_message.Message):
+    """A kind of element that can state something."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    KIND_FIELD_NUMBER: _builtins.int
+    TYPES_FIELD_NUMBER: _builtins.int
+    LEVELS_FIELD_NUMBER: _builtins.int
+    WORDS_FIELD_NUMBER: _builtins.int
+    kind: Global___DrawnOwnerKind.ValueType
+    """Its kind, for programs."""
+    @_builtins.property
+    def types(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Its types in the meta-model of the drawing, for instance `bpmn:Event`."""
+
+    @_builtins.property
+    def levels(self) -> _containers.RepeatedScalarFieldContainer[Global___PolicyLevel.ValueType]:
+        """Settings of these levels stand on it, as attributes in the namespace. `Dialect.writes` has their names."""
+
+    @_builtins.property
+    def words(self) -> _containers.RepeatedCompositeFieldContainer[Global___DrawnWord]:
+        """What else can stand on it."""
+
+    def __init__(
+        self,
+        *,
+        kind: Global___DrawnOwnerKind.ValueType = ...,
+        types: _abc.Iterable[_builtins.str] | None = ...,
+        levels: _abc.Iterable[Global___PolicyLevel.ValueType] | None = ...,
+        words: _abc.Iterable[Global___DrawnWord] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["kind", b"kind", "levels", b"levels", "types", b"types", "words", b"words"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___DrawnOwner: _TypeAlias = DrawnOwner  # noqa: Y015
+
+@_typing.final
+class DrawnWord(_message.Message):
+    """An attribute, or a child element, in the namespace of a drawn form."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    NAME_FIELD_NUMBER: _builtins.int
+    ELEMENT_FIELD_NUMBER: _builtins.int
+    MEANING_FIELD_NUMBER: _builtins.int
+    ATTRIBUTES_FIELD_NUMBER: _builtins.int
+    DOC_FIELD_NUMBER: _builtins.int
+    FOREIGN_FIELD_NUMBER: _builtins.int
+    VALUES_FIELD_NUMBER: _builtins.int
+    name: _builtins.str
+    """Its local name."""
+    element: _builtins.bool
+    """It is a child element, among the extension elements of its owner, and may stand there several times. Else it is an attribute of its
+    owner.
+    """
+    meaning: Global___DrawnMeaning.ValueType
+    """Its meaning, for programs."""
+    doc: _builtins.str
+    """Its meaning, for people."""
+    foreign: _builtins.bool
+    """C-QoS reads it and never writes it: the form of another tool."""
+    @_builtins.property
+    def attributes(self) -> _containers.RepeatedCompositeFieldContainer[Global___DrawnAttribute]:
+        """The attributes of a child element, which have no prefix."""
+
+    @_builtins.property
+    def values(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Valid values, where they are few."""
+
+    def __init__(
+        self,
+        *,
+        name: _builtins.str = ...,
+        element: _builtins.bool = ...,
+        meaning: Global___DrawnMeaning.ValueType = ...,
+        attributes: _abc.Iterable[Global___DrawnAttribute] | None = ...,
+        doc: _builtins.str = ...,
+        foreign: _builtins.bool = ...,
+        values: _abc.Iterable[_builtins.str] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["attributes", b"attributes", "doc", b"doc", "element", b"element", "foreign", b"foreign", "meaning", b"meaning", "name", b"name", "values", b"values"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___DrawnWord: _TypeAlias = DrawnWord  # noqa: Y015
+
+@_typing.final
+class DrawnAttribute(_message.Message):
+    """An attribute of a child element."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    NAME_FIELD_NUMBER: _builtins.int
+    REQUIRED_FIELD_NUMBER: _builtins.int
+    DOC_FIELD_NUMBER: _builtins.int
+    VALUES_FIELD_NUMBER: _builtins.int
+    name: _builtins.str
+    """Its name."""
+    required: _builtins.bool
+    """The child element means nothing without it."""
+    doc: _builtins.str
+    """Its meaning, for people."""
+    @_builtins.property
+    def values(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Valid values, where they are few."""
+
+    def __init__(
+        self,
+        *,
+        name: _builtins.str = ...,
+        required: _builtins.bool = ...,
+        doc: _builtins.str = ...,
+        values: _abc.Iterable[_builtins.str] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["doc", b"doc", "name", b"name", "required", b"required", "values", b"values"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___DrawnAttribute: _TypeAlias = DrawnAttribute  # noqa: Y015
 
 @_typing.final
 class FormatSetting(_message.Message):
@@ -491,6 +753,7 @@ class Pack(_message.Message):
     CODES_FIELD_NUMBER: _builtins.int
     NOT_CHECKED_FIELD_NUMBER: _builtins.int
     DIALECTS_FIELD_NUMBER: _builtins.int
+    GROUPS_FIELD_NUMBER: _builtins.int
     id: _builtins.str
     """Its id in systems."""
     title: _builtins.str
@@ -535,6 +798,10 @@ class Pack(_message.Message):
     def dialects(self) -> _containers.MessageMap[_builtins.str, Global___Dialect]:
         """Spellings of its settings in other kinds of files, by name: `bpmn`."""
 
+    @_builtins.property
+    def groups(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Headings of a property panel, in the order of display: the values of `Policy.group`."""
+
     def __init__(
         self,
         *,
@@ -552,10 +819,11 @@ class Pack(_message.Message):
         codes: _abc.Iterable[Global___Code] | None = ...,
         not_checked: _abc.Iterable[_builtins.str] | None = ...,
         dialects: _abc.Mapping[_builtins.str, Global___Dialect] | None = ...,
+        groups: _abc.Iterable[_builtins.str] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_base_preset", b"_base_preset", "base_preset", b"base_preset"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_base_preset", b"_base_preset", "base_preset", b"base_preset", "codes", b"codes", "conventions", b"conventions", "dialects", b"dialects", "functions", b"functions", "id", b"id", "meeting", b"meeting", "not_checked", b"not_checked", "policies", b"policies", "presets", b"presets", "rules", b"rules", "source", b"source", "summary", b"summary", "title", b"title"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_base_preset", b"_base_preset", "base_preset", b"base_preset", "codes", b"codes", "conventions", b"conventions", "dialects", b"dialects", "functions", b"functions", "groups", b"groups", "id", b"id", "meeting", b"meeting", "not_checked", b"not_checked", "policies", b"policies", "presets", b"presets", "rules", b"rules", "source", b"source", "summary", b"summary", "title", b"title"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__base_preset: _TypeAlias = _typing.Literal["base_preset"]  # noqa: Y015
     _WhichOneofArgType__base_preset: _TypeAlias = _typing.Literal["_base_preset", b"_base_preset"]  # noqa: Y015
@@ -636,6 +904,10 @@ class Policy(_message.Message):
     ROLE_VALUES_FIELD_NUMBER: _builtins.int
     STRONGER_FIELD_NUMBER: _builtins.int
     DERIVED_FIELD_NUMBER: _builtins.int
+    LABEL_FIELD_NUMBER: _builtins.int
+    GROUP_FIELD_NUMBER: _builtins.int
+    ADVANCED_FIELD_NUMBER: _builtins.int
+    VALUE_DOCS_FIELD_NUMBER: _builtins.int
     name: _builtins.str
     """Canonical name, unique in its level."""
     level: _builtins.str
@@ -674,6 +946,12 @@ class Policy(_message.Message):
     """Which values promise or demand more: `higher`, `lower`, or empty where neither does."""
     derived: _builtins.bool
     """C-QoS derives it from other facts, as `doc` describes: a system cannot state it."""
+    label: _builtins.str
+    """Its name for a person: `Lease duration`."""
+    group: _builtins.str
+    """The heading of a property panel under which it belongs."""
+    advanced: _builtins.bool
+    """A property panel shows it on demand only."""
     @_builtins.property
     def values(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """Of a choice: its values, weakest first where they are ordered."""
@@ -706,6 +984,10 @@ class Policy(_message.Message):
     def role_values(self) -> _containers.RepeatedScalarFieldContainer[_report_pb2.Role.ValueType]:
         """`roles`, as enums."""
 
+    @_builtins.property
+    def value_docs(self) -> _containers.RepeatedCompositeFieldContainer[Global___ValueDoc]:
+        """Each of `values` and `words`, for people; of a flag, `true` and `false`."""
+
     def __init__(
         self,
         *,
@@ -735,10 +1017,14 @@ class Policy(_message.Message):
         role_values: _abc.Iterable[_report_pb2.Role.ValueType] | None = ...,
         stronger: _builtins.str = ...,
         derived: _builtins.bool = ...,
+        label: _builtins.str = ...,
+        group: _builtins.str = ...,
+        advanced: _builtins.bool = ...,
+        value_docs: _abc.Iterable[Global___ValueDoc] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_changeable", b"_changeable", "_default_value", b"_default_value", "_maximum", b"_maximum", "_minimum", b"_minimum", "_unit", b"_unit", "_unlimited", b"_unlimited", "changeable", b"changeable", "default_value", b"default_value", "maximum", b"maximum", "minimum", b"minimum", "unit", b"unit", "unlimited", b"unlimited"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_changeable", b"_changeable", "_default_value", b"_default_value", "_maximum", b"_maximum", "_minimum", b"_minimum", "_unit", b"_unit", "_unlimited", b"_unlimited", "aliases", b"aliases", "changeable", b"changeable", "clause", b"clause", "default_by_role", b"default_by_role", "default_value", b"default_value", "derived", b"derived", "doc", b"doc", "enforced", b"enforced", "entities", b"entities", "expected", b"expected", "fact", b"fact", "kind", b"kind", "kind_value", b"kind_value", "level", b"level", "level_value", b"level_value", "maximum", b"maximum", "minimum", b"minimum", "name", b"name", "ordered", b"ordered", "role_values", b"role_values", "roles", b"roles", "stronger", b"stronger", "unit", b"unit", "unlimited", b"unlimited", "values", b"values", "words", b"words"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_changeable", b"_changeable", "_default_value", b"_default_value", "_maximum", b"_maximum", "_minimum", b"_minimum", "_unit", b"_unit", "_unlimited", b"_unlimited", "advanced", b"advanced", "aliases", b"aliases", "changeable", b"changeable", "clause", b"clause", "default_by_role", b"default_by_role", "default_value", b"default_value", "derived", b"derived", "doc", b"doc", "enforced", b"enforced", "entities", b"entities", "expected", b"expected", "fact", b"fact", "group", b"group", "kind", b"kind", "kind_value", b"kind_value", "label", b"label", "level", b"level", "level_value", b"level_value", "maximum", b"maximum", "minimum", b"minimum", "name", b"name", "ordered", b"ordered", "role_values", b"role_values", "roles", b"roles", "stronger", b"stronger", "unit", b"unit", "unlimited", b"unlimited", "value_docs", b"value_docs", "values", b"values", "words", b"words"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__changeable: _TypeAlias = _typing.Literal["changeable"]  # noqa: Y015
     _WhichOneofArgType__changeable: _TypeAlias = _typing.Literal["_changeable", b"_changeable"]  # noqa: Y015
@@ -766,6 +1052,36 @@ class Policy(_message.Message):
     def WhichOneof(self, oneof_group: _WhichOneofArgType__unlimited) -> _WhichOneofReturnType__unlimited | None: ...
 
 Global___Policy: _TypeAlias = Policy  # noqa: Y015
+
+@_typing.final
+class ValueDoc(_message.Message):
+    """One value of a policy, for people."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    VALUE_FIELD_NUMBER: _builtins.int
+    LABEL_FIELD_NUMBER: _builtins.int
+    DOC_FIELD_NUMBER: _builtins.int
+    value: _builtins.str
+    """As written."""
+    label: _builtins.str
+    """Its name for a person: `Best effort`."""
+    doc: _builtins.str
+    """Its meaning, in one sentence; empty if the pack has none."""
+    def __init__(
+        self,
+        *,
+        value: _builtins.str = ...,
+        label: _builtins.str = ...,
+        doc: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["doc", b"doc", "label", b"label", "value", b"value"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___ValueDoc: _TypeAlias = ValueDoc  # noqa: Y015
 
 @_typing.final
 class Treatment(_message.Message):
@@ -1328,6 +1644,7 @@ class Dialect(_message.Message):
     BARE_UNIT_FIELD_NUMBER: _builtins.int
     ZERO_IS_UNSET_FIELD_NUMBER: _builtins.int
     IGNORE_FIELD_NUMBER: _builtins.int
+    WRITES_FIELD_NUMBER: _builtins.int
     bare_unit: _builtins.str
     """Unit of a duration without unit. If absent, C-QoS refuses such a duration."""
     zero_is_unset: _builtins.bool
@@ -1344,6 +1661,10 @@ class Dialect(_message.Message):
     def ignore(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """Attribute names that are no settings."""
 
+    @_builtins.property
+    def writes(self) -> _containers.RepeatedCompositeFieldContainer[Global___WrittenSetting]:
+        """The settings that a person can state in such files."""
+
     def __init__(
         self,
         *,
@@ -1352,16 +1673,59 @@ class Dialect(_message.Message):
         bare_unit: _builtins.str | None = ...,
         zero_is_unset: _builtins.bool = ...,
         ignore: _abc.Iterable[_builtins.str] | None = ...,
+        writes: _abc.Iterable[Global___WrittenSetting] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_bare_unit", b"_bare_unit", "bare_unit", b"bare_unit"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_bare_unit", b"_bare_unit", "bare_unit", b"bare_unit", "codes", b"codes", "ignore", b"ignore", "names", b"names", "zero_is_unset", b"zero_is_unset"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_bare_unit", b"_bare_unit", "bare_unit", b"bare_unit", "codes", b"codes", "ignore", b"ignore", "names", b"names", "writes", b"writes", "zero_is_unset", b"zero_is_unset"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__bare_unit: _TypeAlias = _typing.Literal["bare_unit"]  # noqa: Y015
     _WhichOneofArgType__bare_unit: _TypeAlias = _typing.Literal["_bare_unit", b"_bare_unit"]  # noqa: Y015
     def WhichOneof(self, oneof_group: _WhichOneofArgType__bare_unit) -> _WhichOneofReturnType__bare_unit | None: ...
 
 Global___Dialect: _TypeAlias = Dialect  # noqa: Y015
+
+@_typing.final
+class WrittenSetting(_message.Message):
+    """How a person states a setting in one kind of file."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    POLICY_FIELD_NUMBER: _builtins.int
+    LEVEL_FIELD_NUMBER: _builtins.int
+    NAME_FIELD_NUMBER: _builtins.int
+    WORDS_FIELD_NUMBER: _builtins.int
+    SPELLINGS_FIELD_NUMBER: _builtins.int
+    policy: _builtins.str
+    """Name of its policy."""
+    level: Global___PolicyLevel.ValueType
+    """Level of its policy."""
+    name: _builtins.str
+    """The attribute to write."""
+    @_builtins.property
+    def words(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Those of `Policy.words` that have a place in such files."""
+
+    @_builtins.property
+    def spellings(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """All names by which a file may state it, in lower case without `-`, `_` and blanks."""
+
+    def __init__(
+        self,
+        *,
+        policy: _builtins.str = ...,
+        level: Global___PolicyLevel.ValueType = ...,
+        name: _builtins.str = ...,
+        words: _abc.Iterable[_builtins.str] | None = ...,
+        spellings: _abc.Iterable[_builtins.str] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["level", b"level", "name", b"name", "policy", b"policy", "spellings", b"spellings", "words", b"words"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___WrittenSetting: _TypeAlias = WrittenSetting  # noqa: Y015
 
 @_typing.final
 class Codes(_message.Message):

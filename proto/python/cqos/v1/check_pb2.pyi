@@ -196,23 +196,49 @@ class CheckDocumentResponse(_message.Message):
 
     DESCRIPTOR: _descriptor.Descriptor
 
+    @_typing.final
+    class ElementsEntry(_message.Message):
+        DESCRIPTOR: _descriptor.Descriptor
+
+        KEY_FIELD_NUMBER: _builtins.int
+        VALUE_FIELD_NUMBER: _builtins.int
+        key: _builtins.str
+        value: _builtins.str
+        def __init__(
+            self,
+            *,
+            key: _builtins.str = ...,
+            value: _builtins.str = ...,
+        ) -> None: ...
+        _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+        def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+        _ClearFieldArgType: _TypeAlias = _typing.Literal["key", b"key", "value", b"value"]  # noqa: Y015
+        def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+        def WhichOneof(self, oneof_group: _Never) -> None: ...
+
     REVISION_FIELD_NUMBER: _builtins.int
     REPORT_FIELD_NUMBER: _builtins.int
+    ELEMENTS_FIELD_NUMBER: _builtins.int
     revision: _builtins.int
     """As in the request."""
     @_builtins.property
     def report(self) -> _report_pb2.Report:
         """A model without endpoints has a report too, with a finding about that."""
 
+    @_builtins.property
+    def elements(self) -> _containers.ScalarMap[_builtins.str, _builtins.str]:
+        """Id of the element, by id of an endpoint, participant or broker; without those that have the id of their element."""
+
     def __init__(
         self,
         *,
         revision: _builtins.int = ...,
         report: _report_pb2.Report | None = ...,
+        elements: _abc.Mapping[_builtins.str, _builtins.str] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["report", b"report"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["report", b"report", "revision", b"revision"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["elements", b"elements", "report", b"report", "revision", b"revision"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -597,18 +623,24 @@ class Refusal(_message.Message):
     DESCRIPTOR: _descriptor.Descriptor
 
     PROBLEMS_FIELD_NUMBER: _builtins.int
+    DOCUMENTS_FIELD_NUMBER: _builtins.int
     @_builtins.property
     def problems(self) -> _containers.RepeatedCompositeFieldContainer[Global___FieldProblem]:
         """All its mistakes."""
+
+    @_builtins.property
+    def documents(self) -> _containers.RepeatedCompositeFieldContainer[_report_pb2.Problem]:
+        """Every problem of every document, if documents cannot be read."""
 
     def __init__(
         self,
         *,
         problems: _abc.Iterable[Global___FieldProblem] | None = ...,
+        documents: _abc.Iterable[_report_pb2.Problem] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["problems", b"problems"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["documents", b"documents", "problems", b"problems"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
@@ -755,6 +787,202 @@ class ExplainResponse(_message.Message):
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___ExplainResponse: _TypeAlias = ExplainResponse  # noqa: Y015
+
+@_typing.final
+class DescribeRequest(_message.Message):
+    """A system to describe."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    REVISION_FIELD_NUMBER: _builtins.int
+    SYSTEM_FIELD_NUMBER: _builtins.int
+    DOCUMENTS_FIELD_NUMBER: _builtins.int
+    revision: _builtins.int
+    """The caller's number for this call; it comes back with the answer."""
+    @_builtins.property
+    def system(self) -> _system_pb2.System:
+        """As structured data."""
+
+    @_builtins.property
+    def documents(self) -> Global___Documents:
+        """As files."""
+
+    def __init__(
+        self,
+        *,
+        revision: _builtins.int = ...,
+        system: _system_pb2.System | None = ...,
+        documents: Global___Documents | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["documents", b"documents", "input", b"input", "system", b"system"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["documents", b"documents", "input", b"input", "revision", b"revision", "system", b"system"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    _WhichOneofReturnType_input: _TypeAlias = _typing.Literal["system", "documents"]  # noqa: Y015
+    _WhichOneofArgType_input: _TypeAlias = _typing.Literal["input", b"input"]  # noqa: Y015
+    def WhichOneof(self, oneof_group: _WhichOneofArgType_input) -> _WhichOneofReturnType_input | None: ...
+
+Global___DescribeRequest: _TypeAlias = DescribeRequest  # noqa: Y015
+
+@_typing.final
+class DescribeResponse(_message.Message):
+    """The result."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    REVISION_FIELD_NUMBER: _builtins.int
+    SYSTEM_FIELD_NUMBER: _builtins.int
+    ENDPOINTS_FIELD_NUMBER: _builtins.int
+    PARTICIPANTS_FIELD_NUMBER: _builtins.int
+    revision: _builtins.int
+    """As in the request."""
+    system: _builtins.str
+    """Its name."""
+    @_builtins.property
+    def endpoints(self) -> _containers.RepeatedCompositeFieldContainer[Global___DescribedEndpoint]:
+        """Its endpoints, in the order of the input."""
+
+    @_builtins.property
+    def participants(self) -> _containers.RepeatedCompositeFieldContainer[Global___DescribedParticipant]:
+        """Its participants, in the order of the input."""
+
+    def __init__(
+        self,
+        *,
+        revision: _builtins.int = ...,
+        system: _builtins.str = ...,
+        endpoints: _abc.Iterable[Global___DescribedEndpoint] | None = ...,
+        participants: _abc.Iterable[Global___DescribedParticipant] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["endpoints", b"endpoints", "participants", b"participants", "revision", b"revision", "system", b"system"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___DescribeResponse: _TypeAlias = DescribeResponse  # noqa: Y015
+
+@_typing.final
+class DescribedEndpoint(_message.Message):
+    """One endpoint, as C-QoS understands it."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    ID_FIELD_NUMBER: _builtins.int
+    PLACE_FIELD_NUMBER: _builtins.int
+    ROLE_FIELD_NUMBER: _builtins.int
+    TOPIC_FIELD_NUMBER: _builtins.int
+    TOPIC_WRITTEN_FIELD_NUMBER: _builtins.int
+    TOPIC_IS_GUESS_FIELD_NUMBER: _builtins.int
+    PARTICIPANT_FIELD_NUMBER: _builtins.int
+    LABEL_FIELD_NUMBER: _builtins.int
+    PROTOCOL_FIELD_NUMBER: _builtins.int
+    TYPE_FIELD_NUMBER: _builtins.int
+    KIND_FIELD_NUMBER: _builtins.int
+    EXTERNAL_FIELD_NUMBER: _builtins.int
+    SETTINGS_FIELD_NUMBER: _builtins.int
+    NEEDS_FIELD_NUMBER: _builtins.int
+    id: _builtins.str
+    """Its id in reports."""
+    role: _report_pb2.Role.ValueType
+    """Publisher or subscriber."""
+    topic: _builtins.str
+    """Its topic, as messages print it; absent if it has none, so that it has no pairs."""
+    topic_written: _builtins.str
+    """Its topic, as written."""
+    topic_is_guess: _builtins.bool
+    """The topic's name is a guess: the endpoint's own name."""
+    participant: _builtins.str
+    """Id of its participant."""
+    label: _builtins.str
+    """A person's name for it."""
+    protocol: _builtins.str
+    """Id of the rule pack; empty if none is stated or none can be found."""
+    type: _builtins.str
+    """Name of its data type; empty if none is stated."""
+    kind: _builtins.str
+    """`message`, or another kind of the rule pack."""
+    external: _builtins.bool
+    """A missing partner is no finding."""
+    @_builtins.property
+    def place(self) -> _report_pb2.Place:
+        """Its place; `element` is the id of its element in a drawing."""
+
+    @_builtins.property
+    def settings(self) -> _containers.RepeatedCompositeFieldContainer[_report_pb2.Fact]:
+        """Each value of the endpoint that its role has, with its origin."""
+
+    @_builtins.property
+    def needs(self) -> _containers.RepeatedCompositeFieldContainer[_report_pb2.Fact]:
+        """Each stated requirement of its application, likewise; `policy` has the word for it: `latest`."""
+
+    def __init__(
+        self,
+        *,
+        id: _builtins.str = ...,
+        place: _report_pb2.Place | None = ...,
+        role: _report_pb2.Role.ValueType = ...,
+        topic: _builtins.str | None = ...,
+        topic_written: _builtins.str = ...,
+        topic_is_guess: _builtins.bool = ...,
+        participant: _builtins.str = ...,
+        label: _builtins.str = ...,
+        protocol: _builtins.str = ...,
+        type: _builtins.str = ...,
+        kind: _builtins.str = ...,
+        external: _builtins.bool = ...,
+        settings: _abc.Iterable[_report_pb2.Fact] | None = ...,
+        needs: _abc.Iterable[_report_pb2.Fact] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_topic", b"_topic", "place", b"place", "topic", b"topic"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_topic", b"_topic", "external", b"external", "id", b"id", "kind", b"kind", "label", b"label", "needs", b"needs", "participant", b"participant", "place", b"place", "protocol", b"protocol", "role", b"role", "settings", b"settings", "topic", b"topic", "topic_is_guess", b"topic_is_guess", "topic_written", b"topic_written", "type", b"type"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    _WhichOneofReturnType__topic: _TypeAlias = _typing.Literal["topic"]  # noqa: Y015
+    _WhichOneofArgType__topic: _TypeAlias = _typing.Literal["_topic", b"_topic"]  # noqa: Y015
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__topic) -> _WhichOneofReturnType__topic | None: ...
+
+Global___DescribedEndpoint: _TypeAlias = DescribedEndpoint  # noqa: Y015
+
+@_typing.final
+class DescribedParticipant(_message.Message):
+    """One participant, as C-QoS understands it."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    ID_FIELD_NUMBER: _builtins.int
+    PLACE_FIELD_NUMBER: _builtins.int
+    LABEL_FIELD_NUMBER: _builtins.int
+    PROTOCOL_FIELD_NUMBER: _builtins.int
+    EXTERNAL_FIELD_NUMBER: _builtins.int
+    id: _builtins.str
+    """Its id in reports."""
+    label: _builtins.str
+    """A person's name for it."""
+    protocol: _builtins.str
+    """Id of the rule pack; empty if none is stated or none can be found."""
+    external: _builtins.bool
+    """A missing partner of its endpoints is no finding."""
+    @_builtins.property
+    def place(self) -> _report_pb2.Place:
+        """Its place; `element` is the id of its element in a drawing."""
+
+    def __init__(
+        self,
+        *,
+        id: _builtins.str = ...,
+        place: _report_pb2.Place | None = ...,
+        label: _builtins.str = ...,
+        protocol: _builtins.str = ...,
+        external: _builtins.bool = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["external", b"external", "id", b"id", "label", b"label", "place", b"place", "protocol", b"protocol"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___DescribedParticipant: _TypeAlias = DescribedParticipant  # noqa: Y015
 
 @_typing.final
 class ConvertRequest(_message.Message):

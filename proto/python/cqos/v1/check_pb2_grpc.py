@@ -60,6 +60,11 @@ class CheckServiceStub(object):
                 request_serializer=cqos_dot_v1_dot_check__pb2.ExplainRequest.SerializeToString,
                 response_deserializer=cqos_dot_v1_dot_check__pb2.ExplainResponse.FromString,
                 _registered_method=True)
+        self.Describe = channel.unary_unary(
+                '/cqos.v1.CheckService/Describe',
+                request_serializer=cqos_dot_v1_dot_check__pb2.DescribeRequest.SerializeToString,
+                response_deserializer=cqos_dot_v1_dot_check__pb2.DescribeResponse.FromString,
+                _registered_method=True)
         self.Diff = channel.unary_unary(
                 '/cqos.v1.CheckService/Diff',
                 request_serializer=cqos_dot_v1_dot_check__pb2.DiffRequest.SerializeToString,
@@ -112,6 +117,13 @@ class CheckServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def Describe(self, request, context):
+        """Describes the endpoints of a system: where they stand, and their values with the origin of each.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
     def Diff(self, request, context):
         """Compares two systems: their differences on the same topics and endpoints.
         """
@@ -153,6 +165,11 @@ def add_CheckServiceServicer_to_server(servicer, server):
                     servicer.Explain,
                     request_deserializer=cqos_dot_v1_dot_check__pb2.ExplainRequest.FromString,
                     response_serializer=cqos_dot_v1_dot_check__pb2.ExplainResponse.SerializeToString,
+            ),
+            'Describe': grpc.unary_unary_rpc_method_handler(
+                    servicer.Describe,
+                    request_deserializer=cqos_dot_v1_dot_check__pb2.DescribeRequest.FromString,
+                    response_serializer=cqos_dot_v1_dot_check__pb2.DescribeResponse.SerializeToString,
             ),
             'Diff': grpc.unary_unary_rpc_method_handler(
                     servicer.Diff,
@@ -301,6 +318,33 @@ class CheckService(object):
             '/cqos.v1.CheckService/Explain',
             cqos_dot_v1_dot_check__pb2.ExplainRequest.SerializeToString,
             cqos_dot_v1_dot_check__pb2.ExplainResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def Describe(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/cqos.v1.CheckService/Describe',
+            cqos_dot_v1_dot_check__pb2.DescribeRequest.SerializeToString,
+            cqos_dot_v1_dot_check__pb2.DescribeResponse.FromString,
             options,
             channel_credentials,
             insecure,

@@ -47,6 +47,8 @@ class CheckServiceStub:
     """
     Explain: _grpc.UnaryUnaryMultiCallable[_check_pb2.ExplainRequest, _check_pb2.ExplainResponse]
     """Explains one publisher and one subscriber of a system, policy by policy."""
+    Describe: _grpc.UnaryUnaryMultiCallable[_check_pb2.DescribeRequest, _check_pb2.DescribeResponse]
+    """Describes the endpoints of a system: where they stand, and their values with the origin of each."""
     Diff: _grpc.UnaryUnaryMultiCallable[_check_pb2.DiffRequest, _check_pb2.DiffResponse]
     """Compares two systems: their differences on the same topics and endpoints."""
     Convert: _grpc.UnaryUnaryMultiCallable[_check_pb2.ConvertRequest, _check_pb2.ConvertResponse]
@@ -69,6 +71,8 @@ class CheckServiceAsyncStub(CheckServiceStub):
     """
     Explain: _aio.UnaryUnaryMultiCallable[_check_pb2.ExplainRequest, _check_pb2.ExplainResponse]  # type: ignore[assignment]
     """Explains one publisher and one subscriber of a system, policy by policy."""
+    Describe: _aio.UnaryUnaryMultiCallable[_check_pb2.DescribeRequest, _check_pb2.DescribeResponse]  # type: ignore[assignment]
+    """Describes the endpoints of a system: where they stand, and their values with the origin of each."""
     Diff: _aio.UnaryUnaryMultiCallable[_check_pb2.DiffRequest, _check_pb2.DiffResponse]  # type: ignore[assignment]
     """Compares two systems: their differences on the same topics and endpoints."""
     Convert: _aio.UnaryUnaryMultiCallable[_check_pb2.ConvertRequest, _check_pb2.ConvertResponse]  # type: ignore[assignment]
@@ -118,6 +122,14 @@ class CheckServiceServicer(metaclass=_abc_1.ABCMeta):
         context: _ServicerContext,
     ) -> _typing.Union[_check_pb2.ExplainResponse, _abc.Awaitable[_check_pb2.ExplainResponse]]:
         """Explains one publisher and one subscriber of a system, policy by policy."""
+
+    @_abc_1.abstractmethod
+    def Describe(
+        self,
+        request: _check_pb2.DescribeRequest,
+        context: _ServicerContext,
+    ) -> _typing.Union[_check_pb2.DescribeResponse, _abc.Awaitable[_check_pb2.DescribeResponse]]:
+        """Describes the endpoints of a system: where they stand, and their values with the origin of each."""
 
     @_abc_1.abstractmethod
     def Diff(

@@ -25,9 +25,10 @@ _sym_db = _symbol_database.Default()
 from cqos.v1 import check_pb2 as cqos_dot_v1_dot_check__pb2
 from cqos.v1 import report_pb2 as cqos_dot_v1_dot_report__pb2
 from cqos.v1 import system_pb2 as cqos_dot_v1_dot_system__pb2
+from google.protobuf import field_mask_pb2 as google_dot_protobuf_dot_field__mask__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x15\x63qos/v1/session.proto\x12\x07\x63qos.v1\x1a\x13\x63qos/v1/check.proto\x1a\x14\x63qos/v1/report.proto\x1a\x14\x63qos/v1/system.proto\"m\n\x0b\x45\x64itRequest\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12\x1f\n\x04open\x18\x02 \x01(\x0b\x32\x0f.cqos.v1.SystemH\x00\x12#\n\x07\x63hanges\x18\x03 \x01(\x0b\x32\x10.cqos.v1.ChangesH\x00\x42\x06\n\x04\x65\x64it\"+\n\x07\x43hanges\x12 \n\x07\x63hanges\x18\x01 \x03(\x0b\x32\x0f.cqos.v1.Change\"\xb4\x06\n\x06\x43hange\x12)\n\x0cput_endpoint\x18\x01 \x01(\x0b\x32\x11.cqos.v1.EndpointH\x00\x12\x19\n\x0fremove_endpoint\x18\x02 \x01(\tH\x00\x12/\n\x0fput_participant\x18\x03 \x01(\x0b\x32\x14.cqos.v1.ParticipantH\x00\x12\x1c\n\x12remove_participant\x18\x04 \x01(\tH\x00\x12\'\n\x0bput_profile\x18\x05 \x01(\x0b\x32\x10.cqos.v1.ProfileH\x00\x12\x18\n\x0eremove_profile\x18\x06 \x01(\tH\x00\x12#\n\tput_topic\x18\x07 \x01(\x0b\x32\x0e.cqos.v1.TopicH\x00\x12\x16\n\x0cremove_topic\x18\x08 \x01(\tH\x00\x12%\n\nput_broker\x18\t \x01(\x0b\x32\x0f.cqos.v1.BrokerH\x00\x12+\n\nset_option\x18\n \x01(\x0b\x32\x15.cqos.v1.OptionChangeH\x00\x12\x17\n\rremove_broker\x18\x0b \x01(\tH\x00\x12%\n\nput_bridge\x18\x0c \x01(\x0b\x32\x0f.cqos.v1.BridgeH\x00\x12\x17\n\rremove_bridge\x18\r \x01(\tH\x00\x12,\n\x0cset_overlays\x18\x0e \x01(\x0b\x32\x14.cqos.v1.OverlayListH\x00\x12+\n\nset_checks\x18\x0f \x01(\x0b\x32\x15.cqos.v1.TeamRuleListH\x00\x12-\n\nset_accept\x18\x10 \x01(\x0b\x32\x17.cqos.v1.AcceptanceListH\x00\x12.\n\x0eset_severities\x18\x11 \x01(\x0b\x32\x14.cqos.v1.SeverityMapH\x00\x12,\n\tset_notes\x18\x12 \x01(\x0b\x32\x17.cqos.v1.ImportNoteListH\x00\x12/\n\x0cset_protocol\x18\x13 \x01(\x0b\x32\x17.cqos.v1.ProtocolChangeH\x00\x12\x12\n\x08set_name\x18\x14 \x01(\tH\x00\x12\x15\n\x0bset_partial\x18\x15 \x01(\x08H\x00\x12\x1a\n\x10set_hypothetical\x18\x16 \x01(\x08H\x00\x42\x08\n\x06\x63hange\"1\n\x0bOverlayList\x12\"\n\x08overlays\x18\x01 \x03(\x0b\x32\x10.cqos.v1.Overlay\"1\n\x0cTeamRuleList\x12!\n\x06\x63hecks\x18\x01 \x03(\x0b\x32\x11.cqos.v1.TeamRule\"5\n\x0e\x41\x63\x63\x65ptanceList\x12#\n\x06\x61\x63\x63\x65pt\x18\x01 \x03(\x0b\x32\x13.cqos.v1.Acceptance\"z\n\x0bSeverityMap\x12\x38\n\nseverities\x18\x01 \x03(\x0b\x32$.cqos.v1.SeverityMap.SeveritiesEntry\x1a\x31\n\x0fSeveritiesEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\t:\x02\x38\x01\"4\n\x0eImportNoteList\x12\"\n\x05notes\x18\x01 \x03(\x0b\x32\x13.cqos.v1.ImportNote\"4\n\x0eProtocolChange\x12\x15\n\x08protocol\x18\x01 \x01(\tH\x00\x88\x01\x01\x42\x0b\n\t_protocol\"H\n\x0cOptionChange\x12\x0c\n\x04pack\x18\x01 \x01(\t\x12\x0c\n\x04name\x18\x02 \x01(\t\x12\x12\n\x05value\x18\x03 \x01(\tH\x00\x88\x01\x01\x42\x08\n\x06_value\"\xaa\x01\n\x0c\x45\x64itResponse\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12!\n\x06report\x18\x02 \x01(\x0b\x32\x0f.cqos.v1.ReportH\x00\x12%\n\x05\x64\x65lta\x18\x03 \x01(\x0b\x32\x14.cqos.v1.ReportDeltaH\x00\x12#\n\x07refusal\x18\x04 \x01(\x0b\x32\x10.cqos.v1.RefusalH\x00\x12\x0e\n\x06judged\x18\x05 \x01(\x04\x42\t\n\x07outcome\"\xd4\x01\n\x0bReportDelta\x12\x15\n\rbase_revision\x18\x01 \x01(\x04\x12 \n\x07summary\x18\x02 \x01(\x0b\x32\x0f.cqos.v1.Report\x12\x16\n\x0eremoved_groups\x18\x03 \x03(\r\x12*\n\x0c\x61\x64\x64\x65\x64_groups\x18\x04 \x03(\x0b\x32\x14.cqos.v1.PlacedGroup\x12\x18\n\x10removed_findings\x18\x05 \x03(\r\x12.\n\x0e\x61\x64\x64\x65\x64_findings\x18\x06 \x03(\x0b\x32\x16.cqos.v1.PlacedFinding\">\n\x0bPlacedGroup\x12\x10\n\x08position\x18\x01 \x01(\r\x12\x1d\n\x05group\x18\x02 \x01(\x0b\x32\x0e.cqos.v1.Group\"D\n\rPlacedFinding\x12\x10\n\x08position\x18\x01 \x01(\r\x12!\n\x07\x66inding\x18\x02 \x01(\x0b\x32\x10.cqos.v1.Finding2I\n\x0eSessionService\x12\x37\n\x04\x45\x64it\x12\x14.cqos.v1.EditRequest\x1a\x15.cqos.v1.EditResponse(\x01\x30\x01\x42\x10Z\x0e\x63qos/v1;cqosv1b\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x15\x63qos/v1/session.proto\x12\x07\x63qos.v1\x1a\x13\x63qos/v1/check.proto\x1a\x14\x63qos/v1/report.proto\x1a\x14\x63qos/v1/system.proto\x1a google/protobuf/field_mask.proto\"\xe2\x01\n\x12OpenSessionRequest\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12!\n\x06system\x18\x02 \x01(\x0b\x32\x0f.cqos.v1.SystemH\x00\x12\'\n\tdocuments\x18\x03 \x01(\x0b\x32\x12.cqos.v1.DocumentsH\x00\x12*\n\x06\x66ields\x18\x04 \x01(\x0b\x32\x1a.google.protobuf.FieldMask\x12\'\n\x0cleast_severe\x18\x05 \x01(\x0e\x32\x11.cqos.v1.Severity\x12\x10\n\x08\x64\x65scribe\x18\x06 \x01(\x08\x42\x07\n\x05input\"\xd3\x01\n\x13OpenSessionResponse\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12\x0f\n\x07session\x18\x02 \x01(\t\x12\x1f\n\x06report\x18\x03 \x01(\x0b\x32\x0f.cqos.v1.Report\x12-\n\tendpoints\x18\x04 \x03(\x0b\x32\x1a.cqos.v1.DescribedEndpoint\x12\x33\n\x0cparticipants\x18\x05 \x03(\x0b\x32\x1d.cqos.v1.DescribedParticipant\x12\x14\n\x0cidle_seconds\x18\x06 \x01(\x04\"\xaa\x01\n\x12\x45\x64itSessionRequest\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12\x0f\n\x07session\x18\x02 \x01(\t\x12\x15\n\rbase_revision\x18\x03 \x01(\x04\x12#\n\x07\x63hanges\x18\x04 \x01(\x0b\x32\x10.cqos.v1.ChangesH\x00\x12-\n\tdocuments\x18\x05 \x01(\x0b\x32\x18.cqos.v1.DocumentChangesH\x00\x42\x06\n\x04\x65\x64it\"B\n\x0f\x44ocumentChanges\x12\x1e\n\x03put\x18\x01 \x03(\x0b\x32\x11.cqos.v1.Document\x12\x0f\n\x07removed\x18\x02 \x03(\t\"\xb0\x02\n\x13\x45\x64itSessionResponse\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12!\n\x06report\x18\x02 \x01(\x0b\x32\x0f.cqos.v1.ReportH\x00\x12%\n\x05\x64\x65lta\x18\x03 \x01(\x0b\x32\x14.cqos.v1.ReportDeltaH\x00\x12#\n\x07refusal\x18\x04 \x01(\x0b\x32\x10.cqos.v1.RefusalH\x00\x12\x0e\n\x06judged\x18\x05 \x01(\x04\x12-\n\tendpoints\x18\x06 \x03(\x0b\x32\x1a.cqos.v1.DescribedEndpoint\x12\x19\n\x11removed_endpoints\x18\x07 \x03(\t\x12\x33\n\x0cparticipants\x18\x08 \x03(\x0b\x32\x1d.cqos.v1.DescribedParticipantB\t\n\x07outcome\"8\n\x13\x43loseSessionRequest\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12\x0f\n\x07session\x18\x02 \x01(\t\"(\n\x14\x43loseSessionResponse\x12\x10\n\x08revision\x18\x01 \x01(\x04\"m\n\x0b\x45\x64itRequest\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12\x1f\n\x04open\x18\x02 \x01(\x0b\x32\x0f.cqos.v1.SystemH\x00\x12#\n\x07\x63hanges\x18\x03 \x01(\x0b\x32\x10.cqos.v1.ChangesH\x00\x42\x06\n\x04\x65\x64it\"+\n\x07\x43hanges\x12 \n\x07\x63hanges\x18\x01 \x03(\x0b\x32\x0f.cqos.v1.Change\"\xb4\x06\n\x06\x43hange\x12)\n\x0cput_endpoint\x18\x01 \x01(\x0b\x32\x11.cqos.v1.EndpointH\x00\x12\x19\n\x0fremove_endpoint\x18\x02 \x01(\tH\x00\x12/\n\x0fput_participant\x18\x03 \x01(\x0b\x32\x14.cqos.v1.ParticipantH\x00\x12\x1c\n\x12remove_participant\x18\x04 \x01(\tH\x00\x12\'\n\x0bput_profile\x18\x05 \x01(\x0b\x32\x10.cqos.v1.ProfileH\x00\x12\x18\n\x0eremove_profile\x18\x06 \x01(\tH\x00\x12#\n\tput_topic\x18\x07 \x01(\x0b\x32\x0e.cqos.v1.TopicH\x00\x12\x16\n\x0cremove_topic\x18\x08 \x01(\tH\x00\x12%\n\nput_broker\x18\t \x01(\x0b\x32\x0f.cqos.v1.BrokerH\x00\x12+\n\nset_option\x18\n \x01(\x0b\x32\x15.cqos.v1.OptionChangeH\x00\x12\x17\n\rremove_broker\x18\x0b \x01(\tH\x00\x12%\n\nput_bridge\x18\x0c \x01(\x0b\x32\x0f.cqos.v1.BridgeH\x00\x12\x17\n\rremove_bridge\x18\r \x01(\tH\x00\x12,\n\x0cset_overlays\x18\x0e \x01(\x0b\x32\x14.cqos.v1.OverlayListH\x00\x12+\n\nset_checks\x18\x0f \x01(\x0b\x32\x15.cqos.v1.TeamRuleListH\x00\x12-\n\nset_accept\x18\x10 \x01(\x0b\x32\x17.cqos.v1.AcceptanceListH\x00\x12.\n\x0eset_severities\x18\x11 \x01(\x0b\x32\x14.cqos.v1.SeverityMapH\x00\x12,\n\tset_notes\x18\x12 \x01(\x0b\x32\x17.cqos.v1.ImportNoteListH\x00\x12/\n\x0cset_protocol\x18\x13 \x01(\x0b\x32\x17.cqos.v1.ProtocolChangeH\x00\x12\x12\n\x08set_name\x18\x14 \x01(\tH\x00\x12\x15\n\x0bset_partial\x18\x15 \x01(\x08H\x00\x12\x1a\n\x10set_hypothetical\x18\x16 \x01(\x08H\x00\x42\x08\n\x06\x63hange\"1\n\x0bOverlayList\x12\"\n\x08overlays\x18\x01 \x03(\x0b\x32\x10.cqos.v1.Overlay\"1\n\x0cTeamRuleList\x12!\n\x06\x63hecks\x18\x01 \x03(\x0b\x32\x11.cqos.v1.TeamRule\"5\n\x0e\x41\x63\x63\x65ptanceList\x12#\n\x06\x61\x63\x63\x65pt\x18\x01 \x03(\x0b\x32\x13.cqos.v1.Acceptance\"z\n\x0bSeverityMap\x12\x38\n\nseverities\x18\x01 \x03(\x0b\x32$.cqos.v1.SeverityMap.SeveritiesEntry\x1a\x31\n\x0fSeveritiesEntry\x12\x0b\n\x03key\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\t:\x02\x38\x01\"4\n\x0eImportNoteList\x12\"\n\x05notes\x18\x01 \x03(\x0b\x32\x13.cqos.v1.ImportNote\"4\n\x0eProtocolChange\x12\x15\n\x08protocol\x18\x01 \x01(\tH\x00\x88\x01\x01\x42\x0b\n\t_protocol\"H\n\x0cOptionChange\x12\x0c\n\x04pack\x18\x01 \x01(\t\x12\x0c\n\x04name\x18\x02 \x01(\t\x12\x12\n\x05value\x18\x03 \x01(\tH\x00\x88\x01\x01\x42\x08\n\x06_value\"\xaa\x01\n\x0c\x45\x64itResponse\x12\x10\n\x08revision\x18\x01 \x01(\x04\x12!\n\x06report\x18\x02 \x01(\x0b\x32\x0f.cqos.v1.ReportH\x00\x12%\n\x05\x64\x65lta\x18\x03 \x01(\x0b\x32\x14.cqos.v1.ReportDeltaH\x00\x12#\n\x07refusal\x18\x04 \x01(\x0b\x32\x10.cqos.v1.RefusalH\x00\x12\x0e\n\x06judged\x18\x05 \x01(\x04\x42\t\n\x07outcome\"\xd4\x01\n\x0bReportDelta\x12\x15\n\rbase_revision\x18\x01 \x01(\x04\x12 \n\x07summary\x18\x02 \x01(\x0b\x32\x0f.cqos.v1.Report\x12\x16\n\x0eremoved_groups\x18\x03 \x03(\r\x12*\n\x0c\x61\x64\x64\x65\x64_groups\x18\x04 \x03(\x0b\x32\x14.cqos.v1.PlacedGroup\x12\x18\n\x10removed_findings\x18\x05 \x03(\r\x12.\n\x0e\x61\x64\x64\x65\x64_findings\x18\x06 \x03(\x0b\x32\x16.cqos.v1.PlacedFinding\">\n\x0bPlacedGroup\x12\x10\n\x08position\x18\x01 \x01(\r\x12\x1d\n\x05group\x18\x02 \x01(\x0b\x32\x0e.cqos.v1.Group\"D\n\rPlacedFinding\x12\x10\n\x08position\x18\x01 \x01(\r\x12!\n\x07\x66inding\x18\x02 \x01(\x0b\x32\x10.cqos.v1.Finding2\xaa\x02\n\x0eSessionService\x12\x37\n\x04\x45\x64it\x12\x14.cqos.v1.EditRequest\x1a\x15.cqos.v1.EditResponse(\x01\x30\x01\x12H\n\x0bOpenSession\x12\x1b.cqos.v1.OpenSessionRequest\x1a\x1c.cqos.v1.OpenSessionResponse\x12H\n\x0b\x45\x64itSession\x12\x1b.cqos.v1.EditSessionRequest\x1a\x1c.cqos.v1.EditSessionResponse\x12K\n\x0c\x43loseSession\x12\x1c.cqos.v1.CloseSessionRequest\x1a\x1d.cqos.v1.CloseSessionResponseB\x10Z\x0e\x63qos/v1;cqosv1b\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -37,36 +38,50 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['DESCRIPTOR']._serialized_options = b'Z\016cqos/v1;cqosv1'
   _globals['_SEVERITYMAP_SEVERITIESENTRY']._loaded_options = None
   _globals['_SEVERITYMAP_SEVERITIESENTRY']._serialized_options = b'8\001'
-  _globals['_EDITREQUEST']._serialized_start=99
-  _globals['_EDITREQUEST']._serialized_end=208
-  _globals['_CHANGES']._serialized_start=210
-  _globals['_CHANGES']._serialized_end=253
-  _globals['_CHANGE']._serialized_start=256
-  _globals['_CHANGE']._serialized_end=1076
-  _globals['_OVERLAYLIST']._serialized_start=1078
-  _globals['_OVERLAYLIST']._serialized_end=1127
-  _globals['_TEAMRULELIST']._serialized_start=1129
-  _globals['_TEAMRULELIST']._serialized_end=1178
-  _globals['_ACCEPTANCELIST']._serialized_start=1180
-  _globals['_ACCEPTANCELIST']._serialized_end=1233
-  _globals['_SEVERITYMAP']._serialized_start=1235
-  _globals['_SEVERITYMAP']._serialized_end=1357
-  _globals['_SEVERITYMAP_SEVERITIESENTRY']._serialized_start=1308
-  _globals['_SEVERITYMAP_SEVERITIESENTRY']._serialized_end=1357
-  _globals['_IMPORTNOTELIST']._serialized_start=1359
-  _globals['_IMPORTNOTELIST']._serialized_end=1411
-  _globals['_PROTOCOLCHANGE']._serialized_start=1413
-  _globals['_PROTOCOLCHANGE']._serialized_end=1465
-  _globals['_OPTIONCHANGE']._serialized_start=1467
-  _globals['_OPTIONCHANGE']._serialized_end=1539
-  _globals['_EDITRESPONSE']._serialized_start=1542
-  _globals['_EDITRESPONSE']._serialized_end=1712
-  _globals['_REPORTDELTA']._serialized_start=1715
-  _globals['_REPORTDELTA']._serialized_end=1927
-  _globals['_PLACEDGROUP']._serialized_start=1929
-  _globals['_PLACEDGROUP']._serialized_end=1991
-  _globals['_PLACEDFINDING']._serialized_start=1993
-  _globals['_PLACEDFINDING']._serialized_end=2061
-  _globals['_SESSIONSERVICE']._serialized_start=2063
-  _globals['_SESSIONSERVICE']._serialized_end=2136
+  _globals['_OPENSESSIONREQUEST']._serialized_start=134
+  _globals['_OPENSESSIONREQUEST']._serialized_end=360
+  _globals['_OPENSESSIONRESPONSE']._serialized_start=363
+  _globals['_OPENSESSIONRESPONSE']._serialized_end=574
+  _globals['_EDITSESSIONREQUEST']._serialized_start=577
+  _globals['_EDITSESSIONREQUEST']._serialized_end=747
+  _globals['_DOCUMENTCHANGES']._serialized_start=749
+  _globals['_DOCUMENTCHANGES']._serialized_end=815
+  _globals['_EDITSESSIONRESPONSE']._serialized_start=818
+  _globals['_EDITSESSIONRESPONSE']._serialized_end=1122
+  _globals['_CLOSESESSIONREQUEST']._serialized_start=1124
+  _globals['_CLOSESESSIONREQUEST']._serialized_end=1180
+  _globals['_CLOSESESSIONRESPONSE']._serialized_start=1182
+  _globals['_CLOSESESSIONRESPONSE']._serialized_end=1222
+  _globals['_EDITREQUEST']._serialized_start=1224
+  _globals['_EDITREQUEST']._serialized_end=1333
+  _globals['_CHANGES']._serialized_start=1335
+  _globals['_CHANGES']._serialized_end=1378
+  _globals['_CHANGE']._serialized_start=1381
+  _globals['_CHANGE']._serialized_end=2201
+  _globals['_OVERLAYLIST']._serialized_start=2203
+  _globals['_OVERLAYLIST']._serialized_end=2252
+  _globals['_TEAMRULELIST']._serialized_start=2254
+  _globals['_TEAMRULELIST']._serialized_end=2303
+  _globals['_ACCEPTANCELIST']._serialized_start=2305
+  _globals['_ACCEPTANCELIST']._serialized_end=2358
+  _globals['_SEVERITYMAP']._serialized_start=2360
+  _globals['_SEVERITYMAP']._serialized_end=2482
+  _globals['_SEVERITYMAP_SEVERITIESENTRY']._serialized_start=2433
+  _globals['_SEVERITYMAP_SEVERITIESENTRY']._serialized_end=2482
+  _globals['_IMPORTNOTELIST']._serialized_start=2484
+  _globals['_IMPORTNOTELIST']._serialized_end=2536
+  _globals['_PROTOCOLCHANGE']._serialized_start=2538
+  _globals['_PROTOCOLCHANGE']._serialized_end=2590
+  _globals['_OPTIONCHANGE']._serialized_start=2592
+  _globals['_OPTIONCHANGE']._serialized_end=2664
+  _globals['_EDITRESPONSE']._serialized_start=2667
+  _globals['_EDITRESPONSE']._serialized_end=2837
+  _globals['_REPORTDELTA']._serialized_start=2840
+  _globals['_REPORTDELTA']._serialized_end=3052
+  _globals['_PLACEDGROUP']._serialized_start=3054
+  _globals['_PLACEDGROUP']._serialized_end=3116
+  _globals['_PLACEDFINDING']._serialized_start=3118
+  _globals['_PLACEDFINDING']._serialized_end=3186
+  _globals['_SESSIONSERVICE']._serialized_start=3189
+  _globals['_SESSIONSERVICE']._serialized_end=3487
 # @@protoc_insertion_point(module_scope)

@@ -8,6 +8,7 @@ from cqos.v1 import check_pb2 as _check_pb2
 from cqos.v1 import report_pb2 as _report_pb2
 from cqos.v1 import system_pb2 as _system_pb2
 from google.protobuf import descriptor as _descriptor
+from google.protobuf import field_mask_pb2 as _field_mask_pb2
 from google.protobuf import message as _message
 from google.protobuf.internal import containers as _containers
 import builtins as _builtins
@@ -20,6 +21,290 @@ else:
     from typing_extensions import TypeAlias as _TypeAlias, Never as _Never
 
 DESCRIPTOR: _descriptor.FileDescriptor
+
+@_typing.final
+class OpenSessionRequest(_message.Message):
+    """Opens a session."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    REVISION_FIELD_NUMBER: _builtins.int
+    SYSTEM_FIELD_NUMBER: _builtins.int
+    DOCUMENTS_FIELD_NUMBER: _builtins.int
+    FIELDS_FIELD_NUMBER: _builtins.int
+    LEAST_SEVERE_FIELD_NUMBER: _builtins.int
+    DESCRIBE_FIELD_NUMBER: _builtins.int
+    revision: _builtins.int
+    """The caller's number for this call; it comes back with the answer."""
+    least_severe: _report_pb2.Severity.ValueType
+    """All answers of the session have findings of this severity and of more severe ones; all if not stated."""
+    describe: _builtins.bool
+    """The answers describe the endpoints too."""
+    @_builtins.property
+    def system(self) -> _system_pb2.System:
+        """A model."""
+
+    @_builtins.property
+    def documents(self) -> _check_pb2.Documents:
+        """Files."""
+
+    @_builtins.property
+    def fields(self) -> _field_mask_pb2.FieldMask:
+        """Fields of the report that all answers of the session shall have; without one, they have all."""
+
+    def __init__(
+        self,
+        *,
+        revision: _builtins.int = ...,
+        system: _system_pb2.System | None = ...,
+        documents: _check_pb2.Documents | None = ...,
+        fields: _field_mask_pb2.FieldMask | None = ...,
+        least_severe: _report_pb2.Severity.ValueType = ...,
+        describe: _builtins.bool = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["documents", b"documents", "fields", b"fields", "input", b"input", "system", b"system"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["describe", b"describe", "documents", b"documents", "fields", b"fields", "input", b"input", "least_severe", b"least_severe", "revision", b"revision", "system", b"system"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    _WhichOneofReturnType_input: _TypeAlias = _typing.Literal["system", "documents"]  # noqa: Y015
+    _WhichOneofArgType_input: _TypeAlias = _typing.Literal["input", b"input"]  # noqa: Y015
+    def WhichOneof(self, oneof_group: _WhichOneofArgType_input) -> _WhichOneofReturnType_input | None: ...
+
+Global___OpenSessionRequest: _TypeAlias = OpenSessionRequest  # noqa: Y015
+
+@_typing.final
+class OpenSessionResponse(_message.Message):
+    """An open session."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    REVISION_FIELD_NUMBER: _builtins.int
+    SESSION_FIELD_NUMBER: _builtins.int
+    REPORT_FIELD_NUMBER: _builtins.int
+    ENDPOINTS_FIELD_NUMBER: _builtins.int
+    PARTICIPANTS_FIELD_NUMBER: _builtins.int
+    IDLE_SECONDS_FIELD_NUMBER: _builtins.int
+    revision: _builtins.int
+    """As in the request."""
+    session: _builtins.str
+    """Its name, for further calls. Who knows it can use the session."""
+    idle_seconds: _builtins.int
+    """Seconds without a call after which the service closes the session."""
+    @_builtins.property
+    def report(self) -> _report_pb2.Report:
+        """The whole report. In sessions of documents, a place that names an element has no line."""
+
+    @_builtins.property
+    def endpoints(self) -> _containers.RepeatedCompositeFieldContainer[_check_pb2.DescribedEndpoint]:
+        """All endpoints, if the request asks for them."""
+
+    @_builtins.property
+    def participants(self) -> _containers.RepeatedCompositeFieldContainer[_check_pb2.DescribedParticipant]:
+        """All participants, if the request asks for endpoints."""
+
+    def __init__(
+        self,
+        *,
+        revision: _builtins.int = ...,
+        session: _builtins.str = ...,
+        report: _report_pb2.Report | None = ...,
+        endpoints: _abc.Iterable[_check_pb2.DescribedEndpoint] | None = ...,
+        participants: _abc.Iterable[_check_pb2.DescribedParticipant] | None = ...,
+        idle_seconds: _builtins.int = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["report", b"report"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["endpoints", b"endpoints", "idle_seconds", b"idle_seconds", "participants", b"participants", "report", b"report", "revision", b"revision", "session", b"session"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___OpenSessionResponse: _TypeAlias = OpenSessionResponse  # noqa: Y015
+
+@_typing.final
+class EditSessionRequest(_message.Message):
+    """One edit. The service applies it as a whole, or not at all."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    REVISION_FIELD_NUMBER: _builtins.int
+    SESSION_FIELD_NUMBER: _builtins.int
+    BASE_REVISION_FIELD_NUMBER: _builtins.int
+    CHANGES_FIELD_NUMBER: _builtins.int
+    DOCUMENTS_FIELD_NUMBER: _builtins.int
+    revision: _builtins.int
+    """The caller's number for this call; it comes back with the answer."""
+    session: _builtins.str
+    """Name of the session."""
+    base_revision: _builtins.int
+    """Revision of the last answer that the caller has. If the service gave a later one, the answer has the whole report."""
+    @_builtins.property
+    def changes(self) -> Global___Changes:
+        """Of a session of a model."""
+
+    @_builtins.property
+    def documents(self) -> Global___DocumentChanges:
+        """Of a session of documents."""
+
+    def __init__(
+        self,
+        *,
+        revision: _builtins.int = ...,
+        session: _builtins.str = ...,
+        base_revision: _builtins.int = ...,
+        changes: Global___Changes | None = ...,
+        documents: Global___DocumentChanges | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["changes", b"changes", "documents", b"documents", "edit", b"edit"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["base_revision", b"base_revision", "changes", b"changes", "documents", b"documents", "edit", b"edit", "revision", b"revision", "session", b"session"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    _WhichOneofReturnType_edit: _TypeAlias = _typing.Literal["changes", "documents"]  # noqa: Y015
+    _WhichOneofArgType_edit: _TypeAlias = _typing.Literal["edit", b"edit"]  # noqa: Y015
+    def WhichOneof(self, oneof_group: _WhichOneofArgType_edit) -> _WhichOneofReturnType_edit | None: ...
+
+Global___EditSessionRequest: _TypeAlias = EditSessionRequest  # noqa: Y015
+
+@_typing.final
+class DocumentChanges(_message.Message):
+    """Documents that are others now. All others stay as they are."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    PUT_FIELD_NUMBER: _builtins.int
+    REMOVED_FIELD_NUMBER: _builtins.int
+    @_builtins.property
+    def put(self) -> _containers.RepeatedCompositeFieldContainer[_check_pb2.Document]:
+        """Replaces the document of the same name, or comes behind all others."""
+
+    @_builtins.property
+    def removed(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Names of documents to remove. At least one has to remain."""
+
+    def __init__(
+        self,
+        *,
+        put: _abc.Iterable[_check_pb2.Document] | None = ...,
+        removed: _abc.Iterable[_builtins.str] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["put", b"put", "removed", b"removed"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___DocumentChanges: _TypeAlias = DocumentChanges  # noqa: Y015
+
+@_typing.final
+class EditSessionResponse(_message.Message):
+    """The answer to one edit."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    REVISION_FIELD_NUMBER: _builtins.int
+    REPORT_FIELD_NUMBER: _builtins.int
+    DELTA_FIELD_NUMBER: _builtins.int
+    REFUSAL_FIELD_NUMBER: _builtins.int
+    JUDGED_FIELD_NUMBER: _builtins.int
+    ENDPOINTS_FIELD_NUMBER: _builtins.int
+    REMOVED_ENDPOINTS_FIELD_NUMBER: _builtins.int
+    PARTICIPANTS_FIELD_NUMBER: _builtins.int
+    revision: _builtins.int
+    """As in the request."""
+    judged: _builtins.int
+    """Number of topics that were checked again."""
+    @_builtins.property
+    def report(self) -> _report_pb2.Report:
+        """The whole report: if the caller lacks an answer, and if the difference would be no smaller."""
+
+    @_builtins.property
+    def delta(self) -> Global___ReportDelta:
+        """The difference from the last report."""
+
+    @_builtins.property
+    def refusal(self) -> _check_pb2.Refusal:
+        """The edit is invalid; the session stays unchanged, and `base_revision` too."""
+
+    @_builtins.property
+    def endpoints(self) -> _containers.RepeatedCompositeFieldContainer[_check_pb2.DescribedEndpoint]:
+        """New endpoints, and those whose description is another one; all of them beside a whole report."""
+
+    @_builtins.property
+    def removed_endpoints(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Ids of endpoints that are gone; none beside a whole report."""
+
+    @_builtins.property
+    def participants(self) -> _containers.RepeatedCompositeFieldContainer[_check_pb2.DescribedParticipant]:
+        """All participants, if one of them is another one."""
+
+    def __init__(
+        self,
+        *,
+        revision: _builtins.int = ...,
+        report: _report_pb2.Report | None = ...,
+        delta: Global___ReportDelta | None = ...,
+        refusal: _check_pb2.Refusal | None = ...,
+        judged: _builtins.int = ...,
+        endpoints: _abc.Iterable[_check_pb2.DescribedEndpoint] | None = ...,
+        removed_endpoints: _abc.Iterable[_builtins.str] | None = ...,
+        participants: _abc.Iterable[_check_pb2.DescribedParticipant] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["delta", b"delta", "outcome", b"outcome", "refusal", b"refusal", "report", b"report"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["delta", b"delta", "endpoints", b"endpoints", "judged", b"judged", "outcome", b"outcome", "participants", b"participants", "refusal", b"refusal", "removed_endpoints", b"removed_endpoints", "report", b"report", "revision", b"revision"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    _WhichOneofReturnType_outcome: _TypeAlias = _typing.Literal["report", "delta", "refusal"]  # noqa: Y015
+    _WhichOneofArgType_outcome: _TypeAlias = _typing.Literal["outcome", b"outcome"]  # noqa: Y015
+    def WhichOneof(self, oneof_group: _WhichOneofArgType_outcome) -> _WhichOneofReturnType_outcome | None: ...
+
+Global___EditSessionResponse: _TypeAlias = EditSessionResponse  # noqa: Y015
+
+@_typing.final
+class CloseSessionRequest(_message.Message):
+    """Closes a session."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    REVISION_FIELD_NUMBER: _builtins.int
+    SESSION_FIELD_NUMBER: _builtins.int
+    revision: _builtins.int
+    """The caller's number for this call; it comes back with the answer."""
+    session: _builtins.str
+    """Name of the session."""
+    def __init__(
+        self,
+        *,
+        revision: _builtins.int = ...,
+        session: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["revision", b"revision", "session", b"session"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___CloseSessionRequest: _TypeAlias = CloseSessionRequest  # noqa: Y015
+
+@_typing.final
+class CloseSessionResponse(_message.Message):
+    """The session is closed."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    REVISION_FIELD_NUMBER: _builtins.int
+    revision: _builtins.int
+    """As in the request."""
+    def __init__(
+        self,
+        *,
+        revision: _builtins.int = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["revision", b"revision"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___CloseSessionResponse: _TypeAlias = CloseSessionResponse  # noqa: Y015
 
 @_typing.final
 class EditRequest(_message.Message):

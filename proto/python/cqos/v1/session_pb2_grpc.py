@@ -26,7 +26,8 @@ if _version_not_supported:
 
 
 class SessionServiceStub(object):
-    """Stateful edits, for callers that can hold a stream of both directions open; browsers use CheckSystem.
+    """Stateful edits: a stream for callers that can hold one of both directions open, and calls of one message for all others, such
+    as browsers.
     """
 
     def __init__(self, channel):
@@ -40,16 +41,56 @@ class SessionServiceStub(object):
                 request_serializer=cqos_dot_v1_dot_session__pb2.EditRequest.SerializeToString,
                 response_deserializer=cqos_dot_v1_dot_session__pb2.EditResponse.FromString,
                 _registered_method=True)
+        self.OpenSession = channel.unary_unary(
+                '/cqos.v1.SessionService/OpenSession',
+                request_serializer=cqos_dot_v1_dot_session__pb2.OpenSessionRequest.SerializeToString,
+                response_deserializer=cqos_dot_v1_dot_session__pb2.OpenSessionResponse.FromString,
+                _registered_method=True)
+        self.EditSession = channel.unary_unary(
+                '/cqos.v1.SessionService/EditSession',
+                request_serializer=cqos_dot_v1_dot_session__pb2.EditSessionRequest.SerializeToString,
+                response_deserializer=cqos_dot_v1_dot_session__pb2.EditSessionResponse.FromString,
+                _registered_method=True)
+        self.CloseSession = channel.unary_unary(
+                '/cqos.v1.SessionService/CloseSession',
+                request_serializer=cqos_dot_v1_dot_session__pb2.CloseSessionRequest.SerializeToString,
+                response_deserializer=cqos_dot_v1_dot_session__pb2.CloseSessionResponse.FromString,
+                _registered_method=True)
 
 
 class SessionServiceServicer(object):
-    """Stateful edits, for callers that can hold a stream of both directions open; browsers use CheckSystem.
+    """Stateful edits: a stream for callers that can hold one of both directions open, and calls of one message for all others, such
+    as browsers.
     """
 
     def Edit(self, request_iterator, context):
         """Opens a session, which lives as long as the stream and in one worker process. The first message opens a system, all
         others change it. Each gets one answer, in order. If the session is lost, the stream ends with
         ABORTED and google.rpc.ErrorInfo of reason SESSION_LOST: open another stream with the current model.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def OpenSession(self, request, context):
+        """Opens a session that lives until it is closed, or until it has been idle for too long. It lives in one process of the service,
+        which its name names.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def EditSession(self, request, context):
+        """Changes what is open, and answers what that changes in the report. FAILED_PRECONDITION with google.rpc.ErrorInfo of reason
+        SESSION_ELSEWHERE if another process has the session, and of reason SESSION_LOST if no process has it. Open another
+        session with the current documents then.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def CloseSession(self, request, context):
+        """Closes a session. One that is not there is no error.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -63,6 +104,21 @@ def add_SessionServiceServicer_to_server(servicer, server):
                     request_deserializer=cqos_dot_v1_dot_session__pb2.EditRequest.FromString,
                     response_serializer=cqos_dot_v1_dot_session__pb2.EditResponse.SerializeToString,
             ),
+            'OpenSession': grpc.unary_unary_rpc_method_handler(
+                    servicer.OpenSession,
+                    request_deserializer=cqos_dot_v1_dot_session__pb2.OpenSessionRequest.FromString,
+                    response_serializer=cqos_dot_v1_dot_session__pb2.OpenSessionResponse.SerializeToString,
+            ),
+            'EditSession': grpc.unary_unary_rpc_method_handler(
+                    servicer.EditSession,
+                    request_deserializer=cqos_dot_v1_dot_session__pb2.EditSessionRequest.FromString,
+                    response_serializer=cqos_dot_v1_dot_session__pb2.EditSessionResponse.SerializeToString,
+            ),
+            'CloseSession': grpc.unary_unary_rpc_method_handler(
+                    servicer.CloseSession,
+                    request_deserializer=cqos_dot_v1_dot_session__pb2.CloseSessionRequest.FromString,
+                    response_serializer=cqos_dot_v1_dot_session__pb2.CloseSessionResponse.SerializeToString,
+            ),
     }
     generic_handler = grpc.method_handlers_generic_handler(
             'cqos.v1.SessionService', rpc_method_handlers)
@@ -72,7 +128,8 @@ def add_SessionServiceServicer_to_server(servicer, server):
 
  # This class is part of an EXPERIMENTAL API.
 class SessionService(object):
-    """Stateful edits, for callers that can hold a stream of both directions open; browsers use CheckSystem.
+    """Stateful edits: a stream for callers that can hold one of both directions open, and calls of one message for all others, such
+    as browsers.
     """
 
     @staticmethod
@@ -92,6 +149,87 @@ class SessionService(object):
             '/cqos.v1.SessionService/Edit',
             cqos_dot_v1_dot_session__pb2.EditRequest.SerializeToString,
             cqos_dot_v1_dot_session__pb2.EditResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def OpenSession(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/cqos.v1.SessionService/OpenSession',
+            cqos_dot_v1_dot_session__pb2.OpenSessionRequest.SerializeToString,
+            cqos_dot_v1_dot_session__pb2.OpenSessionResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def EditSession(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/cqos.v1.SessionService/EditSession',
+            cqos_dot_v1_dot_session__pb2.EditSessionRequest.SerializeToString,
+            cqos_dot_v1_dot_session__pb2.EditSessionResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def CloseSession(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/cqos.v1.SessionService/CloseSession',
+            cqos_dot_v1_dot_session__pb2.CloseSessionRequest.SerializeToString,
+            cqos_dot_v1_dot_session__pb2.CloseSessionResponse.FromString,
             options,
             channel_credentials,
             insecure,

@@ -27,7 +27,9 @@ GRPC_GENERATED_VERSION: str
 GRPC_VERSION: str
 
 class SessionServiceStub:
-    """Stateful edits, for callers that can hold a stream of both directions open; browsers use CheckSystem."""
+    """Stateful edits: a stream for callers that can hold one of both directions open, and calls of one message for all others, such
+    as browsers.
+    """
 
     @_typing.overload
     def __new__(cls, channel: _grpc.Channel) -> _Self: ...
@@ -38,10 +40,23 @@ class SessionServiceStub:
     others change it. Each gets one answer, in order. If the session is lost, the stream ends with
     ABORTED and google.rpc.ErrorInfo of reason SESSION_LOST: open another stream with the current model.
     """
+    OpenSession: _grpc.UnaryUnaryMultiCallable[_session_pb2.OpenSessionRequest, _session_pb2.OpenSessionResponse]
+    """Opens a session that lives until it is closed, or until it has been idle for too long. It lives in one process of the service,
+    which its name names.
+    """
+    EditSession: _grpc.UnaryUnaryMultiCallable[_session_pb2.EditSessionRequest, _session_pb2.EditSessionResponse]
+    """Changes what is open, and answers what that changes in the report. FAILED_PRECONDITION with google.rpc.ErrorInfo of reason
+    SESSION_ELSEWHERE if another process has the session, and of reason SESSION_LOST if no process has it. Open another
+    session with the current documents then.
+    """
+    CloseSession: _grpc.UnaryUnaryMultiCallable[_session_pb2.CloseSessionRequest, _session_pb2.CloseSessionResponse]
+    """Closes a session. One that is not there is no error."""
 
 @_typing.type_check_only
 class SessionServiceAsyncStub(SessionServiceStub):
-    """Stateful edits, for callers that can hold a stream of both directions open; browsers use CheckSystem."""
+    """Stateful edits: a stream for callers that can hold one of both directions open, and calls of one message for all others, such
+    as browsers.
+    """
 
     def __init__(self, channel: _aio.Channel) -> None: ...
     Edit: _aio.StreamStreamMultiCallable[_session_pb2.EditRequest, _session_pb2.EditResponse]  # type: ignore[assignment]
@@ -49,9 +64,22 @@ class SessionServiceAsyncStub(SessionServiceStub):
     others change it. Each gets one answer, in order. If the session is lost, the stream ends with
     ABORTED and google.rpc.ErrorInfo of reason SESSION_LOST: open another stream with the current model.
     """
+    OpenSession: _aio.UnaryUnaryMultiCallable[_session_pb2.OpenSessionRequest, _session_pb2.OpenSessionResponse]  # type: ignore[assignment]
+    """Opens a session that lives until it is closed, or until it has been idle for too long. It lives in one process of the service,
+    which its name names.
+    """
+    EditSession: _aio.UnaryUnaryMultiCallable[_session_pb2.EditSessionRequest, _session_pb2.EditSessionResponse]  # type: ignore[assignment]
+    """Changes what is open, and answers what that changes in the report. FAILED_PRECONDITION with google.rpc.ErrorInfo of reason
+    SESSION_ELSEWHERE if another process has the session, and of reason SESSION_LOST if no process has it. Open another
+    session with the current documents then.
+    """
+    CloseSession: _aio.UnaryUnaryMultiCallable[_session_pb2.CloseSessionRequest, _session_pb2.CloseSessionResponse]  # type: ignore[assignment]
+    """Closes a session. One that is not there is no error."""
 
 class SessionServiceServicer(metaclass=_abc_1.ABCMeta):
-    """Stateful edits, for callers that can hold a stream of both directions open; browsers use CheckSystem."""
+    """Stateful edits: a stream for callers that can hold one of both directions open, and calls of one message for all others, such
+    as browsers.
+    """
 
     @_abc_1.abstractmethod
     def Edit(
@@ -63,5 +91,34 @@ class SessionServiceServicer(metaclass=_abc_1.ABCMeta):
         others change it. Each gets one answer, in order. If the session is lost, the stream ends with
         ABORTED and google.rpc.ErrorInfo of reason SESSION_LOST: open another stream with the current model.
         """
+
+    @_abc_1.abstractmethod
+    def OpenSession(
+        self,
+        request: _session_pb2.OpenSessionRequest,
+        context: _ServicerContext,
+    ) -> _typing.Union[_session_pb2.OpenSessionResponse, _abc.Awaitable[_session_pb2.OpenSessionResponse]]:
+        """Opens a session that lives until it is closed, or until it has been idle for too long. It lives in one process of the service,
+        which its name names.
+        """
+
+    @_abc_1.abstractmethod
+    def EditSession(
+        self,
+        request: _session_pb2.EditSessionRequest,
+        context: _ServicerContext,
+    ) -> _typing.Union[_session_pb2.EditSessionResponse, _abc.Awaitable[_session_pb2.EditSessionResponse]]:
+        """Changes what is open, and answers what that changes in the report. FAILED_PRECONDITION with google.rpc.ErrorInfo of reason
+        SESSION_ELSEWHERE if another process has the session, and of reason SESSION_LOST if no process has it. Open another
+        session with the current documents then.
+        """
+
+    @_abc_1.abstractmethod
+    def CloseSession(
+        self,
+        request: _session_pb2.CloseSessionRequest,
+        context: _ServicerContext,
+    ) -> _typing.Union[_session_pb2.CloseSessionResponse, _abc.Awaitable[_session_pb2.CloseSessionResponse]]:
+        """Closes a session. One that is not there is no error."""
 
 def add_SessionServiceServicer_to_server(servicer: SessionServiceServicer, server: _typing.Union[_grpc.Server, _aio.Server]) -> None: ...
