@@ -78,7 +78,7 @@ def test_a_version_of_fast_dds_decides_what_fast_dds_alone_leaves_open(offered, 
 
 
 @given(profiles, profiles, implementations)
-def test_a_remedy_mends_what_it_says(offered, requested, implementation):
+def test_a_fix_removes_its_finding(offered, requested, implementation):
     for finding in findings(offered, requested, implementation).findings:
         for remedy in finding.remedies:
             changed = {remedy.policy: remedy.value}

@@ -146,7 +146,7 @@ def test_what_the_types_decide_is_left_open_by_name():
     }
 
 
-def test_a_fast_dds_without_version_is_told_which_versions_differ():
+def test_fast_dds_without_a_version_lists_the_versions_that_differ():
     report = check_pair("dds", {"data_representation": "[xcdr2]"}, {}, {"implementation": "fastdds"}, packs=[PACK])
     (finding,) = [finding for finding in report.findings if finding.code == "DDS112"]
     assert finding.worlds["dds.implementation=fastdds_2_9"] == "compatible"
@@ -171,7 +171,7 @@ def test_settings_of_a_group_reach_its_endpoints_and_keep_their_origin():
     assert next((each.policy, each.value) for each in side.facts) == ("partition", "[raw]")
 
 
-def test_the_faults_behind_a_split_are_told():
+def test_a_split_lists_the_rules_that_would_fail_without_it():
     report = judged(
         {
             "participants": {

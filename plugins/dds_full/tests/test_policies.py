@@ -262,12 +262,12 @@ def test_defaults_of_implementations(implementation: str, role: str, policy: str
         ("dust_dds", "dust"),
     ],
 )
-def test_implementations_go_by_several_names(written: str, read: str):
+def test_an_implementation_is_read_by_any_of_its_names(written: str, read: str):
     domain = PACK.policy("implementation", "option").domain
     assert domain.format(domain.parse(written)) == read
 
 
-def test_an_implementation_nobody_knows_is_judged_by_the_standard():
+def test_an_unknown_implementation_is_checked_by_the_standard():
     system = System(protocol="dds", participants={"p": Participant("p")})
     system.options["dds"] = {"implementation": Setting("our own dds")}
     system.endpoints.append(Endpoint(id="e", role="publisher", topic="t", participant="p"))

@@ -18,10 +18,10 @@ def test_each_mistake_is_found_where_it_is():
     assert sorted(each.code for each in loud) == sorted(EXPECTED.values())
     for number, code in EXPECTED.items():
         (finding,) = [each for each in loud if each.code == code]
-        lines_told = {side.place.line for side in finding.sides if side.place} | {
+        reported_lines = {side.place.line for side in finding.sides if side.place} | {
             fact.place.line for side in finding.sides for fact in side.facts if fact.place
         }
-        assert any(abs((line or 0) - marked[number]) <= 1 for line in lines_told), (number, lines_told)
+        assert any(abs((line or 0) - marked[number]) <= 1 for line in reported_lines), (number, reported_lines)
 
 
 def test_what_the_controller_needs_it_gets():

@@ -1,4 +1,4 @@
-"""Laws that hold for every pair: needs only add, weaker needs never add, and nobody's order of words matters."""
+"""Laws that hold for every pair: requirements only add findings, weaker ones never add, and order never matters."""
 
 from typing import Any
 
@@ -81,13 +81,13 @@ def test_a_higher_qos_of_both_never_makes_a_need_of_delivery_worse(word, offered
     topic=topics,
     needs=st.fixed_dictionaries({}, optional={word: st.just(order[-1]) for word, order in ORDERS.items()}),
 )
-def test_a_remedy_mends_what_it_says(offered, requested, opts, topic, needs):
+def test_a_fix_removes_its_finding(offered, requested, opts, topic, needs):
     report = check_pair("mqtt", offered, requested, opts, topic, [PACK], needs)
     for finding in report.findings:
         for remedy in finding.remedies:
             if remedy.policy not in {"qos", "retain", "message_expiry_interval", "retain_handling"}:
                 continue
             changed = {remedy.policy: remedy.value}
-            mended = (offered | changed, requested) if remedy.role == "publisher" else (offered, requested | changed)
-            after = check_pair("mqtt", *mended, opts, topic, [PACK], needs)
+            fixed = (offered | changed, requested) if remedy.role == "publisher" else (offered, requested | changed)
+            after = check_pair("mqtt", *fixed, opts, topic, [PACK], needs)
             assert finding.code not in {each.code for each in after.findings}, remedy.text

@@ -198,7 +198,7 @@ def test_a_report_counts_topics_and_not_filters():
     assert report.endpoints == 5
 
 
-def test_a_filter_that_matches_nothing_is_told_once():
+def test_a_filter_that_matches_nothing_is_one_warning():
     report = judged(participants={**FARM, "other": {"subscribes": {"barn/#": {}}}})
     assert codes(report, "warning") == ["CQ401"]
 
@@ -212,7 +212,7 @@ def test_a_filter_that_matches_nothing_is_told_once():
         ("$share/g/BARN/#", "upper and lower case"),
     ],
 )
-def test_a_near_miss_of_a_filter_is_told(filter, words):  # noqa: A002
+def test_a_near_miss_of_a_filter_is_reported(filter, words):  # noqa: A002
     report = judged(participants={"a": {"publishes": {"barn/x/light": {}}}, "b": {"subscribes": {filter: {}}}})
     (finding,) = [each for each in report.findings if each.code == "CQ403"]
     assert words in finding.message
@@ -224,7 +224,7 @@ def test_a_dollar_at_the_start_is_a_near_miss():
     assert "CQ403" in codes(report)
 
 
-def test_a_published_wildcard_is_an_error_and_meets_nobody():
+def test_a_published_wildcard_is_an_error_and_matches_no_filter():
     report = judged(participants={"a": {"publishes": {"a/+": {}}}, "b": {"subscribes": {"a/b": {}}}})
     (finding,) = [each for each in report.findings if each.code == "MQTT602"]
     assert finding.place is not None
@@ -279,7 +279,7 @@ def test_a_profile_of_the_system_may_be_that_of_a_broker():
         ({"main": {"profile": "sparkplug_state"}}, "CQ204"),
     ],
 )
-def test_what_is_wrong_with_a_broker_is_told_once_at_its_place(brokers, code):
+def test_a_mistake_in_a_broker_is_one_error_at_its_place(brokers, code):
     report = judged(
         brokers=brokers,
         participants={name: {"publishes": {"t": {}}, "subscribes": {"t": {}}} for name in ("a", "b", "c")},
@@ -301,7 +301,7 @@ def test_a_broker_that_is_not_there():
     assert "did you mean `main`" in (finding.help or "")
 
 
-def test_who_names_none_of_several_brokers_is_told_in_one_finding():
+def test_clients_that_name_none_of_several_brokers_share_one_finding():
     people: dict[str, Any] = {name: {"publishes": {"t": {}}} for name in ("a", "b", "c")}
     report = judged(brokers={"x": {}, "y": {}}, participants=people)
     (finding,) = [each for each in report.findings if each.code == "CQ216"]

@@ -23,21 +23,21 @@ def split(more):
     return [(str(each.severity), each.endpoints) for each in report.findings if each.code == "ROS401"]
 
 
-def test_a_topic_that_nobody_wants_behind_a_bridge_is_no_split():
+def test_a_topic_without_subscribers_behind_a_bridge_is_only_a_note():
     assert split("") == [("note", ("carrier/subscriber/scan", "carrier/publisher/scan"))]
 
 
-def test_who_waits_in_a_third_domain_is_told():
-    told = split("viewer: {domain: 3, subscribes: {/scan: {depth: 5}}}")
-    assert ("warning", ("viewer/subscriber/scan", "carrier/publisher/scan")) in told
-    assert not any("carrier/subscriber/scan" in ends for severity, ends in told if severity == "warning")
+def test_a_subscriber_in_a_third_domain_is_a_warning():
+    found = split("viewer: {domain: 3, subscribes: {/scan: {depth: 5}}}")
+    assert ("warning", ("viewer/subscriber/scan", "carrier/publisher/scan")) in found
+    assert not any("carrier/subscriber/scan" in ends for severity, ends in found if severity == "warning")
 
 
-def test_where_the_bridge_connects_both_sides_nothing_is_told():
+def test_a_bridge_that_connects_both_sides_gives_no_finding():
     assert split("viewer: {domain: 2, subscribes: {/scan: {depth: 5}}}") == []
 
 
-def test_who_gets_nothing_over_a_bridge_of_one_way_is_told():
+def test_a_publisher_behind_a_one_way_bridge_is_a_note():
     more = "viewer: {domain: 2, subscribes: {/scan: {depth: 5}}, publishes: {/scan: {depth: 5}}}"
     local = "nearby: {domain: 1, subscribes: {/scan: {depth: 5}}}"
     ((severity, members),) = split(f"{more}\n  {local}")
@@ -67,19 +67,19 @@ def test_over_several_bridges_all_are_connected():
     assert [each.code for each in report.findings if each.code == "ROS401"] == []
 
 
-def test_bridges_that_do_not_meet_connect_nobody():
+def test_bridges_in_separate_domains_connect_no_endpoints():
     report = cqos.check(CHAIN.format(middle=4).encode())
     assert "b/subscriber/scan" in {end for each in report.findings if each.code == "ROS401" for end in each.endpoints}
 
 
-def test_routes_of_one_bridge_between_other_domains_connect_nobody():
+def test_routes_of_one_bridge_in_separate_domains_connect_no_endpoints():
     parted = (
         CHAIN.format(middle=4)
         .replace("  b: {routes: [", "")
         .replace("]}\n{from: {participant: b2", ", {from: {participant: b2")
     )
-    told = [each for each in cqos.check(parted.encode()).findings if each.code == "ROS401"]
-    assert any({"lidar/publisher/scan", "viewer/subscriber/scan"} <= set(each.endpoints) for each in told)
+    found = [each for each in cqos.check(parted.encode()).findings if each.code == "ROS401"]
+    assert any({"lidar/publisher/scan", "viewer/subscriber/scan"} <= set(each.endpoints) for each in found)
 
 
 PARALLEL = CHAIN.replace("b3: {{domain: 3}}", "b3: {{domain: 2}}").format(middle=1)

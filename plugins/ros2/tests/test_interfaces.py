@@ -95,14 +95,14 @@ def test_a_client_without_server_is_one_warning(key: str):
 
 
 @pytest.mark.parametrize("key", ["serves", "action_servers"])
-def test_a_server_that_nobody_calls_yet_is_a_note(key: str):
+def test_an_uncalled_server_is_only_a_note(key: str):
     report = system({"arm": {key: {"grasp": {}}, "publishes": {"a": {}}}, "viewer": {"subscribes": {"a": {}}}})
     assert loud(report) == []
     assert [finding.code for finding in report.findings].count("CQ402") == 1
     assert f"`arm/{KINDS[key]}/grasp` serves `grasp`, which no endpoint in the system calls" in messages(report)
 
 
-def test_several_servers_that_nobody_calls_are_told_together():
+def test_several_uncalled_servers_share_one_finding():
     report = system({"arm": {"serves": {"/grasp": {}}}, "hand": {"serves": {"/grasp": {}}}})
     said = "`arm/service_server/grasp` and 1 more serve `/grasp`, which no endpoint in the system calls"
     assert said in messages(report)

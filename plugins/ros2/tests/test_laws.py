@@ -67,12 +67,12 @@ def test_what_fits_under_each_middleware_fits_under_none_in_particular(profile):
 
 
 @given(profiles, profiles)
-def test_zenoh_refuses_nobody(offered, requested):
+def test_every_pair_is_compatible_on_zenoh(offered, requested):
     assert verdict(offered, requested, {"rmw": "zenoh"}) == RANK["compatible"]
 
 
 @given(open_profiles, open_profiles, options)
-def test_a_remedy_mends_what_it_says(offered, requested, opts):
+def test_a_fix_removes_its_finding(offered, requested, opts):
     report = check_pair("ros2", offered, requested, opts, packs=[PACK])
     for finding in report.findings:
         for remedy in finding.remedies:

@@ -41,7 +41,7 @@ def context(
         ("ping", "/my_ns/", "/my_ns/ping"),
         ("ping", "", "/ping"),
         ("ping", "/a/b", "/a/b/ping"),
-        # blanks around a name are nobody's intention
+        # blanks around a name are stripped
         ("  ping ", "/", "/ping"),
     ],
 )
@@ -112,7 +112,7 @@ def test_the_longest_name_counts_its_slash():
         ("robot/scan", "/robot/scan"),
     ],
 )
-def test_free_text_gets_the_name_anybody_would_give_it_without_a_word(text: str, full: str):
+def test_free_text_with_an_obvious_name_is_converted_silently(text: str, full: str):
     naming = names.resolve(text, context(dialect="bpmn"))
     assert (naming.key, naming.problems) == (full, ())
 
@@ -131,7 +131,7 @@ def test_free_text_gets_the_name_anybody_would_give_it_without_a_word(text: str,
         ("<b>alarm</b>", "/b_alarm/b"),
     ],
 )
-def test_free_text_that_changes_more_is_said_to(text: str, full: str):
+def test_free_text_that_changes_more_is_a_note(text: str, full: str):
     naming = names.resolve(text, context(dialect="bpmn"))
     assert (naming.key, naming.shown) == (full, text)
     assert [(problem.code, problem.severity) for problem in naming.problems] == [("ROS405", "note")]
@@ -142,7 +142,7 @@ def test_messages_keep_the_words_of_the_design():
     assert naming == ("/field/req_weather_data", "Req weather data", ())
 
 
-def test_marks_that_nobody_sees_make_no_other_name():
+def test_invisible_marks_do_not_change_a_name():
     left_to_right = names.resolve("Req\u200e weather\u200f data", context(dialect="bpmn"))
     assert left_to_right.key == "/req_weather_data"
 
@@ -171,7 +171,7 @@ def test_a_service_is_remapped_by_its_own_name():
     assert names.resolve("add", context(remap={"add": "/sum"}, kind="request")).key == "rq/sumRequest"
 
 
-def test_an_illegal_name_of_an_action_is_said_once():
+def test_an_illegal_name_of_an_action_is_one_problem():
     problems = [problem for kind in WIRE for problem in names.resolve("go there", context(kind=kind)).problems]
     assert len(problems) == 2  # once as a service, once as an action: an endpoint is one of them
 

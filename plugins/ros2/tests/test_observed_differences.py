@@ -26,13 +26,13 @@ participants:
 """
 
 
-def told(found):
+def differences_of(found):
     return [(each.a.id, each.policy, each.value_a.value, each.value_b.value) for each in found.different]
 
 
 def test_a_snapshot():
     found = cqos.diff(DESIGN, CASES / "topic_info" / "jazzy_loop.txt")
-    assert told(found) == [
+    assert differences_of(found) == [
         ("/planner/global/costmap/subscriber/map", "depth", "10", "1"),
         ("/planner/global/costmap/subscriber/map", "durability", "volatile", "transient_local"),
         ("/planner/global/costmap/subscriber/map", "liveliness", "automatic", "manual_by_topic"),
@@ -48,6 +48,6 @@ def test_a_recording():
     path = str(CASES / "rosbag2" / "v9_jazzy.yaml")
     recorded = read_source(read_path(path), "rosbag2", {"rosbag2": {"as": "recorded"}})
     found = compare(cqos.read(DESIGN), recorded, context())
-    assert told(found) == [("imu_driver/publisher/imu", "reliability", "reliable", "best_effort")]
+    assert differences_of(found) == [("imu_driver/publisher/imu", "reliability", "reliable", "best_effort")]
     assert (found.matched, found.by_topic) == (2, 2)
     assert "2 endpoints of A: B was observed and reports no subscribers at all" in found.not_compared

@@ -44,9 +44,9 @@ def test_every_preset_can_be_used_in_every_distribution_that_has_it(distro: str,
         report = check_pair(
             "ros2", {"profile": preset}, {"profile": preset}, {"distro": distro, "rmw": rmw}, packs=[PACK]
         )
-        told = {finding.code for finding in report.findings if finding.code.startswith("CQ")}
+        reported = {finding.code for finding in report.findings if finding.code.startswith("CQ")}
         too_old = preset == "best_available" and distro in {"foxy", "galactic", "humble"}
-        assert told == ({"CQ207"} if too_old else set())
+        assert reported == ({"CQ207"} if too_old else set())
         if preset not in {"unknown", "best_available"}:
             assert report.verdict == "compatible"
 

@@ -65,7 +65,7 @@ TOPICS = ("scan", "/scan", "a b", "Größe::ä", "<t> & 'q'")
 
 @st.composite
 def systems(draw, shared):
-    """A system of DDS endpoints with any values, of which both forms have a place for those in ``shared``."""
+    """Draw a system of DDS endpoints with values of ``shared``, of their partition and of their role."""
     system = System(name="s", protocol="dds")
     for name in ("p", "q/r", "x::y"):
         settings = draw(st.sampled_from([{}, {"domain": Setting("0")}, {"domain": Setting("7")}]))
@@ -130,7 +130,7 @@ def test_profiles_of_fast_dds_read_again_give_the_same_verdicts(system, implemen
     assert exported.expressed == len(again.endpoints) == len(system.endpoints)
     before, after = verdicts(system, implementation), verdicts(again, implementation)
     assert after[0] == before[0]
-    # The lifecycles and type checks that these profiles have no place for keep nobody from anything.
+    # These profiles cannot hold lifecycles and type checks; neither causes an error.
     assert after[1] == before[1]
 
 
@@ -162,7 +162,7 @@ def test_endpoints_of_one_topic_share_a_profile_where_they_can():
     assert text.count('<datawriter_qos base_name="Qos::t~2"/>') == 1
 
 
-def test_what_the_forms_cannot_say_is_said():
+def test_notes_name_what_the_forms_cannot_hold():
     system = dds(
         end("w", "publisher", presentation__access_scope="group", transport_priority="3", reliability="nonsense"),
         Endpoint(id="m", role="publisher", topic="t", participant="ros", protocol="ros2"),
@@ -245,7 +245,7 @@ def test_a_library_is_written_in_either_form_and_tried_out_to_the_same_verdicts(
         assert not again.endpoints
 
 
-def test_only_what_was_changed_is_written_to_mend_a_system():
+def test_export_of_fixes_writes_only_the_changed_values():
     system = dds(end("w", "publisher", reliability="reliable"), end("r", "subscriber", deadline="1s"))
     exported = dds_xml.write(system, ExportContext(FIND, changed=frozenset({("w", "reliability")})))
     assert exported.expressed == 1

@@ -110,7 +110,7 @@ class TestInheritance:
         assert used(system, "L::C") == {"reliability": "reliable", "history.depth": "2", "deadline": "2s"}
         assert used(system, "L::D") == {"reliability": "reliable", "history.depth": "1", "deadline": "1s"}
 
-    def test_a_single_qos_has_bases_of_its_own_of_which_it_takes_its_own_part(self):
+    def test_a_single_qos_inherits_its_own_part_of_its_own_bases(self):
         group = "<publisher_qos><partition><name><element>x</element></name></partition></publisher_qos>"
         other = profile("Other", writer(RELIABLE), reader(depth(7)), group)
         system = reads(
@@ -465,13 +465,13 @@ class TestValues:
         assert expected in problem
         assert "(expected " in problem
 
-    def test_all_problems_are_told_at_once(self):
+    def test_all_problems_are_reported_at_once(self):
         text = dds(
             library("L", profile("", writer(reliability("X"), depth("y"))), profile("A"), profile("A")), library("")
         )
         assert [problem[:5] for problem in problems(text)] == ["CQ010", "CQ012", "CQ010", "CQ011", "CQ011"]
 
-    def test_what_is_no_dds_xml_is_told(self):
+    def test_other_xml_is_refused(self):
         assert problems("<bpmn/>") == [
             "CQ001 p.xml:1:1: this is no DDS-XML: its first element is `bpmn` (expected `dds`, or one of its libraries)"
         ]
@@ -659,13 +659,13 @@ class TestSystems:
             ),
         ],
     )
-    def test_what_leads_nowhere_is_told_with_what_may_be_meant(self, old, new, expected):
+    def test_a_dangling_reference_is_an_error_with_a_suggestion(self, old, new, expected):
         system = reads(SYSTEM.replace(old, new, 1))
         (note,) = [note for note in system.notes if note.code == "DDS905"]
         assert (note.severity, note.message) == ("error", expected)
         assert note.place.line > 20
 
-    def test_what_stands_in_another_file_is_unknown_and_told_once(self):
+    def test_a_library_in_another_file_is_unknown_and_reported_once(self):
         before, _, rest = SYSTEM.partition("<domain_library")
         participants = before + rest.partition("</domain_library>")[2]
         report = cqos.check(participants.encode())
@@ -693,7 +693,7 @@ class TestSystems:
         assert finding.severity == "warning"
         assert {fact.place.line for side in finding.sides for fact in side.facts} == {4, 5}
 
-    def test_an_inconsistent_profile_is_told_where_the_values_come_from(self):
+    def test_an_inconsistent_profile_is_reported_with_the_origin_of_its_values(self):
         limits = "<resource_limits><max_samples_per_instance>2</max_samples_per_instance></resource_limits>"
         text = dds(
             library(

@@ -155,7 +155,7 @@ def test_what_is_no_policy_is_listed_once():
     )
 
 
-def test_problems_are_told_at_their_places():
+def test_problems_are_reported_at_their_places():
     text = profiles(writer("w", "\n<reliability><kind>RELIABEL</kind></reliability>"), "\n", writer("w"), writer(""))
     assert problems(text) == [
         "p.xml:2:14: `qos/reliability/kind`: `RELIABEL` is not one of its values (expected best_effort < reliable)",

@@ -33,7 +33,7 @@ MONSTERS: dict[str, tuple[str | bytes, str]] = {
         '<?xml version="1.0" encoding="utf-8"?><dds>é</dds>'.encode("latin-1"),
         "are not utf-8",
     ),
-    "an encoding that nobody knows": ('<?xml version="1.0" encoding="klingon"?><dds/>', "is not known"),
+    "an unknown encoding": ('<?xml version="1.0" encoding="klingon"?><dds/>', "is not known"),
 }
 
 

@@ -1,9 +1,9 @@
-"""A program of DDS: joins a domain, has the endpoints that it is told, and waits until its standard input ends.
+"""A DDS program: joins a domain, creates the endpoints of its arguments, and waits until its standard input ends.
 
 python program.py DOMAIN '{"name": "talker", "endpoints": [["publisher", "rt/chatter", "std_msgs::msg::dds_::String_", {}]]}'
 
-With `"gid_size": 16, "nodes": [["/robot", "talker", [0]]]` it tells that its first endpoint belongs to the node /robot/talker,
-as the middlewares of ROS 2 do it.
+With `"gid_size": 16, "nodes": [["/robot", "talker", [0]]]` it announces that its first endpoint belongs to the node
+/robot/talker, as the middlewares of ROS 2 do.
 """
 
 import json
@@ -56,9 +56,9 @@ def entities_type(size: int) -> Any:
     return gid, node, make_idl_struct("Entities", f"{space}ParticipantEntitiesInfo_", fields)
 
 
-def tell_nodes(participant: Any, told: dict[str, Any], endpoints: list[Any]) -> Any:
-    """Write which endpoints belong to which node; return what has to live as long as that is to be known."""
-    size = told["gid_size"]
+def announce_nodes(participant: Any, given: dict[str, Any], endpoints: list[Any]) -> Any:
+    """Write which endpoints belong to which node; return the writer, which must live as long as the announcement."""
+    size = given["gid_size"]
     gid_type, node_type, entities = entities_type(size)
 
     def gid(entity: Any) -> Any:
@@ -77,22 +77,22 @@ def tell_nodes(participant: Any, told: dict[str, Any], endpoints: list[Any]) -> 
     )
     writer = DataWriter(Publisher(participant), topic, qos_of_rmw)
     nodes = []
-    for namespace, name, numbers in told["nodes"]:
+    for namespace, name, numbers in given["nodes"]:
         own = [endpoints[number] for number in numbers]
         readers = [gid(each) for each in own if isinstance(each, DataReader)]
         writers = [gid(each) for each in own if isinstance(each, DataWriter)]
         nodes.append(node_type(namespace, name, readers, writers))
-        # Each node that comes to a process is told anew with all others.
+        # When a node joins a process, the middleware announces all nodes again.
         writer.write(entities(gid(participant), nodes))
     return writer
 
 
-def main(domain: int, told: dict[str, Any]) -> None:
-    named = [Policy.EntityName(told["name"])] if told["name"] else []
+def main(domain: int, given: dict[str, Any]) -> None:
+    named = [Policy.EntityName(given["name"])] if given["name"] else []
     participant = DomainParticipant(domain, Qos(*named))
     topics: dict[str, Any] = {}
     kept: list[Any] = []
-    for role, name, type_name, settings in told["endpoints"]:
+    for role, name, type_name, settings in given["endpoints"]:
         if name not in topics:
             topics[name] = Topic(participant, name, sample_type(type_name))
         if role == "publisher":
@@ -103,9 +103,9 @@ def main(domain: int, told: dict[str, Any]) -> None:
             kept.append(
                 DataReader(Subscriber(participant, group(parsed(settings))), topics[name], qos(parsed(settings)))
             )
-    if "nodes" in told:
-        kept.append(tell_nodes(participant, told, kept))
-    print("up", flush=True)  # noqa: T201 - whoever started it waits for this
+    if "nodes" in given:
+        kept.append(announce_nodes(participant, given, kept))
+    print("up", flush=True)  # noqa: T201 - the test that started it waits for this
     sys.stdin.read()
 
 

@@ -109,7 +109,7 @@ def test_nothing_that_matters_is_lost_in_the_words_of_ros_2(lost: dict[str, str]
     assert only.label == "/chatter of ROS 2"
 
 
-def test_a_representation_that_is_not_told_is_not_made_up():
+def test_an_unreported_representation_is_not_invented():
     unknown = endpoint(PUBLISHER, "rt/chatter")
     del unknown.settings["data_representation"]
     assert said(system_of(seen(unknown), with_ros=True)) == [("dds", "message", "rt/chatter", STRING)]
@@ -209,13 +209,13 @@ def test_nodes_take_their_endpoints_out_of_the_process():
     assert not [each for each in check(system).findings if each.severity == "error"]
 
 
-def test_nodes_are_told_apart_for_the_pack_of_ros_2_only():
+def test_nodes_are_separate_participants_only_with_the_ros_2_pack():
     what = seen(endpoint(PUBLISHER, "rt/a", key="1"))
     what.nodes = [SeenNode("p", "/", "eye", frozenset({"1"}))]
     assert system_of(what, with_ros=False).participants.keys() == {"node"}
 
 
-def test_a_topic_that_nobody_uses_is_there_with_its_type():
+def test_an_unused_topic_is_listed_with_its_type():
     what = seen(endpoint(PUBLISHER, "used", "Used"))
     what.topics = [SeenTopic("used", "Used"), SeenTopic("spare", "Spare")]
     system = system_of(what, with_ros=True)

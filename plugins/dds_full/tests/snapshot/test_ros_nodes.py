@@ -20,7 +20,10 @@ nodes = st.tuples(names, names, st.lists(guids, max_size=3), st.lists(guids, max
 
 
 def encoded(
-    participant: uuid.UUID, told: list[tuple[str, str, list[uuid.UUID], list[uuid.UUID]]], size: int, order: str = "<"
+    participant: uuid.UUID,
+    announced: list[tuple[str, str, list[uuid.UUID], list[uuid.UUID]]],
+    size: int,
+    order: str = "<",
 ) -> bytes:
     """Write a message as CDR: numbers stand at multiples of four."""
     found = bytearray(participant.bytes.ljust(size, b"\0"))
@@ -28,8 +31,8 @@ def encoded(
     def number(value: int) -> None:
         found.extend(bytes(-len(found) % 4) + struct.pack(f"{order}I", value))
 
-    number(len(told))
-    for namespace, name, readers, writers in told:
+    number(len(announced))
+    for namespace, name, readers, writers in announced:
         for text in (namespace, name):
             number(len(text) + 1)
             found.extend(text.encode() + b"\0")
@@ -40,12 +43,12 @@ def encoded(
 
 
 @given(guids, st.lists(nodes, max_size=3), st.sampled_from([16, 24]), st.sampled_from("<>"))
-def test_messages_of_either_size_and_order_are_read(participant, told, size, order):
+def test_messages_of_either_size_and_order_are_read(participant, announced, size, order):
     wanted = [
         SeenNode(str(participant), namespace, name, frozenset(map(str, (*readers, *writers))))
-        for namespace, name, readers, writers in told
+        for namespace, name, readers, writers in announced
     ]
-    assert decoded(encoded(participant, told, size, order)) == (str(participant), wanted)
+    assert decoded(encoded(participant, announced, size, order)) == (str(participant), wanted)
 
 
 @given(st.binary(max_size=100))

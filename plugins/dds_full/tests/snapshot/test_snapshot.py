@@ -54,9 +54,9 @@ def start(domain: int) -> Iterator[Start]:
     with contextlib.ExitStack() as running:
 
         def begin(name: str, *endpoints: tuple[Any, ...], **more: Any) -> None:
-            told = json.dumps({"name": name, "endpoints": endpoints, **more})
+            arguments = json.dumps({"name": name, "endpoints": endpoints, **more})
             program = subprocess.Popen(
-                [sys.executable, PROGRAM, str(domain), told],
+                [sys.executable, PROGRAM, str(domain), arguments],
                 env=ENVIRONMENT,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
@@ -150,7 +150,7 @@ def test_it_sees_exactly_what_runs(domain: int, start: Start, tmp_path: Path):
 
 
 @pytest.mark.parametrize("gid_size", [16, 24])
-def test_nodes_of_one_process_are_told_apart(domain: int, start: Start, tmp_path: Path, gid_size: int):
+def test_nodes_of_one_process_are_separate_participants(domain: int, start: Start, tmp_path: Path, gid_size: int):
     start(
         "/",
         (PUBLISHER, "rt/chatter", STRING, OF_ROS),
@@ -217,21 +217,21 @@ def test_an_interrupt_ends_it_with_what_was_seen(domain: int, start: Start, tmp_
     assert looking.stderr.readline() == f"note: looking into domain {domain} for 600 s; Ctrl-C ends it early\n"
     time.sleep(SECONDS)
     looking.send_signal(signal.SIGINT)
-    _, told = looking.communicate(timeout=30)
+    _, said = looking.communicate(timeout=30)
     assert looking.returncode == 0
-    assert f"domain {domain}: 1 participant, 1 endpoint seen in" in told
+    assert f"domain {domain}: 1 participant, 1 endpoint seen in" in said
     assert list(endpoints(file)) == ["sensor/publisher/reading"]
 
 
 def test_who_left_is_not_there(domain: int, tmp_path: Path):
     file = tmp_path / "running.yaml"
-    told = json.dumps({"name": "late", "endpoints": [(PUBLISHER, "reading", "Reading", {})]})
+    arguments = json.dumps({"name": "late", "endpoints": [(PUBLISHER, "reading", "Reading", {})]})
     command = [COMMAND, "snapshot", "dds", "--domain", str(domain), "--seconds", "600", "--output", str(file)]
     looking = subprocess.Popen(command, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True)
     assert looking.stderr is not None
     assert looking.stderr.readline()
     program = subprocess.Popen(
-        [sys.executable, PROGRAM, str(domain), told],
+        [sys.executable, PROGRAM, str(domain), arguments],
         env=ENVIRONMENT,
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
@@ -248,7 +248,7 @@ def test_who_left_is_not_there(domain: int, tmp_path: Path):
     assert f"error: domain {domain}: 0 participants, 0 endpoints seen in" in said
 
 
-def test_an_empty_domain_is_told_and_nothing_is_written(domain: int, tmp_path: Path):
+def test_an_empty_domain_is_an_error_and_nothing_is_written(domain: int, tmp_path: Path):
     file = tmp_path / "running.yaml"
     done = snapshot(domain, "--output", file)
     assert done.code == 2
@@ -257,7 +257,7 @@ def test_an_empty_domain_is_told_and_nothing_is_written(domain: int, tmp_path: P
     assert not file.exists()
 
 
-def test_who_lacks_cyclone_dds_is_told_what_to_install(tmp_path: Path):
+def test_without_cyclone_dds_the_error_names_the_package_to_install(tmp_path: Path):
     package = tmp_path / "cyclonedds"
     package.mkdir()
     (package / "__init__.py").write_text(
@@ -268,7 +268,7 @@ def test_who_lacks_cyclone_dds_is_told_what_to_install(tmp_path: Path):
     assert "pip install 'cqos-dds[snapshot]'" in done.err
 
 
-def test_a_domain_that_cannot_be_joined_is_told(domain: int):
+def test_a_domain_that_cannot_be_joined_is_an_error(domain: int):
     nowhere = LOOPBACK.replace("127.0.0.1", "203.0.113.1", 1)
     done = snapshot(domain, CYCLONEDDS_URI=nowhere)
     assert (done.code, done.out) == (2, "")
@@ -284,7 +284,7 @@ def test_a_domain_that_cannot_be_joined_is_told(domain: int):
         (("--output", "no/such/folder/file.yaml"), "there is no folder"),
     ],
 )
-def test_wrong_usage_is_refused_before_anybody_looks(arguments: tuple[str, ...], said: str):
+def test_wrong_usage_is_refused_before_the_snapshot_starts(arguments: tuple[str, ...], said: str):
     done = run(["snapshot", "dds", *arguments], ROOT)
     assert done.code == 2
     assert said in " ".join(done.err.split())
@@ -371,7 +371,7 @@ def test_what_others_do_not_announce_stays_unknown():
     assert "history.depth" in discovery.settings(qos, PUBLISHER, "cyclonedds")
 
 
-def test_the_order_of_several_representations_is_not_told_and_only_writers_have_one():
+def test_several_representations_are_unknown_for_writers_only():
     qos = Qos(Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_representation=True))
     assert "data_representation" not in discovery.settings(qos, PUBLISHER)
     assert discovery.settings(qos, SUBSCRIBER)["data_representation"] == "[xcdr1, xcdr2]"

@@ -170,7 +170,7 @@ def test_a_reference_beyond_a_list_leads_to_nothing():
     assert located(text, "MQTT901") == [17]
 
 
-def test_references_in_a_circle_are_told_where_they_begin():
+def test_circular_references_are_reported_where_they_begin():
     text = V3.replace(
         '{address: "farm/orders"}', '{$ref: "#/channels/a"}\n  a: {$ref: "#/channels/b"}\n  b: {$ref: "#/channels/a"}'
     )
@@ -180,7 +180,7 @@ def test_references_in_a_circle_are_told_where_they_begin():
     assert finding.place is not None
 
 
-def test_fields_of_5_0_in_a_server_of_3_1_1_are_told():
+def test_fields_of_5_0_in_a_server_of_3_1_1_are_warnings():
     text = V2.replace('"5.0"', '"3.1.1"')
     report = check(text.encode(), V3.encode())
     found = {finding.code: finding for finding in report.findings}

@@ -90,7 +90,7 @@ def ids(text: str) -> list[str]:
     return [endpoint.id for endpoint in system(text).endpoints]
 
 
-def told(report: Report, *codes: str) -> list[Finding]:
+def findings_of(report: Report, *codes: str) -> list[Finding]:
     return [finding for finding in report.findings if finding.code in codes]
 
 
@@ -105,7 +105,7 @@ def test_who_sends_a_request_receives_the_reply_and_the_other_way_round():
 def test_both_ends_of_request_and_reply_meet():
     report = check(REQUESTER.encode(), RESPONDER.encode())
     assert (report.verdict, report.pair_count) == ("compatible", 2)
-    assert not told(report, "CQ401", "CQ402")
+    assert not findings_of(report, "CQ401", "CQ402")
 
 
 def test_the_qos_of_a_request_says_nothing_of_its_reply():
@@ -130,7 +130,7 @@ def test_where_a_reply_goes_may_be_known_at_run_time_only(channel: str):
     start = start.replace("operations:", "  somewhere: {address: null}\noperations:")
     text = f"{start}    reply: {channel}\n"
     assert ids(text) == ["dashboard/publisher/plant/status/get"]
-    (finding,) = told(check(text.encode(), importer="asyncapi"), "MQTT921")
+    (finding,) = findings_of(check(text.encode(), importer="asyncapi"), "MQTT921")
     assert finding.severity == "note"
     assert "askForStatus" in finding.message
     assert finding.place is not None
@@ -206,7 +206,7 @@ def test_where_the_answer_goes_may_be_open(message: str):
     assert read_system.notes == []
 
 
-def test_what_is_said_of_a_reply_comes_before_its_messages():
+def test_the_channel_of_a_reply_overrides_its_messages():
     reply = '    reply: {channel: {$ref: "#/channels/statusReported"}}\n'
     assert ids(answering(RESPONSE, reply))[1:] == ["dashboard/subscriber/plant/status/reply"]
 
@@ -233,11 +233,11 @@ def test_messages_of_version_2_say_it_too():
     assert ids(text)[-1] == "lights/publisher/plant/status/answer"
 
 
-def test_a_reply_that_leads_nowhere_is_told_at_its_place():
+def test_a_dangling_reply_is_reported_at_its_place():
     text = REQUESTER.replace(
         '      channel: {$ref: "#/channels/statusReported"}', '      channel: {$ref: "#/channels/no"}'
     )
-    (finding,) = told(check(text.encode(), importer="asyncapi"), "MQTT901")
+    (finding,) = findings_of(check(text.encode(), importer="asyncapi"), "MQTT901")
     assert finding.place is not None
     assert finding.place.line == 19
 
@@ -261,24 +261,24 @@ def test_it_meets_those_values_and_no_others(text: str):
 
 
 @pytest.mark.parametrize("text", [LIGHTS_V2, LIGHTS_V3])
-def test_a_value_that_nobody_uses_is_no_finding_while_another_is_used(text: str):
+def test_an_unused_value_is_no_finding_while_another_is_used(text: str):
     report = check(meter("smartylighting/tunnel/lights/7/measured").encode(), text.encode())
     assert [finding.code for finding in report.findings if finding.severity != "note"] == []
-    assert not told(report, "CQ401", "CQ402")
+    assert not findings_of(report, "CQ401", "CQ402")
 
 
 @pytest.mark.parametrize("text", [LIGHTS_V2, LIGHTS_V3])
-def test_where_none_is_used_there_is_nobody_to_hear(text: str):
+def test_a_publisher_on_none_of_the_values_is_unmatched(text: str):
     report = check(meter("elsewhere").encode(), text.encode())
-    assert told(report, "CQ404")
+    assert findings_of(report, "CQ404")
     near = check(meter("SmartyLighting/tunnel/lights/7/measured").encode(), text.encode())
-    assert told(near, "CQ403")
+    assert findings_of(near, "CQ403")
 
 
-def test_the_same_is_said_once_of_all_values():
+def test_one_finding_covers_all_values():
     text = LIGHTS_V3.replace('measured"}}', 'measured"}, bindings: {mqtt: {qos: 2, x-noLocal: true}}}')
     report = check(text.replace("mqtt}", 'mqtt, protocolVersion: "3.1.1"}').encode(), importer="asyncapi")
-    (finding,) = told(report, "MQTT613")
+    (finding,) = findings_of(report, "MQTT613")
     assert finding.endpoints == (
         "lights/subscriber/smartylighting/street/lights/+/measured",
         "lights/subscriber/smartylighting/tunnel/lights/+/measured",
@@ -310,9 +310,9 @@ def test_how_many_topics_there_are(values: str, topics: list[str]):
     assert [endpoint.topic for endpoint in system(text).endpoints] == topics
 
 
-def test_too_many_topics_are_read_as_one_filter_which_is_said():
+def test_too_many_topics_become_one_filter_with_a_finding():
     text = LIGHTS_V3.replace("[street, tunnel]", str([f"e{n}" for n in range(101)]))
-    (finding,) = told(check(text.encode(), importer="asyncapi"), "MQTT905")
+    (finding,) = findings_of(check(text.encode(), importer="asyncapi"), "MQTT905")
     assert "101 topics" in finding.message
 
 
@@ -362,9 +362,9 @@ def test_parts_stand_in_other_files_and_name_each_other_from_there(write: Write)
     assert (endpoint.id, list(found.brokers)) == ("display/subscriber/farm/north/weather", ["broker:1883"])
 
 
-def test_what_is_wrong_there_is_told_there(write: Write):
+def test_a_mistake_in_another_file_is_reported_in_that_file(write: Write):
     path, _, channels = write(display=APPLICATION, common__mqtt=SERVERS, common__channels=CHANNELS)
-    (finding,) = told(check(path), "CQ203")
+    (finding,) = findings_of(check(path), "CQ203")
     assert finding.place is not None
     assert (finding.place.source, finding.place.line, finding.place.column) == (channels, 8, 13)
 
@@ -397,10 +397,10 @@ def test_an_application_that_another_refers_to_remains_one(write: Write, tmp_pat
         ("common/%00.yaml", "cannot be read"),
     ],
 )
-def test_what_leads_nowhere_is_told_at_the_reference(write: Write, reference: str, message: str):
+def test_a_dangling_reference_is_reported_at_the_reference(write: Write, reference: str, message: str):
     text = APPLICATION.replace("common/channels.yaml#/weather", reference)
     path, *_ = write(display=text, common__mqtt=SERVERS, common__channels=CHANNELS)
-    (finding,) = told(check(path), "MQTT901")
+    (finding,) = findings_of(check(path), "MQTT901")
     assert message in finding.message
     assert finding.place is not None
     assert (finding.place.source, finding.place.line) == (path, 7)
@@ -409,11 +409,11 @@ def test_what_leads_nowhere_is_told_at_the_reference(write: Write, reference: st
 def test_a_circle_through_files_is_a_path(write: Write):
     channels = 'weather: {$ref: "../display.yaml#/channels/weather"}\ntraits: {sure: {}}\n'
     path, _, other = write(display=APPLICATION, common__mqtt=SERVERS, common__channels=channels)
-    (finding,) = told(check(path), "MQTT902")
+    (finding,) = findings_of(check(path), "MQTT902")
     assert f"circle: #/channels/weather → {other}#/weather → #/channels/weather" in finding.message
 
 
-def test_a_file_that_is_no_yaml_is_told_where_it_breaks(write: Write):
+def test_a_file_that_is_no_yaml_is_reported_where_it_breaks(write: Write):
     path, _, channels = write(display=APPLICATION, common__mqtt=SERVERS, common__channels="weather: {address: [\n")
     (outcome,) = load_paths([path]).outcomes
     assert {problem.code for problem in outcome.problems} == {"CQ001"}
@@ -426,13 +426,13 @@ def test_the_network_is_never_asked():
         '$ref: "#/components/parameters/lightId"', "$ref: https://schemas.example.org/parameters.yaml"
     )
     report = check(text.encode(), importer="asyncapi")
-    (finding,) = told(report, "MQTT906")
+    (finding,) = findings_of(report, "MQTT906")
     assert finding.severity == "warning"
     assert finding.place is not None
     assert finding.place.line == 13
 
 
 def test_bytes_have_no_files_beside_them():
-    findings = told(check(APPLICATION.encode(), importer="asyncapi"), "MQTT901")
+    findings = findings_of(check(APPLICATION.encode(), importer="asyncapi"), "MQTT901")
     assert findings
     assert all("given as bytes" in finding.message for finding in findings)

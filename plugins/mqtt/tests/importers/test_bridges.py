@@ -101,7 +101,7 @@ def test_types_of_messages_that_are_not_primitive_go_over_retained_topics_of_the
     }
 
 
-def test_what_mqtt_client_does_not_do_is_told_with_its_line():
+def test_entries_that_mqtt_client_ignores_are_reported_with_their_line():
     notes = {each.code: each for each in cqos.read(CLIENT).notes}
     assert notes["MQTT960"].message.startswith("`/forgotten` is listed in `ros_topics`, but has no `mqtt_topic`")
     assert notes["MQTT960"].place.line == 7
@@ -137,8 +137,8 @@ participants:
     assert [remedy.text for remedy in error.remedies] == [
         "offer qos `1` on mqtt_client/mqtt/publisher/fleet/r1/battery"
     ]
-    mended = CLIENT.replace(b"primitive: true, ros_type", b"primitive: true, advanced: {mqtt: {qos: 1}}, ros_type")
-    (tmp_path / "params.yaml").write_bytes(mended)
+    fixed = CLIENT.replace(b"primitive: true, ros_type", b"primitive: true, advanced: {mqtt: {qos: 1}}, ros_type")
+    (tmp_path / "params.yaml").write_bytes(fixed)
     report = cqos.check(tmp_path / "params.yaml", tmp_path / "rest.yaml")
     left = [each for each in report.findings if each.topic == "/battery" and each.severity == "warning"]
     assert report.verdict == "unknown"
@@ -212,7 +212,7 @@ participants:
     assert mine == {f"b (mosquitto)/subscriber/farm/{name}" for name in carried}
 
 
-def test_a_configuration_alone_is_no_finding_that_anybody_has_to_look_at():
+def test_a_configuration_alone_gives_notes_only():
     report = cqos.check(MOSQUITTO, importer="mosquitto")
     assert {each.severity.value for each in report.findings} <= {"note"}
 
@@ -392,7 +392,7 @@ def test_a_limit_of_one_listener_holds_there_only(lines, found):
     assert ("cases" if setting.unknown else setting.text) == found
 
 
-def test_misspelt_directives_are_told_and_not_known():
+def test_a_misspelt_directive_is_a_warning_and_its_value_unknown():
     system = cqos.read(b"listener 1884\nmax_qoss 1\n", importer="mosquitto")
     assert [(each.code, each.severity) for each in system.notes] == [("CQ040", "warning")]
     (broker,) = system.brokers.values()

@@ -1,4 +1,4 @@
-"""Thing Descriptions, flows of Node-RED and configurations of Mosquitto; and that nobody claims what is somebody else's."""
+"""Thing Descriptions, flows of Node-RED and configurations of Mosquitto; no importer claims a file of another format."""
 
 import json
 import os
@@ -68,7 +68,7 @@ def test_the_qos_of_a_form_is_a_need():
     assert [code for code in found if code.startswith("MQTT")] == ["MQTT101"]
 
 
-def test_a_form_without_topic_is_told():
+def test_a_form_without_topic_is_reported():
     thing = {**THING, "properties": {"x": {"forms": [{"href": "mqtt://broker:1883", "mqv:qos": "0"}]}}}
     report = check(json.dumps(thing).encode())
     assert "MQTT920" in [finding.code for finding in report.findings]
@@ -148,7 +148,7 @@ def test_a_dashboard_of_forty_default_nodes_gives_no_warning_at_all(version):
     assert report.endpoints == 40
 
 
-def test_forty_default_nodes_that_meet_nobody_give_no_warning_either():
+def test_forty_unmatched_default_nodes_give_no_warning():
     nodes = [node_in(n) for n in range(20)] + [node_out(n) for n in range(20)]
     assert loud(flows(*nodes)) == []
     assert loud(flows(*(node_in(n) for n in range(40)))) == []
@@ -163,7 +163,7 @@ def test_what_is_changed_counts():
     ]
 
 
-def test_a_retained_order_is_told():
+def test_a_retained_order_is_reported():
     assert loud(flows(node_out(1, retain="true", qos="1"))) == ["MQTT310"]
 
 
@@ -201,7 +201,7 @@ def test_birth_close_and_will_are_publications():
         (node_in(1, qos="3"), "CQ203"),
     ],
 )
-def test_what_is_wrong_with_a_node_is_told_at_its_place(node, code):
+def test_a_mistake_in_a_node_is_reported_at_its_place(node, code):
     report = check(flows(node))
     (finding,) = [finding for finding in report.findings if finding.code == code]
     assert finding.place is not None
@@ -276,7 +276,7 @@ def test_the_broker_of_a_configuration_judges_its_clients(house):
     assert [(group.topic, group.verdict) for group in report.groups] == [("home/a/temperature", "incompatible")]
 
 
-def test_an_acl_file_that_is_not_there_is_told(tmp_path):
+def test_a_missing_acl_file_is_reported(tmp_path):
     (tmp_path / "mosquitto.conf").write_text(CONF.format(acl="gone"), encoding="utf-8")
     report = check(str(tmp_path / "mosquitto.conf"))
     assert "MQTT941" in [finding.code for finding in report.findings]
@@ -327,11 +327,11 @@ FOREIGN = [
 
 
 @pytest.mark.parametrize(("name", "data"), FOREIGN)
-def test_nobody_claims_foreign_files(name, data):
+def test_no_importer_claims_foreign_files(name, data):
     assert [each for each, claims in CLAIMS.items() if claims(name, data)] == []
 
 
-def test_nobody_claims_the_files_of_others():
+def test_mqtt_importers_claim_no_files_of_other_importers():
     files = [*ROOT.glob("examples/**/*.yaml"), *ROOT.glob("plugins/*/tests/cases/*.yml"), *ROOT.glob("docs/*.json")]
     assert len(files) > 100
     for path in files:

@@ -265,14 +265,14 @@ def test_with_overrides_bare_nodes_get_the_verdicts_of_the_design(name):
     system = cqos.read(EXAMPLES / name)
     exported = export(system, "qos_overrides")
     overrides = read_source(Source("params.yaml", exported.text.encode()), "qos_overrides")
-    # What the form cannot say is told, and only there the programs keep what they state.
-    told = {each.id for each in system.endpoints if any(f"`{each.id}`" in note for note in exported.notes)}
-    told = {each for each in told if not any(f"`{each}`: subscriptions have no" in note for note in exported.notes)}
+    # Notes name the endpoints that the form cannot express; only those keep their own settings.
+    noted = {each.id for each in system.endpoints if any(f"`{each.id}`" in note for note in exported.notes)}
+    noted = {each for each in noted if not any(f"`{each}`: subscriptions have no" in note for note in exported.notes)}
     bare = [
-        each if each.id in told or each.observed else replace(each, settings={}, profiles=())
+        each if each.id in noted or each.observed else replace(each, settings={}, profiles=())
         for each in system.endpoints
     ]
-    assert len(told) < len(system.endpoints) / 2
+    assert len(noted) < len(system.endpoints) / 2
     again = merge([replace(system, endpoints=bare), overrides])
     assert verdicts(again) == verdicts(system)
     assert verdicts(replace(system, endpoints=bare, overlays=[])) != verdicts(system)
@@ -372,7 +372,7 @@ def test_what_is_not_in_the_bag_needs_no_override(fixed):
     changed = frozenset(("viewer/subscriber/" + topic, "reliability") for topic in ("scan", "image"))
     exported = export(system, "rosbag2_overrides", changed=changed if fixed else None, side="player")
     assert list(yaml.safe_load(exported.text)) == ["/scan"]
-    # Only of what somebody asked for is it said that it is not there.
+    # A note names the missing topic only if a fix was asked for it.
     said = "`/image` is not in the bag, so there is nothing to override"
     assert exported.notes == ((said,) if fixed else ())
 
@@ -408,7 +408,7 @@ participants:
 """
 
 
-def test_nodes_that_take_their_qos_from_elsewhere_are_told():
+def test_notes_name_nodes_that_take_their_qos_from_elsewhere():
     exported = export(cqos.read(TOOLS.encode()), "qos_overrides")
     assert yaml.safe_load(exported.text) == {
         "/rviz2": {"ros__parameters": {"qos_overrides": {"/tf": {"subscription": {"depth": 100}}}}},

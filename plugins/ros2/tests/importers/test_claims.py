@@ -13,7 +13,7 @@ FOLDERS = (
     *sorted(ROOT.glob("plugins/*/tests/importers/cases")),
     ROOT / "examples",
 )
-# Beside files of the core stand texts of what is said of them.
+# In the folder of the core, each .txt file holds the expected messages of a case.
 FILES = [
     file
     for folder in FOLDERS
@@ -21,7 +21,7 @@ FILES = [
     if file.is_file() and not (folder == FOLDERS[0] and file.suffix == ".txt")
 ]
 HEAD = 65_536
-# Files that tests of the core read on purpose although nobody would claim them, or as parts of others.
+# Files that no importer claims: tests of the core read them with a named importer, or as parts of other files.
 UNCLAIMED = ("bad", "parts", "plugin", "opcua")
 
 
@@ -82,7 +82,7 @@ def test_whatever_it_is_called_two_importers_never_claim_it(name):
         ("empty.xml", ""),
     ],
 )
-def test_files_of_others_are_claimed_by_nobody(name, text):
+def test_no_importer_claims_files_of_other_programs(name, text):
     assert claiming(name, text.encode()) == []
 
 

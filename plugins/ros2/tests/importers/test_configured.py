@@ -1,4 +1,4 @@
-"""Configuration files as people have them: what each becomes, line by line, and what is said of files that are broken.
+"""Real configuration files: the endpoints, overlays and notes of each, and the problems of broken ones.
 
 `expected/` holds what was read by hand: every endpoint, overlay and note, each value with its line and column.
 """
@@ -152,7 +152,7 @@ def test_what_is_no_document_is_refused_with_its_place(importer, data, expected)
         ),
     ],
 )
-def test_parts_of_another_kind_are_all_told(importer, data, expected):
+def test_all_parts_of_another_kind_are_problems(importer, data, expected):
     assert problems(importer, data) == expected
 
 
@@ -193,7 +193,7 @@ def test_flags_are_those_of_yaml_1_1(flag, shown):
     assert found == ([] if shown is None else [shown])
 
 
-def test_values_that_bridges_do_not_read_are_told():
+def test_values_that_bridges_do_not_read_get_a_note():
     notes = read("domain_bridge", "from_domain: 1\nto_domain: 2\ntopics: {/a: {type: a/B, qos: {depth: -1}}}").notes
     assert [(note.code, note.message) for note in notes] == [
         ("ROS950", "domain_bridge does not start with this: `-1` is no depth")

@@ -165,7 +165,7 @@ class TestReading:
             ("<dds>" * 300, ["p.xml:1:1285: elements are nested deeper than 256, which is refused"]),
         ],
     )
-    def test_what_is_wrong_is_told_with_its_place(self, xml, expected):
+    def test_mistakes_are_reported_with_their_place(self, xml, expected):
         found = problems(xml)
         assert len(found) == len(expected)
         assert [one for one, start in zip(found, expected, strict=True) if not one.startswith(start)] == []

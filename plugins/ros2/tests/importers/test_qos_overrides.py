@@ -87,12 +87,12 @@ class TestEffect:
         assert (offered.place.source, offered.place.line, offered.place.column) == ("p.yaml", 3, 54)
 
     @pytest.mark.parametrize("node", ["lidar_driver", "/*", "/other/lidar_driver", "/robot"])
-    def test_an_override_for_another_node_is_told(self, node):
+    def test_an_override_for_another_node_is_reported(self, node):
         report = checked(over(node, "{reliability: best_effort}"))
         assert report.verdict == "compatible"
         assert codes(report) == ["CQ214"]
 
-    def test_an_override_for_another_topic_or_role_is_told(self):
+    def test_an_override_for_another_topic_or_role_is_reported(self):
         report = checked(over("/**", "{depth: 1}").replace("/scan", "/scam"))
         assert codes(report) == ["CQ214"]
         report = checked(over("lidar_driver", "{depth: 1}", "subscription"))
@@ -146,9 +146,9 @@ class TestEffect:
         )
         report = checked(over(node, "{reliability: best_effort}"), design.replace("best_effort", "reliable"))
         assert report.verdict == "compatible"
-        told = {"ROS930", "CQ214"} & set(codes(report))
-        assert told == ({"CQ214"} if "*" in node else {"ROS930"})
-        if told == {"ROS930"}:
+        reported = {"ROS930", "CQ214"} & set(codes(report))
+        assert reported == ({"CQ214"} if "*" in node else {"ROS930"})
+        if reported == {"ROS930"}:
             (finding,) = [finding for finding in report.findings if finding.code == "ROS930"]
             assert "the node `/rosbag2_player` declares no such parameters" in finding.message
 

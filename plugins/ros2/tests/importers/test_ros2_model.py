@@ -47,11 +47,11 @@ def problems(text):
         ("- a\n- b\n", "m.ros2:1:1: this is neither `key:` nor `key: value`: `- a`"),
     ],
 )
-def test_what_is_no_model_is_told_with_its_place(text, expected):
+def test_a_malformed_model_is_refused_with_its_place(text, expected):
     assert problems(text)[0].startswith(expected)
 
 
-def test_all_lines_that_are_wrong_are_told():
+def test_all_malformed_lines_are_reported():
     assert len(problems(HEAD + "        a\n        b\n        c:\n")) == 2
 
 

@@ -125,7 +125,7 @@ def test_what_the_player_offers(file):
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
-def test_what_is_said_of_every_layout(file):
+def test_every_layout_gives_its_expected_notes(file):
     assert said(from_case(file.name)) == SAID.get(file.name, [])
 
 
@@ -307,7 +307,7 @@ participants:
     assert check(both, bag(minimal("[]"), "recorder")).verdict == "unknown"
 
 
-def test_a_recorder_that_nobody_feeds_is_no_finding():
+def test_a_recorder_without_publishers_is_only_a_note():
     report = check(bag(minimal("[]"), "recorder"))
     assert [finding.code for finding in report.findings] == ["CQ404"]
 
@@ -326,7 +326,7 @@ def test_what_was_recorded_is_observed():
     assert not system.notes
 
 
-def test_messages_without_profiles_came_from_somebody():
+def test_messages_without_profiles_come_from_an_unknown_publisher():
     assert rows(bag(minimal("[]"), "recorded")) == {"publisher/t": "? ? ? ? ? ? ? ? ?"}
     depth = bag(minimal("[{history: unknown, depth: 10}]"), "recorded")
     assert rows(depth)["publisher/t"].startswith("? ? ")
@@ -357,7 +357,7 @@ def test_layouts_of_another_version(version, text, code):
     assert codes == ([] if code is None else [code])
 
 
-def test_what_is_odd_is_said():
+def test_odd_profiles_are_warnings():
     system = bag(minimal("[{history: keep_last, depth: 1, colour: red, durability: ~}]"))
     assert said(system) == [
         "ROS905 warning 5:63 `colour` is no policy that rosbag2 is known to record",
@@ -401,7 +401,7 @@ def test_topics_that_are_cut_off_are_missed():
         ((CASES / "v5_humble.yaml").read_text().partition("  durability")[0], [("CQ001", 14, 31)]),
     ],
 )  # fmt: skip
-def test_what_is_wrong_is_said_with_its_place(text, expected):
+def test_mistakes_are_problems_with_their_place(text, expected):
     assert problems(text) == expected
 
 
@@ -447,12 +447,12 @@ def test_whatever_is_changed_gives_a_system_or_located_problems(text, changes, s
     for start, length, word in changes:
         text = text[:start] + word + text[start + length :]
     source = Source("run/metadata.yaml", text.encode("utf-8", "surrogatepass"))
-    told: tuple[Problem, ...] = ()
+    refused: tuple[Problem, ...] = ()
     try:
         system = read_source(source, "rosbag2", {"rosbag2": {"as": seen_as}})
     except InputError as error:
-        system, told = System(), error.problems
-    places = [each.place for each in told] + [each.place for each in system.endpoints]
+        system, refused = System(), error.problems
+    places = [each.place for each in refused] + [each.place for each in system.endpoints]
     assert all(place is not None and place.line for place in places)
     check(system)
 
@@ -513,7 +513,7 @@ def test_topics_in_the_bag_only_are_notes():
 
 
 @pytest.mark.usefixtures("stack")
-def test_an_override_mends_it():
+def test_overrides_make_the_stack_compatible():
     Path("bag/o.yaml").write_text(
         "/imu: {depth: 5, reliability: reliable}\n/quiet: {depth: 1, durability: transient_local}\n"
     )

@@ -119,7 +119,7 @@ def row_of_recorded():
 
 
 @pytest.mark.parametrize("topic", ["/imus", "imu", "/*", "/im[u]", "/IMU"])
-def test_a_topic_that_is_not_played_is_told(topic):
+def test_an_override_of_an_unplayed_topic_is_reported(topic):
     """There are no patterns in these files."""
     system = merge([read_source(Source("m.yaml", BAG.encode())), overrides(f"'{topic}': {{depth: 3}}\n")])
     assert "CQ214" in [finding.code for finding in check(system).findings]
@@ -249,12 +249,12 @@ def test_whatever_is_changed_gives_a_system_or_located_problems(text, changes):
     for start, length, word in changes:
         text = text[:start] + word + text[start + length :]
     claims_rosbag2_overrides("o.yaml", text.encode())
-    told: tuple[Problem, ...] = ()
+    refused: tuple[Problem, ...] = ()
     try:
         system = read_source(Source("o.yaml", text.encode()), "rosbag2_overrides")
     except InputError as error:
-        system, told = System(), error.problems
-    places = [each.place for each in told] + [each.place for each in system.overlays]
+        system, refused = System(), error.problems
+    places = [each.place for each in refused] + [each.place for each in system.overlays]
     assert all(place is not None and place.line for place in places)
     check(read_source(Source("m.yaml", BAG.encode())), system)
 

@@ -31,7 +31,7 @@ def test_a_display_requests_what_it_states():
     assert (finding.place.source, finding.place.line, finding.place.column) == ("v.rviz", 5, 34)
 
 
-def test_nobody_has_to_publish_transforms_or_receive_goals():
+def test_unmatched_transforms_and_goals_are_only_notes():
     assert [finding for finding in checked("Volatile").findings if finding.severity != "note"] == []
 
 
@@ -68,7 +68,7 @@ def test_what_a_transport_sends_has_a_type_of_its_own(topic, expected):
 
 
 @pytest.mark.parametrize("published", [False, True])
-def test_updates_of_a_map_are_checked_where_somebody_sends_them(published):
+def test_updates_of_a_map_are_checked_only_if_published(published):
     updates = "/map_updates: {reliability: best_effort}"
     server = SERVER.replace("{/map: ", f"{{{updates}, /map: ") if published else SERVER
     rviz = MAP.replace("DURABILITY", "Volatile") + "      Update Topic: {Value: /map_updates}\n"

@@ -137,7 +137,7 @@ def test_every_shape_is_recognised_by_its_content(file):
         ("jazzy_loop.txt", ["ROS903 note 59:18 3 publishers of `/tf_static` are counted, 0 shown"]),
     ],
 )
-def test_what_is_said_of_every_shape(name, expected):
+def test_every_shape_gives_its_expected_notes(name, expected):
     assert said(from_case(name)) == expected
 
 
@@ -164,7 +164,7 @@ def test_nodes_are_participants_and_what_is_no_node_is_one_for_each_endpoint():
 
 
 def test_nothing_is_invented():
-    """What discovery does not report is not known, and nothing that was created is told how to be created."""
+    """Values that discovery does not report are unknown, and rules about creating endpoints do not apply to running ones."""
     report = check(
         snapshot(
             whole(block(), block("listener", "SUBSCRIPTION", reliability="UNKNOWN"), (1, 1)).replace(
@@ -316,7 +316,7 @@ def test_without_verbose_nothing_is_shown():
     assert [note.code for note in eloquent.notes] == ["ROS903"]
 
 
-def test_what_is_cut_off_is_said_to_be():
+def test_truncated_output_is_a_warning():
     text = "/t\n" + whole(block(), counts=(1, 0))
     assert [note.code for note in snapshot(text.partition("Subscription")[0]).notes] == ["ROS904"]
     cut = snapshot(text.partition("  Deadline")[0])
@@ -344,7 +344,7 @@ def test_a_block_alone_is_enough():
     assert [note.code for note in system.notes] == ["ROS902"]
 
 
-def test_a_policy_that_is_not_known_is_said():
+def test_an_unknown_policy_is_a_warning():
     text = "/t\n" + whole(block().replace("  Lifespan", "  Ownership: SHARED\n  Lifespan"), counts=(1, 0))
     assert said(snapshot(text)) == [
         "ROS905 warning 14:3 `Ownership` is no policy that `ros2 topic info` is known to print"
@@ -422,12 +422,12 @@ WORDS = [
 def test_whatever_is_changed_gives_a_system_or_located_problems(text, changes):
     for start, length, word in changes:
         text = text[:start] + word + text[start + length :]
-    told: tuple[Problem, ...] = ()
+    refused: tuple[Problem, ...] = ()
     try:
         system = read_source(Source("x.txt", text.encode("utf-8", "replace")), "topic_info")
     except InputError as error:
-        system, told = System(), error.problems
-    places = [each.place for each in told] + [each.place for each in system.endpoints]
+        system, refused = System(), error.problems
+    places = [each.place for each in refused] + [each.place for each in system.endpoints]
     assert all(place is not None and place.line for place in places)
     assert {endpoint.participant for endpoint in system.endpoints} <= system.participants.keys()
     check(system)

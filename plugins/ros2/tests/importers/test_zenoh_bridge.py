@@ -1,4 +1,4 @@
-"""Zenoh bridges with the nodes around them: what crosses, with which QoS, and what is said where it does not."""
+"""Zenoh bridges with the nodes around them: which topics cross, with which QoS, and what C-QoS reports otherwise."""
 
 from pathlib import Path
 
@@ -127,14 +127,14 @@ class TestWhoIsThereFirst:
                 "durability: transient_local",
                 [("warning", "ROS102", "/scan"), ("warning", "ROS102", "/scan")],
             ),
-            # a bridge tells another one nothing of deadline and liveliness
+            # bridges do not announce deadline and liveliness to each other
             ("deadline: 100ms", "deadline: 200ms", [("warning", "ROS103", "/scan")]),
             ("deadline: 100ms", "", []),
             ("lease_duration: 1s", "lease_duration: 2s", [("warning", "ROS105", "/scan")]),
             ("lifespan: 1s", "", []),
         ],
     )
-    def test_what_depends_on_the_order_is_said_to(self, offered, requested, expected):
+    def test_pairs_that_depend_on_the_start_order_are_warnings(self, offered, requested, expected):
         assert loud(check(together(nodes(offered, requested)))) == expected
 
     @pytest.mark.parametrize(
@@ -149,7 +149,7 @@ class TestWhoIsThereFirst:
         (said,) = loud(check(together(nodes("", "") + two)))
         assert said == ("warning", "ROS101", "/scan")
 
-    def test_nobody_is_told_to_set_what_the_bridge_copies(self):
+    def test_fixes_never_set_values_that_the_bridge_copies(self):
         report = check(together(nodes("reliability: best_effort", "reliability: reliable")))
         remedies = [remedy.text for finding in report.findings for remedy in finding.remedies]
         assert remedies == ["offer reliability `reliable` on lidar/publisher/scan"]
@@ -222,7 +222,7 @@ class TestAlone:
         after = {(each.code, each.message) for each in check(merge(systems)).findings if each.severity != "note"}
         assert after <= before
 
-    def test_but_what_it_does_not_let_in_nobody_publishes(self):
+    def test_a_denied_topic_has_no_publisher(self):
         report = check(together(self.everything, f"{ROBOT}, deny: {{subscribers: ['/cmd_vel']}}", None))
         assert loud(report) == [("warning", "CQ401", "/cmd_vel")]
 
