@@ -41,9 +41,11 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
 
 @hookimpl
 def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
-    """The YAML system form."""
+    """The YAML system form, and QoS in the BPMN document that states it."""
     writer = "cqos_core.exporters.yaml_form:write"
     register(ExporterInfo("yaml", "a C-QoS system file", ".yaml", writer, ("profiles=kept|shared",)))
+    summary = "a BPMN model with its QoS as attributes in words"
+    register(ExporterInfo("bpmn", summary, ".bpmn", "cqos_core.exporters.bpmn_form:write"))
 
 
 @hookimpl

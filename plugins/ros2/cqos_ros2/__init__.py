@@ -47,6 +47,7 @@ _INSERTERS = {
 _WRITTEN = (
     ("qos_overrides", "`qos_overrides` parameters, to start nodes with", ".yaml", ()),
     ("rosbag2_overrides", "QoS overrides of ros2 bag play or record", ".yaml", ("side=player|recorder",)),
+    ("fame", "a BPMN model in the form of FaMe modeler", ".bpmn", ()),
     ("rclpy", "Python code with a QoSProfile for each endpoint", ".py", ()),
     ("rclcpp", "a C++ header with an rclcpp::QoS for each endpoint", ".hpp", ()),
 )

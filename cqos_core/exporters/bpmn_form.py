@@ -1,0 +1,209 @@
+"""Writes QoS into the BPMN document that states it: words of the published form; everything else in it stays."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+from cqos_core.bpmn.names import POLICY_NAMES
+from cqos_core.bpmn.rewriting import Diagram
+from cqos_core.exporters.contract import Exported, judged
+from cqos_core.language.policy import ENDPOINT
+from cqos_core.model.encoding import decode
+from cqos_core.model.problems import InvalidValueError
+from cqos_core.model.system import Cases
+from cqos_core.resolving.reader import spelled
+from cqos_core.resolving.respelling import respelled
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from cqos_core.bpmn.rewriting import Tag
+    from cqos_core.exporters.contract import ExportContext, Judged
+    from cqos_core.language.policy import Policy
+    from cqos_core.model.system import Setting, System
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.packs.parts import Dialect
+
+DIALECT: Final = "bpmn"
+_A_NUMBER: Final = "9"  # a duration in its manner has no unit
+_Values: TypeAlias = "dict[int, str | None]"
+"""Text by policy index; None states nothing."""
+
+
+def write(system: System, context: ExportContext) -> Exported:
+    """Return the document with the QoS of its events as attributes in words, or only with what fixes changed."""
+    found, notes = diagram_of(system, judged(system, context).endpoints)
+    if found is None:
+        return Exported("", 0, tuple(notes))
+    diagram, elements = found
+    for element, endpoints in elements.items():
+        tag = diagram.find(element)
+        if tag is None:
+            notes[f"the id `{element}` is not unique, so its QoS stays as it is"] = None
+            continue
+        pack, dialect = _pack(endpoints)
+        values = _changed(endpoints, context, notes) if context.changed is not None else _stated(endpoints[0], notes)
+        restate(diagram, tag, pack, dialect, values)
+    return Exported(diagram.changed(), sum(map(len, elements.values())), tuple(notes))
+
+
+def diagram_of(
+    system: System, endpoints: Iterable[Judged]
+) -> tuple[tuple[Diagram, dict[str, list[Judged]]] | None, dict[str, None]]:
+    """Return the one BPMN document of a system with the endpoints of each element, and notes on what it does not hold."""
+    notes: dict[str, None] = {}
+    by_source: dict[str, dict[str, list[Judged]]] = {}
+    others = 0
+    for each in endpoints:
+        place = each.endpoint.place
+        if each.endpoint.dialect != DIALECT or place is None or place.element is None or not each.parts:
+            others += 1
+        else:
+            by_source.setdefault(place.source, {}).setdefault(place.element, []).append(each)
+    if len(by_source) != 1:
+        names = ", ".join(f"`{name}`" for name in list(by_source)[:3])
+        notes[f"one BPMN document is needed, not {names or 'none'}"] = None
+        return None, notes
+    if others:
+        notes[
+            f"{others} endpoint{'s' if others > 1 else ''} that stand{'' if others > 1 else 's'} elsewhere left out"
+        ] = None
+    name, elements = by_source.popitem()
+    return (Diagram(decode(system.sources[name])), elements), notes
+
+
+def restate(diagram: Diagram, tag: Tag, pack: RulePack, dialect: Dialect | None, values: _Values) -> None:
+    """Give an element the attributes for ``values``, and remove what else stated the same policies in it."""
+    attributes: dict[str, str | None] = {}
+    missing = {index: text for index, text in values.items() if text is not None}
+    for name, there in tag.attributes.items():
+        local = diagram.local("qos", name)
+        index = None if local is None else pack.find(ENDPOINT, local, dialect)
+        if index in values and index is not None:
+            text = missing.pop(index, None)
+            attributes[name] = there.text if text and _same(pack.policies[index], there.text, text, dialect) else text
+    if missing:
+        prefix = diagram.prefix("qos")
+        attributes |= {f"{prefix}:{_attribute(pack, dialect, index)}": text for index, text in missing.items()}
+    diagram.state(tag, attributes)
+    _remove_repetitions(diagram, tag, pack, dialect, values)
+
+
+def _remove_repetitions(diagram: Diagram, tag: Tag, pack: RulePack, dialect: Dialect | None, values: _Values) -> None:
+    """Remove ``qos:policy`` and properties that state one of the policies, and what is then empty."""
+    for extension in diagram.children(tag, "bpmn", "extensionElements"):
+        gone: set[int] = set()
+        for child in extension.children:
+            properties = [each for each in child.children if _property_index(diagram, each, pack, dialect) in values]
+            inside = {each.start for each in properties}
+            if diagram.is_a(child, "qos", "policy"):
+                _shorten(diagram, child, pack, dialect, values, gone)
+            elif properties and diagram.is_blank(child, inside):
+                gone.add(child.start)
+            else:
+                for each in properties:
+                    diagram.remove(each)
+        if gone and diagram.is_blank(extension, gone):
+            diagram.remove(extension)
+        else:
+            for child in extension.children:
+                if child.start in gone:
+                    diagram.remove(child)
+
+
+def _shorten(
+    diagram: Diagram, child: Tag, pack: RulePack, dialect: Dialect | None, values: _Values, gone: set[int]
+) -> None:
+    stated = {
+        name: pack.find(ENDPOINT, diagram.local("qos", name) or name, dialect)
+        for name in child.attributes
+        if name not in {"type", "value", "id"} and not name.startswith("xmlns")
+    }
+    if all(index in values for index in stated.values()):
+        gone.add(child.start)
+    else:
+        diagram.state(child, {name: None for name, index in stated.items() if index in values})
+
+
+def _property_index(diagram: Diagram, tag: Tag, pack: RulePack, dialect: Dialect | None) -> int | None:
+    """Return the policy that a property of an engine states; None where it states none."""
+    if (
+        not any(diagram.is_a(tag, engine, "property") for engine in ("camunda", "zeebe"))
+        or "name" not in tag.attributes
+    ):
+        return None
+    return pack.find(ENDPOINT, tag.attributes["name"].text.strip(), dialect)
+
+
+def _pack(endpoints: list[Judged]) -> tuple[RulePack, Dialect | None]:
+    pack = endpoints[0].parts[0].pack
+    return pack, pack.dialects.get(DIALECT, pack.dialects.get("yaml"))
+
+
+def _stated(each: Judged, notes: dict[str, None]) -> _Values:
+    """Return the values that an element states, by policy; without those that are not known."""
+    pack, dialect = _pack([each])
+    found: _Values = {}
+    open_cases = {s.unknown.assumption for s in each.endpoint.settings.values() if isinstance(s.unknown, Cases)}
+    if open_cases:
+        # Some of its values rest on how others are written.
+        notes[f"`{each.id}` stays as it is: it is open {' and '.join(sorted(open_cases))}"] = None
+        return {}
+    for name, setting in each.endpoint.settings.items():
+        index = pack.find(ENDPOINT, name, dialect)
+        if index is None:
+            continue
+        text = None if setting.unknown else _text(pack.policies[index], setting, dialect, dialect)
+        if setting.unknown or text == "":
+            notes[f"`{each.id}`: {name} stays as it is, because its value is not known"] = None
+        else:
+            found[index] = text
+    return found
+
+
+def _changed(endpoints: list[Judged], context: ExportContext, notes: dict[str, None]) -> _Values:
+    """Return the values that fixes changed; endpoints of one element have one value each."""
+    pack, dialect = _pack(endpoints)
+    found: _Values = {}
+    for each in endpoints:
+        for name, setting in each.endpoint.overlay.items():
+            index = pack.find(ENDPOINT, name)
+            if index is None or not context.wants(each.id, pack.policies[index].name):
+                continue
+            text = _text(pack.policies[index], setting, None, dialect)
+            if found.setdefault(index, text) != text:
+                notes[f"`{each.id}`: {name} is `{found[index]}`, as for another endpoint of this element"] = None
+    return found
+
+
+def _text(policy: Policy, setting: Setting, read_as: Dialect | None, dialect: Dialect | None) -> str | None:
+    """Return a value in the words of a dialect, None for one that states nothing, and nothing for one that is invalid."""
+    plain = spelled(policy, setting.text, read_as)
+    if plain is None:
+        return None
+    if policy.domain.word(plain) in policy.words:
+        return policy.domain.word(plain)
+    try:
+        value = policy.domain.parse(plain)
+    except InvalidValueError:
+        return ""
+    return respelled(policy, value, dialect, _A_NUMBER) or ""
+
+
+def _same(policy: Policy, old: str, new: str, dialect: Dialect | None) -> bool:
+    """Whether an attribute has a value already, in words."""
+    if dialect is not None and old.strip() in dialect.codes.get(policy.name, {}):
+        return False
+    plain = spelled(policy, old, dialect)
+    try:
+        return plain is not None and policy.domain.parse(plain) == policy.domain.parse(
+            spelled(policy, new, dialect) or ""
+        )
+    except InvalidValueError:
+        return plain is not None and policy.domain.word(plain) == policy.domain.word(new)
+
+
+def _attribute(pack: RulePack, dialect: Dialect | None, index: int) -> str:
+    """Return the attribute of a policy: as the published form calls it, or by its own name."""
+    published = (name for name in POLICY_NAMES if pack.find(ENDPOINT, name, dialect) == index)
+    return next(published, pack.policies[index].name)
