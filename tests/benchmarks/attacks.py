@@ -4,8 +4,8 @@ python tests/benchmarks/attacks.py [--seconds 3] [--only NAME ...]
 
 Everything runs on loopback, in processes that this script starts and ends by their ids; every attack is bounded in number and in
 time. The polite client sends a small `CheckPair` every 10 ms and says how long each took. The echo is a plain `grpc.aio` server
-that returns a ready answer, with a plain `uvicorn` on the same event loop, which returns an empty one. All share the processors of one machine, so an attacker takes time from the polite client
-too: what the echo loses is what no server could keep.
+that returns a ready answer. A plain `uvicorn` on the same event loop returns an empty one. All share the processors of one
+machine, so an attacker takes time from the polite client too: what the echo loses is what no server could keep.
 """
 
 from __future__ import annotations

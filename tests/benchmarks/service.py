@@ -2,11 +2,10 @@
 
 python tests/benchmarks/service.py [--seconds 5] [--rounds 3] [--clients 1 8 64] [--workers 1]
 
-The echo is a plain `grpc.aio` server in a process of its own that decodes a `CheckSystemRequest` and returns a ready
-`CheckSystemResponse` of the size of the real answer. Both are asked by the same client: processes with the synchronous
-client of grpcio, which send bytes and do not decode what comes back. It is the slower half: what is told is what these
-clients get, not what the server could do. Both are asked in turns, round by round: machines are not equally fast all the
-time, and shares are to be of the same time.
+The echo is a plain `grpc.aio` server in a process of its own. It decodes a `CheckSystemRequest` and returns a ready
+`CheckSystemResponse` of the size of the real answer. The same client calls both: processes with the synchronous client of
+grpcio, which send bytes and do not decode the answer. The client is the slower half, so the figures are what these clients
+get, not what the server could do. The rounds alternate between both servers, because the speed of a machine changes over time.
 """
 
 from __future__ import annotations
@@ -170,7 +169,7 @@ def measure(address: str, messages: Sequence[bytes], clients: int, seconds: floa
     return took
 
 
-# --- what is told ---
+# --- the figures ---
 
 
 def where_time_goes(endpoints: int) -> str:
@@ -226,7 +225,7 @@ def run(
 
 
 def new(endpoints: int, seconds: float) -> list[bytes]:
-    """Models that nobody has asked about yet: more than can be answered in the time, so that none comes twice."""
+    """Models that the service has not seen yet: more than it can answer in the time, so that none comes twice."""
     first = next(_rounds) * 100_000
     return [model(endpoints, first + each) for each in range(int(seconds * 40_000 / (endpoints + 4)) + 256)]
 

@@ -107,7 +107,7 @@ def test_findings_go_to_standard_output_and_problems_to_standard_error(cqos):
     assert "error[CQ001] missing.yaml: cannot be read: No such file or directory" in done.err
 
 
-def test_a_file_that_nobody_reads_is_told_with_what_could(cqos):
+def test_an_unrecognised_format_is_an_error_with_help(cqos):
     done = cqos("check", "foreign.yaml")
     assert (done.code, done.out) == (2, "")
     assert done.err == (
@@ -117,7 +117,7 @@ def test_a_file_that_nobody_reads_is_told_with_what_could(cqos):
     )
 
 
-def test_an_empty_file_is_told_to_be_empty(cqos, files):
+def test_an_empty_file_is_reported_as_empty(cqos, files):
     (files / "blank.yaml").write_text("\n \n")
     done = cqos("check", "blank.yaml")
     said = "error[CQ003] blank.yaml: the file is empty\n  help: a system file begins with `cqos: 1`\n"
@@ -130,7 +130,7 @@ def test_a_system_without_endpoints_is_never_green(cqos):
     assert done.err == "error: nothing.yaml: there is no endpoint in it, so nothing was checked\n"
 
 
-def test_a_system_of_which_nothing_could_be_judged_is_never_green(cqos, files):
+def test_a_system_without_any_checked_endpoint_is_never_green(cqos, files):
     (files / "alien.yaml").write_text(FITS.replace("ros2", "smoke_signals"))
     done = cqos("check", "alien.yaml")
     assert done.code == 2
@@ -232,7 +232,7 @@ def test_a_file_that_another_one_includes_is_checked_as_part_of_that(cqos, files
     assert "designs/parts.yaml is checked as part of designs/main.yaml, which includes it" in done.err
 
 
-def test_of_many_parts_their_number_is_told(cqos, files):
+def test_a_note_counts_the_files_that_are_parts_of_others(cqos, files):
     (files / "library.yaml").write_text("cqos: 1\nprofiles: {sensors: {reliability: best_effort}}\n")
     (files / "main.yaml").write_text("cqos: 1\ninclude: [fits.yaml, library.yaml]\n")
     done = cqos("check", "main.yaml", "fits.yaml", "library.yaml")
@@ -240,7 +240,7 @@ def test_of_many_parts_their_number_is_told(cqos, files):
     assert "note: 2 files are checked as parts of others, which include them" in done.err
 
 
-def test_what_is_wrong_with_a_part_is_told_once(cqos, files):
+def test_a_mistake_in_a_part_is_reported_once(cqos, files):
     (files / "main.yaml").write_text(FITS + "include: parts.yaml\n")
     (files / "parts.yaml").write_text("cqos: 1\nparticipant: {}\n")
     done = cqos("check", "main.yaml", "parts.yaml")
@@ -444,7 +444,7 @@ def test_an_output_finds_its_format(cqos, files, arguments):
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
-def test_an_output_that_nobody_can_have_meant(cqos, files, arguments, said):
+def test_a_senseless_output_is_refused(cqos, files, arguments, said):
     before = (files / "fits.yaml").read_bytes()
     done = cqos("check", "fits.yaml", *arguments)
     assert (done.code, done.out) == (2, "")

@@ -65,7 +65,7 @@ def test_settings_of_the_form(cqos):
 # Remedies
 
 
-def test_a_mended_design(cqos, files):
+def test_a_fixed_design(cqos, files):
     done = cqos("convert", DIAGRAM, "--to", "yaml", "--remedies", "configuration", "--output", "mended.yaml")
     assert done.code == 0
     assert done.err.splitlines() == [
@@ -82,14 +82,14 @@ def test_only_what_was_changed_and_nodes_take_by_default(cqos):
     assert yaml.safe_load(done.out) == {"/Participant_Drone": {"ros__parameters": {"qos_overrides": overrides}}}
 
 
-def test_nothing_to_mend(cqos, files):
+def test_nothing_to_fix(cqos, files):
     done = cqos("convert", "fits.yaml", "--to", "qos_overrides", "--remedies", "first", "--output", "out.yaml")
     assert (done.code, done.out) == (0, "")
     assert done.err == "note: there is no error to fix, so nothing is written\n"
     assert not (files / "out.yaml").exists()
 
 
-def test_what_no_remedy_mends_is_said(cqos, files):
+def test_an_error_without_a_fix_is_reported(cqos, files):
     (files / "types.yaml").write_text(
         "cqos: 1\nprotocol: ros2\nparticipants:\n"
         "  a: {publishes: {/t: {type: a/msg/A}}}\n  b: {subscribes: {/t: {type: b/msg/B}}}\n"

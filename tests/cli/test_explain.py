@@ -88,14 +88,14 @@ def test_several_paths_are_one_system(cqos, files):
     assert "planner/subscriber/scan" in cqos("explain", "one.yaml", "other.yaml").out
 
 
-def test_an_unknown_id_is_told_with_the_nearest_and_all_there_are(cqos):
+def test_an_unknown_id_is_an_error_with_the_nearest_and_all_ids(cqos):
     done = cqos("explain", "clashes.yaml", "lidar/publisher/scn", ENDS[1])
     assert (done.code, done.out) == (2, "")
     assert "there is no endpoint `lidar/publisher/scn`; did you mean `lidar/publisher/scan`?" in done.err
     assert "  subscriber  planner/subscriber/scan\n" in done.err
 
 
-def test_an_unknown_id_of_many_is_told_with_what_is_near_it(cqos, files):
+def test_an_unknown_id_of_many_is_an_error_with_similar_ids_only(cqos, files):
     sensors = "".join(f"  s{n}: {{publishes: {{t{n}: }}}}\n" for n in range(40))
     reader = "  log: {subscribes: {t7: }}\n"
     (files / "many.yaml").write_text(f"cqos: 1\nprotocol: ros2\nparticipants:\n{sensors}{reader}")
@@ -137,7 +137,7 @@ def test_a_system_without_endpoints(cqos):
     assert "there are no endpoints" in done.out
 
 
-def test_what_can_be_read_is_explained_and_the_rest_told(cqos):
+def test_readable_files_are_explained_and_the_others_reported(cqos):
     done = cqos("explain", "clashes.yaml", "broken.yaml", *ENDS)
     assert done.code == 2
     assert "ROS101" in done.out

@@ -239,7 +239,7 @@ def test_control_c_ends_a_command_without_a_word(plugins):
         env=os.environ | plugins,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        # Whoever runs the tests in the background of a shell has it ignored; between fork and exec nothing else is done.
+        # A shell that runs the tests in the background makes them ignore SIGINT; nothing else runs between fork and exec.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509
     ) as process:
         try:

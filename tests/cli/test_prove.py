@@ -105,7 +105,7 @@ def test_a_fix_is_applied_to_a_copy_of_the_file_and_read_back(pair, files):
     assert (files / "pair.yaml").read_text(encoding="utf-8") == PAIR % "best_effort"
 
 
-def test_what_is_said_beside_a_run_is_the_cell_of_its_fault():
+def test_a_run_claims_the_guarantees_under_its_fault():
     cells = (GuaranteeCell("link", "3"), GuaranteeCell("subscriber_restart", "2"), GuaranteeCell("link_outage", "none"))
     report = PairReport(Verdict.COMPATIBLE, guarantees=(Guarantee("late_join", "3", cells=cells),))
     faults = (None, Fault("slow_reader", 1), Fault("subscriber_restart", 1), Fault("link_outage", 1))
@@ -125,7 +125,7 @@ def test_what_is_said_beside_a_run_is_the_cell_of_its_fault():
         (("--option", "dds.implementation=connext"), "`--on` cyclonedds or fastdds runs it there"),
     ],
 )
-def test_what_cannot_run_is_said(cqos, pair, arguments, said):
+def test_a_run_that_cannot_start_names_the_reason(cqos, pair, arguments, said):
     done = cqos("prove", pair("best_effort"), *arguments)
     assert done.code == 2
     assert said in done.err.replace("\n", " ")

@@ -101,13 +101,13 @@ def test_a_rule_of_a_pack_file(cqos):
         ("cqq203", "CQ203"),
     ],
 )
-def test_an_unknown_code_is_told_with_the_nearest(cqos, name, meant):
+def test_an_unknown_code_is_an_error_with_the_nearest(cqos, name, meant):
     done = cqos("rule", name)
     assert (done.code, done.out) == (2, "")
     assert f"there is no rule or code `{name}`; did you mean `{meant}`?" in done.err
 
 
-def test_a_hostile_code_is_told_in_short(cqos):
+def test_a_hostile_code_gives_a_short_error(cqos):
     done = cqos("rule", "x" * 100_000)
     assert done.code == 2
     assert len(done.err) < 1000

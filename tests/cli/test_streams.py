@@ -93,7 +93,7 @@ def test_a_reader_that_goes_away_is_no_error(files, arguments):
     )
     os.close(write)
     assert process.stderr == b""
-    # What was found is still the exit code; without any, it is that of a command which wrote to nobody.
+    # Findings keep their exit code; a command without findings exits like one whose reader is gone.
     assert process.returncode == {"check": 1, "--help": 141, "schema": 0}[arguments[0]]
 
 
@@ -140,7 +140,7 @@ def test_colours_are_for_terminals(files):
     [([], {"NO_COLOR": "1"}), ([], {"TERM": "dumb"}), (["--color", "never"], {})],
     ids=["NO_COLOR", "dumb", "never"],
 )
-def test_nobody_gets_colours_who_wants_none(files, arguments, environ):
+def test_colours_can_be_switched_off(files, arguments, environ):
     assert "\x1b[" not in in_terminal("check", "clashes.yaml", "broken.yaml", *arguments, **environ)
 
 
@@ -202,7 +202,7 @@ def test_progress_is_shown_to_who_waits_and_wiped_away(screen):
     assert lines[-2].strip() == ""
 
 
-def test_progress_is_shown_to_nobody_else(screen, monkeypatch):
+def test_progress_is_hidden_when_quiet_or_without_a_terminal(screen, monkeypatch):
     for quiet, term, is_terminal in ((True, "xterm", True), (False, "dumb", True), (False, "xterm", False)):
         monkeypatch.setenv("TERM", term)
         monkeypatch.setattr(Terminal, "isatty", lambda _, answer=is_terminal: answer)

@@ -38,8 +38,8 @@ def program() -> str | None:
 
 def version() -> str:
     """Return the version of Mosquitto."""
-    told = subprocess.run([program() or "mosquitto", "-h"], capture_output=True, text=True, check=False).stdout
-    return told.split()[2]
+    usage = subprocess.run([program() or "mosquitto", "-h"], capture_output=True, text=True, check=False).stdout
+    return usage.split()[2]
 
 
 class Message(NamedTuple):
@@ -116,7 +116,7 @@ _numbers = count()
 
 
 class Client:
-    """One client, which remembers what it is told.
+    """One client, which records what the broker sends.
 
     Attributes:
         reason: what the broker answered to the connection; the words of MQTT.

@@ -130,7 +130,7 @@ def online(broker: Broker) -> Section:
 
 
 def retained(broker: Broker) -> Section:
-    """Whether and with which QoS who comes late gets the retained message."""
+    """Whether and with which QoS a late joiner gets the retained message."""
     section = Section("retained: QoS of publication and subscription, versions")
     publishers = {version: Client(broker, version) for version in VERSIONS}
     cases = list(product(VERSIONS, LEVELS, VERSIONS, LEVELS))
@@ -454,7 +454,7 @@ PLAIN = [
 
 
 def matching(broker: Broker) -> Section:
-    """Which filters match which names: all of them in one connection, told apart by subscription identifiers."""
+    """Which filters match which names: all of them in one connection, distinguished by subscription identifiers."""
     section = Section("filters: which name each matches")
     subscriber, publisher = Client(broker), Client(broker)
     for number, written in enumerate(FILTERS, 1):

@@ -36,7 +36,7 @@ DEPARTURES: Final = {
         for written in ("$share/", "$share/g", "$share//a", "$share/g/")
     },
 }
-"""Where Mosquitto is known to differ from the standard, which the pack follows; later versions may have mended it."""
+"""Where Mosquitto is known to differ from the standard, which the pack follows; later versions may have fixed it."""
 
 INTRODUCTION: Final = """# Conformance with Mosquitto
 

@@ -78,7 +78,7 @@ def test_larger_runs_are_recorded_and_without_disagreement():
         ({"history.depth": "2", "durability_service.history_kind": "keep_all"}, 8),
     ],
 )
-def test_what_transient_local_writers_store_is_said_by_the_durability_service(offered, stored):
+def test_the_durability_service_limits_what_transient_local_writers_store(offered, stored):
     """The facts behind DDS203, DDS212 and DDS353."""
     durable = {"durability": "transient_local", "reliability": "reliable"}
     [replayed] = running().replayed([({**durable, **offered}, {**durable, "history": "keep_all"})], written=8)

@@ -112,15 +112,15 @@ def run(case: tuple[tuple[str, Design], Fault | None]) -> tuple[list[str], set[t
         for each in trial.report.guarantees
         if (fault is None or fault.kind in each.survives) and kept_by(each.word, each.value, trial.plan, outcome)
     }
-    told = [f"{name}, {fault}: {each}" for each in disagreements(trial, outcome, where)]
+    contradictions = [f"{name}, {fault}: {each}" for each in disagreements(trial, outcome, where)]
     early = range(trial.plan.early)
-    return told, kept, tuple(number for number in outcome.lost if number not in early)
+    return contradictions, kept, tuple(number for number in outcome.lost if number not in early)
 
 
 def test_what_is_promised_holds_under_every_fault():
     with ThreadPoolExecutor(AT_ONCE) as pool:
         results = list(pool.map(run, RUNS))
-    assert [line for told, _, _ in results for line in told] == []
+    assert [line for contradictions, _, _ in results for line in contradictions] == []
     lossy = {
         (name, fault.kind) for ((name, _), fault), (_, _, lost) in zip(RUNS, results, strict=True) if fault and lost
     }
@@ -155,12 +155,12 @@ class Watched:
 
     def __init__(self, broker: Mosquitto, name: str, subscription: Subscription | None = None, **more: Any) -> None:
         self.arrived: list[Message] = []
-        self.told: list[str] = []
+        self.reports: list[str] = []
         every = more.pop("every", 0.0)
         self.client = Client(
             Connection(name, **more),
             broker.port,
-            lambda what, text: self.told.append(f"{what} {text}".strip()),
+            lambda what, text: self.reports.append(f"{what} {text}".strip()),
             self.arrived.append,
             subscription,
             every,
@@ -370,9 +370,9 @@ def test_no_will_tells_of_a_publisher_that_dies_while_the_broker_is_down():
         async with running("persistence false") as broker, Watched(broker, "w", Subscription("gone", 1)) as watching:
             async with Watched(broker, "p", will=Will("gone", b"p", 1, False, 0, None)) as p:
                 await broker.end(crash=crash)
-                await while_still(lambda: "disconnected" not in p.told)
+                await while_still(lambda: "disconnected" not in p.reports)
             await broker.start()
-            await while_still(lambda: watching.told.count("connected new session") < 2)
+            await while_still(lambda: watching.reports.count("connected new session") < 2)
             return await watching.get(0)
 
     assert asyncio.run(show(crash=True)) == []

@@ -63,7 +63,7 @@ def recorded():
 
 
 @pytest.mark.parametrize(("name", "least"), [*((name, 200) for name in IMPLEMENTATIONS), (EXAMPLES, 20)])
-def test_recorded_runs_contradict_nothing_that_is_said_today(recorded, name, least):
+def test_recorded_runs_contradict_no_current_verdict(recorded, name, least):
     """The verdicts are those of now, the outcomes those of the record; a row whose plan has changed since shows nothing."""
     one = recorded[name]
     rows = {row["name"]: row for row in one["rows"]}

@@ -1,4 +1,4 @@
-"""The mobile robot: every marked mistake is found, each mended line takes its findings away, and nothing else is said."""
+"""The mobile robot: every marked mistake is found, each fixed line removes its findings, and no other finding is loud."""
 
 import re
 from functools import cache
@@ -14,8 +14,8 @@ ROBOT = HERE.parents[1] / "examples" / "mobile_robot.yaml"
 GOLDEN = HERE / "mobile_robot.findings.txt"
 TEXT = ROBOT.read_text(encoding="utf-8")
 
-# Number of a mistake to what stands in its line, and what mends it.
-MENDED = {
+# Number of a mistake to the wrong text in its line, and the right one.
+FIXES = {
     1: ("deadline: 5ms", "deadline: 20ms"),
     2: ("/image_raw:", "image_raw:"),
     3: (", deadline: 40ms", ""),
@@ -73,10 +73,10 @@ def loud(report):
     return [finding for finding in report.findings if finding.severity is not cqos.Severity.NOTE]
 
 
-def mend(text, *numbers):
+def fix(text, *numbers):
     lines = text.splitlines()
     for number in numbers:
-        old, new = MENDED[number]
+        old, new = FIXES[number]
         index = MISTAKES[number].line - 1
         assert lines[index].count(old) == 1
         lines[index] = lines[index].replace(old, new)
@@ -99,7 +99,7 @@ def test_the_findings_are_exactly_these():
     assert report.endpoints >= 60
 
 
-def test_every_mistake_is_found_and_nothing_else_is_said():
+def test_every_mistake_is_found_and_everything_else_is_a_note():
     report = cqos.check(ROBOT)
     expected = {(mistake.line, code) for mistake in MISTAKES.values() for code in mistake.codes}
     found = set()
@@ -112,7 +112,7 @@ def test_every_mistake_is_found_and_nothing_else_is_said():
 
 def test_mistakes_are_numbered_one_after_the_other():
     assert list(MISTAKES) == list(range(1, len(MISTAKES) + 1))
-    assert set(MENDED) == set(MISTAKES)
+    assert set(FIXES) == set(MISTAKES)
 
 
 @cache
@@ -121,9 +121,9 @@ def all_found():
 
 
 @pytest.mark.parametrize("number", MISTAKES)
-def test_a_mended_line_takes_its_own_findings_away_and_no_other(number):
+def test_a_fixed_line_removes_exactly_its_own_findings(number):
     before = all_found()
-    after = {identity(finding) for finding in loud(cqos.check(mend(TEXT, number)))}
+    after = {identity(finding) for finding in loud(cqos.check(fix(TEXT, number)))}
     gone = {code for key, code in before.items() if key not in after and key[0] is not cqos.Severity.NOTE}
     assert gone == {code for code in MISTAKES[number].codes if code != "ROS311"}
     assert after <= set(before)
@@ -132,7 +132,7 @@ def test_a_mended_line_takes_its_own_findings_away_and_no_other(number):
 @pytest.mark.parametrize("rmw", ["", "cyclonedds", "fastdds", "connext"])
 def test_without_its_mistakes_the_robot_is_clean(rmw):
     options = {"ros2": {"rmw": rmw}} if rmw else {}
-    report = cqos.check(mend(TEXT, *MISTAKES), options=options)
+    report = cqos.check(fix(TEXT, *MISTAKES), options=options)
     assert [finding.message for finding in loud(report)] == []
     assert "ROS311" not in {finding.code for finding in report.findings}
     assert report.verdict == "compatible"

@@ -1,4 +1,4 @@
-"""The files of one robot, checked together: what is found, which file and line each value comes from, what mends it."""
+"""The files of one robot, checked together: the findings, the file and line of each value, and the fixes."""
 
 import json
 import shutil
@@ -12,7 +12,7 @@ from tests import command
 EXAMPLE = Path(__file__).parents[2] / "examples" / "robot_directory"
 FILES = {"bag/metadata.yaml", "config/lidar.yaml", "config/porter.rviz", "drivers.txt", "robot.yaml"}
 
-# Rule and topic to both values: how it is said, where it comes from, and what stands there.
+# Rule and topic to both values: each with its text, its origin, its file and its line.
 FOUND = {
     ("ROS101", "/camera/image_raw"): {
         "offered": ("best_effort", "explicit", "drivers.txt", "  Reliability: BEST_EFFORT"),
@@ -45,8 +45,8 @@ FOUND = {
     },
 }
 
-# What somebody would change in one file, and the findings that are gone then.
-MENDED = [
+# A change in one file, and the findings that it removes.
+FIXES = [
     (
         *("config/porter.rviz", "Reliable\n        Value: /camera", "Best Effort\n        Value: /camera"),
         {("ROS101", "/camera/image_raw")},
@@ -107,8 +107,8 @@ def test_the_order_of_the_files_does_not_matter():
     assert errors(reports[0]) == errors(reports[1]) == set(FOUND)
 
 
-@pytest.mark.parametrize(("file", "old", "new", "gone"), MENDED)
-def test_what_is_mended_in_one_file_is_gone(tmp_path, file, old, new, gone):
+@pytest.mark.parametrize(("file", "old", "new", "gone"), FIXES)
+def test_a_fix_in_one_file_removes_its_findings(tmp_path, file, old, new, gone):
     folder = shutil.copytree(EXAMPLE, tmp_path / "robot")
     text = (folder / file).read_text(encoding="utf-8")
     assert text.count(old) == 1
@@ -134,8 +134,8 @@ def test_an_override_for_the_player_makes_it_play(tmp_path):
     assert code == 0
 
 
-def test_parameters_that_mend_what_parameters_can(tmp_path):
-    """The driver and the monitor are started with them; bag, RViz and what was observed have to be mended elsewhere."""
+def test_exported_parameters_fix_what_parameters_can(tmp_path):
+    """Parameters fix the driver and the monitor; the bag, RViz and observed endpoints need other changes."""
     fix = tmp_path / "fix.yaml"
     code, _, err = run("convert", EXAMPLE, "--to", "qos_overrides", "--remedies", "configuration", "--output", fix)
     assert code == 0

@@ -21,7 +21,7 @@ FOUND = {
         ("warning", "ROS523", "carrier/diagnostics"),
     ],
 }
-MENDED = {
+FIXES = {
     1: ("carrier.json5", 'publishers: ["/tf_static"', 'publishers: ["/battery_state", "/tf_static"'),
     2: ("fleet.yaml", "/carrier/scan: {depth: 5}", "/carrier/scan: {depth: 5, reliability: best_effort}"),
     3: ("fleet.yaml", "/carrier/odom: {depth: 5, deadline: 100ms}", "/carrier/odom: {depth: 5}"),
@@ -40,10 +40,10 @@ def test_each_mistake_is_counted_and_found():
     assert loud(EXAMPLE) == sorted(each for found in FOUND.values() for each in found)
 
 
-@pytest.mark.parametrize("number", MENDED)
-def test_each_is_mended_by_itself(number, tmp_path):
+@pytest.mark.parametrize("number", FIXES)
+def test_each_fix_removes_only_its_own_mistake(number, tmp_path):
     folder = shutil.copytree(EXAMPLE, tmp_path / "fleet")
-    name, old, new = MENDED[number]
+    name, old, new = FIXES[number]
     text = (folder / name).read_text(encoding="utf-8")
     assert text.count(old) == 1
     (folder / name).write_text(text.replace(old, new), encoding="utf-8")

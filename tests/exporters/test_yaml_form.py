@@ -73,8 +73,8 @@ def by_id(system):
     return replace(system, endpoints=sorted(system.endpoints, key=lambda each: each.id))
 
 
-def told(report):
-    """All that a report says, without places, the edits at them, and without a system's own name for itself."""
+def comparable(report):
+    """Return all of a report that the form keeps: no places, no edits, no name of the system."""
     pairs = [(pair.topic, pair.publisher, pair.subscriber, pair.verdict) for pair in report.pairs]
     findings = [
         (
@@ -330,7 +330,7 @@ def robots(draw):
 def test_the_report_stays_the_same(system):
     text = write(system, INSTALLED).text
     where = context()
-    assert told(check_system(cqos.read(text.encode()), where)) == told(check_system(system, where))
+    assert comparable(check_system(cqos.read(text.encode()), where)) == comparable(check_system(system, where))
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.name)
@@ -412,7 +412,7 @@ def test_overlays_are_laid_over_and_said():
     assert again.verdict == check_system(replace(system, overlays=system.overlays[:1]), CONTEXT).verdict
 
 
-def test_what_the_form_cannot_hold_is_said():
+def test_notes_name_what_the_form_cannot_hold():
     system = world(writer(None, "nameless"), writer("t", "strange", more={"kind": "telegram"}), writer("t", "w"))
     system.name = "a ${b}"
     system.checks = [TeamRule("empty", (), (), "why")]
@@ -427,7 +427,7 @@ def test_what_the_form_cannot_hold_is_said():
     assert cqos.read(exported.text.encode()).name == "a {b}"
 
 
-def test_equal_ids_of_several_sources_are_told_apart():
+def test_equal_ids_of_several_sources_are_made_unique():
     system = world(writer("t", "w"), writer("u", "w"))
     again = cqos.read(write(system, POST).text.encode())
     assert [each.id for each in again.endpoints] == ["w", "w~2"]
@@ -471,7 +471,7 @@ participants:
     )
 
 
-def test_parts_of_profiles_for_some_endpoints_only_are_told_where_nobody_uses_them():
+def test_unused_parts_of_profiles_are_written_with_a_note():
     base = (ProfileRef("p/part", None, Scope("publisher")),)
     library = System(protocol="ros2", profiles={"p": Profile("p", {}, base), "p/part": Profile("p/part", {})})
     assert write(library, INSTALLED).notes == (

@@ -25,13 +25,13 @@ def fleet(*drones: str) -> Report:
     return check((FLEET % ", ".join(drones)).encode(), importer="yaml")
 
 
-def told(report: Report) -> list[Finding]:
+def loud(report: Report) -> list[Finding]:
     return [finding for finding in report.findings if finding.severity != "note"]
 
 
 @pytest.mark.parametrize("more", [["d1", "d2", "d3"], ["d0", "d1", "d2"], ["d1"]])
 def test_instances_of_one_template_are_one_fingerprint(more: list[str]):
-    before, after = told(fleet("d1", "d2")), told(fleet(*more))
+    before, after = loud(fleet("d1", "d2")), loud(fleet(*more))
     assert [finding.code for finding in before] == ["ROS101", "ROS101", "CQ401"]
     assert {fingerprint(finding) for finding in after} == {fingerprint(finding) for finding in before}
 
@@ -50,4 +50,4 @@ def test_a_baseline_does_not_know_who_is_no_instance():
     known = read_baseline("known.json", write_baseline("known.json", [(None, fleet("d1", "d2"))]).encode())
     another = FLEET.replace("  tower:", "  visitor: {publishes: {position: {reliability: best_effort}}}\n  tower:")
     report = known.mark(check((another % "d1, d2").encode(), importer="yaml"))
-    assert [finding.topic for finding in told(report) if finding.accepted is None] == ["/position"]
+    assert [finding.topic for finding in loud(report) if finding.accepted is None] == ["/position"]

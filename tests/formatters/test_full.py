@@ -1,4 +1,4 @@
-"""Details of the full form: what is underlined, what is said there, what is left out."""
+"""Details of the full form: which values are underlined, with which label, and what is left out."""
 
 from dataclasses import replace
 
@@ -79,7 +79,7 @@ def test_members(members, expected):
         ("w", "ignored by the middleware", "set here: w (ignored by the middleware)"),
     ],
 )
-def test_what_is_said_at_a_value(value, origin, said):
+def test_the_label_of_a_value_names_its_origin(value, origin, said):
     assert f"   ^ {said}\n" in render(with_fact(1, 4, value, origin), text="a: v")
 
 
@@ -96,11 +96,11 @@ def test_a_line_too_long_to_be_shown_whole_is_shown_once_for_what_stands_at_one_
     assert "a . depth, history" in text
 
 
-def test_a_value_inside_a_longer_word_is_said():
+def test_the_label_repeats_a_value_inside_a_longer_word():
     assert "set here: volatile\n" in render(with_fact(1, 4, "volatile"), text="a: non-volatile")
 
 
-def test_a_value_without_any_place_is_said():
+def test_a_value_without_any_place_is_shown():
     bare = finding(sides=(Side("publisher", ("a",), "offered here", (Fact("policy", "v", "default"),)),))
     assert "  --> a . policy  offered here: v (default)\n" in render(bare)
 
@@ -157,7 +157,7 @@ def test_worlds(worlds, said):
     assert f"  note: {said}\n" in render(finding(worlds=verdicts))
 
 
-def test_a_reason_is_told_once_for_each_rule():
+def test_each_reason_is_shown_once():
     first, second = finding(because="it breaks"), finding(message="again", because="it breaks")
     text = render(first, second, replace(first, because="another reason"))
     assert text.count("why: it breaks") == text.count("why: another reason") == 1
@@ -223,7 +223,7 @@ def test_errors_that_set_no_verdict_stand_beside_it():
     assert render_full(accepted, Style()).splitlines()[-1] == "robot: compatible: 1 topic, 1 pair judged, 1 accepted"
 
 
-def test_a_fact_of_a_topic_is_offered_by_nobody():
+def test_a_fact_of_a_topic_is_not_labelled_as_offered():
     text = b"""cqos: 1
 protocol: ros2
 topics: {/t: {period: 2s}}

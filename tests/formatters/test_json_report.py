@@ -93,7 +93,7 @@ def test_what_is_no_report_is_refused(text, message):
         ),
     ],
 )
-def test_damage_is_told_with_its_place(reports, path, value, message):
+def test_a_damaged_report_is_refused_with_the_damaged_field(reports, path, value, message):
     document = json.loads(render_json(reports["realistic"], Style()))
     *parents, last = path
     node = document

@@ -76,13 +76,13 @@ def fixtures() -> Iterator[str]:
         for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
             inside = file.relative_to(ROOT)
             skipped = {"node_modules", "__pycache__", ".pytest_cache"} & set(inside.parts)
-            # what is accepted until a day is said otherwise after it
+            # an acceptance with an end changes the report on that day
             if file.is_file() and not skipped and b"until: 2027-01-01" not in file.read_bytes():
                 yield str(inside)
 
 
 def of_case(pack: str, case: dict[str, Any]) -> Any:
-    """Return what is said of a case of a pack's case file: a system, a pair, or one endpoint."""
+    """Return the report on a case of a pack's case file: a system, a pair, or one endpoint."""
     options = {pack: case.get("options", {})}
     if "system" in case:
         data = json.dumps(case["system"], default=str).encode()

@@ -27,7 +27,7 @@ def read_file(name: str, context: ReadContext | None = None) -> System:
 
 
 def read_model(body: str, context: ReadContext | None = None) -> System:
-    """Read a model of which only the inside is written down."""
+    """Read a model from the content of its root element."""
     source = Source("model.bpmn", f"{HEAD}{body}</bpmn:definitions>".encode())
     return read(source, context or ReadContext())
 
@@ -161,7 +161,7 @@ class TestEvents:
         )
         assert [e.id for e in system.endpoints] == ["P/subscriber/topic", "P/subscriber/topic#2"]
 
-    def test_duplicate_ids_are_told_apart_and_reported(self):
+    def test_duplicate_ids_are_made_unique_and_reported(self):
         system = read_model(
             """<bpmn:signal id="S" name="topic"/><bpmn:process id="P">
             <bpmn:startEvent id="E"><bpmn:signalEventDefinition signalRef="S"/></bpmn:startEvent>
@@ -183,7 +183,7 @@ class TestTopics:
             ("Высота Höhe 高度", "Высота Höhe 高度"),
         ],
     )
-    def test_name_of_the_signal_without_what_nobody_sees(self, written, topic):
+    def test_name_of_the_signal_without_invisible_characters(self, written, topic):
         system = read_model(
             f"""<bpmn:signal id="S" name="{written}"/><bpmn:process id="P"><bpmn:endEvent id="E">
             <bpmn:signalEventDefinition signalRef="S"/></bpmn:endEvent></bpmn:process>"""

@@ -150,7 +150,7 @@ class TestNotBpmn:
             ("<svg xmlns='http://www.w3.org/2000/svg'/>", "`svg`"),
         ],
     )
-    def test_is_said_clearly(self, model, found):
+    def test_the_problem_names_what_was_found(self, model, found):
         problem = problem_of(model)
         assert problem.code == "CQ030"
         assert problem.message.startswith("this is not BPMN 2.0 (20100524)")
@@ -212,7 +212,7 @@ class TestNotReadable:
         assert message.isprintable()
         assert len(message) < 600
 
-    def test_only_the_first_of_many_faults_is_told(self):
+    def test_only_the_first_of_many_faults_is_reported(self):
         assert len(str(problem_of("<a>" + "<q:b/>" * 1000 + "</a>"))) < 300
 
 

@@ -13,7 +13,7 @@ from cqos_core.importers.yaml_tree import read_json5
 
 
 def tree(data):
-    """The documents in flow form, and what is said of them."""
+    """Return the documents in flow form, and the problems."""
     reading = Reading(Source("x.json5", data if isinstance(data, bytes) else data.encode()), [], [])
     return [flow_text(each) for each in read_json5(reading).documents], [str(each) for each in reading.problems]
 
@@ -78,7 +78,7 @@ def test_places_are_those_of_the_text():
         (b"{a: '\xff'}", "1:1", "its bytes are not utf-8"),
     ],
 )
-def test_what_is_no_json5_is_told_with_its_place(text, place, why):
+def test_malformed_json5_is_a_problem_with_its_place(text, place, why):
     documents, (problem,) = tree(text)
     assert documents == []
     assert problem.startswith(f"x.json5:{place}: this is not JSON5: {why}")

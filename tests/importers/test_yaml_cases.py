@@ -1,4 +1,4 @@
-"""System files under cases/yaml: those that read cleanly, and exactly what is said of the others.
+"""System files under cases/yaml: those that read cleanly, and the exact messages on the others.
 
 ``bad/x.yaml`` is refused with the problems in ``bad/x.txt``, ``trap/x.yaml`` is read with the notes in ``trap/x.txt``.
 """
@@ -57,7 +57,7 @@ def test_bad_file_is_refused_with_every_problem(file):
 
 
 @pytest.mark.parametrize("file", case_files("trap"))
-def test_trap_is_told_and_the_rest_is_read(file):
+def test_a_trap_is_a_warning_and_the_rest_is_read(file):
     notes = read_case(file).notes
     assert [f"{note.code} {note.place}: {note.message} ({note.help})" for note in notes] == expected(file)
     assert {(note.severity, note.code) for note in notes} <= {("warning", "CQ019"), ("warning", "CQ020")}

@@ -75,9 +75,9 @@ def test_what_has_a_name_is_stated_once():
     assert "participant `a` is stated twice, first at s.yaml:6:3" in first + second
 
 
-def test_what_nobody_reads_and_what_cannot_be_read_is_told():
-    (told,) = problems(library=None)
-    assert told.startswith("s.yaml:4:10: `library.x` is no system file, and no installed importer reads it")
+def test_unrecognised_and_unreadable_files_are_reported():
+    (unrecognised,) = problems(library=None)
+    assert unrecognised.startswith("s.yaml:4:10: `library.x` is no system file, and no installed importer reads it")
 
     def refuse(source, protocols):
         raise InputError([Problem("CQ001", "it is cut off", Place(source.name, 3, 1))])

@@ -307,7 +307,7 @@ class TestInclude:
             "a2/publisher/t",
         ]
 
-    def test_problems_of_all_files_are_told_in_their_order(self):
+    def test_problems_of_all_files_are_reported_in_their_order(self):
         found = problems("include: more.yaml\nsystem: [x]\nwhat: x", more="observed: 3")
         assert [problem.split(" ")[0] for problem in found] == ["3:9:", "4:1:", "more.yaml:2:11:"]
 
@@ -460,7 +460,7 @@ class TestInstances:
         (problem,) = problems(text)
         assert "more than 100000000 characters" in problem
 
-    def test_unknown_variable_is_told_at_its_place(self):
+    def test_unknown_variable_is_reported_at_its_place(self):
         assert problems("instances: {drone: 2}\nparticipants: {a: {publishes: {'/fleet/${dron}/x': }}}") == [
             "3:40: there is no variable `${dron}`; did you mean `drone`? (instances: drone)"
         ]
@@ -476,7 +476,7 @@ def test_problems_of_copies_are_cut_too():
     assert "1000 problems" in problems(text)[-1]
 
 
-def test_problems_beyond_what_anybody_reads_are_cut():
+def test_problems_beyond_a_thousand_are_cut():
     text = "profiles:\n" + "".join(f"  p{number}: x\n" for number in range(5000))
     found = problems(text)
     assert len(found) == 1001

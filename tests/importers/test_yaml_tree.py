@@ -286,7 +286,7 @@ class TestJson:
     def test_faults_in_yaml_files_are_explained_as_yaml(self):
         assert "this is not YAML" in tree('{"a": 1')[1][0]
 
-    def test_problems_are_told_once(self):
+    def test_problems_are_reported_once(self):
         assert tree('{"a": 1, "a": 2, "b": "\\ud83d\\ude80"}')[1] == [
             "f.yaml:1:10: key `a` stands twice in one map, first on line 1, column 2 (keep one of them)"
         ]

@@ -91,17 +91,17 @@ def test_findings_speak_of_the_pairs_that_their_rules_speak_of(words, data):
     """Every failing pair is covered by a finding, and the numbers of pairs add up."""
     system = data.draw(systems(words))
     report = check_system(system, WHERE)
-    told: dict[str, int] = {}
+    reported: dict[str, int] = {}
     for finding in report.findings:
-        told[finding.code] = told.get(finding.code, 0) + finding.pairs
+        reported[finding.code] = reported.get(finding.code, 0) + finding.pairs
     spoken: dict[str, int] = {}
     for codes in brute_force(system)[1].values():
         for code in codes:
             spoken[code] = spoken.get(code, 0) + 1
     for code, number in spoken.items():
-        # What follows from a value that is wrong, which is told by itself, is not told again.
+        # An invalid value has its own finding, so the rules that read it report nothing more.
         unread = any(finding.code.startswith("CQ2") for finding in report.findings)
-        assert told.get(code, 0) == number or unread, code
+        assert reported.get(code, 0) == number or unread, code
 
 
 @pytest.mark.parametrize("words", BOTH, ids=lambda words: words.protocol)
@@ -150,7 +150,7 @@ def test_a_session_says_what_the_check_says(words, data):
 @pytest.mark.parametrize("words", BOTH, ids=lambda words: words.protocol)
 @given(st.data())
 def test_endpoint_rules_are_asked_of_every_endpoint(words, data):
-    """By brute force too: every endpoint of which a rule speaks is named in a finding of the rule, and no other."""
+    """By brute force too: findings of a rule name every endpoint that breaks it, and no other."""
     system = data.draw(systems(words))
     report = check_system(system, WHERE)
     expected: dict[str, set[str]] = {}
@@ -164,11 +164,11 @@ def test_endpoint_rules_are_asked_of_every_endpoint(words, data):
             for spoken in judge_endpoint(members.profile, members.first.role, members.observed):
                 if not spoken.unknown:
                     expected.setdefault(spoken.bound.rule.code, set()).update(each.id for each in members.endpoints)
-    told: dict[str, set[str]] = {}
+    reported: dict[str, set[str]] = {}
     for finding in report.findings:
         if scopes.get(finding.code) == "endpoint":
-            told.setdefault(finding.code, set()).update(finding.endpoints)
-    assert told == expected
+            reported.setdefault(finding.code, set()).update(finding.endpoints)
+    assert reported == expected
 
 
 @pytest.mark.parametrize("words", BOTH, ids=lambda words: words.protocol)

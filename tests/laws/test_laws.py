@@ -130,7 +130,7 @@ def test_the_verdict_of_a_report_is_the_worst_of_its_pairs(system):
 
 
 @given(systems(most=5))
-def test_a_remedy_mends_what_it_says(system):
+def test_a_fix_removes_its_finding_and_counts_the_pairs_it_changes(system):
     report = cqos.check(system)
     verdicts = {(pair.publisher, pair.subscriber): pair.verdict.rank for pair in report.pairs}
     for finding in report.findings:

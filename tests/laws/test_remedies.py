@@ -1,4 +1,4 @@
-"""Law: a remedy mends what it says: applied to the system its finding is gone, and it changes as many pairs as it counts."""
+"""Law: a fix that is applied to the system removes its finding, and changes as many pairs as it counts."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ RANKS = ("compatible", "unknown", "incompatible")
 
 
 def applied(system: System, remedy: Remedy, pack: RulePack) -> System:
-    """The system after somebody has done what the remedy says."""
+    """Return a copy of the system with the fix applied."""
     changed = deepcopy(system)
     policy = pack.policy(remedy.policy)
     for endpoint in changed.endpoints:
@@ -35,7 +35,7 @@ def applied(system: System, remedy: Remedy, pack: RulePack) -> System:
 
 
 def speaks_of(report: Report, code: str) -> set[Any]:
-    """The pairs, or the endpoints, of which a rule speaks."""
+    """Return the pairs, or the endpoints, on which a rule reports."""
     pairs: set[Any] = {
         (p, s) for group in report.groups if code in group.codes for p in group.publishers for s in group.subscribers
     }
@@ -49,7 +49,7 @@ def verdicts(report: Report, topics: set[str]) -> dict[tuple[str, str], int]:
 
 
 def affected(finding: Finding, remedy: Remedy) -> set[Any]:
-    """Whom the remedy promises to mend: its members, as far as the finding speaks of them."""
+    """Return the pairs, or the endpoints, of the finding that the fix promises to repair."""
     if not finding.pairs:
         return set(remedy.members)
     by_role = {side.role: side.members for side in finding.sides}
@@ -64,7 +64,7 @@ def test_a_remedy_does_what_it_says(words: Vocabulary, data):
     system = data.draw(systems(words, opened=False, most=5))
     system.checks, system.accept = [], []
     for endpoint in system.endpoints:
-        endpoint.dialect = "yaml"  # remedies are told in the words of the YAML form
+        endpoint.dialect = "yaml"  # fixes use the words of the YAML form
     before = check_system(system, WHERE)
     for finding in before.findings:
         for remedy in finding.remedies:

@@ -36,7 +36,7 @@ def with_value(system: System, number: int, policy: str, text: str) -> System:
 
 
 def takes_from_peers(system: System) -> bool:
-    """Whether somebody asks for what others offer, so that more is asked for where more is offered."""
+    """Whether an endpoint takes a value from its peers, so that a stronger offer makes a stronger request."""
     stating = [each.settings for each in system.endpoints] + [each.settings for each in system.profiles.values()]
     return (
         any(setting.text in {"best", "best_available"} for settings in stating for setting in settings.values())

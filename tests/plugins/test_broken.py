@@ -60,9 +60,9 @@ def test_every_broken_plugin_is_reported_once_and_what_works_works(cqos, everyth
     assert done.code == 0
     assert "compatible: 2 topics, 2 pairs judged" in done.out
     for name, start in everything.items():
-        (told,) = (line for line in done.err.split("warning: ") if line.startswith(start))
-        assert LEFT_OUT[name] in told
-    assert done.err.count("warning: ") == len(everything) + 1  # a pack that nobody uses is not looked at
+        (reported,) = (line for line in done.err.split("warning: ") if line.startswith(start))
+        assert LEFT_OUT[name] in reported
+    assert done.err.count("warning: ") == len(everything) + 1  # an unused pack is not loaded
     assert "importer `unsure` of failing-importer 3.0 could not look at" in done.err
     assert "Traceback" not in done.err
 
@@ -92,7 +92,7 @@ def test_quiet_says_nothing_of_broken_plugins(cqos, everything):
     assert cqos("check", "--quiet", FITS) == (0, "", "")
 
 
-def test_a_malformed_pack_is_told_with_all_its_mistakes_when_it_is_used(cqos, site):
+def test_a_malformed_pack_in_use_is_reported_with_all_its_mistakes(cqos, site):
     install(site, BROKEN / "malformed_pack")
     files = [write(cqos, "m.yaml", system("malformed")), EXAMPLES / "smart_agriculture_incompatible.bpmn"]
     done = cqos("check", "--each", *files)
