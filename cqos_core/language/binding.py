@@ -144,6 +144,7 @@ class Binder:
             raise ConditionError(f"`{node}` asks for a policy, not for `{term}`")
         index = self.use(term)
         self.asked.add(index)
+        self.partial = True
         word = ""
         if len(node.args) > 1:
             literal = node.args[1]

@@ -2,6 +2,9 @@
 
 The function is built from the nodes of the conditions, never from text. `BoundCondition` stays the meaning. What the function
 cannot say for certain (aggregates, functions of packs, quotients) counts as "may report", and is then evaluated there.
+
+A function may also be for tuples that have some values in common, such as those that are not known and those of options. These
+are constants of it, so most conditions that read them are decided when the function is made.
 """
 
 from __future__ import annotations
@@ -11,38 +14,60 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.binding import Binder
 from cqos_core.language.domains import Names
+from cqos_core.language.evaluate import NO_SIGNAL
 from cqos_core.language.expression import AGGREGATES, COMPARISONS, HOLDS, Literal, Node, Term, Test
 from cqos_core.language.operations import OPERATIONS
+from cqos_core.language.values import KNOWN, Range, settled, worlds_of
 from cqos_core.language.vocabulary import SECOND_SCOPES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from cqos_core.language.domains import Domain
     from cqos_core.language.evaluate import BoundCondition
     from cqos_core.language.values import Values
 
 
+class Common(NamedTuple):
+    """Two tuples of values, and per tuple the positions at which every other one of the same function has the same."""
+
+    first: Values
+    second: Values
+    at: tuple[frozenset[int], frozenset[int]]
+
+
+class Question(NamedTuple):
+    """A condition, and when it reports: where it has an answer, with ``undecided`` also where that is not known.
+
+    ``common``: what all tuples have in common that it is asked of; where it is None, all that is read of them is known.
+    """
+
+    bound: BoundCondition
+    answer: bool
+    undecided: bool = False
+    common: Common | None = None
+
+
 class Compiled(NamedTuple):
     """Conditions as one function.
 
     Attributes:
-        reporting: takes two tuples in which every value that a condition reads is known, and returns a bit for each condition
-            that may report.
-        exact: the bits of conditions that report exactly where their bit is set.
+        reporting: takes two tuples in which every value that a condition reads is known, or in common, and returns a bit for
+            each condition that may report.
+        exact: the bits of conditions that have the answer at which they report exactly where their bit is set.
     """
 
     reporting: Callable[[Values, Values], int]
     exact: int
 
 
-def compiled(conditions: Sequence[tuple[BoundCondition, bool]], *, alone: bool = False) -> Compiled:
-    """Compile conditions, each with the answer at which it reports; ``alone``: on no side are there two different endpoints."""
+def compiled(questions: Iterable[Question], *, alone: bool = False) -> Compiled:
+    """Compile conditions; ``alone``: on no side are there two different endpoints."""
     exact = 0
     body: list[ast.stmt] = [ast.Assign([_MASK_TO], ast.Constant(0))]
-    for position, (bound, answer) in enumerate(conditions):
-        writer = _Writer(bound, alone=alone)
-        test = writer.may_be(bound.condition, answer=answer)
+    for position, question in enumerate(questions):
+        writer = _Writer(question, alone=alone)
+        test = writer.written()
         body.append(ast.If(test, [ast.AugAssign(_MASK_TO, ast.BitOr(), ast.Constant(1 << position))], []))
         exact |= writer.exact << position
     body.append(ast.Return(ast.Name("mask", ast.Load())))
@@ -66,17 +91,53 @@ _NAMES: Final = {"+": "add", "*": "multiply", "min": "min", "max": "max", "overl
 _CALLED: Final = {name: OPERATIONS[operation].plain for operation, name in _NAMES.items()}
 
 
+_TRUE: Final = ast.Constant(value=True)
+_FALSE: Final = ast.Constant(value=False)
+_MOST_WORLDS: Final = 16
+_Span = tuple[ast.expr, ast.expr]
+"""The least and the largest that a value may be; the same node twice for one that is known."""
+
+
 class _OpenError(Exception):
     """A part has no answer for certain, even of known values."""
+
+
+class _UnknownError(Exception):
+    """A part rests on what is not known, so it is unknown."""
 
 
 class _Writer:
     """Writes one condition; ``exact`` as long as nothing of it is left open."""
 
-    def __init__(self, bound: BoundCondition, *, alone: bool) -> None:
-        self.binder = Binder(bound.vocabulary)
+    def __init__(self, question: Question, *, alone: bool) -> None:
+        self.bound, self.answer, self.undecided, self.common = question
+        self.binder = Binder(self.bound.vocabulary)
         self.exact = True
         self.alone = alone
+
+    def written(self) -> ast.expr:
+        """Write whether the condition may report: under every assumption, or under any if it also reports the unknown."""
+        if self.common is None:
+            return self.may_be(self.bound.condition, answer=self.answer)
+        first, second, at = self.common
+        shared = [(second if use.second else first)[use.index] for use in self.bound.uses if self.fixed(use.term)]
+        known = all(type(each) in KNOWN for each in shared)
+        self.exact = known and all(first[option] == second[option] for option in self.bound.options)
+        worlds = worlds_of(shared) or [{}]
+        if len(worlds) > _MOST_WORLDS:
+            return self.left_open()
+        found = {}
+        for world in worlds:
+            here, there = (settled(each, world, self.bound.indices) for each in (first, second))
+            self.common = Common(here, there, at)
+            part = self.may_be(self.bound.condition, answer=self.answer)
+            found[ast.dump(part)] = part
+        return ast.BoolOp(ast.Or() if self.undecided else ast.And(), [*found.values()]) if len(found) > 1 else part
+
+    def fixed(self, term: Term, beyond: int = 0) -> bool:
+        """Whether what a term reads is in common."""
+        index = self.binder.vocabulary.find(term) + beyond
+        return self.common is not None and index in self.common.at[term.scope in SECOND_SCOPES]
 
     def may_be(self, node: Node, *, answer: bool) -> ast.expr:
         """Write whether a condition may have an answer."""
@@ -92,40 +153,47 @@ class _Writer:
                 parts = [self.may_be(part, answer=answer) for part in (left, right)]
                 return ast.BoolOp(ast.And() if both else ast.Or(), parts)
         try:
-            written = self.test(node)
+            holds, fails = self.test(node)
+        except _UnknownError:
+            self.exact = False
+            return _TRUE if self.undecided else _FALSE
         except _OpenError:
             return self.left_open()
-        return written if answer else ast.UnaryOp(ast.Not(), written)
+        surely, surely_not = (holds, fails) if answer else (fails, holds)
+        return ast.UnaryOp(ast.Not(), surely_not) if self.undecided else surely
 
     def left_open(self) -> ast.expr:
         self.exact = False
-        return ast.Constant(value=True)
+        return _TRUE
 
     def runs_code(self, node: Node) -> bool:
         """Whether a function of the pack stands in a condition."""
         return any(isinstance(part, Test) and part.name in self.binder.vocabulary.functions for part in node.walk())
 
-    def test(self, node: Test) -> ast.expr:
-        """Write what is true or false."""
+    def test(self, node: Test) -> tuple[ast.expr, ast.expr]:
+        """Write whether a test is surely true, and whether it is surely false."""
         name = node.name
         if name == "all_equal" and self.alone:
-            return ast.Constant(value=True)
+            return _TRUE, _FALSE
         if name in AGGREGATES:
             raise _OpenError
         if name in {"stated", "stated_here"}:
-            return self.stated(node)
-        if name == "in_":
-            return self.contained(node)
-        operands = self.operands(node, self.binder.kinds_of_test(node) if name in OPERATIONS else ())
-        if name == HOLDS:
-            return operands[0]
+            return _known(self.stated(node))
+        kinds = self.binder.kinds_of_test(node) if name in OPERATIONS else ()
+        operands = self.operands(node, kinds)
+        if name == HOLDS and not _is_known(operands):
+            return _compared("==", operands[0], (_TRUE, _TRUE))
         if name in COMPARISONS:
-            return ast.Compare(operands[0], [_OPERATORS[name]], operands[1:])
-        return _called(name, operands)
+            return _compared(name, *operands)
+        if not _is_known(operands):
+            raise _OpenError if name == "in_" else _UnknownError
+        values = [least for least, _ in operands]
+        if name == HOLDS:
+            return _known(values[0])
+        return _known(self.contained(node, values) if name == "in_" else _called(name, values))
 
-    def contained(self, node: Test) -> ast.expr:
-        kinds = self.binder.kinds_of_test(node)
-        sought, *listed = self.operands(node, kinds)
+    def contained(self, node: Test, values: list[ast.expr]) -> ast.expr:
+        sought, *listed = values
         named = len(listed) == 1 and isinstance(self.binder.domain(node.args[1]), Names)
         return ast.Compare(sought, [ast.In()], listed if named else [ast.Tuple(listed, ast.Load())])
 
@@ -134,6 +202,8 @@ class _Writer:
         term, *words = node.args
         assert isinstance(term, Term)  # noqa: S101 - binding refuses others
         vocabulary = self.binder.vocabulary
+        if self.fixed(term, vocabulary.size):  # only what was not understood is
+            raise _UnknownError
         index = vocabulary.find(term)
         written = _looked_up(term, vocabulary.size + index)
         there: ast.expr = ast.Compare(written, [ast.IsNot()], [ast.Constant(None)])
@@ -145,21 +215,59 @@ class _Writer:
             there = ast.BoolOp(ast.And(), [there, same])
         return there
 
-    def operands(self, node: Node, kinds: Sequence[Domain | None]) -> list[ast.expr]:
+    def operands(self, node: Node, kinds: Sequence[Domain | None]) -> list[_Span]:
         if len(kinds) != len(node.args):  # a function of the pack
             raise _OpenError
         return [self.operand(arg, kind) for arg, kind in zip(node.args, kinds, strict=True)]
 
-    def operand(self, node: Node, domain: Domain | None) -> ast.expr:
+    def operand(self, node: Node, domain: Domain | None) -> _Span:
         """Write a value; constants are read as ``domain``."""
-        match node:
-            case Literal():
-                return ast.Constant(self.binder.constant(node, domain))
-            case Term():
-                return _looked_up(node, self.binder.vocabulary.find(node))
+        if isinstance(node, Literal):
+            return (written := ast.Constant(self.binder.constant(node, domain))), written
+        if isinstance(node, Term):
+            return self.looked_up(node)
         if node.name not in _NAMES:
             raise _OpenError
-        return _called(node.name, self.operands(node, self.binder.kinds_of_value(node, domain)))
+        spans = self.operands(node, self.binder.kinds_of_value(node, domain))
+        least = _called(node.name, [each for each, _ in spans])
+        return least, least if _is_known(spans) else _called(node.name, [each for _, each in spans])
+
+    def looked_up(self, term: Term) -> _Span:
+        """Write the value of a policy, that in common as a constant."""
+        if self.common is None or not self.fixed(term):
+            return (written := _looked_up(term, self.binder.vocabulary.find(term))), written
+        value = self.binder.term(term).open(self.common.first, self.common.second, NO_SIGNAL)
+        if type(value) is Range:
+            return ast.Constant(value.lo), ast.Constant(value.hi)
+        if type(value) not in KNOWN:
+            raise _UnknownError
+        return (written := ast.Constant(value)), written
+
+
+def _is_known(spans: Sequence[_Span]) -> bool:
+    return all(least is most for least, most in spans)
+
+
+def _known(test: ast.expr) -> tuple[ast.expr, ast.expr]:
+    return test, ast.UnaryOp(ast.Not(), test)
+
+
+def _compared(op: str, left: _Span, right: _Span) -> tuple[ast.expr, ast.expr]:
+    """Write whether values surely compare, and whether they surely do not; `compare_open` is what it means."""
+
+    def compare(one: ast.expr, op: str, other: ast.expr) -> ast.expr:
+        return ast.Compare(one, [_OPERATORS[op]], [other])
+
+    if _is_known([left, right]):
+        return _known(compare(left[0], op, right[0]))
+    (low, high), (least, most) = left, right
+    if op in {"<", "<="}:
+        return compare(high, op, least), ast.UnaryOp(ast.Not(), compare(low, op, most))
+    if op in {">", ">="}:
+        return compare(low, op, most), ast.UnaryOp(ast.Not(), compare(high, op, least))
+    same = ast.BoolOp(ast.And(), [compare(low, "==", most), compare(high, "==", least)])
+    apart = ast.BoolOp(ast.Or(), [compare(high, "<", least), compare(most, "<", low)])
+    return (same, apart) if op == "==" else (apart, same)
 
 
 def _looked_up(term: Term, index: int) -> ast.expr:

@@ -82,7 +82,7 @@ class BoundCondition:
         open: judges any two tuples without `Depends`, answers None for unknown.
         uses: the terms outside aggregates; `aggregate_uses` those within.
         asked: indices of the policies whose spelling it asks for.
-        partial: whether it may be unknown even of known values (a quotient by zero, a pack's own function).
+        partial: whether it may be unknown even of known values (a quotient by zero, a pack's own function, how a value was written).
     """
 
     condition: Condition

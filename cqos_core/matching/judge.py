@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer, Signal
 from cqos_core.language.relation import positions
 from cqos_core.language.values import Anything, Depends
-from cqos_core.matching.rule_set import EndRules, PairRules
+from cqos_core.matching.rule_set import EndRules, PairRules, TopicRules
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
@@ -167,9 +167,9 @@ def meeting_rules(pack: RulePack) -> PairRules:
 
 
 @lru_cache
-def signal_rules(pack: RulePack) -> EndRules:
+def signal_rules(pack: RulePack) -> TopicRules:
     """Return the rules over topics, as far as one endpoint alone on its side can say that they have nothing to report."""
-    return EndRules(pack, pack.by_scope.get("signal", ()), _ask_topic)
+    return TopicRules(pack, pack.by_scope.get("signal", ()), _ask_topic)
 
 
 def _ask_pair(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
@@ -254,7 +254,9 @@ def _of_one(pack: RulePack, role: str, observed: bool) -> EndRules:  # noqa: FBT
         for bound in pack.by_scope.get("endpoint", ())
         if bound.role in {None, role} and not (observed and bound.rule.creation)
     )
-    return EndRules(pack, rules, lambda bound, profile, _: ask_end(bound, profile, role), role)
+    return EndRules(
+        pack, rules, lambda bound, profile, _: ask_end(bound, profile, role), lambda bound: bound.absent[role]
+    )
 
 
 def _of_surroundings(profile: QosProfile, observed: bool) -> Iterator[BoundRule]:  # noqa: FBT001 - as the above

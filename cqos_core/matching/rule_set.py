@@ -5,14 +5,16 @@ A rule that reads what is not known, and one that is not compiled for certain, i
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import count
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.language.compiled import Compiled, compiled
+from cqos_core.language.compiled import Common, Compiled, Question, compiled
 from cqos_core.language.relation import positions
+from cqos_core.language.values import ANYTHING
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -23,6 +25,29 @@ if TYPE_CHECKING:
     from cqos_core.resolving.resolved import QosProfile
 
 _MOST_PROFILES: Final = 200_000
+_MOST_FUNCTIONS: Final = 256
+_WORTH_A_FUNCTION: Final = 12
+
+
+@dataclass(slots=True, eq=False)
+class Surrounding:
+    """What many profiles have in common on one side of rules: the values that are not known, and those of options.
+
+    Attributes:
+        values: those of one of them.
+        at: the positions of what they have in common.
+        open: bits of the rules that read what is not known.
+        passed: bits of the rules that require what the middleware does not match on.
+        options: values of the options that rules read.
+        functions: by what stands on the other side, the rules compiled for both.
+    """
+
+    values: Values
+    at: frozenset[int]
+    open: int
+    passed: int
+    options: Values
+    functions: dict[Surrounding, Compiled] = field(default_factory=dict)
 
 
 @dataclass(slots=True, eq=False)
@@ -31,17 +56,12 @@ class RuleInput:
 
     Attributes:
         values: known ones; something stands in for what is not known.
-        open: bits of the rules that read what is not known.
-        passed: bits of the rules that require what the middleware does not match on.
-        options: values of the options that rules read.
         parts: by bits of rules, a number for the values that these read; equal values have one number.
     """
 
     profile: QosProfile
     values: Values
-    open: int
-    passed: int
-    options: Values
+    surrounding: Surrounding
     parts: dict[int, int] = field(default_factory=dict)
 
 
@@ -53,12 +73,25 @@ class _RuleSet:
     """Rules of a pack, compiled into one function when they are first asked."""
 
     one = False
+    undecided: frozenset[str] = frozenset({"requires"})
+    """Kinds of rules that have something to say where they are not decided."""
 
-    def __init__(self, pack: RulePack, rules: Iterable[BoundRule], ask: Asking) -> None:
-        """Put rules together; ``ask`` asks those that the function leaves open."""
+    def __init__(
+        self,
+        pack: RulePack,
+        rules: Iterable[BoundRule],
+        ask: Asking,
+        absent: Callable[[BoundRule], Sequence[int]] = lambda _: (),
+    ) -> None:
+        """Put rules together; ``ask`` asks those that the function leaves open, ``absent``: what they read in vain."""
         self.pack = pack
         self.rules: Sequence[BoundRule] = tuple(rules)
         self._ask = ask
+        self._absent = [frozenset(absent(each)) for each in self.rules]
+        self._always = sum(1 << position for position, each in enumerate(self._absent) if each)
+        self._functions = 0
+        self._uses = Counter[tuple[Surrounding, Surrounding]]()
+        self._surroundings: tuple[dict[tuple[object, ...], Surrounding], ...] = ({}, {})
         self._ends: tuple[dict[QosProfile, RuleInput], dict[QosProfile, RuleInput]] = ({}, {})
         self._numbers = count()
         self._read: dict[tuple[int, bool], tuple[int, ...]] = {}
@@ -68,7 +101,7 @@ class _RuleSet:
     @cached_property
     def compiled(self) -> Compiled:
         """Their conditions, as one function."""
-        return compiled([(each.bound, each.rule.kind == "forbids") for each in self.rules], alone=self.one)
+        return compiled([Question(each.bound, each.rule.kind == "forbids") for each in self.rules], alone=self.one)
 
     @cached_property
     def _reading(self) -> tuple[dict[int, int], dict[int, int]]:
@@ -113,6 +146,19 @@ class _RuleSet:
         return found
 
     def _end(self, profile: QosProfile, *, second: bool) -> RuleInput:
+        values = profile.values
+        options = tuple([values[index] for index in self._options])
+        known = self._surroundings[second]
+        key = (profile.open, profile.unmatched, options)
+        found = known.get(key)
+        if found is None:
+            if len(known) >= _MOST_PROFILES:
+                known.clear()
+                self._uses.clear()
+            found = known[key] = self._surrounding(profile, options, second=second)
+        return RuleInput(profile, profile.known, found)
+
+    def _surrounding(self, profile: QosProfile, options: Values, *, second: bool) -> Surrounding:
         reading = self._reading[second]
         bits = 0
         for index in profile.open.by_index:
@@ -120,19 +166,51 @@ class _RuleSet:
         passed = 0
         for index in profile.unmatched:
             passed |= self._requiring.get(index, 0)
-        return RuleInput(
-            profile, profile.known, bits, passed, tuple([profile.values[index] for index in self._options])
-        )
+        at = frozenset((*profile.open.by_index, *self._options))
+        return Surrounding(profile.values, at, bits, passed, options)
 
     def sorted_out(self, first: RuleInput, second: RuleInput) -> tuple[int, int]:
         """Return as bits the rules that report for certain, and those that have to be asked whether they do."""
-        reporting, exact = self.compiled
-        found = reporting(first.values, second.values)
-        opened = first.open | second.open
-        if first.options != second.options:
-            opened |= self.by_options
-        taken = ~(first.passed | second.passed)
-        return found & exact & ~opened & taken, (found & ~exact | opened) & taken
+        here, there = first.surrounding, second.surrounding
+        function = here.functions.get(there) or self._counted(here, there)
+        if function is None:
+            reporting, exact = self.compiled
+            opened = here.open | there.open | self._always
+            if here.options != there.options:
+                opened |= self.by_options
+            exact &= ~opened
+        else:
+            reporting, exact = function
+            opened = 0
+        found = reporting(first.values, second.values) | opened
+        found &= ~(here.passed | there.passed)
+        return found & exact, found & ~exact
+
+    def _counted(self, first: Surrounding, second: Surrounding) -> Compiled | None:
+        """Return the function for what many profiles have in common, once they are enough to be worth it."""
+        self._uses[first, second] += 1
+        if self._uses[first, second] < _WORTH_A_FUNCTION:
+            return None
+        if self._functions >= _MOST_FUNCTIONS:
+            for each in (*self._surroundings[0].values(), *self._surroundings[1].values()):
+                each.functions.clear()
+            self._functions = 0
+            self._uses.clear()
+        self._functions += 1
+        common = Common(first.values, second.values, (first.at, second.at))
+        questions = (self._question(*each, common) for each in zip(self.rules, self._absent, strict=True))
+        first.functions[second] = compiled(questions, alone=self.one)
+        return first.functions[second]
+
+    def _question(self, bound: BoundRule, absent: frozenset[int], common: Common) -> Question:
+        if absent:
+            here, there, at = common
+            here, there = (
+                tuple(ANYTHING if at in absent else each for at, each in enumerate(one)) for one in (here, there)
+            )
+            common = Common(here, there, (at[0] | absent, at[1] | absent))
+        undecided = bound.rule.kind in self.undecided and not absent
+        return Question(bound.bound, bound.rule.kind == "forbids", undecided, common)
 
     def asked(self, asked: int, first: RuleInput, second: RuleInput) -> int:
         """Ask some rules; what they say of equal values is known."""
@@ -177,14 +255,14 @@ class EndRules(_RuleSet):
 
     one = True
 
-    def __init__(self, pack: RulePack, rules: Iterable[BoundRule], ask: Asking, role: str | None = None) -> None:
-        """Put rules together; those that read what the ``role`` of the endpoint does not have are always asked."""
-        super().__init__(pack, rules, ask)
-        self._absent = sum(1 << at for at, each in enumerate(self.rules) if role is not None and each.absent[role])
-
     def of(self, profile: QosProfile) -> tuple[int, int]:
         """Return as bits the rules that report on a profile for certain, and those that were asked and have something to say."""
         end = self.end(profile)
         certain, asked = self.sorted_out(end, end)
-        asked |= self._absent
-        return certain & ~asked, self.asked(asked, end, end) if asked else 0
+        return certain, self.asked(asked, end, end) if asked else 0
+
+
+class TopicRules(EndRules):
+    """Rules over topics, asked of a profile; they say nothing where they are not decided."""
+
+    undecided = frozenset()

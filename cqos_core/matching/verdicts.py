@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from itertools import count
 from typing import TYPE_CHECKING, Final
@@ -21,13 +21,14 @@ from cqos_core.matching.judge import (
     verdict_by,
     verdict_of,
 )
-from cqos_core.matching.rule_set import PairRules, RuleInput
+from cqos_core.matching.rule_set import PairRules
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from cqos_core.language.values import Values
     from cqos_core.matching.judge import Violation
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
@@ -39,10 +40,16 @@ _MOST_ANSWERS: Final = 200_000
 
 
 @dataclass(slots=True, eq=False)
-class PairEnd(RuleInput):
-    """One end of a pair; ``rank`` is of the verdict that any pair of it has at best."""
+class PairEnd:
+    """One end of a pair; ``rank`` is of the verdict that any pair of it has at best; the others are those of `RuleInput`."""
 
+    profile: QosProfile
+    values: Values
+    open: int
+    passed: int
+    options: Values
     rank: int = _COMPATIBLE
+    parts: dict[int, int] = field(default_factory=dict)
 
 
 class Verdicts:
@@ -69,7 +76,8 @@ class Verdicts:
         """Return a profile as an end of pairs."""
         found = self._rules.end(profile, second=role == SUBSCRIBER)
         rank = max((verdict.rank for verdict, _ in of_end(profile, role, False, False)), default=_COMPATIBLE)
-        return PairEnd(profile, found.values, found.open | self._always, found.passed, found.options, rank=rank)
+        around = found.surrounding
+        return PairEnd(profile, found.values, around.open | self._always, around.passed, around.options, rank)
 
     @cached_property
     def verdict(self) -> Callable[[PairEnd, PairEnd], Verdict]:

@@ -8,17 +8,21 @@ from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
-from cqos_core.language.compiled import compiled
+from cqos_core.language.compiled import Common, Question, compiled
 from cqos_core.language.evaluate import NO_SIGNAL, Signal
-from cqos_core.language.values import UNREAD, Anything, Depends, WrittenValue
+from cqos_core.language.values import KNOWN, UNREAD, Anything, Depends, WrittenValue
+from cqos_core.matching import rule_set
 from cqos_core.matching.judge import (
     PairJudgement,
     Violation,
+    _of_one,
     apart,
     ask,
     ask_end,
     judge_endpoint,
     judge_pair,
+    meeting_rules,
+    pair_rules,
     passed_over,
     signal_rules,
     verdict_of,
@@ -105,7 +109,7 @@ def profiles(pack: RulePack, seed: int, number: int = 24) -> list[QosProfile]:
 @pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.id)
 def test_every_exact_bit_is_the_answer_and_every_other_one_may_be(pack, seed):
     rules = pack.judging_rules
-    reporting, exact = compiled([(each.bound, each.rule.kind == "forbids") for each in rules])
+    reporting, exact = compiled([Question(each.bound, each.rule.kind == "forbids") for each in rules])
     decided = 0
     found = profiles(pack, seed)
     for a in found:
@@ -125,6 +129,81 @@ def test_every_exact_bit_is_the_answer_and_every_other_one_may_be(pack, seed):
     assert decided > 1000
 
 
+@pytest.fixture(params=(0, 10**9), ids=("for what they have in common", "for all"))
+def always(request, monkeypatch):
+    """Compile rules for what two profiles have in common, when they are first asked; and never."""
+    forget = (pair_rules, meeting_rules, signal_rules, _of_one, judge_pair, apart, judge_endpoint)
+    monkeypatch.setattr(rule_set, "_WORTH_A_FUNCTION", request.param)
+    monkeypatch.setattr(rule_set, "_MOST_FUNCTIONS", 10**9)
+    for each in forget:
+        each.cache_clear()
+    yield
+    for each in forget:
+        each.cache_clear()
+
+
+@pytest.mark.explored
+@pytest.mark.parametrize("seed", range(SEEDS))
+@pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.id)
+def test_what_profiles_have_in_common_is_a_constant(pack, seed):
+    random = Random(seed)  # noqa: S311 - no secrets
+    rules = pack.judging_rules
+    undecided = [each.rule.kind == "requires" for each in rules]
+    decided = silent = 0
+    for opened in (0.05, 0.2):
+        ends = []
+        for _ in range(2):
+            shared = {at: a_value(random, pack, each, opened) for at, each in enumerate(pack.policies)}
+            words = [how_written(random, each, opened) for each in pack.policies]
+            ends.append([*shared.values(), *words])
+        at = tuple(
+            frozenset(
+                index
+                for index, value in enumerate(values)
+                if (type(value) not in KNOWN if index < len(pack.policies) else value is UNREAD)
+                or (index < len(pack.policies) and pack.policies[index].level == "option")
+            )
+            for values in ends
+        )
+        common = Common(tuple(ends[0]), tuple(ends[1]), at)
+        questions = [
+            Question(each.bound, each.rule.kind == "forbids", u, common)
+            for each, u in zip(rules, undecided, strict=True)
+        ]
+        reporting, exact = compiled(questions)
+        for _ in range(30):
+            a, b = (
+                intern(
+                    pack,
+                    tuple(
+                        value
+                        if index in at[side]
+                        else plain(random, pack.policies[index])
+                        if index < len(pack.policies)
+                        else how_written(random, pack.policies[index - len(pack.policies)], 0)
+                        for index, value in enumerate(ends[side])
+                    ),
+                )
+                for side in (0, 1)
+            )
+            bits = reporting(a.known, b.known)
+            for position, each in enumerate(rules):
+                signal = Signal(((a.values, 1),), ((b.values, 1),)) if each.bound.aggregate_uses else NO_SIGNAL
+                says = ask(each, a.values, b.values, signal)
+                if bits >> position & 1:
+                    if exact >> position & 1:
+                        assert says is not None, each.rule.code
+                        assert says.outcome.result is (each.rule.kind == "forbids"), each.rule.code
+                        decided += 1
+                elif each.rule.kind == "meets":
+                    assert says is None or says.outcome.result is None, each.rule.code
+                else:
+                    assert says is None, each.rule.code
+                    silent += not each.bound.is_plain(a.values)
+    assert decided
+    assert silent
+
+
 def one_by_one(publisher: QosProfile, subscriber: QosProfile) -> PairJudgement:
     """Ask every rule of pairs in its general form."""
     spoken: list[Violation] = []
@@ -142,8 +221,9 @@ def one_by_one(publisher: QosProfile, subscriber: QosProfile) -> PairJudgement:
 @pytest.mark.explored
 @pytest.mark.parametrize("seed", range(SEEDS))
 @pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.id)
+@pytest.mark.usefixtures("always")
 def test_pairs_and_ends_are_judged_as_one_by_one(pack, seed):
-    found = profiles(pack, seed)
+    found = profiles(pack, seed, 12)
     spoken = 0
     for a in found:
         for b in found:
@@ -163,9 +243,10 @@ def test_pairs_and_ends_are_judged_as_one_by_one(pack, seed):
 @pytest.mark.explored
 @pytest.mark.parametrize("seed", range(SEEDS))
 @pytest.mark.parametrize("pack", PACKS, ids=lambda pack: pack.id)
+@pytest.mark.usefixtures("always")
 def test_a_rule_over_topics_that_is_passed_over_has_nothing_to_say(pack, seed):
     rules = signal_rules(pack)
-    found = profiles(pack, seed)
+    found = profiles(pack, seed, 12)
     for a in found:
         for b in found:
             sides = [(((each.values, 2),) if each else ()) for each in (a, b if a is not b else None)]
