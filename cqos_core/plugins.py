@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     import click
 
     from cqos_core.formatters.style import Style
+    from cqos_core.importers.drawn import DrawnForm
     from cqos_core.importers.source import Claim, Inserter, Reader
     from cqos_core.model.report import Report
     from cqos_core.packs.export import Writer
@@ -88,6 +89,7 @@ class ImporterInfo:
             to do instead, as two texts; None where it does not know.
         whole: one of its files is a whole system; else a file is a part of one, and its partners are in other files.
         inserter: ``"module:function"``, an `Inserter`: adds settings where there is a `Room`; empty: the format has none.
+        drawn: ``"module:object"``, the `DrawnForm` of a drawing; empty: it is none.
         shares_names: its files refer to what other files of this format define, by name.
     """
 
@@ -101,6 +103,7 @@ class ImporterInfo:
     declines: str = ""
     inserter: str = ""
     shares_names: bool = False
+    drawn: str = ""
 
     def load_claim(self) -> Claim:
         """Import the function that recognises the format."""
@@ -109,6 +112,10 @@ class ImporterInfo:
     def load_reader(self) -> Reader:
         """Import the reader."""
         return named(self.reader)  # type: ignore[no-any-return]
+
+    def load_drawn(self) -> DrawnForm | None:
+        """Import what a drawing can state, where it is one."""
+        return named(self.drawn) if self.drawn else None
 
     def load_inserter(self) -> Inserter | None:
         """Import what adds settings, where there is anything."""

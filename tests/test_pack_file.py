@@ -22,6 +22,7 @@ from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import Endpoint, Participant, Setting, System
 from cqos_core.packs.pack import RulePack
 from cqos_core.packs.pack_file import read_pack
+from cqos_core.packs.panel import Panel
 from cqos_core.packs.parts import Convention, Dialect, Preset
 from cqos_core.packs.rule import forbids, matched_if, requires
 
@@ -66,9 +67,17 @@ presets:
   standard: {settings: {copies: 4}}
   valuable: {settings: {care: insured, sealed: true}, doc: Valuable letters., aliases: [VALUE], needs: {carrier: train}}
 base_preset: standard
+panel:
+  groups: {Treatment: [care, sealed]}
+  advanced: [streets]
+  labels: {care: How it is treated}
+  values: {care: {signed: The receiver signs., usual: As usual.}}
+  value_labels: {care: {signed: With a signature}}
+  roles: {copies: [publisher]}
 dialects:
   yaml: {}
-  form: {names: {sorgfalt: care}, codes: {care: {"1": signed}}, bare_unit: s, zero_is_unset: true, ignore: [colour]}
+  form: {names: {sorgfalt: care}, codes: {care: {"1": signed}}, bare_unit: s, zero_is_unset: true, ignore: [colour],
+         writes: {care: sorgfalt, copies: ""}, words: [usual]}
 conventions:
   - {pattern: "*/urgent", settings: {urgent: true}, doc: Cannot wait.}
   - {pattern: archive, external: true}
@@ -154,8 +163,24 @@ TWIN = RulePack(
     base_preset="standard",
     dialects={
         "yaml": Dialect(),
-        "form": Dialect({"sorgfalt": "care"}, {"care": {"1": "signed"}}, "s", True, frozenset({"colour"})),
+        "form": Dialect(
+            {"sorgfalt": "care"},
+            {"care": {"1": "signed"}},
+            "s",
+            True,
+            frozenset({"colour"}),
+            {"care": "sorgfalt", "copies": ""},
+            ("usual",),
+        ),
     },
+    panel=Panel(
+        {"Treatment": ("care", "sealed")},
+        ("streets",),
+        {"care": "How it is treated"},
+        {"care": {"signed": "The receiver signs.", "usual": "As usual."}},
+        {"care": {"signed": "With a signature"}},
+        {"copies": ("publisher",)},
+    ),
     conventions=(
         Convention("*/urgent", {"urgent": "true"}, doc="Cannot wait."),
         Convention("archive", external=True),
@@ -251,6 +276,7 @@ def test_every_key_of_a_pack_in_a_file_means_what_it_means_in_python():
         assert (mine.stronger, mine.derived) == (other.stronger, other.derived)
     assert written.rules == TWIN.rules
     assert (written.presets, written.dialects, written.conventions) == (TWIN.presets, TWIN.dialects, TWIN.conventions)
+    assert written.panel == TWIN.panel
 
 
 settings = st.fixed_dictionaries(

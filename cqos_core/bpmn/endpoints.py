@@ -6,12 +6,13 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from cqos_core.bpmn.document import identity
+from cqos_core.bpmn.form import EVENT
 from cqos_core.bpmn.lost import laid_under
 from cqos_core.bpmn.names import fold, shown
 from cqos_core.bpmn.plain import NotPlainError
 from cqos_core.bpmn.qos import message_type, read_qos
 from cqos_core.bpmn.reading import Unique
-from cqos_core.bpmn.words import ON_EVENTS, acceptances, extension_children, flag, qos_children, word
+from cqos_core.bpmn.words import acceptances, extension_children, flag, qos_children, word
 from cqos_core.model.system import EVERY_OTHER, Endpoint, ProfileRef, Room, Setting
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ class Endpoints:
             return
         self._report_duplicate(element)
         extensions = extension_children(element)
-        children = qos_children(self._reading, element, ON_EVENTS, extensions)
+        children = qos_children(self._reading, element, EVENT.elements, extensions)
         stated = _read(self._reading, element, role, extensions)
         runners = self._participants.of_process[process]
         self._reading.count_copies(len(meetings) * (len(runners) - 1), element)
@@ -138,7 +139,7 @@ class Endpoints:
 def _read(reading: DiagramReading, element: Element, role: Role, extensions: list[Child]) -> Endpoint:
     """Return what ``element`` states as an endpoint that has no topic and no participant yet."""
     place = reading.document.place(element)
-    lost = [*reading.lost.children(extensions, ON_EVENTS), *reading.lost.settings(element)]
+    lost = [*reading.lost.children(extensions, EVENT.elements), *reading.lost.settings(element)]
     profile = word(element, "profile")
     profile_place = reading.document.place(element, "@qos:profile")
     return Endpoint(

@@ -26,7 +26,7 @@ Unknown: TypeAlias = "tuple[str, Setting]"
 _NAMESPACE = f'declare `xmlns:qos="{NAMESPACES["qos"]}"`, and write `qos:` before the name'
 _MEANT = re.compile(r"\W*(?:https?|urn)?\W*(?:www\.)?qos\W*", re.IGNORECASE)
 _READ = frozenset(NAMESPACES.values()) - {NAMESPACES["qos"]}
-_ABOUT_NO_VALUE = frozenset({"external", "type", "accept", "value", "id"})
+_ABOUT_NO_VALUE = frozenset({"external", "type", "accept", "check", "value", "id"})
 """Words that set no value of a policy."""
 
 

@@ -7,8 +7,8 @@ from html import escape
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.bpmn.document import DEFINITIONS
+from cqos_core.bpmn.form import EVENT
 from cqos_core.bpmn.plain import NotPlainError, Taking
-from cqos_core.bpmn.qos import OWN_WORDS
 from cqos_core.importers.source import Source
 from cqos_core.importers.xml_source import parse_utf8
 from cqos_core.model.excerpt import NAMESPACES
@@ -70,7 +70,7 @@ class Models:
             if f"{prefix}{colon}" not in self._qos:
                 words += 1
                 return f'{blank}{name}="cqos-word-{words}-"'
-            if local in OWN_WORDS or not _QUANTITY.fullmatch(value):
+            if local in EVENT.attributes or not _QUANTITY.fullmatch(value):
                 return match[0]
             quantities.append(value)
             return f'{blank}{name}="{_quantity(len(quantities))}"'

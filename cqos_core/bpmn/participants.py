@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cqos_core.bpmn.document import CALL_ACTIVITY, COLLABORATION, PARTICIPANT, PROCESS, identity, split
+from cqos_core.bpmn.form import MODEL
+from cqos_core.bpmn.form import PARTICIPANT as FORM
 from cqos_core.bpmn.names import fold, shown
 from cqos_core.bpmn.reading import Unique
 from cqos_core.bpmn.words import (
-    ON_MODELS,
-    ON_PARTICIPANTS,
     extension_children,
     flag,
     options,
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from cqos_core.bpmn.reading import DiagramReading
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Settings
-
-_OWN_WORDS = ("protocol", "external")
 
 
 @dataclass(slots=True)
@@ -56,7 +54,7 @@ def read_participants(reading: DiagramReading) -> Pools:
     around = [
         any_policy
         for element in (document.root, *document.all(COLLABORATION))
-        for any_policy in _any_policy(reading, element, ON_MODELS)
+        for any_policy in _any_policy(reading, element, MODEL.elements)
     ]
     for element in document.all(PARTICIPANT):
         participant = _add(reading, element, unique)
@@ -78,11 +76,11 @@ def read_participants(reading: DiagramReading) -> Pools:
         elif process not in alone:
             _inherit(reading, process, runners)
     for process, runners in found.of_process.items():
-        lost = _any_policy(reading, process, ON_PARTICIPANTS)
+        lost = _any_policy(reading, process, FORM.elements)
         for runner in runners:
             found.lost.setdefault(runner.id, [*around]).extend(lost)
     for pool, runner in found.by_element.items():
-        found.lost.setdefault(runner.id, [*around]).extend(_any_policy(reading, pool, ON_PARTICIPANTS))
+        found.lost.setdefault(runner.id, [*around]).extend(_any_policy(reading, pool, FORM.elements))
     return found
 
 
@@ -158,8 +156,8 @@ def _process(reading: DiagramReading, element: Element) -> Element | None:
 
 
 def _settings(reading: DiagramReading, element: Element) -> Settings:
-    settings = qos_settings(reading, element, _OWN_WORDS)
-    children = qos_children(reading, element, ON_PARTICIPANTS)
+    settings = qos_settings(reading, element, FORM.attributes)
+    children = qos_children(reading, element, FORM.elements)
     settings |= {name: setting for _, name, setting in options(reading, children, "")}
     return settings
 

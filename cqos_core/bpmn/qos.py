@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.bpmn.document import identity
+from cqos_core.bpmn.form import EVENT
 from cqos_core.bpmn.names import POLICIES, key, number, same_value, shown
 from cqos_core.bpmn.words import QOS, qos_settings
 from cqos_core.model.excerpt import NAMESPACES
@@ -19,9 +20,6 @@ if TYPE_CHECKING:
     from cqos_core.bpmn.words import Child
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Settings
-
-OWN_WORDS = frozenset({"protocol", "profile", "external", "type"})
-"""Attributes of an event in the namespace ``http://qos`` that are no QoS."""
 
 _ZEROS = Cases("what eight zeros mean", (("they were chosen", "0"), ("they were never edited", "")))
 _CODED = frozenset({"reliability", "durability"})
@@ -46,7 +44,7 @@ def read_qos(reading: DiagramReading, element: Element, extensions: list[Child])
     for source, statements in (
         ("Camunda properties", _property_settings(reading, extensions)),
         ("`qos:policy`", _policy_settings(reading, extensions)),
-        ("an attribute", qos_settings(reading, element, OWN_WORDS).items()),
+        ("an attribute", qos_settings(reading, element, EVENT.attributes).items()),
     ):
         for name, setting in statements:
             folded = key(name)

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 from cqos_core.bpmn.document import ITEM_DEFINITION, SIGNAL, identity, nth, split
 from cqos_core.bpmn.endpoints import EventTopic
+from cqos_core.bpmn.form import SIGNAL as FORM
 from cqos_core.bpmn.names import POLICIES, fold, is_computed, key, same_value, shown
 from cqos_core.bpmn.plain import NotPlainError
-from cqos_core.bpmn.words import ON_SIGNALS, acceptances, extension_children, flag, qos_children, qos_settings
+from cqos_core.bpmn.words import acceptances, extension_children, flag, qos_children, qos_settings
 from cqos_core.model.system import Topic
 
 if TYPE_CHECKING:
@@ -119,18 +120,18 @@ def read_signals(reading: DiagramReading) -> Signals:
 def _read_topic(reading: DiagramReading, signal: Element, name: str) -> list[Unknown]:
     """Add the facts and acceptances that a signal states, and return the QoS on it, which is not read there."""
     place = reading.document.place(signal)
-    stated = qos_settings(reading, signal, ("external",))
+    stated = qos_settings(reading, signal, FORM.attributes)
     facts = {word: setting for word, setting in stated.items() if key(word) not in POLICIES}
     misplaced = {word: setting for word, setting in stated.items() if word not in facts}
     cause = "QoS on a signal is not read; it belongs on the events that throw or catch the signal"
     extensions = extension_children(signal)
     lost = [
-        *reading.lost.children(extensions, ON_SIGNALS),
+        *reading.lost.children(extensions, FORM.elements),
         *reading.lost.settings(signal),
         *reading.lost.misplaced(misplaced, cause),
     ]
     external = flag(reading, signal, "external")
-    children = qos_children(reading, signal, ON_SIGNALS, extensions)
+    children = qos_children(reading, signal, FORM.elements, extensions)
     if not (facts or children or external is not None):
         return lost
     if not name:

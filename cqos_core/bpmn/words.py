@@ -1,19 +1,21 @@
 """The namespace ``http://qos``: attributes of an element and children of its ``extensionElements``.
 
-Beside the eight QoS attributes it has words of C-QoS's own (``protocol``, ``option``, ``need``, ``accept`` …). Which
-of them mean something depends on the element; the rest is reported, never dropped silently.
+Beside the eight QoS attributes it has words of C-QoS's own, which `cqos_core.bpmn.form` lists. Which of them mean something depends
+on the element; the rest is reported, never dropped silently.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import date
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from cqos_core.bpmn.document import COLLABORATION, EXTENSIONS, identity, split
+from cqos_core.bpmn.form import BOUNDS, FORM, MODEL, ROLES, SEVERITIES, WHERE
 from cqos_core.bpmn.names import shown
+from cqos_core.importers.reading import listed
 from cqos_core.model.excerpt import NAMESPACES
-from cqos_core.model.system import Acceptance, Place, Setting
+from cqos_core.model.system import Acceptance, Bound, Place, Setting, TeamRule
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Iterator
@@ -25,12 +27,6 @@ if TYPE_CHECKING:
 QOS = f"{{{NAMESPACES['qos']}}}"
 _PREFIXES = {uri: prefix for prefix, uri in NAMESPACES.items()}
 _FLAGS = {"true": True, "1": True, "false": False, "0": False}
-_HOMES = {
-    "policy": "on events",
-    "need": "on events",
-    "option": "on definitions, collaborations, participants and processes",
-    "accept": "on definitions, collaborations, signals and events",
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,12 +87,10 @@ def extension_children(owner: Element) -> list[Child]:
     return found
 
 
-ON_EVENTS = ("policy", "need", "accept")
-"""The ``qos:`` children that mean something on an event."""
-ON_SIGNALS = ("accept",)
-ON_PARTICIPANTS = ("option",)
-ON_MODELS = ("option", "accept")
-"""Those on ``definitions`` and collaborations."""
+def _home(word: str) -> str | None:
+    """Say where a ``qos:`` child is read; None where it is not known."""
+    homes = [each for owner in FORM.owners if word in owner.elements for each in owner.called]
+    return f"on {listed(homes, 'and')}" if homes else None
 
 
 def qos_children(
@@ -113,7 +107,7 @@ def qos_children(
         if child.word in words:
             known.append(child)
             continue
-        home = _HOMES.get(child.word)
+        home = _home(child.word)
         message = f"`qos:{shown(child.word)}` is not known" if home is None else f"`qos:{child.word}` is read {home}"
         local = split(str(owner.tag))[1]
         advice = f"expected {', '.join(f'`qos:{word}`' for word in sorted(words))} here"
@@ -172,6 +166,43 @@ def _is_date(reading: DiagramReading, child: Child, until: str | None) -> bool:
     return True
 
 
+def team_rules(reading: DiagramReading, children: Iterable[Child]) -> Iterator[TeamRule]:
+    """Yield the ``qos:check`` among ``children``; one that says less than it must, or the impossible, is reported instead."""
+    for child in children:
+        values = child.required(reading, "name", "because") if child.word == "check" else None
+        if values is None:
+            continue
+        stated = {str(name): value.strip() for name, value in child.element.items() if value.strip()}
+        bounds = tuple(
+            Bound(stated["policy"], relation, (stated[relation],), child.place(reading, relation))
+            for relation in BOUNDS
+            if "policy" in stated and relation in stated
+        )
+        sentence = stated.get("sentence")
+        if not bounds and sentence is None:
+            missing = "policy" if "policy" not in stated else "exactly"
+            child.required(reading, missing)
+        elif all(
+            [
+                _is_one_of(reading, child, stated, "severity", SEVERITIES),
+                _is_one_of(reading, child, stated, "role", ROLES),
+            ]
+        ):
+            where = tuple((name, stated[name]) for name in WHERE if name in stated)
+            severity: Any = stated.get("severity", "error")
+            yield TeamRule(values[0], where, bounds, values[1], sentence, severity, child.place(reading, "name"))
+
+
+def _is_one_of(
+    reading: DiagramReading, child: Child, stated: dict[str, str], name: str, allowed: tuple[str, ...]
+) -> bool:
+    if stated.get(name, allowed[0]) in allowed:
+        return True
+    message = f"`{name}` is `{shown(stated[name])}`, it can be {listed([f'`{each}`' for each in allowed])}"
+    reading.note("CQ043", message, child.place(reading, name))
+    return False
+
+
 def options(
     reading: DiagramReading, children: Iterable[Child], protocol: str | None
 ) -> Iterator[tuple[str, str, Setting]]:
@@ -191,7 +222,7 @@ def read_system_words(reading: DiagramReading) -> None:
     document, system = reading.document, reading.system
     system.protocol = word(document.root, "protocol")
     for name in qos_attributes(document.root):
-        if name != "protocol":
+        if name not in MODEL.attributes:
             message = f"`qos:{shown(name)}` is not known on `definitions`"
             reading.note(
                 "CQ041",
@@ -200,7 +231,8 @@ def read_system_words(reading: DiagramReading) -> None:
                 advice="expected `qos:protocol`",
             )
     for element in (document.root, *document.all(COLLABORATION)):
-        children = qos_children(reading, element, ON_MODELS)
+        children = qos_children(reading, element, MODEL.elements)
         for protocol, name, setting in options(reading, children, system.protocol):
             system.options.setdefault(protocol, {})[name] = setting
         system.accept += acceptances(reading, children)
+        system.checks += team_rules(reading, children)

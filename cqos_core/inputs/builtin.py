@@ -24,6 +24,7 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
             "cqos_core.bpmn:read",
             whole=True,
             inserter="cqos_core.bpmn.editing:insert",
+            drawn="cqos_core.bpmn.form:FORM",
         )
     )
     register(

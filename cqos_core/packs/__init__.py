@@ -42,6 +42,7 @@ from cqos_core.language.vocabulary import Function
 from cqos_core.packs.guarantee import LINK, NEEDS, OUTAGE, RELAYED, TAKEN_EVERY, WORDS, Proof, Unaffected, gives
 from cqos_core.packs.meeting import Meeting, NameContext, NameProblem, Naming, Wire
 from cqos_core.packs.pack import RulePack
+from cqos_core.packs.panel import Panel
 from cqos_core.packs.parts import Completion, Convention, Derivation, Dialect, Known, Preset
 from cqos_core.packs.rule import Rule, forbids, matched_if, meets, requires
 
@@ -81,6 +82,7 @@ __all__ = [
     "Naming",
     "OneOf",
     "Operand",
+    "Panel",
     "PerRole",
     "Plain",
     "Policy",

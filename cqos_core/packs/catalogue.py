@@ -7,6 +7,7 @@ from math import prod
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.language.expression import definitions, unfolded
+from cqos_core.packs.panel import Panel, headings, shown
 
 if TYPE_CHECKING:
     from cqos_core.language.policy import Policy
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from cqos_core.model.codes import CodeInfo
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
+
+_NO_PANEL: Final = Panel()
 
 
 def describe_pack(pack: RulePack) -> dict[str, Any]:
@@ -25,7 +28,8 @@ def describe_pack(pack: RulePack) -> dict[str, Any]:
         "summary": pack.summary,
         "source": pack.source,
         "meeting": pack.meeting.described,
-        "policies": [describe_policy(policy) for policy in pack.policies],
+        "policies": [describe_policy(policy, pack.panel) for policy in pack.policies],
+        "groups": headings(pack),
         "presets": {name: dict(preset.settings) for name, preset in pack.presets.items()},
         "base_preset": pack.base_preset,
         "rules": [describe_rule(bound) for bound in pack.bound_rules],
@@ -39,8 +43,8 @@ def describe_pack(pack: RulePack) -> dict[str, Any]:
     }
 
 
-def describe_policy(policy: Policy) -> dict[str, Any]:
-    """Describe a policy for machines: kind, values in order, unit, default per side, docs."""
+def describe_policy(policy: Policy, panel: Panel = _NO_PANEL) -> dict[str, Any]:
+    """Describe a policy for machines: kind, values in order, unit, default per side, docs, and how people see it."""
     return {
         "name": policy.name,
         "level": policy.level,
@@ -59,6 +63,7 @@ def describe_policy(policy: Policy) -> dict[str, Any]:
         "derived": policy.derived,
         "doc": policy.doc,
         "clause": policy.clause,
+        **shown(panel, policy),
     }
 
 

@@ -16,6 +16,7 @@ from cqos_core.packs import catalogue
 from cqos_core.packs.bound_rule import BoundRule, bound_rules
 from cqos_core.packs.guarantee import WORDS, unstated
 from cqos_core.packs.meeting import Meeting, Wire
+from cqos_core.packs.panel import Panel
 from cqos_core.packs.parts import (
     Completion,
     Convention,
@@ -70,6 +71,7 @@ class RulePack:
         derivations: values of a pair that no end states; `cqos explain` shows them.
         proofs: which guarantees were seen under which faults on a running implementation.
         implementation_option: the option, or the policy of brokers, whose value `proofs` name; empty without proofs.
+        panel: how people see the settings.
         groups: words under which participants may group endpoints that share settings: ``publishers``, ``subscribers``.
         source: where the facts come from.
     """
@@ -97,6 +99,7 @@ class RulePack:
     derivations: tuple[Derivation, ...] = ()
     proofs: tuple[Proof, ...] = ()
     implementation_option: str = ""
+    panel: Panel = field(default_factory=Panel)
     groups: tuple[str, ...] = ()
     source: str = ""
 

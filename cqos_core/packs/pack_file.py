@@ -23,6 +23,7 @@ from cqos_core.model.problems import ConditionError, InputError, PackError, Prob
 from cqos_core.model.system import Place
 from cqos_core.packs.guarantee import NEEDS, TAKEN_EVERY, Unaffected, gives
 from cqos_core.packs.pack import RulePack
+from cqos_core.packs.panel import Panel
 from cqos_core.packs.parts import Convention, Dialect, Preset
 from cqos_core.packs.rule import Rule, forbids, matched_if, requires
 
@@ -221,6 +222,19 @@ class DialectModel(_Model):
     bare_unit: str | None = None
     zero_is_unset: bool = False
     ignore: frozenset[str] = frozenset()
+    writes: dict[str, str] = Field(default_factory=dict)
+    words: Many | None = None
+
+
+class PanelModel(_Model):
+    """How people see the settings."""
+
+    groups: dict[str, Many] = Field(default_factory=dict)
+    advanced: Many = ()
+    labels: dict[str, str] = Field(default_factory=dict)
+    values: dict[str, dict[str, str]] = Field(default_factory=dict)
+    value_labels: dict[str, dict[str, str]] = Field(default_factory=dict)
+    roles: dict[str, tuple[RoleName, ...]] = Field(default_factory=dict)
 
 
 class PackModel(_Model):
@@ -239,6 +253,7 @@ class PackModel(_Model):
     dialects: dict[str, DialectModel] = Field(default_factory=dict)
     conventions: list[ConventionModel] = Field(default_factory=list)
     not_checked: Many = ()
+    panel: PanelModel = Field(default_factory=PanelModel)
     unaffected: list[UnaffectedModel] = Field(default_factory=list)
 
 
@@ -384,6 +399,7 @@ def _fields_at(location: tuple[int | str, ...]) -> tuple[str, ...]:
         "dialects": DialectModel,
         "conventions": ConventionModel,
         "unaffected": UnaffectedModel,
+        "panel": PanelModel,
     }
     model = models.get(str(location[0])) if location else PackModel
     return () if model is None else tuple(model.model_fields)
@@ -413,6 +429,7 @@ def _build(model: PackModel, root: Node, reading: Reading) -> RulePack:
         "rules": tuple(rules),
         "presets": {name: Preset(**preset.given()) for name, preset in model.presets.items()},
         "dialects": {name: Dialect(**dialect.given()) for name, dialect in model.dialects.items()},
+        "panel": Panel(**model.panel.given()),
         "conventions": tuple(Convention(**each.given()) for each in model.conventions),
         "unaffected": tuple(Unaffected(**each.given()) for each in model.unaffected),
     }

@@ -105,6 +105,8 @@ class Dialect:
         bare_unit: unit of a duration without one (``s``, ``ns``); None refuses it.
         zero_is_unset: a numeric zero of a count or duration means "not stated".
         ignore: attribute names (normalised) that are no settings of this pack.
+        writes: policy name to the attribute that a person writes, where that is not its name; empty: it has no place there.
+        words: those special words of policies that have a place in such files; None: all that people write.
     """
 
     names: Mapping[str, str] = field(default_factory=dict)
@@ -112,6 +114,8 @@ class Dialect:
     bare_unit: str | None = None
     zero_is_unset: bool = False
     ignore: frozenset[str] = frozenset()
+    writes: Mapping[str, str] = field(default_factory=dict)
+    words: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from cqos_core.language.policy import BOTH, DIRECTIONS, ENDPOINT, LEVELS, NO, UN
 from cqos_core.language.values import COMBINATIONS, FromPeers, OneOf, normalise
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.packs.panel import values_of
 from cqos_core.packs.rule import SEVERITIES
 
 if TYPE_CHECKING:
@@ -50,6 +51,7 @@ def _parts(pack: RulePack) -> Iterator[tuple[tuple[str, ...], str, Iterator[str]
         yield ("presets", name), f"preset `{name}`", _preset(preset, pack)
     for name, dialect in pack.dialects.items():
         yield ("dialects", name), f"dialect `{name}`", _dialect(dialect, pack)
+    yield ("panel",), "panel", _panel(pack)
     for convention in pack.conventions:
         for name, text in convention.settings.items():
             yield ("conventions",), f"convention of `{convention.pattern}`", _setting(pack, "topic", name, text)
@@ -329,8 +331,36 @@ def _dialect(dialect: Dialect, pack: RulePack) -> Iterator[str]:
         )
     for name, codes in dialect.codes.items():
         yield from _codes(pack, name, codes)
+    words = {word for policy in pack.policies for word in policy.words}
+    yield from _those(
+        *((word not in words, f"`words` names `{word}`, which no policy has") for word in dialect.words or ())
+    )
+    for name, attribute in dialect.writes.items():
+        known = [policy for policy in pack.policies if policy.name == name]
+        read = any(pack.find(policy.level, attribute, dialect) is not None for policy in known)
+        yield from _those(
+            (not known, f"`writes` names `{name}`, which is no policy"),
+            (known and attribute and not read, f"`{name}` is written as `{attribute}`, which is not read as it"),
+        )
     if not is_unit(dialect.bare_unit):
         yield f"`{dialect.bare_unit}` is no unit of time"
+
+
+def _panel(pack: RulePack) -> Iterator[str]:
+    panel = pack.panel
+    known: dict[str, set[str]] = {}
+    for policy in pack.policies:
+        known.setdefault(policy.name, set()).update(values_of(policy))
+    grouped = [name for names in panel.groups.values() for name in names]
+    for name in dict.fromkeys(
+        (*grouped, *panel.advanced, *panel.labels, *panel.values, *panel.value_labels, *panel.roles)
+    ):
+        yield from _those((name not in known, f"it names `{name}`, which is no policy"))
+        yield from _those((grouped.count(name) > 1, f"`{name}` stands in several groups"))
+    for table in (panel.values, panel.value_labels):
+        for name, values in table.items():
+            wrong = [value for value in values if value not in known.get(name, values)]
+            yield from (f"`{value}` is no value of `{name}`" for value in wrong)
 
 
 def _codes(pack: RulePack, name: str, codes: Mapping[str, str]) -> Iterator[str]:

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import asdict
 from functools import cache
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from cqos.v1 import catalogue_pb2, report_pb2
 from cqos_core.packs.catalogue import describe_policy, describe_rule
+from cqos_core.packs.drawing import drawn, moddle
+from cqos_core.packs.parts import Dialect
 from cqos_core.plugins import load_plugins
 from cqos_core.remote.messages import word_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
+    from cqos_core.importers.drawn import DrawnForm, DrawnOwner
     from cqos_core.language.policy import Policy
     from cqos_core.packs.pack import RulePack
-    from cqos_core.packs.parts import Dialect, Preset
+    from cqos_core.packs.panel import Panel, StatedAs
+    from cqos_core.packs.parts import Preset
 
 
 def packs_message(revision: int) -> catalogue_pb2.ListPacksResponse:
@@ -31,7 +37,11 @@ def packs_message(revision: int) -> catalogue_pb2.ListPacksResponse:
     ]
     importers = [
         catalogue_pb2.Format(
-            name=name, summary=info.summary, distribution=plugins.owner("importers", name), suffixes=info.suffixes
+            name=name,
+            summary=info.summary,
+            distribution=plugins.owner("importers", name),
+            suffixes=info.suffixes,
+            drawn=_drawn_form(info.load_drawn()),
         )
         for name, info in sorted(plugins.importers.items())
     ]
@@ -53,16 +63,54 @@ def packs_message(revision: int) -> catalogue_pb2.ListPacksResponse:
     )
 
 
+def _drawn_form(form: DrawnForm | None) -> catalogue_pb2.DrawnForm | None:
+    if form is None:
+        return None
+    plugins = load_plugins()
+    packs = [pack for name in sorted(plugins.packs) if (pack := plugins.pack(name)) is not None]
+    return catalogue_pb2.DrawnForm(
+        namespace=form.namespace,
+        prefix=form.prefix,
+        dialect=form.dialect,
+        owners=[_drawn_owner(each) for each in form.owners],
+        moddle=json.dumps(moddle(form, packs)),
+    )
+
+
+def _drawn_owner(owner: DrawnOwner) -> catalogue_pb2.DrawnOwner:
+    words = [
+        catalogue_pb2.DrawnWord(
+            name=word.name,
+            element=word.element,
+            meaning=_number(catalogue_pb2.DrawnMeaning, word.meaning),
+            attributes=[catalogue_pb2.DrawnAttribute(**asdict(each)) for each in word.attributes],
+            doc=word.doc,
+            foreign=word.foreign,
+            values=word.values,
+        )
+        for word in owner.words
+    ]
+    return catalogue_pb2.DrawnOwner(
+        kind=_number(catalogue_pb2.DrawnOwnerKind, owner.kind),
+        types=owner.types,
+        levels=[_number(catalogue_pb2.PolicyLevel, each) for each in owner.levels],
+        words=words,
+    )
+
+
 def pack_message(pack: RulePack) -> catalogue_pb2.Pack:
     """Describe one pack in full."""
     described = pack.describe()
+    forms = [form for info in load_plugins().importers.values() if (form := info.load_drawn()) is not None]
+    dialects = dict(pack.dialects) | {each.dialect: pack.dialects.get(each.dialect, Dialect()) for each in forms}
+    writes = {each.dialect: list(drawn(pack, each)) for each in forms}
     return catalogue_pb2.Pack(
         id=pack.id,
         title=pack.title,
         summary=pack.summary,
         source=pack.source,
         meeting=pack.meeting.described,
-        policies=[policy_message(policy) for policy in pack.policies],
+        policies=[policy_message(policy, pack.panel) for policy in pack.policies],
         presets=[_preset(name, preset) for name, preset in pack.presets.items()],
         base_preset=pack.base_preset,
         rules=[_rule(describe_rule(bound)) for bound in pack.bound_rules],
@@ -75,7 +123,8 @@ def pack_message(pack: RulePack) -> catalogue_pb2.Pack:
             for each in described["codes"]
         ],
         not_checked=pack.not_checked,
-        dialects={name: _dialect(dialect) for name, dialect in pack.dialects.items()},
+        dialects={name: _dialect(each, writes.get(name, ())) for name, each in dialects.items()},
+        groups=described["groups"],
     )
 
 
@@ -101,17 +150,19 @@ def versions() -> Mapping[str, str]:
     return {"cqos": version("cqos-core"), **{name: found for name, _, found in owners if found}}
 
 
-def policy_message(policy: Policy) -> catalogue_pb2.Policy:
+def policy_message(policy: Policy, panel: Panel) -> catalogue_pb2.Policy:
     """Describe one policy: what `describe_policy` says, in fields that have one type each."""
-    described = describe_policy(policy)
+    described = describe_policy(policy, panel)
     default = described.pop("default")
     enforced: Mapping[str, Any] = described.pop("enforced")
+    values = described.pop("value_docs")
     message = catalogue_pb2.Policy(
         **_known(catalogue_pb2.Policy, described),
         expected=policy.expected(),
         level_value=_number(catalogue_pb2.PolicyLevel, described["level"]),
         kind_value=_number(catalogue_pb2.ValueKind, described["kind"]),
         role_values=[_number(report_pb2.Role, each) for each in described["roles"]],
+        value_docs=[catalogue_pb2.ValueDoc(**each) for each in values],
         enforced={option: catalogue_pb2.Treatment(by_value=by_value) for option, by_value in enforced.items()},
     )
     if isinstance(default, str):
@@ -174,11 +225,22 @@ def _severity(name: str) -> report_pb2.Severity.ValueType:
     return report_pb2.Severity.Value(f"SEVERITY_{name.upper()}")
 
 
-def _dialect(dialect: Dialect) -> catalogue_pb2.Dialect:
+def _dialect(dialect: Dialect, writes: Iterable[StatedAs]) -> catalogue_pb2.Dialect:
     return catalogue_pb2.Dialect(
         names=dialect.names,
         codes={policy: catalogue_pb2.Codes(by_code=codes) for policy, codes in dialect.codes.items()},
         bare_unit=dialect.bare_unit,
         zero_is_unset=dialect.zero_is_unset,
         ignore=sorted(dialect.ignore),
+        writes=[
+            catalogue_pb2.WrittenSetting(
+                policy=each.policy.name,
+                level=_number(catalogue_pb2.PolicyLevel, each.policy.level),
+                name=each.name,
+                words=each.words,
+                spellings=each.spellings,
+                roles=[_number(report_pb2.Role, role) for role in each.roles],
+            )
+            for each in writes
+        ],
     )

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from cqos_core.api import check
 from cqos_core.bpmn import read
 from cqos_core.importers.source import ReadContext, Source
 from cqos_core.model.codes import CODES
@@ -778,6 +779,52 @@ class TestOwnWords:
             ("ROS101", None, "Event_Catch", None),
         ]
         assert system.accept[2].because == "the drone asks again"
+
+    def test_rules_of_the_team(self):
+        system = read_model(
+            """<bpmn:extensionElements>
+            <qos:check name="alarms-arrive" because="each of them counts" policy="reliability" at_least="reliable"
+                topic="alarm*" role="publisher" severity="warning"/>
+            <qos:check name="short-history" because="old samples mislead" sentence="depth &lt;= 5"/>
+            </bpmn:extensionElements>"""
+        )
+        alarms, short = system.checks
+        assert (alarms.name, alarms.because, alarms.severity) == ("alarms-arrive", "each of them counts", "warning")
+        assert alarms.where == (("role", "publisher"), ("topic", "alarm*"))
+        assert [(each.policy, each.relation, each.values) for each in alarms.require] == [
+            ("reliability", "at_least", ("reliable",))
+        ]
+        assert (short.require, short.sentence, short.where, short.severity) == ((), "depth <= 5", (), "error")
+        assert alarms.place is not None
+        assert alarms.place.path == "qos:check[1]/@name"
+        assert system.notes == []
+
+    @pytest.mark.parametrize(
+        ("attributes", "codes", "path"),
+        [
+            ('name="a" because="b" at_least="reliable"', ["CQ042"], "qos:check[1]/@policy"),
+            ('name="a" because="b" policy="reliability"', ["CQ042"], "qos:check[1]/@exactly"),
+            ('name="a" policy="reliability" exactly="reliable"', ["CQ042"], "qos:check[1]/@because"),
+            ('name="a" because="b" sentence="depth &lt; 5" severity="loud"', ["CQ043"], "qos:check[1]/@severity"),
+            ('name="a" because="b" sentence="depth &lt; 5" role="writer"', ["CQ043"], "qos:check[1]/@role"),
+        ],
+    )
+    def test_a_rule_of_the_team_that_says_too_little_is_an_error(self, attributes, codes, path):
+        system = read_model(f"<bpmn:extensionElements><qos:check {attributes}/></bpmn:extensionElements>")
+        assert system.checks == []
+        assert [(note.code, note.severity) for note in system.notes] == [(code, "error") for code in codes]
+        assert system.notes[0].place is not None
+        assert system.notes[0].place.path == path
+
+    def test_a_rule_of_the_team_is_judged(self):
+        text = f"""{HEAD}<bpmn:extensionElements><qos:check name="alarms-arrive" because="each of them counts"
+            policy="reliability" at_least="reliable"/></bpmn:extensionElements><bpmn:signal id="S" name="alarm"/>
+            <bpmn:process id="P" qos:protocol="ros2"><bpmn:endEvent id="E" qos:reliability="best_effort">
+            <bpmn:signalEventDefinition signalRef="S"/></bpmn:endEvent></bpmn:process></bpmn:definitions>"""
+        report = check(text.encode())
+        (finding,) = [each for each in report.findings if each.source == "checks"]
+        assert finding.message.startswith("alarms-arrive: ")
+        assert [side.members for side in finding.sides] == [("E",)]
 
     def test_process_states_what_its_pool_does_not(self):
         system = read_model(

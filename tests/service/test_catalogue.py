@@ -1,5 +1,7 @@
 """The catalogue says everything that `cqos packs ID --format json` says, and what a property panel needs beyond that."""
 
+import json
+
 import grpc
 import pytest
 
@@ -67,6 +69,50 @@ def test_the_dialect_of_diagrams_is_there(client):
     bpmn = client.pack("ros2").dialects["bpmn"]
     assert bpmn.codes["reliability"].by_code
     assert bpmn.bare_unit == "s"
+
+
+def test_a_page_learns_what_to_write_and_where(client):
+    """All that a modeler needs to know beforehand is the importer's name."""
+    drawn = {each.name: each.drawn for each in client.packs().importers if each.HasField("drawn")}
+    assert set(drawn) == {"bpmn"}
+    form = drawn["bpmn"]
+    assert (form.namespace, form.prefix, form.dialect) == ("http://qos", "qos", "bpmn")
+    kinds = {
+        catalogue_pb2.DrawnOwnerKind.Name(each.kind).removeprefix("DRAWN_OWNER_KIND_"): each for each in form.owners
+    }
+    assert set(kinds) == {"EVENT", "PARTICIPANT", "SIGNAL", "MODEL"}
+    meanings = {word.name: word for word in kinds["EVENT"].words}
+    assert meanings["need"].meaning == catalogue_pb2.DRAWN_MEANING_REQUIREMENT
+    assert meanings["need"].element
+    assert [(each.name, each.required) for each in meanings["accept"].attributes] == [
+        ("rule", True),
+        ("because", True),
+        ("until", False),
+    ]
+    assert meanings["policy"].foreign
+    assert all(word.meaning and word.doc for owner in form.owners for word in owner.words)
+    descriptor = json.loads(form.moddle)
+    events = next(each for each in descriptor["types"] if "bpmn:Event" in each.get("extends", ()))
+    attributes = {each["name"] for each in events["properties"]}
+    for name in PACKS:
+        pack = client.pack(name)
+        policies = {(each.level_value, each.name): each for each in pack.policies}
+        for setting in pack.dialects[form.dialect].writes:
+            policy = policies[setting.level, setting.policy]
+            assert policy.label
+            assert policy.group in pack.groups
+            assert set(setting.words) <= set(policy.words)
+            if setting.level == catalogue_pb2.POLICY_LEVEL_ENDPOINT:
+                assert setting.name in attributes
+                assert set(setting.roles) <= set(policy.role_values)
+
+
+def test_each_value_has_a_name_and_a_sentence(client):
+    policy = next(each for each in client.pack("ros2").policies if each.name == "reliability")
+    docs = {each.value: (each.label, each.doc) for each in policy.value_docs}
+    assert docs["best_effort"] == ("Best effort", "A lost sample is not sent again.")
+    assert set(docs) == {*policy.values, *policy.words}
+    assert (policy.label, policy.group, policy.advanced) == ("Reliability", "Delivery", False)
 
 
 def test_one_rule_is_described_by_its_code(client):

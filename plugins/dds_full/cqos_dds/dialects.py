@@ -19,6 +19,11 @@ DIALECTS: Final = {
     "yaml": Dialect(),
     # Attributes of BPMN events: durations in seconds, and a zero is what the editor writes for nothing.
     "bpmn": Dialect(
-        names={"leaseduration": "liveliness.lease_duration"}, codes=BPMN_CODES, bare_unit="s", zero_is_unset=True
+        names={"leaseduration": "liveliness.lease_duration"},
+        codes=BPMN_CODES,
+        bare_unit="s",
+        zero_is_unset=True,
+        writes={"liveliness.lease_duration": "leaseDuration"},
+        words=("default", "auto"),
     ),
 }

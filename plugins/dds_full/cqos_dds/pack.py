@@ -12,6 +12,7 @@ from cqos_dds.dialects import DIALECTS
 from cqos_dds.evidence import PROOFS
 from cqos_dds.guarantees import GUARANTEES, UNAFFECTED
 from cqos_dds.importers.codes import CODES
+from cqos_dds.panel import PANEL
 from cqos_dds.policies import POLICIES
 from cqos_dds.presets import PRESETS
 from cqos_dds.rules import RULES
@@ -53,6 +54,7 @@ PACK: Final = RulePack(
         described="endpoints on one topic name, of one data type where both state it, in one domain and with a partition "
         "in common",
     ),
+    panel=PANEL,
     not_checked=NOT_CHECKED,
     unaffected=UNAFFECTED,
     proofs=PROOFS,

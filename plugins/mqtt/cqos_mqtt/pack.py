@@ -11,6 +11,7 @@ from cqos_mqtt.endpoint_policies import QOS
 from cqos_mqtt.evidence import PROOFS
 from cqos_mqtt.guarantees import GUARANTEES, UNAFFECTED
 from cqos_mqtt.importers.codes import CODES
+from cqos_mqtt.panel import PANEL
 from cqos_mqtt.policies import POLICIES
 from cqos_mqtt.presets import PRESETS
 from cqos_mqtt.rules import EFFECTIVE, RULES
@@ -39,7 +40,7 @@ FUNCTIONS: Final = (
 DIALECTS: Final = {
     # System files of C-QoS, and all others: seconds need no unit where MQTT counts in seconds.
     "yaml": Dialect(),
-    "bpmn": Dialect(bare_unit="s"),
+    "bpmn": Dialect(bare_unit="s", writes={"name": "", "subscription_identifier": "subscription_id"}, words=("off",)),
 }
 
 DERIVATIONS: Final = (
@@ -91,5 +92,6 @@ PACK: Final = RulePack(
     implementation_option=IMPLEMENTATION.name,
     codes=CODES,
     provers={"mosquitto": "cqos_mqtt.prove.runner:MOSQUITTO"},
+    panel=PANEL,
     source="OASIS MQTT 3.1.1 and 5.0, Sparkplug B 3.0; manuals of the brokers; Mosquitto by running it",
 )

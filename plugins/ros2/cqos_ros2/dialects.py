@@ -53,7 +53,13 @@ DIALECTS: Final = {
     # System files of C-QoS: everything in words, durations with a unit.
     "yaml": Dialect(),
     # Attributes of BPMN events: durations in seconds, and a zero is what the editor writes for nothing.
-    "bpmn": Dialect(codes=BPMN_CODES, bare_unit="s", zero_is_unset=True),
+    "bpmn": Dialect(
+        codes=BPMN_CODES,
+        bare_unit="s",
+        zero_is_unset=True,
+        writes={"liveliness_lease_duration": "leaseDuration", "name": "", "client_library_settings": "", "bridge": ""},
+        words=("system_default", "best_available"),
+    ),
     # What `ros2 topic info --verbose` prints: words, and durations with their unit.
     "topic_info": Dialect(codes={"depth": {"0": "unknown"}}),
     # Recordings: words or the integers of rmw, durations as {sec, nsec}.

@@ -13,6 +13,7 @@ from cqos_ros2.evidence import PROOFS
 from cqos_ros2.guarantees import GUARANTEES, UNAFFECTED
 from cqos_ros2.importers.codes import CODES
 from cqos_ros2.logs import read_line
+from cqos_ros2.panel import PANEL
 from cqos_ros2.policies import POLICIES
 from cqos_ros2.presets import PRESETS
 from cqos_ros2.raw import RAW_POLICIES, RAW_RULES
@@ -65,4 +66,5 @@ PACK: Final = replace(
     policies=(*POLICIES, *NEEDS),
     rules=(*RULES, *GUARANTEES),
     variants={("comparison", "rmw"): _RAW},
+    panel=PANEL,
 )

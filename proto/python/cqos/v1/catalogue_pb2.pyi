@@ -1696,6 +1696,7 @@ class WrittenSetting(_message.Message):
     NAME_FIELD_NUMBER: _builtins.int
     WORDS_FIELD_NUMBER: _builtins.int
     SPELLINGS_FIELD_NUMBER: _builtins.int
+    ROLES_FIELD_NUMBER: _builtins.int
     policy: _builtins.str
     """Name of its policy."""
     level: Global___PolicyLevel.ValueType
@@ -1708,7 +1709,11 @@ class WrittenSetting(_message.Message):
 
     @_builtins.property
     def spellings(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
-        """All names by which a file may state it, in lower case without `-`, `_` and blanks."""
+        """All names by which a file may state it, in lower case, with `_` for `-` and blanks."""
+
+    @_builtins.property
+    def roles(self) -> _containers.RepeatedScalarFieldContainer[_report_pb2.Role.ValueType]:
+        """Of an endpoint's setting: the roles for which it has an effect."""
 
     def __init__(
         self,
@@ -1718,10 +1723,11 @@ class WrittenSetting(_message.Message):
         name: _builtins.str = ...,
         words: _abc.Iterable[_builtins.str] | None = ...,
         spellings: _abc.Iterable[_builtins.str] | None = ...,
+        roles: _abc.Iterable[_report_pb2.Role.ValueType] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["level", b"level", "name", b"name", "policy", b"policy", "spellings", b"spellings", "words", b"words"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["level", b"level", "name", b"name", "policy", b"policy", "roles", b"roles", "spellings", b"spellings", "words", b"words"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 

@@ -1,0 +1,91 @@
+"""How people state things in a drawing: as attributes and child elements of its elements, in one namespace.
+
+An importer of drawings has one `DrawnForm`. Its reader takes its words from it, and so do editors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, TypeAlias
+
+Meaning: TypeAlias = Literal[
+    "protocol", "preset", "requirement", "exception", "option", "external", "type", "team_rule", "settings"
+]
+"""What a word says, whatever a drawing calls it."""
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnAttribute:
+    """An attribute of a child element.
+
+    Attributes:
+        required: the element means nothing without it.
+        values: the valid ones, where they are few.
+    """
+
+    name: str
+    doc: str
+    required: bool = False
+    values: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnWord:
+    """An attribute of an element, or a child element with ``attributes``.
+
+    Attributes:
+        element: whether it is a child element, which may stand there several times.
+        values: of an attribute, the valid ones where they are few.
+        foreign: it is what another tool writes, and is read only.
+    """
+
+    name: str
+    meaning: Meaning
+    doc: str
+    element: bool = False
+    attributes: tuple[DrawnAttribute, ...] = ()
+    values: tuple[str, ...] = ()
+    foreign: bool = False
+
+
+@dataclass(frozen=True)
+class DrawnOwner:
+    """A kind of element that can state something.
+
+    Attributes:
+        types: its types in the meta-model of the drawing.
+        called: the same for people, several of them.
+        levels: whose policies are attributes of it.
+        words: what else can stand on it.
+    """
+
+    kind: Literal["event", "participant", "signal", "model"]
+    types: tuple[str, ...]
+    called: tuple[str, ...]
+    levels: tuple[str, ...]
+    words: tuple[DrawnWord, ...]
+
+    @cached_property
+    def attributes(self) -> tuple[str, ...]:
+        """The names of its attributes that are no settings."""
+        return tuple(word.name for word in self.words if not word.element)
+
+    @cached_property
+    def elements(self) -> tuple[str, ...]:
+        """The names of its child elements."""
+        return tuple(word.name for word in self.words if word.element)
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnForm:
+    """All that a kind of drawing can state.
+
+    Attributes:
+        dialect: of the packs, which spells the settings.
+    """
+
+    namespace: str
+    prefix: str
+    dialect: str
+    owners: tuple[DrawnOwner, ...]
