@@ -24,6 +24,10 @@ if TYPE_CHECKING:
     from cqos_core.model.report import Report
 
 
+DOMAINS: Final = 232
+"""So many domains a network of ROS 2 has; the id of another one is invalid, so its endpoints may be in any."""
+
+
 class Model(NamedTuple):
     """One input: its size in bytes, and what to do with it; that returns the bytes of what comes out."""
 
@@ -205,10 +209,14 @@ def bridge_ring(n: int) -> Model:
 
 
 def pattern_ring(n: int) -> Model:
-    """Bridges that carry around whatever there is."""
-    participants = nodes(node(f"d{i}", domain=i) for i in range(n))
-    participants |= {"source": {"domain": 0, "publishes": {"/t": {}}}}
-    bridges = {f"b{i}": {"routes": [_route(f"d{i}", f"d{(i + 1) % n}", "/*")]} for i in range(n)}
+    """Bridges that carry around whatever there is: in each domain under a first name of its own, as many as are needed."""
+    domains = [(i // DOMAINS, i % DOMAINS) for i in range(n)]
+    participants = nodes(node(f"d{i}", domain=domain) for i, (_, domain) in enumerate(domains))
+    participants |= {"source": {"domain": 0, "publishes": {"/n0/t": {}}}}
+    bridges = {
+        f"b{i}": {"routes": [_between(f"d{i}", f"d{(i + 1) % n}", domains[i][0], domains[(i + 1) % n][0])]}
+        for i in range(n)
+    }
     return checked(document("ros2", participants=participants, bridges=bridges))
 
 
@@ -219,6 +227,10 @@ def bridge_clique(n: int) -> Model:
     participants |= {"source": {"domain": 0, "publishes": {"/t": {}}}}
     bridges = {f"b{i}_{j}": {"routes": [_route(f"d{i}", f"d{j}")]} for i in range(some) for j in range(some) if i != j}
     return checked(document("ros2", participants=participants, bridges=bridges))
+
+
+def _between(a: str, b: str, name: int, other: int) -> dict[str, Any]:
+    return {"from": {"participant": a, "topic": f"/n{name}/*"}, "to": {"participant": b, "topic": f"/n{other}/*"}}
 
 
 def _route(a: str, b: str, topic: str = "/t") -> dict[str, Any]:
