@@ -1,7 +1,7 @@
 """A caller of the service in a process of its own: ``python -m tests.service.crowd ADDRESS KIND NUMBER [TOKEN]``.
 
-It says ``ready``, begins when it is told a line, and writes when it got each answer, and what. Its clock is that of all
-processes of the machine.
+It writes ``ready``, begins when it reads a line, and writes the time and the result of each answer. Its clock is that of
+all processes of the machine.
 """
 
 import queue
@@ -19,7 +19,7 @@ HEAVY = 200
 
 
 def heavy(number):
-    """A model that takes a worker some tenth of a second, and that nobody asked for before."""
+    """A model that takes a worker some tenth of a second, and that no caller has sent before."""
     model = system(HEAVY, topics=HEAVY // 2, varied=True, lifespan=f"{number + 1}s")
     return check_pb2.CheckSystemRequest(system=model)
 
@@ -99,9 +99,9 @@ class Caller:
     def _edited(self, sizes, number):
         def edit(size):
             sent: queue.SimpleQueue[Any] = queue.SimpleQueue()
-            told = self.sessions.Edit(iter(sent.get, None), **self.given)
+            answers = self.sessions.Edit(iter(sent.get, None), **self.given)
             sent.put(session_pb2.EditRequest(open=system(size, topics=max(size // 2, 1), varied=True)))
-            next(told)
+            next(answers)
             for each in range(number):
                 option = session_pb2.OptionChange(pack="ros2", name="domain", value=str(each % 100))
                 sent.put(
@@ -109,7 +109,7 @@ class Caller:
                         changes=session_pb2.Changes(changes=[session_pb2.Change(set_option=option)])
                     )
                 )
-                next(told)
+                next(answers)
                 tell("OK")
 
         threads = [threading.Thread(target=edit, args=(size,), daemon=True) for size in sizes]

@@ -21,7 +21,7 @@ class Service:
     """A running `cqos serve`.
 
     Attributes:
-        lines: what it has told on standard error so far, one dict per line.
+        lines: what it has written to standard error so far, one dict per line.
     """
 
     def __init__(self, *arguments, environment=None, folder=None):
@@ -62,7 +62,7 @@ class Service:
                     return line
             assert self.process.poll() is None, f"it ended: {self.lines}"
             time.sleep(0.01)
-        raise AssertionError(f"not told within {seconds} s: {self.lines}")
+        raise AssertionError(f"no such line within {seconds} s: {self.lines}")
 
     @property
     def grpc(self):

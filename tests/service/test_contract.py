@@ -227,7 +227,7 @@ def test_the_command_prints_the_same_with_a_server(form, paths, service, capsysb
     assert there == here
 
 
-def test_a_bridge_to_nobody_is_a_finding_with_a_server_too(service, capsysbinary, tmp_path, monkeypatch):
+def test_a_bridge_to_a_missing_participant_is_a_finding_with_a_server_too(service, capsysbinary, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     route = "{from: {participant: nobody, topic: x}, to: {participant: a, topic: y}}"
     text = f"cqos: 1\nprotocol: ros2\nparticipants: {{a: {{}}}}\nbridges: {{b: {{routes: [{route}]}}}}\n"
@@ -249,32 +249,32 @@ def test_the_command_says_what_is_wrong_with_a_server(capsys, monkeypatch):
 
 
 def faulty():
-    """Two questions, of which the second cannot be asked."""
+    """Two questions; the second one has an invalid setting."""
     yield PairQuestion("ros2")
     yield PairQuestion("ros2", {"depth": cast("Any", 5.5)})
 
 
 def failing():
-    """A question, and a fault of whoever makes them."""
+    """A question, then an exception of the generator itself."""
     yield PairQuestion("ros2")
     raise LookupError("no more of them")
 
 
 @pytest.mark.parametrize(("questions", "fault"), [(faulty, "5.5 is no setting"), (failing, "no more of them")])
-def test_what_whoever_asks_does_wrong_is_raised_as_it_is(questions, fault, client, service):
+def test_faults_of_the_questions_are_raised_unchanged(questions, fault, client, service):
     answers = client.check_pairs(questions())
     assert next(answers).verdict == "compatible"
     with pytest.raises((TypeError, LookupError), match=fault):
         next(answers)
 
     async def ask():
-        told = []
+        answered = []
         async with AsyncClient(service.grpc) as waiting:
             try:
                 async for answer in waiting.check_pairs(questions()):
-                    told.append(answer)  # noqa: PERF401 - what came before the fault counts
+                    answered.append(answer)  # noqa: PERF401 - what came before the fault counts
             finally:
-                assert [each.verdict for each in told] == ["compatible"]
+                assert [each.verdict for each in answered] == ["compatible"]
 
     with pytest.raises((TypeError, LookupError), match=fault):
         asyncio.run(ask())

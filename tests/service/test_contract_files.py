@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 GENERATE = ROOT / "proto" / "generate.py"
 
 
-def test_generated_code_is_what_the_proto_files_say_and_they_break_nobody():
+def test_generated_code_matches_the_proto_files_and_breaks_no_client():
     if not os.environ.get("CI") and not (ROOT / ".venv" / "generate" / "pinned.txt").is_file():
         pytest.skip("the pinned tools are not there; `python proto/generate.py --check` gets them")
     done = subprocess.run([sys.executable, GENERATE, "--check"], capture_output=True, text=True, check=False)

@@ -109,7 +109,7 @@ def test_files_that_include_others_give_the_same_report_or_the_same_problems(pat
     ],
     ids=str,
 )
-def test_all_problems_of_all_files_are_told_at_once_where_some_are_missing(given, client, service, files):
+def test_all_problems_of_all_files_are_raised_at_once_if_some_are_missing(given, client, service, files):
     with pytest.raises(InputError) as raised:
         cqos.check(*given)
     here = raised.value.problems
@@ -193,7 +193,7 @@ def test_documents_include_each_other(checks):
     assert checks.CheckDocument(unused).report.endpoints == 2
 
 
-def test_a_document_without_a_name_includes_nothing_and_is_included_by_nobody(checks):
+def test_a_document_without_a_name_cannot_include_or_be_included(checks):
     more = document("more.yaml", "cqos: 1\n")
     request = check_pb2.CheckDocumentRequest(documents=[document("", "cqos: 1\ninclude: more.yaml\n")], included=[more])
     error = refused(checks.CheckDocument, request)
@@ -236,7 +236,7 @@ SECRET = "cqos: 1\nsystem: very_secret\nprotocol: ros2\nparticipants: {secret_no
 
 @pytest.fixture(scope="module")
 def beside_secrets(tmp_path_factory):
-    """A service that runs in a folder of which it must read nothing."""
+    """A service that runs in a folder whose files it must not read."""
     folder = tmp_path_factory.mktemp("secrets")
     (folder / "secret.yaml").write_text(SECRET, encoding="utf-8")
     (folder / "link.yaml").symlink_to(folder / "secret.yaml")
@@ -292,12 +292,12 @@ def test_nothing_is_read_from_the_disk_of_the_service(beside_secrets, name, text
             ),
         ):
             try:
-                told = str(checks.CheckDocument(request, timeout=20))
+                answered = str(checks.CheckDocument(request, timeout=20))
             except grpc.RpcError as error:
                 assert error.code() == grpc.StatusCode.INVALID_ARGUMENT  # noqa: PT017 - some can be read
-                told = f"{error.details()} {error.trailing_metadata()}"
-            assert "very_secret" not in told
-            assert "secret_node" not in told
+                answered = f"{error.details()} {error.trailing_metadata()}"
+            assert "very_secret" not in answered
+            assert "secret_node" not in answered
     assert "very_secret" not in service.log
 
 

@@ -1,4 +1,4 @@
-"""One caller who asks for a great deal keeps nobody else waiting, and is told where it is too much."""
+"""A caller with many requests delays no other caller, and gets an error above its limits."""
 
 import asyncio
 import contextlib
@@ -57,41 +57,41 @@ async def ready(_thing):
     """Nothing has to be done between two uses."""
 
 
-def used(seconds, told, name):
-    """Work that takes so long, and tells when it is done."""
+def used(seconds, finished, name):
+    """Return work that takes so long, and adds its name to ``finished`` when it is done."""
 
     async def work(_thing):
         await asyncio.sleep(seconds)
-        told.append(name)
+        finished.append(name)
 
     return work
 
 
 def test_a_caller_is_served_by_the_time_it_used_and_not_by_its_calls():
     async def run():
-        told: list[str] = []
+        finished: list[str] = []
         turns = Turns([1], ready)
-        many = [asyncio.create_task(turns.use("large", used(0.05, told, "large"))) for _ in range(6)]
-        few = [asyncio.create_task(turns.use("small", used(0.001, told, "small"))) for _ in range(10)]
+        many = [asyncio.create_task(turns.use("large", used(0.05, finished, "large"))) for _ in range(6)]
+        few = [asyncio.create_task(turns.use("small", used(0.001, finished, "small"))) for _ in range(10)]
         await asyncio.gather(*many, *few)
-        return told
+        return finished
 
-    told = simulated(run())
-    assert told[0] == "large"  # it came first
-    assert told[1:11] == ["small"] * 10
-    assert told[11:] == ["large"] * 5
+    finished = simulated(run())
+    assert finished[0] == "large"  # it came first
+    assert finished[1:11] == ["small"] * 10
+    assert finished[11:] == ["large"] * 5
 
 
 def test_equals_take_turns():
     async def run():
-        told: list[str] = []
+        finished: list[str] = []
         turns = Turns([1], ready)
-        await asyncio.gather(*(turns.use(name, used(0.02, told, name)) for name in "aaaabbbbcccc"))
-        return told
+        await asyncio.gather(*(turns.use(name, used(0.02, finished, name)) for name in "aaaabbbbcccc"))
+        return finished
 
-    told = simulated(run())
+    finished = simulated(run())
     for place in range(0, 12, 3):
-        assert sorted(told[place : place + 3]) == ["a", "b", "c"]
+        assert sorted(finished[place : place + 3]) == ["a", "b", "c"]
 
 
 def test_only_who_is_alone_uses_all_at_the_same_time():
@@ -115,49 +115,49 @@ def test_only_who_is_alone_uses_all_at_the_same_time():
         return most
 
     assert simulated(run("a", after=61)) == {"a": 3}
-    assert simulated(run("a", after=59)) == {"a": 2}  # whoever was here may come again
+    assert simulated(run("a", after=59)) == {"a": 2}  # the first caller may come again
     assert simulated(run("a", "b")) == {"a": 2, "b": 2}
 
 
 def test_a_queue_that_is_full_has_a_place_for_those_who_have_fewer():
     async def run():
-        told: list[str] = []
+        finished: list[str] = []
         turns = Turns([1], ready, most_waiting=4)
-        many = [asyncio.create_task(turns.use("a", used(0.01, told, "a"))) for _ in range(5)]
+        many = [asyncio.create_task(turns.use("a", used(0.01, finished, "a"))) for _ in range(5)]
         await asyncio.sleep(0)
         with pytest.raises(Refused, match="4 calls wait already, 4 of them yours"):
-            await turns.use("a", used(0.01, told, "a"))
-        few = [asyncio.create_task(turns.use(name, used(0.01, told, name))) for name in "bbc"]
+            await turns.use("a", used(0.01, finished, "a"))
+        few = [asyncio.create_task(turns.use(name, used(0.01, finished, name))) for name in "bbc"]
         ended = await asyncio.gather(*many, *few, return_exceptions=True)
-        return told, [str(each) for each in ended]
+        return finished, [str(each) for each in ended]
 
-    told, ended = simulated(run())
+    finished, ended = simulated(run())
     refused = "calls of yours wait, and others need a place, too; send fewer at a time"
     # Of the four that waited, the last three had to go, one for each of the others.
     assert [refused in each for each in ended] == [False, False, True, True, True, False, False, False]
-    assert sorted(told) == ["a", "a", "b", "b", "c"]
+    assert sorted(finished) == ["a", "a", "b", "b", "c"]
 
 
 def test_who_goes_away_leaves_its_place_and_what_it_had_to_others():
     async def run():
-        told: list[str] = []
+        finished: list[str] = []
         turns = Turns([1], ready, most_waiting=1)
-        at_work = asyncio.create_task(turns.use("a", used(0.02, told, "a")))
+        at_work = asyncio.create_task(turns.use("a", used(0.02, finished, "a")))
         await asyncio.sleep(0.001)
-        waiting = asyncio.create_task(turns.use("a", used(0.02, told, "never")))
+        waiting = asyncio.create_task(turns.use("a", used(0.02, finished, "never")))
         await asyncio.sleep(0.001)
         for each in (waiting, at_work):
             each.cancel()
         await asyncio.sleep(0)
         with pytest.raises(TimeoutError):
-            await turns.use("b", used(0, told, "too late"), 0.001)
-        await turns.use("b", used(0, told, "b"), 1)
-        return told
+            await turns.use("b", used(0, finished, "too late"), 0.001)
+        await turns.use("b", used(0, finished, "b"), 1)
+        return finished
 
     assert simulated(run()) == ["a", "b"]
 
 
-def test_work_that_fails_is_told_and_what_it_used_restored():
+def test_failed_work_raises_and_its_worker_is_restored():
     restored = []
 
     async def restore(thing):
@@ -184,7 +184,7 @@ def test_work_that_fails_is_told_and_what_it_used_restored():
         ("ipv6:%5B2001:db8::1%5D:5000", "2001:db8::/64"),
         ("ipv6:%5Bfe80::1%25eth0%5D:5000", "fe80::/64"),
         ("ipv6:%5B::ffff:192.0.2.1%5D:5000", "192.0.2.1"),
-        # On one machine all have one address, and are told apart by connection.
+        # On one machine all callers have one address, so the connection distinguishes them.
         ("ipv4:127.0.0.1:5000", "127.0.0.1:5000"),
         ("ipv6:%5B::1%5D:5000", "[::1]:5000"),
         ("ipv6:%5B::ffff:127.0.0.1%5D:5000", "[::ffff:127.0.0.1]:5000"),
@@ -192,7 +192,7 @@ def test_work_that_fails_is_told_and_what_it_used_restored():
         ("", ""),
     ],
 )
-def test_callers_without_credentials_are_told_apart_by_where_they_are(peer, name):
+def test_callers_without_credentials_are_named_by_their_address(peer, name):
     assert origin(peer) == name
 
 
@@ -237,8 +237,10 @@ class Crowd:
         return self.answers()
 
     def answers(self):
-        """What it was told, each with the time."""
-        return [(float(time_), told) for time_, _, told in (line.strip().partition(" ") for line in self._lines[1:])]
+        """Return its answers, each with the time."""
+        return [
+            (float(time_), answer) for time_, _, answer in (line.strip().partition(" ") for line in self._lines[1:])
+        ]
 
     def end(self):
         self._process.kill()
@@ -253,7 +255,7 @@ class Crowd:
     [
         # Before, the queue was one for all, and the large ones had come first.
         (("flood", 100), ("trickle", 20), 40),
-        # Each stream had its turn, whoever had opened it: more than 60 of their pairs for each of the other's.
+        # Each stream had its turn, regardless of its caller: more than 60 of their pairs for each of the other's.
         (("streams", 50), ("pairs", 20), 600),
         # And each session: more than 20 of their edits for each of the other's.
         (("edits", 20), ("drawing", 10), 40),
@@ -268,13 +270,13 @@ def test_one_who_asks_for_little_is_served_between_those_who_ask_for_much(servic
         began = time.monotonic()
         few.begin()
         served = few.done()
-        assert [told for _, told in served] == ["OK"] * modest[1]
+        assert [answer for _, answer in served] == ["OK"] * modest[1]
         ended = served[-1][0]
-        meanwhile = [told for when, told in many.answers() if began <= when <= ended]
+        meanwhile = [answer for when, answer in many.answers() if began <= when <= ended]
         assert len(meanwhile) <= at_most
-        # Nobody is starved for it either.
+        # The greedy caller is still served.
         many._wait_for(len(many.answers()) + 2)
-        assert {told for _, told in many.answers()} == {"OK"}
+        assert {answer for _, answer in many.answers()} == {"OK"}
     finally:
         many.end()
         few.end()
@@ -293,8 +295,8 @@ def test_one_caller_has_its_share_of_calls_and_no_more(tmp_path, start):
         under_way = [checks.CheckSystem.future(heavy(number), metadata=one) for number in range(10)]
         refused = [each for each in under_way if each.code() == grpc.StatusCode.RESOURCE_EXHAUSTED]
         assert len(refused) == 6
-        told = "one caller may have 4 of the 16 calls at the same time, and so many of yours are under way"
-        assert {each.details() for each in refused} == {f"{told}; send fewer at a time"}
+        message = "one caller may have 4 of the 16 calls at the same time, and so many of yours are under way"
+        assert {each.details() for each in refused} == {f"{message}; send fewer at a time"}
         assert not service.log.count(TOKENS[0])
         again = [checks.CheckSystem.future(heavy(100 + number), metadata=one) for number in range(2)]
         checks.CheckPair(check_pb2.CheckPairRequest(protocol="ros2"), metadata=other, timeout=20)
@@ -312,7 +314,7 @@ def test_one_caller_has_its_share_of_sessions_and_no_more(narrow):
             elsewhere = Crowd(narrow, "drawing", 3)
             try:
                 elsewhere.begin()
-                assert [told for _, told in elsewhere.done()] == ["OK"] * 3
+                assert [answer for _, answer in elsewhere.done()] == ["OK"] * 3
             finally:
                 elsewhere.end()
         # It has its places back when the service hears that it has gone.

@@ -55,11 +55,11 @@ def checks(tight):
 )
 def test_a_worker_that_took_all_its_memory_is_replaced(heavy, tight, checks):
     checks.CheckDocument(document(1), timeout=60)
-    before, told = set(tight.children()), len(tight.lines)
+    before, written = set(tight.children()), len(tight.lines)
     error = refused(checks.CheckDocument, heavy, timeout=60)
     assert error.code() == grpc.StatusCode.RESOURCE_EXHAUSTED
     assert violations(error) == {"request": f"answering it takes more memory than the {LITTLE} bytes that are allowed"}
-    ended = tight.wait_for(lambda line: line["event"] == "worker ended" and line in tight.lines[told:])
+    ended = tight.wait_for(lambda line: line["event"] == "worker ended" and line in tight.lines[written:])
     assert ended["why"] == "it took all memory that it may have"
     assert checks.CheckDocument(document(2), timeout=60).report.endpoints == 2
     assert not before & set(tight.children())
@@ -81,7 +81,7 @@ def test_a_session_that_takes_all_memory_hears_so_and_those_beside_it_go_on(tigh
 
 
 def test_a_call_whose_workers_are_killed_twice_says_so():
-    """As the system does where all of it is short, of which the process itself hears nothing."""
+    """The operating system kills workers when memory is short; the killed process gets no notice."""
     with serving("--heavy-workers", "2") as own, grpc.insecure_channel(own.grpc) as channel:
         checks = check_pb2_grpc.CheckServiceStub(channel)
         (first,) = own.children()
@@ -97,8 +97,8 @@ def test_a_call_whose_workers_are_killed_twice_says_so():
             time.sleep(0.5)
         assert under_way.code() == grpc.StatusCode.UNAVAILABLE
         assert "memory" not in under_way.details()
-        told = "the worker process ended while it answered (signal SIGKILL)"
-        assert own.wait_for(lambda line: line["event"] == "worker ended")["why"] == told
+        why = "the worker process ended while it answered (signal SIGKILL)"
+        assert own.wait_for(lambda line: line["event"] == "worker ended")["why"] == why
         assert "Unknown child process" not in own.log
         assert checks.CheckDocument(document(1), timeout=60).report.endpoints == 1
 
@@ -114,17 +114,19 @@ def test_bytes_of_requests_are_counted_as_they_come_and_given_back():
             hold = stack.enter_context(callers.holding(one))
             hold(60)
             hold(40)
-        told = "one caller may have 200 of the 400 bytes of requests at the same time; of yours 200 are under way, and "
-        with callers.holding(one) as hold, pytest.raises(Refused, match=f"{told}these are 11 more; send fewer"):
+        message = (
+            "one caller may have 200 of the 400 bytes of requests at the same time; of yours 200 are under way, and "
+        )
+        with callers.holding(one) as hold, pytest.raises(Refused, match=f"{message}these are 11 more; send fewer"):
             hold(11)
         with callers.holding(one) as hold:
             hold(10)  # one that needs no worker does not wait
         stack.enter_context(callers.holding(other))(100)
         stack.enter_context(callers.holding(third))(99)
-        told = (
+        message = (
             "requests of 399 bytes are under way, and these are 12 more, this service takes 400 at the same time; try"
         )
-        with callers.holding(third) as hold, pytest.raises(Refused, match=told):
+        with callers.holding(third) as hold, pytest.raises(Refused, match=message):
             hold(12)
         with callers.holding(third) as hold:
             hold(5)
@@ -163,8 +165,8 @@ def test_one_caller_has_its_share_of_bytes_and_no_more(narrow_in_bytes):
         under_way = [checks.CheckDocument.future(document(200, 1_000_000 + n), metadata=one) for n in range(10)]
         refused = [each for each in under_way if each.code() == grpc.StatusCode.RESOURCE_EXHAUSTED]
         assert 1 <= len(refused) <= 5  # some are answered before the last ones come
-        told = "one caller may have 6000000 of the 12000000 bytes of requests at the same time"
-        assert all(each.details().startswith(told) for each in refused)
+        message = "one caller may have 6000000 of the 12000000 bytes of requests at the same time"
+        assert all(each.details().startswith(message) for each in refused)
         again = [checks.CheckDocument.future(document(200, 1_100_000 + n), metadata=one) for n in range(5)]
         assert checks.CheckDocument(document(200, 1_000_000), metadata=other, timeout=60).report.endpoints == 200
         assert {each.code() for each in again} == {grpc.StatusCode.OK}
@@ -206,9 +208,9 @@ def test_what_comes_to_the_browsers_door_counts_from_its_first_byte(narrow_in_by
         last = stack.enter_context(half_sent(narrow_in_bytes, TOKENS[1], 1_500_000, 1_400_000))
         answer = http.client.HTTPResponse(last)
         answer.begin()
-        told = json.loads(answer.read())
-        assert (answer.status, told["code"]) == (429, "resource_exhausted")
-        assert told["message"].startswith("one caller may have 6000000 of the 12000000 bytes of requests")
+        answered = json.loads(answer.read())
+        assert (answer.status, answered["code"]) == (429, "resource_exhausted")
+        assert answered["message"].startswith("one caller may have 6000000 of the 12000000 bytes of requests")
     until = time.monotonic() + 20
     while metric(narrow_in_bytes, "cqos_requests_in_flight_bytes"):
         assert time.monotonic() < until
@@ -254,7 +256,7 @@ def test_a_connection_on_which_no_request_comes_is_closed(head, impatient):
         assert kept.sock is not None
 
 
-def test_a_limit_that_leaves_no_room_for_one_message_is_told(capsys):
+def test_a_limit_below_the_size_of_one_message_is_refused(capsys):
     from cqos_core.cli import main
 
     arguments = ("--max-total-bytes", "2000", "--max-message-bytes", "3000")

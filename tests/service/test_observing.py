@@ -1,4 +1,4 @@
-"""Spans of calls: they continue the caller's trace, say how the call ended, and reach whoever collects them."""
+"""Spans of calls: they continue the caller's trace, say how the call ended, and reach the collector."""
 
 import json
 import logging
@@ -141,8 +141,8 @@ def test_without_a_collector_calls_are_answered_and_the_end_is_not_kept_waiting(
         with service.client() as client:
             for _ in range(3):
                 assert client.check_pair("ros2").verdict == "compatible"
-        told = service.wait_for(lambda line: "traces" in str(line["event"]))
-        assert told["level"] in {"warning", "error"}  # and it is a line as all are
+        logged = service.wait_for(lambda line: "traces" in str(line["event"]))
+        assert logged["level"] in {"warning", "error"}  # and it is a line as all are
         began = time.monotonic()
         assert service.stop() == 0
         assert time.monotonic() - began < 10

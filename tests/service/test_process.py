@@ -53,7 +53,7 @@ def test_an_address_that_others_reach_needs_credentials(option, address, capsys)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "expected"),
     [
         (["--listen", "nonsense"], "expected host:port"),
         (["--listen", "127.0.0.1:99999"], "expected host:port"),
@@ -68,19 +68,19 @@ def test_an_address_that_others_reach_needs_credentials(option, address, capsys)
         (["--workers", "0"], "range"),
     ],
 )
-def test_what_cannot_work_is_told_before_anything_is_opened(arguments, told, capfd, monkeypatch, tmp_path):
+def test_unusable_arguments_are_refused_before_anything_is_opened(arguments, expected, capfd, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     assert main(["serve", "--no-config", *arguments]) == 2
-    assert told in " ".join(capfd.readouterr().err.split())
+    assert expected in " ".join(capfd.readouterr().err.split())
 
 
-def test_an_address_in_use_is_told(service, capfd):
+def test_an_address_in_use_is_refused(service, capfd):
     assert main(["serve", "--no-config", "--listen", service.grpc]) == 2
     assert f"cannot listen on {service.grpc}: it is in use" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "expected"),
     [
         ("", "holds no token"),
         ("# none\n\n", "holds no token"),
@@ -88,11 +88,11 @@ def test_an_address_in_use_is_told(service, capfd):
         ("x" * 20 + " y", "behind the token stands something else"),
     ],
 )
-def test_a_token_file_that_would_let_anybody_in_is_refused_without_repeating_it(content, told, tmp_path, capsys):
+def test_an_unsafe_token_file_is_refused_without_repeating_it(content, expected, tmp_path, capsys):
     (tmp_path / "tokens").write_text(content, encoding="utf-8")
     assert main(["serve", "--no-config", "--token-file", str(tmp_path / "tokens")]) == 2
     said = capsys.readouterr().err
-    assert told in said
+    assert expected in said
     assert "short\n" not in said
     assert "xxxx" not in said
 
@@ -244,28 +244,28 @@ def test_options_mean_the_same_in_any_order(first):
         assert settings.limits.session_workers == int(asked.get("--session-workers", 2))
 
 
-@pytest.mark.parametrize(("files", "told"), UNUSABLE)
+@pytest.mark.parametrize(("files", "expected"), UNUSABLE)
 @pytest.mark.parametrize("more", [(), ("--workers", "2")], ids=["one process", "two"])
-def test_certificates_that_cannot_be_used_are_told_as_that(more, files, told, unusable, capfd):
+def test_unusable_certificates_are_refused_with_the_reason(more, files, expected, unusable, capfd):
     named = zip(("--tls-cert", "--tls-key", "--tls-client-ca"), files, strict=True)
     arguments = [each for flag, name in named if name is not None for each in (flag, str(unusable / name))]
     assert main(["serve", "--no-config", "--listen", "127.0.0.1:0", *more, *arguments]) == 2
     said = capfd.readouterr().err
-    assert told in " ".join(said.split())
+    assert expected in " ".join(said.split())
     assert "PRIVATE" not in said
 
 
-@pytest.mark.parametrize(("files", "told"), UNUSABLE)
+@pytest.mark.parametrize(("files", "expected"), UNUSABLE)
 @pytest.mark.parametrize("kind", [Client, AsyncClient])
-def test_a_client_tells_so_as_well_and_is_not_ended_by_it(kind, files, told, unusable):
+def test_a_client_raises_the_reason_for_unusable_certificates(kind, files, expected, unusable):
     named = zip(("certificate", "key", "authority"), files, strict=True)
     options = {name: str(unusable / file) for name, file in named if file is not None}
-    with pytest.raises(CqosError, match=told):
+    with pytest.raises(CqosError, match=expected):
         kind("127.0.0.1:1", **options)
 
 
 @pytest.mark.parametrize(
-    ("address", "options", "told"),
+    ("address", "options", "expected"),
     [
         ("", {}, "`` is no address: expected host:port"),
         ("https://", {}, "`https://` is no address: expected host:port"),
@@ -273,8 +273,8 @@ def test_a_client_tells_so_as_well_and_is_not_ended_by_it(kind, files, told, unu
         ("127.0.0.1:1", {"token": "schlüssel"}, "the token has characters other than printable ASCII"),
     ],
 )
-def test_what_a_client_cannot_send_is_told_before_it_calls(address, options, told):
-    with pytest.raises(CqosError, match=told) as raised:
+def test_a_client_refuses_what_it_cannot_send_before_it_calls(address, options, expected):
+    with pytest.raises(CqosError, match=expected) as raised:
         Client(address, **options)
     assert options.get("token", "nothing") not in str(raised.value)
 
@@ -287,7 +287,7 @@ def test_a_token_from_a_file_may_end_with_a_line_end(guarded, monkeypatch):
 
 @pytest.mark.skipif(not hasattr(socket, "SO_REUSEPORT"), reason="no shared ports here")
 def test_processes_that_cannot_follow_the_settings_are_not_started_again_and_again(capfd):
-    """As where an extra is missing, of which only they hear."""
+    """For instance if an optional package is missing, which only these processes import."""
     script = "import sys; sys.modules['uvicorn'] = None\n"
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "sitecustomize.py").write_text(script, encoding="utf-8")
@@ -348,7 +348,7 @@ def test_mutual_tls_lets_in_who_has_a_certificate(keys, start, monkeypatch, capf
         assert main(asked) == 0
 
 
-def test_whoever_has_a_certificate_at_hand_still_speaks_plainly_where_tls_is_not_asked_for(start, monkeypatch):
+def test_a_client_without_tls_ignores_the_certificate_of_the_environment(start, monkeypatch):
     monkeypatch.setenv("CQOS_CLIENT_CERT", "missing.pem")
     with start() as service, service.client() as client:
         assert client.check_pair("ros2").verdict == "compatible"
@@ -535,7 +535,7 @@ def test_an_unknown_key_of_the_file_is_named(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize(
-    ("line", "told"),
+    ("line", "expected"),
     [
         ('max_calls = "many"', "`max_calls`: 'many' is not a valid integer range"),
         ("max_share = 7", "`max_share`: 7.0 is not in the range 0<=x<=1"),
@@ -543,11 +543,11 @@ def test_an_unknown_key_of_the_file_is_named(tmp_path, monkeypatch, capsys):
         ('log_format = "xml"', "`log_format`: 'xml' is not one of 'json', 'text'"),
     ],
 )
-def test_a_value_of_the_file_that_cannot_be_is_named_with_its_place(line, told, tmp_path, monkeypatch, capsys):
+def test_a_value_of_the_file_that_cannot_be_is_named_with_its_place(line, expected, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("cqos.toml").write_text(f'[serve]\nlisten = "127.0.0.1:0"\n{line}\n', encoding="utf-8")
     assert main(["serve"]) == 2
-    assert f"cqos.toml:3: {told}" in " ".join(capsys.readouterr().err.split())
+    assert f"cqos.toml:3: {expected}" in " ".join(capsys.readouterr().err.split())
 
 
 def test_settings_reach_another_process_as_they_are():

@@ -212,8 +212,8 @@ def mistakes(number):
 
 @pytest.mark.parametrize("word", ["x", "ümläut", "長い"])
 @pytest.mark.parametrize("number", [5, 20, 50, 800])
-def test_of_many_mistakes_as_many_are_told_as_callers_take(checks, number, word):
-    """Where it were more, gRPC would tell its caller of no mistake at all, but that there was too much to tell."""
+def test_a_long_list_of_mistakes_is_cut_to_the_limit_of_grpc(checks, number, word):
+    """Above its limit gRPC drops all error details and reports only that they are too large."""
     request = check_pb2.CheckDocumentRequest(
         documents=[check_pb2.Document(name=f"{word}.yaml", content=mistakes(number))]
     )
@@ -221,12 +221,12 @@ def test_of_many_mistakes_as_many_are_told_as_callers_take(checks, number, word)
         error = refused(checks.CheckDocument, request, timeout=20)
         assert error.code() == grpc.StatusCode.INVALID_ARGUMENT
     assert error.details().endswith(f"(and {number - 1} more)")
-    told, info = report_pb2.InputProblems(), error_details_pb2.ErrorInfo()
+    listed, info = report_pb2.InputProblems(), error_details_pb2.ErrorInfo()
     details = status_pb2.Status.FromString(dict(error.trailing_metadata())["grpc-status-details-bin"]).details
-    assert any(detail.Unpack(told) for detail in details)
+    assert any(detail.Unpack(listed) for detail in details)
     left_out = int(info.metadata["left_out"]) if any(detail.Unpack(info) for detail in details) else 0
-    assert len(told.problems) + left_out == number
-    assert len(told.problems) >= min(number, 5)
+    assert len(listed.problems) + left_out == number
+    assert len(listed.problems) >= min(number, 5)
 
 
 def test_a_caller_that_takes_more_says_how_much(client, service):
@@ -283,12 +283,14 @@ def test_text_that_is_not_utf_8_is_refused(channel, checks):
     assert still_answers(checks)
 
 
-@pytest.mark.parametrize(("size", "told"), [(2_000_100, "this service takes 2000000"), (5_000_000, "larger than max")])
-def test_an_oversized_message_is_refused(checks, size, told):
+@pytest.mark.parametrize(
+    ("size", "expected"), [(2_000_100, "this service takes 2000000"), (5_000_000, "larger than max")]
+)
+def test_an_oversized_message_is_refused(checks, size, expected):
     request = check_pb2.CheckDocumentRequest(documents=[check_pb2.Document(content=b" " * size)])
     error = refused(checks.CheckDocument, request, timeout=10)
     assert error.code() == grpc.StatusCode.RESOURCE_EXHAUSTED
-    assert told in error.details()
+    assert expected in error.details()
     assert still_answers(checks)
 
 
@@ -417,7 +419,7 @@ def test_a_heavy_request_keeps_no_small_one_waiting(checks):
     assert waited[len(waited) * 9 // 10] < took / 4
 
 
-def test_a_slow_reader_delays_nobody_else(channel, checks):
+def test_a_slow_reader_delays_no_other_call(channel, checks):
     pair = check_pb2.CheckPairsRequest(pair=check_pb2.CheckPairRequest(protocol="ros2"))
     slow = checks.CheckPairs(pair for _ in range(1_000))
     assert next(slow).report.verdict == report_pb2.VERDICT_COMPATIBLE
@@ -475,7 +477,7 @@ def test_two_hundred_clients_at_once(service):
                     report = client.check_pair("ros2", {"depth": depth}, {"reliability": "reliable"})
                     assert report.verdict == "compatible"
                     assert next(p for p in report.policies if p.policy == "depth").offered.value == depth
-        except BaseException as error:  # noqa: BLE001 - told by the test
+        except BaseException as error:  # noqa: BLE001 - the test reports it
             failures.append(error)
 
     threads = [threading.Thread(target=many, args=(number,)) for number in range(20)]

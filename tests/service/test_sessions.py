@@ -352,7 +352,7 @@ class FromAfar:
 
 
 class EditingFromAfar(Editing):
-    """What is told of the edits makes the report of a fresh check, too."""
+    """The differences that the service sends add up to the report of a fresh check, too."""
 
     opened = cast("Any", FromAfar)
 

@@ -82,7 +82,7 @@ def test_a_refusal_says_whether_it_is_for_ever(start):
 # --- who is served where ---
 
 
-def test_time_of_the_serving_process_is_given_back_as_it_goes_by():
+def test_the_time_budget_of_the_serving_process_refills():
     budget = Budget(0.5, 0.2)
     budget.spend(0.5)
     assert budget.left < 0
@@ -157,8 +157,8 @@ def test_a_call_whose_worker_is_killed_is_answered_by_another_one(start):
         time.sleep(0.5)
         os.kill(worker, signal.SIGKILL)
         assert under_way.result().report.endpoints == 1
-        told = "the worker process ended while it answered (signal SIGKILL)"
-        assert own.wait_for(lambda line: line["event"] == "worker ended")["why"] == told
+        why = "the worker process ended while it answered (signal SIGKILL)"
+        assert own.wait_for(lambda line: line["event"] == "worker ended")["why"] == why
 
 
 @pytest.mark.skipif(not hasattr(os, "getpriority"), reason="no priorities here")

@@ -116,8 +116,8 @@ def test_grpc_web_carries_what_is_wrong(web):
         web, "POST", PAIR, frame(check_pb2.CheckPairRequest().SerializeToString()), content_type="application/grpc-web"
     )
     (_, trailers) = frames(body)[-1]
-    told = dict(line.split(": ", 1) for line in trailers.decode().lower().splitlines())
-    assert (status, told["grpc-status"]) == (200, "3")
+    answered = dict(line.split(": ", 1) for line in trailers.decode().lower().splitlines())
+    assert (status, answered["grpc-status"]) == (200, "3")
     raw = dict(line.split(": ", 1) for line in trailers.decode().splitlines())
     (details,) = [value for name, value in raw.items() if name.lower() == "grpc-status-details-bin"]
     padded = details + "=" * (-len(details) % 4)
@@ -154,7 +154,7 @@ def test_hostile_bytes_are_refused(web, kind, body, status, code):
 
 
 @pytest.mark.parametrize(
-    ("method", "path", "kind", "status", "told"),
+    ("method", "path", "kind", "status", "expected"),
     [
         ("POST", PAIR, "", 415, "a content-type is needed: it is one of application/json, application/proto, "),
         ("POST", PAIR, "application/x-www-form-urlencoded", 415, "`application/x-www-form-urlencoded` is not spoken"),
@@ -179,11 +179,11 @@ def test_hostile_bytes_are_refused(web, kind, body, status, code):
         ("GET", f"{PAIR}?encoding=json", "", 400, "'message' parameter is required"),
     ],
 )
-def test_what_is_no_call_at_all_hears_what_would_be_one(web, method, path, kind, status, told):
+def test_what_is_no_call_at_all_hears_what_would_be_one(web, method, path, kind, status, expected):
     lines = len(web.lines)
     found, headers, body = call(web, method, path, b"x", **({"content_type": kind} if kind else {}))
     assert (found, headers["content-type"]) == (status, "application/json")
-    assert told in json.loads(body)["message"]
+    assert expected in json.loads(body)["message"]
     assert "traceback" not in json.dumps(web.lines[lines:])
 
 
@@ -195,8 +195,8 @@ def test_what_is_wrong_with_a_body_is_in_the_log_too(web):
     assert "secret" not in json.dumps(line)
 
 
-def test_nobody_states_an_address_of_its_own(web):
-    """Callers are told apart by it."""
+def test_a_forwarded_address_in_a_header_is_ignored(web):
+    """The service distinguishes callers by address, so a caller must not choose one."""
     given = {"x_forwarded_for": "192.0.2.7", "x_request_id": "forwarded-1"}
     call(web, "POST", PAIR, REQUEST.SerializeToString(), content_type="application/proto", **given)
     assert "192.0.2.7" not in str(web.wait_for(lambda line: line.get("request_id") == "forwarded-1", 5)["peer"])
@@ -247,8 +247,8 @@ def test_the_client_of_connectrpc_gets_the_same(web):
         assert raised.value.details[0].type_name == "google.rpc.BadRequest"
 
 
-def test_json_that_takes_long_to_read_is_read_by_a_worker_and_keeps_nobody_waiting(start):
-    """In the process that serves, nothing could end it, and nobody else was answered meanwhile."""
+def test_json_that_takes_long_to_read_is_read_by_a_worker(start):
+    """The serving process could not end the reading, and would answer no other call meanwhile."""
     endpoints = [{"id": "a"}] * 400_000
     body = json.dumps({"system": {"protocol": "ros2", "endpoints": endpoints}}).encode()
     with start("--web", "127.0.0.1:0", "--max-seconds", "0.5", "--heavy-workers", "1") as own:
@@ -270,8 +270,8 @@ def test_json_of_a_size_that_a_worker_reads_gives_the_same(web):
         status, _, answer = call(
             web, "POST", "/cqos.v1.CheckService/CheckDocument", body, content_type="application/json"
         )
-        told = json.loads(answer)
-        assert (status, told["revision"], told["report"]["verdict"]) == (200, "9", "VERDICT_COMPATIBLE")
+        answered = json.loads(answer)
+        assert (status, answered["revision"], answered["report"]["verdict"]) == (200, "9", "VERDICT_COMPATIBLE")
 
 
 def test_a_connection_is_kept_while_its_page_is_read(service):
