@@ -136,7 +136,7 @@ def test_what_is_returned_travels_to_other_processes(file: Path):
         assert pickle.loads(pickle.dumps(each)) == each  # noqa: S301 - our own bytes
 
 
-def test_what_cannot_be_read_is_told_all_at_once(file: Path):
+def test_all_unreadable_inputs_are_reported_at_once(file: Path):
     with pytest.raises(cqos.InputError) as raised:
         cqos.check("gone.yaml", b"\x00", "system.yaml", b"cqos: 1\ncolour: red", packs=PACKS)
     assert [problem.code for problem in raised.value.problems] == ["CQ001", "CQ003", "CQ006"]
@@ -145,14 +145,14 @@ def test_what_cannot_be_read_is_told_all_at_once(file: Path):
         cqos.check()
 
 
-def test_what_is_wrong_with_a_system_of_the_caller_is_told_all_at_once():
+def test_all_mistakes_in_a_system_of_the_caller_are_reported_at_once():
     system = cqos.System(protocol="post", participants={"a": cqos.Participant("a"), "c": cqos.Participant("b")})
     system.endpoints = [
         cqos.Endpoint(id="w", role="publisher", topic="box", participant="d"),
         cqos.Endpoint(id="x", role="pub", topic="box", participant="a"),  # type: ignore[arg-type]
         cqos.Endpoint(id="r", role="subscriber", topic="box", participant="a", settings={"care": "signed"}),  # type: ignore[dict-item]
     ]
-    told = [
+    expected = [
         "endpoint `w` belongs to participant `d`, which is not there (known: a, c)",
         "endpoint `x` has the role `pub` (allowed: publisher, subscriber)",
         "`care` of endpoint `r` is 'signed', which is no `Setting` (settings hold their text: `Setting('reliable')`)",
@@ -161,7 +161,7 @@ def test_what_is_wrong_with_a_system_of_the_caller_is_told_all_at_once():
     for use in (cqos.read, cqos.Session, lambda given: cqos.check(given, packs=PACKS)):
         with pytest.raises(cqos.InputError) as raised:
             use(system)
-        assert [str(problem) for problem in raised.value.problems] == told
+        assert [str(problem) for problem in raised.value.problems] == expected
 
 
 def test_the_systems_of_the_caller_stay_as_they_are(file: Path):
@@ -309,7 +309,7 @@ def test_a_line_is_never_worse_than_the_pair():
         ),
     ],
 )
-def test_what_cannot_be_explained_is_told_why(publisher, subscriber, message):
+def test_a_pair_that_cannot_be_explained_is_refused_with_the_reason(publisher, subscriber, message):
     system = world(writer("box"), reader("box"), reader("news", "other"))
     with pytest.raises(cqos.CqosError) as raised:
         explained(system, publisher, subscriber)
@@ -325,7 +325,7 @@ def test_the_others_on_the_topic_count_where_values_come_from_peers():
     assert explained(system, "plain_one").verdict == "unknown"
 
 
-def test_a_failing_rule_is_said_to_fail_here_too():
+def test_check_pair_reports_a_failing_rule_too():
     def failing(*_: str) -> bool:
         raise OSError("disk")
 

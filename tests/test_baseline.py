@@ -91,7 +91,7 @@ def test_a_merged_finding_is_known_if_each_of_its_rules_is():
     assert not is_known(known, finding(more_codes=("ROS102", "ROS103")))
 
 
-def test_findings_about_nothing_in_particular_are_told_apart_by_what_they_say():
+def test_findings_without_topic_and_endpoints_differ_by_their_messages():
     known = baseline_of(finding("CQ603", None, (), message="`ROS1`", severity=Severity.WARNING))
     assert is_known(known, finding("CQ603", None, (), message="`ROS1`"))
     assert not is_known(known, finding("CQ603", None, (), message="`ROS2`"))
@@ -119,7 +119,7 @@ def test_notes_and_accepted_findings_are_not_kept():
     assert len(kept.entries) == 1
 
 
-def test_the_reason_that_somebody_gave_stays():
+def test_the_reason_of_an_acceptance_stays():
     known = baseline_of(finding())
     (marked,) = known.mark(report(finding(accepted="we know"))).findings
     assert marked.accepted == "we know"
@@ -152,7 +152,7 @@ def test_the_file_can_be_compared_line_by_line():
     ],
     ids=lambda value: value[:60],
 )
-def test_what_is_no_baseline_is_told_with_the_reason(text, said):
+def test_a_malformed_baseline_is_refused_with_the_reason(text, said):
     with pytest.raises(InputError) as raised:
         read_baseline("known.json", text.encode())
     (problem,) = raised.value.problems

@@ -90,7 +90,7 @@ def across(*needs_and_ends, **more):
     )
 
 
-def told(report):
+def bridge_findings(report):
     return [(each.code, each.endpoints) for each in report.findings if each.code.startswith(("POST51", "CQ5"))]
 
 
@@ -120,9 +120,9 @@ def check(system):
         ({"care": "plain"}, {"care": "plain"}, [("POST511", FIRST_HOP), ("POST511", LAST_HOP)]),
     ],
 )
-def test_the_hop_that_loses_what_is_needed_is_the_one_that_is_told(offer, send, found):
+def test_the_hop_that_breaks_a_requirement_is_reported(offer, send, found):
     report = check(across(offer, send, {"latest": True}))
-    assert sorted(told(report)) == sorted(found)
+    assert sorted(bridge_findings(report)) == sorted(found)
     assert report.verdict == ("incompatible" if found else "compatible")
 
 
@@ -134,44 +134,46 @@ def test_a_need_that_was_handed_on_says_whose_it_is_and_where_it_stands():
     assert [remedy.text for remedy in finding.remedies] == ["offer care `signed` on here/w"]
 
 
-def test_a_guarantee_that_rests_on_one_side_is_mended_there():
+def test_a_guarantee_of_one_side_is_fixed_on_that_side():
     finding = only(check(across({"care": "signed"}, {"care": "plain"}, {"latest": True})), "POST511")
     assert {remedy.role for remedy in finding.remedies} == {"publisher"}
 
 
 @pytest.mark.parametrize(("first", "found"), [("30s", []), ("31s", [("POST514", FIRST_HOP)])])
 def test_ages_add_up_over_the_hops(first, found):
-    assert told(check(across({"delay": first}, {"delay": "70s"}, {"max_age": "100s"}))) == found
+    assert bridge_findings(check(across({"delay": first}, {"delay": "70s"}, {"max_age": "100s"}))) == found
 
 
 def test_where_the_last_hop_spends_all_of_it_the_hop_before_is_not_blamed():
-    assert told(check(across({"delay": "1h"}, {"delay": "101s"}, {"max_age": "100s"}))) == [("POST514", LAST_HOP)]
+    assert bridge_findings(check(across({"delay": "1h"}, {"delay": "101s"}, {"max_age": "100s"}))) == [
+        ("POST514", LAST_HOP)
+    ]
 
 
 def test_what_is_stored_for_late_subscribers_has_to_get_there_first():
     fine = across({"care": "signed"}, {"care": "signed", "copies": "5"}, {"late_join": 5})
-    assert told(check(fine)) == []
-    assert told(check(across({"care": "plain"}, {"care": "signed", "copies": "5"}, {"late_join": 5}))) == [
+    assert bridge_findings(check(fine)) == []
+    assert bridge_findings(check(across({"care": "plain"}, {"care": "signed", "copies": "5"}, {"late_join": 5}))) == [
         ("POST511", FIRST_HOP)
     ]
-    assert told(check(across({"care": "signed"}, {"care": "signed", "copies": "4"}, {"late_join": 5}))) == [
+    assert bridge_findings(check(across({"care": "signed"}, {"care": "signed", "copies": "4"}, {"late_join": 5}))) == [
         ("POST513", LAST_HOP)
     ]
 
 
 def test_liveness_does_not_cross_a_bridge_unless_it_carries_it():
     needs, delay = {"liveness": "100s"}, {"delay": "40s"}
-    assert told(check(across(delay, delay, needs))) == [("POST516", LAST_HOP)]
-    assert told(check(across(delay, delay, needs, carries=("liveliness",)))) == []
+    assert bridge_findings(check(across(delay, delay, needs))) == [("POST516", LAST_HOP)]
+    assert bridge_findings(check(across(delay, delay, needs, carries=("liveliness",)))) == []
     slow = check(across({"delay": "61s"}, delay, needs, carries=("liveliness",)))
-    assert told(slow) == [("POST515", FIRST_HOP)]
+    assert bridge_findings(slow) == [("POST515", FIRST_HOP)]
 
 
 def test_a_bridge_that_restarts_is_a_restart_of_the_subscriber_before_it():
     needs = {"latest": True, "survives": ["intermediary_restart"]}
-    lost = told(check(across({"care": "signed"}, {"care": "insured"}, needs)))
+    lost = bridge_findings(check(across({"care": "signed"}, {"care": "insured"}, needs)))
     assert lost == [("POST512", FIRST_HOP)]
-    assert told(check(across({"care": "insured"}, {"care": "insured"}, needs))) == []
+    assert bridge_findings(check(across({"care": "insured"}, {"care": "insured"}, needs))) == []
 
 
 def test_needs_are_handed_on_along_a_chain():
@@ -184,7 +186,7 @@ def test_needs_are_handed_on_along_a_chain():
         ],
     )
     report = check(system)
-    assert told(report) == [("POST511", ("one/subscriber/a", "w"))]
+    assert bridge_findings(report) == [("POST511", ("one/subscriber/a", "w"))]
     way = explain_pair(system, "w", "r", WHERE)
     assert [(hop.topic, hop.verdict, hop.bridge) for hop in way.hops] == [
         ("a", "incompatible", "one"),
@@ -215,7 +217,7 @@ def test_a_target_without_a_topic_has_that_of_the_source():
     assert [group.topic for group in check(system).groups] == ["a", "a"]
 
 
-def test_a_pattern_that_matches_nothing_is_told():
+def test_a_pattern_that_matches_nothing_is_reported():
     finding = only(
         check(bridged(writer("a"), reader("a"), bridges=[bridge("b", ("in", "x*"), ("out", "y*"))])), "CQ502"
     )
@@ -223,7 +225,7 @@ def test_a_pattern_that_matches_nothing_is_told():
     assert finding.place == place(2)
 
 
-def test_a_side_that_is_no_participant_is_told_with_the_nearest_one():
+def test_a_missing_participant_of_a_bridge_is_reported_with_the_nearest_one():
     system = bridged(writer("a"), reader("a"), bridges=[bridge("b", ("gate", "a"), ("out", "y"))])
     del system.participants["gate"]
     system.participants["gaet"] = Participant("gaet")
@@ -248,7 +250,7 @@ def test_one_bridge_in_both_directions_is_no_loop():
     assert "CQ503" not in codes(check(system))
 
 
-def test_less_behind_a_bridge_is_a_note_where_nobody_needs_it():
+def test_weaker_guarantees_behind_a_bridge_are_a_note_if_not_required():
     system = across({"care": "signed"}, {"care": "plain"}, {})
     finding = only(check(system), "CQ504")
     assert finding.severity == "note"
@@ -257,8 +259,8 @@ def test_less_behind_a_bridge_is_a_note_where_nobody_needs_it():
     assert "CQ504" not in codes(check(across({"care": "plain"}, {"care": "plain"}, {})))
 
 
-@pytest.mark.parametrize(("copies", "told_"), [("1", True), ("2", False)])
-def test_several_topics_into_one_that_stores_less_is_told(copies, told_):
+@pytest.mark.parametrize(("copies", "reported"), [("1", True), ("2", False)])
+def test_several_topics_into_one_that_stores_less_are_reported(copies, reported):
     system = bridged(
         writer("home/a", "w1"),
         writer("home/b", "w2"),
@@ -266,8 +268,8 @@ def test_several_topics_into_one_that_stores_less_is_told(copies, told_):
         bridges=[bridge("b", ("in", "home/*"), ("here", "all"), send={"copies": copies})],
     )
     report = check(system)
-    assert ("CQ505" in codes(report)) is told_
-    if told_:
+    assert ("CQ505" in codes(report)) is reported
+    if reported:
         message = "bridge `b` carries 2 topics into `all`, and a late subscriber gets 1 sample in all"
         assert only(report, "CQ505").message == message
 
@@ -278,7 +280,7 @@ def test_a_session_with_a_bridge_reports_as_a_fresh_check_does():
     assert session.report() == check(system)
     session.put(writer("box", "here/w", care="signed"))
     assert session.report().verdict == "compatible"
-    assert told(session.report()) == []
+    assert bridge_findings(session.report()) == []
 
 
 # What hops amount to
@@ -356,7 +358,7 @@ def test_only_what_a_side_can_meet_is_carried():
     assert carried(system) == {"home/b"}
 
 
-def test_what_a_pattern_brings_needs_nobody_who_wants_it():
+def test_topics_of_a_pattern_need_no_subscriber():
     same_name = bridge("b", ("in", "home/*"), ("out", "home/*"))
     system = bridged(writer("home/a", "w1"), writer("home/b", "w2"), reader("home/b", "out/r"), bridges=[same_name])
     system.participants["out"].settings = settings(town=7)
@@ -368,13 +370,13 @@ def test_what_a_pattern_brings_needs_nobody_who_wants_it():
 
 
 def incoming(external=True):
-    """A bridge that brings what somebody publishes who is in no file."""
+    """A bridge that brings samples of publishers that are in no file."""
     patterned = bridge("b", ("out", "far/*"), ("in", "home/*"))
     (route,) = patterned.routes
     return replace(patterned, routes=(replace(route, source=replace(route.source, external=external)),))
 
 
-def test_what_is_subscribed_may_come_over_a_bridge_whose_other_side_nobody_knows():
+def test_a_bridge_with_an_unknown_side_may_bring_any_topic_of_its_pattern():
     alone = bridged(reader("home/a", "r"), bridges=[incoming()])
     assert [(group.publishers, group.subscribers) for group in check(alone).groups] == [
         (("b/publisher/home/a",), ("r",))
@@ -384,7 +386,7 @@ def test_what_is_subscribed_may_come_over_a_bridge_whose_other_side_nobody_knows
 
 
 @pytest.mark.parametrize("there", [writer("far/b", "out/w"), bridge("other", ("here", "x*"), ("out", "far/x*"))])
-def test_where_somebody_is_on_the_other_side_all_that_comes_is_known(there):
+def test_a_bridge_with_a_known_side_brings_only_the_topics_of_that_side(there):
     parts, bridges = ([], [incoming(), there]) if isinstance(there, Bridge) else ([there], [incoming()])
     report = check(bridged(reader("home/a", "r"), *parts, bridges=bridges))
     assert only(report, "CQ401").endpoints == ("r",)
@@ -456,7 +458,7 @@ def test_an_end_that_has_its_own_value_is_what_others_copy():
     assert verdicts(chain("signed", "signed", "sent", middle="plain")) == ["compatible", "compatible", "incompatible"]
 
 
-def test_with_nobody_on_one_side_the_other_is_copied():
+def test_with_no_endpoint_on_one_side_the_other_is_copied():
     system = chain("plain", "signed", "first")
     system.endpoints = [each for each in system.endpoints if each.id == "w"]
     assert verdicts(system)[0] == "compatible"
@@ -477,7 +479,7 @@ def test_bridges_in_a_circle_copy_what_comes_into_it():
     assert [group.verdict for group in checked(system, where=COPIED).groups] == ["compatible"] * 2
 
 
-def test_nobody_is_told_to_set_what_is_copied():
+def test_fixes_never_set_copied_values():
     report = checked(chain("plain", "signed", "first"), where=COPIED)
     texts = {remedy.text for finding in report.findings for remedy in finding.remedies}
     assert texts == {"offer care `signed` on w", "request care `plain` on r"}
@@ -526,7 +528,7 @@ def repeated(system):
     return [(str(f.severity), f.message, f.endpoints) for f in check(system).findings if f.code == "CQ507"]
 
 
-def test_who_needs_each_sample_once_and_gets_it_over_two_bridges_is_told():
+def test_samples_over_two_bridges_break_a_requirement_of_no_duplicates():
     said = "subscriber `r` needs duplicate_free, but what `w` publishes arrives at it twice: over `one`, and over `two`"
     assert repeated(beside(via("one"), via("two"))) == [("error", said, ("r",))]
     assert repeated(beside(via("one"), via("two"), needs={})) == []
@@ -548,7 +550,7 @@ def test_who_needs_each_sample_once_and_gets_it_over_two_bridges_is_told():
         ),
         ([via("out", "a", "c"), via("back", "c", "a")], "a", "straight, and over `out` and then `back`"),
     ],
-    ids=["of different length", "that part before another bridge", "one of which is straight"],
+    ids=["of different length", "that part before another bridge", "one of them without a bridge"],
 )
 def test_ways_may_part_anywhere(bridges, at, ways):
     ((_, message, _),) = repeated(beside(*bridges, at=at))
@@ -595,7 +597,7 @@ def growing(bridges, *parts, **fields):
     return [finding.message.partition(": ")[2] for finding in report.findings if finding.code == "CQ508"]
 
 
-def test_bridges_that_make_each_other_s_names_longer_are_told_and_not_followed():
+def test_bridges_that_lengthen_the_names_of_each_other_are_reported_and_not_followed():
     assert growing([longer(0), longer(1)], writer("x", "p/w")) == ["`*` → b0 → `a0/*` → b1 → `b1/*` → b0 → `a0/*`"]
 
 

@@ -49,7 +49,7 @@ from tests.worlds import (
 if TYPE_CHECKING:
     from cqos_core.model.report import Finding, Report
 
-# Every code of the core, with a system of which it speaks and a twin of which it is silent
+# Every code of the core, with a system that has the finding and a twin that does not
 
 PAIR = [writer("box"), reader("box")]
 FAIL = [writer("box"), reader("box", care="signed")]
@@ -211,7 +211,7 @@ def test_instances_of_a_template_without_partner_are_one_finding():
     assert [side.templates for side in together.sides] == [("r${n}",)]
 
 
-def test_instances_of_which_one_is_accepted_are_not_one_finding():
+def test_an_accepted_instance_is_a_finding_of_its_own():
     def instance(n: int) -> Endpoint:
         return reader(f"box{n}", f"r{n}", more={"template": "r${n}"})
 
@@ -228,7 +228,7 @@ EXTERNAL: dict[str, list[Any]] = {
 
 
 @pytest.mark.parametrize("parts", EXTERNAL.values(), ids=EXTERNAL)
-def test_whoever_expects_its_partner_elsewhere_is_not_lonely(parts):
+def test_an_endpoint_with_external_partners_is_not_reported_as_unmatched(parts):
     assert codes(checked(*parts)) == ["CQ404"]
 
 
@@ -237,7 +237,7 @@ def test_one_of_several_may_expect_its_partner_elsewhere():
     assert only(report, "CQ401").endpoints == ("b",)
 
 
-def test_endpoints_without_a_topic_are_paired_with_nobody():
+def test_endpoints_without_a_topic_are_in_no_pair():
     report = checked(writer(None, "w"), reader(None, "r"))
     assert (codes(report), report.endpoints, report.topics) == (["CQ404"], 2, 0)
 
@@ -324,7 +324,7 @@ def test_a_subscriber_with_partners_outside_finds_a_misspelt_publisher():
     assert only(report, "CQ403").message.endswith("did you mean `lettre`?")
 
 
-def test_who_has_a_partner_misses_nobody():
+def test_a_matched_topic_is_no_near_miss_of_another():
     report = checked(writer("Box", "w1"), reader("Box", "r1"), reader("box", "r2"))
     assert codes(report) == ["CQ401"]
 
@@ -344,7 +344,7 @@ def test_what_is_expected_elsewhere_is_no_near_miss():
 # Names that become one
 
 
-def test_names_that_stand_for_one_topic_are_told_with_all_who_use_them():
+def test_spellings_of_one_topic_are_reported_with_all_their_endpoints():
     report = checked(
         *(replace(writer("My box", f"w{n}"), place=place(n)) for n in (3, 2)),
         reader("my Box", "r"),
@@ -428,7 +428,7 @@ def test_a_report_counts_what_it_looked_at():
     assert [report.count(severity) for severity in Severity] == [0, 0, 1]
 
 
-def test_a_step_is_told_before_each_topic():
+def test_progress_is_reported_before_each_topic():
     steps: list[tuple[int, int]] = []
     check_system(world(*PAIR, writer("news", "w2")), CONTEXT, lambda done, of: steps.append((done, of)))
     assert steps == [(0, 2), (1, 2)]

@@ -152,7 +152,7 @@ class TestReading:
 
 
 class TestProblems:
-    def test_all_are_told_with_their_lines(self):
+    def test_all_are_reported_with_their_lines(self):
         assert problems("""
             pack = "x"              # a comment with pack = "y"
             fail_on = "eror"
@@ -285,7 +285,7 @@ class TestExtending:
         circle = f"cqos.toml → {Path('a/base.toml')} → {Path('a/../cqos.toml')}"
         assert problem == f"CQ008 {Path('a/base.toml')}:1: `{Path('a/../cqos.toml')}` extends itself: {circle}"
 
-    def test_problems_of_all_files_are_told(self):
+    def test_problems_of_all_files_are_reported(self):
         write("a.toml", "x = 1")
         found = problems("extends = ['a.toml', 'nowhere.toml']\ny = 1")
         assert [problem.split(": ")[0] for problem in found] == [

@@ -149,7 +149,7 @@ def test_topics_can_be_chosen():
     assert [each[0] for each in values(diff(a, b, ignored=["/a/*"]))] == ["w/2"]
 
 
-def test_what_nobody_judges_is_not_compared():
+def test_a_protocol_without_a_pack_is_not_compared():
     a = world(writer("t", "w/t", copies=1), protocol="nobody's")
     assert missing(diff(a, world(writer("t", "w/t", copies=2)))) == [(ComparedSide.B, "w/t")]
     assert diff(a, a).matched == 0

@@ -93,9 +93,9 @@ def test_several_settings_of_one_map_are_added_together():
     ],
 )
 def test_what_cannot_be_edited_is_left(text, edit, reason):
-    after, (told,) = change(text, edit)
+    after, (left,) = change(text, edit)
     assert after == text
-    assert reason in told
+    assert reason in left
 
 
 def test_of_two_edits_of_one_text_one_is_left():

@@ -88,7 +88,7 @@ def test_what_sentences_mean(text, a, b, expected):
     assert result(text, a, b) is expected
 
 
-def test_what_was_written_down_is_told_from_what_holds_by_default():
+def test_a_stated_value_differs_from_an_equal_default():
     asked = bind(stated(DELAY) & (DELAY == "infinite"), WORDS)
     assert asked.judge(values(), values()).result is False
     assert asked.judge(values(words={"delay": WrittenValue("infinite", here=False)}), values()).result is True
@@ -187,7 +187,7 @@ def test_true_and_false_hold_whatever_the_unknown_turns_out_to_be(sentence, side
 
 
 def test_binding_a_sentence_leaves_the_vocabulary_as_it_is():
-    """What one system's checks ask must not change what another system is told."""
+    """The checks of one system must not change the report on another system."""
     before = dict(vars(WORDS))
     assert bind(parse("stated(copies)"), WORDS).asked == {2}
     assert vars(WORDS) == before
@@ -227,7 +227,7 @@ def test_a_world_may_leave_its_case_open():
 
 
 def test_beyond_a_handful_of_worlds_values_are_sets():
-    """Seven assumptions of two cases are 128 worlds: no world is told, and what is certain is so still."""
+    """Seven assumptions of two cases are 128 worlds: the answer names no world, and certain answers stay certain."""
     names = ("care", "delay", "copies", "sealed", "interval", "urgent", "year")
     many = {name: depends(name, *((SECOND, 1) if name in {"delay", "interval"} else (1, 0))) for name in names}
     everything = (

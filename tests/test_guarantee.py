@@ -172,7 +172,7 @@ def test_a_restart_of_what_stands_between_is_both_faults_of_a_broker():
     assert needs.parse("[intermediary_restart, link_outage]") == ("broker_stop", "broker_crash", "link_outage")
 
 
-def test_a_fault_of_which_a_pack_says_nothing_is_no_silent_yes():
+def test_a_fault_that_the_pack_does_not_cover_is_a_warning():
     report = judged({"latest": "true", "survives": "[broker_crash]"}, care="signed")
     finding = only(report, "CQ218")
     assert (report.verdict, finding.severity) == (Verdict.UNKNOWN, Severity.WARNING)
@@ -214,7 +214,7 @@ def test_each_fault_has_a_cell_of_its_own():
     assert latest.survives == ("broker_crash",)
 
 
-def test_a_word_of_which_a_pack_says_nothing_is_no_silent_yes():
+def test_a_guarantee_that_the_pack_does_not_cover_is_reported():
     assert "POST511" not in codes(judged({"ordered": "true"}, care="plain"))
     assert "needs ordered" in only(judged({"ordered": "true"}), "CQ211").message
 
@@ -347,21 +347,21 @@ def test_a_weaker_need_never_adds_a_finding_and_never_makes_the_verdict_worse(pa
 def test_an_unmet_need_refuses_and_one_not_known_leaves_open(pair, stated):
     without, report = check_pair(**pair), check_pair(**pair, needs=stated)
     pack = pair["packs"][0]
-    told = [finding for finding in report.findings if finding.code in given_up(report, pack)]
+    reported = [finding for finding in report.findings if finding.code in given_up(report, pack)]
     if without.verdict == "incompatible":
-        assert told == []
+        assert reported == []
         assert report.verdict == "incompatible"
         return
-    severities = {finding.severity for finding in told}
+    severities = {finding.severity for finding in reported}
     assert severities <= {Severity.ERROR, Severity.WARNING}
-    for finding in told:
+    for finding in reported:
         assert finding.verdict == ("incompatible" if finding.severity is Severity.ERROR else "unknown")
-    worst = "incompatible" if Severity.ERROR in severities else "unknown" if told else without.verdict
+    worst = "incompatible" if Severity.ERROR in severities else "unknown" if reported else without.verdict
     assert report.verdict == worst
 
 
 @given(pairs(), needs())
-def test_needs_stated_together_are_all_told(pair, stated):
+def test_requirements_stated_together_are_all_reported(pair, stated):
     pack = pair["packs"][0]
     survives = {name: text for name, text in stated.items() if name == "survives"}
     apart = [
@@ -373,18 +373,18 @@ def test_needs_stated_together_are_all_told(pair, stated):
 
 
 @given(pairs(), needs())
-def test_a_remedy_mends_what_it_says(pair, stated):
+def test_a_fix_removes_its_finding(pair, stated):
     for finding in check_pair(**pair, needs=stated).findings:
         if finding.code not in {rule.code for rule in pair["packs"][0].rules if rule.guarantee}:
             continue
         for remedy in finding.remedies:
             side = "offered" if remedy.role == "publisher" else "requested"
             required = dict(stated)
-            mended = pair | {side: {**pair[side], remedy.policy: remedy.value}}
+            fixed = pair | {side: {**pair[side], remedy.policy: remedy.value}}
             if remedy.policy.startswith("need."):
                 assert (remedy.weakens, len(finding.remedies)) == (True, 1), "only where no setting helps"
-                mended, required = pair, {**stated, remedy.policy.removeprefix("need."): remedy.value}
-            assert finding.code not in {each.code for each in check_pair(**mended, needs=required).findings}
+                fixed, required = pair, {**stated, remedy.policy.removeprefix("need."): remedy.value}
+            assert finding.code not in {each.code for each in check_pair(**fixed, needs=required).findings}
 
 
 @given(pairs(), needs())
@@ -477,7 +477,7 @@ def test_a_rule_that_is_switched_off_takes_no_other_with_it():
         ("mqtt", {}, True),
     ],
 )
-def test_faults_of_a_broker_are_told_only_where_there_may_be_one(protocol, settings, expected):
+def test_faults_of_a_broker_are_listed_only_if_there_may_be_one(protocol, settings, expected):
     options = {"durability_service_runs": "true"} if settings else {}
     faults = {
         cell.fault for each in check_pair(protocol, settings, settings, options).guarantees for cell in each.cells

@@ -65,7 +65,7 @@ def test_a_folder_that_cannot_be_searched_is_a_problem(folder, monkeypatch):
     ],
     ids=["missing", "folder", "long", "null"],
 )
-def test_what_cannot_be_read_is_told_with_the_reason(folder, path, reason):
+def test_an_unreadable_path_is_reported_with_the_reason(folder, path, reason):
     (problem,) = problems_of(read_path, path)
     assert (problem.code, problem.message) == ("CQ001", f"cannot be read: {reason}")
 
@@ -92,7 +92,7 @@ def test_an_importer_that_fails_to_look_claims_nothing(monkeypatch):
     assert [(broken.name, broken.reason) for broken in plugins.broken] == [("bpmn", "ZeroDivisionError")]
 
 
-def test_what_nobody_reads_is_told_with_what_could():
+def test_an_unrecognised_format_is_an_error_with_help():
     (problem,) = problems_of(read_source, Source("x", b"hello"))
     assert problem.code == "CQ003"
     assert (problem.help or "").startswith("`cqos packs` lists")
@@ -106,14 +106,14 @@ def test_a_protocol_is_for_sources_that_state_none():
     assert (stated.protocol, unstated.protocol) == ("mqtt", "ros2")
 
 
-def test_reading_is_told_step_by_step(folder):
+def test_progress_of_reading_is_reported_step_by_step(folder):
     steps = []
     load_paths(["."], step=lambda done, of: steps.append((done, of)))
     assert steps == [(1, 3), (2, 3), (3, 3)]
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes here")
-def test_what_is_included_is_no_pipe_that_nobody_writes_to(tmp_path):
+def test_an_included_pipe_without_a_writer_is_refused(tmp_path):
     os.mkfifo(tmp_path / "common.yaml")
     system = tmp_path / "system.yaml"
     system.write_text("cqos: 1\ninclude: [common.yaml]\nparticipants: {a: {}}\n")

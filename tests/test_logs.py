@@ -86,7 +86,7 @@ def explained(line, system=SYSTEM):
     return one
 
 
-def test_all_that_is_wrong_with_the_pair_is_told():
+def test_all_findings_of_the_pair_are_listed():
     one = explained("a@t complains of care")
     assert [(pair.publisher, pair.subscriber, pair.verdict) for pair in one.pairs] == [("a/t", "r/t", "incompatible")]
     assert [finding.code for finding in one.findings] == ["POST101", "POST102"]
@@ -119,6 +119,6 @@ def test_a_reader_is_missing():
     assert one.remark == "the system has no subscriber there"
 
 
-def test_without_a_system_the_rules_are_told():
+def test_without_a_system_the_rules_are_listed():
     found, _ = read(b"a@t complains of care\na@t complains of weather\n")
     assert [[rule.code for rule in each.rules] for each in explain_alone(found, CONTEXT)] == [["POST101"], []]

@@ -77,12 +77,12 @@ def test_keys_that_differ_meet_on_the_publishers_key():
     assert found.topics == 2
 
 
-def test_who_meets_somebody_elsewhere_is_not_alone():
+def test_a_match_on_another_key_is_enough():
     found = report(writer("main/1"), reader("main*", "r"), reader("side*", "s"))
     assert only(found, "CQ401").endpoints == ("s",)
 
 
-def test_what_is_wrong_with_a_subscriber_is_told_once_however_many_it_meets():
+def test_a_mistake_of_a_subscriber_is_one_finding_for_all_its_matches():
     found = report(*(writer(f"main/{n}", f"w{n}") for n in range(3)), reader("main*", "r", returned=True))
     assert only(found, "CQ210").endpoints == ("r",)
 
@@ -92,7 +92,7 @@ def test_keys_that_would_meet_but_for_their_spelling_are_near_misses():
     assert set(only(found, "CQ403").endpoints) == {"w", "r"}
 
 
-def test_two_subscribers_of_one_participant_on_one_topic_are_told_apart_from_two_participants():
+def test_two_subscribers_of_one_participant_differ_from_those_of_two():
     one = report(writer("main/1"), reader("main*", "a/1"), reader("main/1", "a/2"))
     assert only(one, "POST901").pairs == 2
     assert "POST901" not in codes(report(writer("main/1"), reader("main*", "a/1"), reader("main/1", "b/2")))
@@ -148,7 +148,7 @@ def test_a_broker_takes_values_from_profiles_and_presets(stated, profiles, speak
     assert ("POST903" in codes(found)) is speaks
 
 
-def test_unknown_settings_of_a_broker_are_told():
+def test_unknown_settings_of_a_broker_are_reported():
     found = report(writer("box"), reader("box"), brokers={"main": Broker("main", "post", settings(limits=1))})
     assert "did you mean `limit`" in (only(found, "CQ202").help or "")
 
@@ -185,8 +185,8 @@ def test_that_nothing_was_compared_is_a_note_where_all_partners_are_elsewhere():
 def test_what_is_alike_on_all_topics_that_a_subscriber_meets_is_one_finding():
     writers = [writer(f"main/{n}", f"w{n}", care="plain") for n in range(5)]
     found = report(*writers, writer("main/6", "w6", care="signed"), reader("main*", "r", care="insured"))
-    told = [each for each in found.findings if each.code == "POST101"]
-    assert sorted((len(each.sides[1].members), each.pairs, len(each.more_topics)) for each in told) == [
+    findings = [each for each in found.findings if each.code == "POST101"]
+    assert sorted((len(each.sides[1].members), each.pairs, len(each.more_topics)) for each in findings) == [
         (1, 1, 0),
         (5, 5, 4),
     ]

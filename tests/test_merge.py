@@ -115,7 +115,7 @@ def test_protocols_stay_those_of_each_source():
     assert [endpoint.protocol for endpoint in clash.endpoints] == ["post", "mail"]
 
 
-def test_severities_that_differ_are_said_to():
+def test_different_severities_are_reported():
     merged = merge([one(severities={"POST101": "off"}), other(severities={"POST101": "note", "POST102": "off"})])
     assert merged.severities == {"POST101": "off", "POST102": "off"}
     assert len(said(merged)) == 1
@@ -137,7 +137,7 @@ def test_everything_else_adds_up():
     assert (list(merged.brokers), list(merged.sources)) == (["a", "b"], ["a", "b"])
 
 
-def test_ids_that_two_files_use_are_told_apart():
+def test_equal_ids_of_two_files_are_made_unique():
     report = check(one(writer("box", "w")), other(writer("box", "w"), reader("box", care="signed")), packs=[POST])
     assert only(report, "POST101").endpoints == ("reader", "w", "w~2")
 

@@ -125,7 +125,7 @@ class TestUnder:
         assert care(writer("box", care="usual"), overlays=[over, under]) == ["plain"]
         assert care(writer("box", care="plain"), overlays=[under, overlay(care="usual")]) == ["insured"]
 
-    def test_that_it_gives_way_everywhere_is_said_once(self):
+    def test_an_overlay_that_gives_way_everywhere_is_one_warning(self):
         parts = (writer("box", "a", care="plain"), writer("box", "b", care="signed"))
         finding = only(checked(*parts, overlays=[usual(care="insured")]), "CQ215")
         assert finding.message == "over.yaml sets `care` to insured, but all endpoints that it covers have their own"

@@ -186,7 +186,7 @@ MALFORMED: dict[str, tuple[dict[str, Any], str]] = {
         {"policies": [*POLICIES, Policy("a", Choice("b", "c"), words={"b": "c"})]},
         "policy `a`: word `b` is also a value",
     ),
-    "a word nobody can write": (
+    "a word in a spelling that is never read": (
         {"policies": [*POLICIES, Policy("a", Flag(), words={"As Usual": "true"})]},
         "word `As Usual` must be written as it is read, `as_usual`",
     ),
@@ -263,7 +263,7 @@ MALFORMED: dict[str, tuple[dict[str, Any], str]] = {
         {"dialects": {"form": Dialect(names={"farbe": "colour"})}},
         "dialect `form`: `farbe` is read as `colour`, which is no policy",
     ),
-    "a dialect's name nobody can write": (
+    "a dialect's name in a spelling that is never read": (
         {"dialects": {"form": Dialect(names={"Farbe": "care"})}},
         "dialect `form`: `Farbe` must be written as it is compared, `farbe`",
     ),

@@ -483,7 +483,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize(("text", "written", "message"), WRONG.values(), ids=WRONG)
-def test_a_mistake_is_told_with_its_line(text, written, message):
+def test_a_mistake_is_reported_with_its_line(text, written, message):
     """The line is that of the original text, or of what replaced it."""
     assert text != FILE
     found = [line for line, said in lines(text) if message in said]
@@ -492,7 +492,7 @@ def test_a_mistake_is_told_with_its_line(text, written, message):
     assert found[0] in {*original, *(number + 1 for number in original)}, (found, original)
 
 
-def test_all_mistakes_are_told_at_once():
+def test_all_mistakes_are_reported_at_once():
     text = FILE.replace("default: infinite", "default: 5").replace("sealed: true}, doc", "sealed: maybe}, doc")
     text = text.replace("offered(care) >=", "offered(cares) >=").replace("by_option: carrier", "by_option: carriers")
     assert len(lines(text)) == 4

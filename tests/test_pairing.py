@@ -48,7 +48,7 @@ def test_equal_values_fall_together_however_they_are_written():
 
 
 def test_what_was_stated_divides_only_where_a_rule_asks_for_it():
-    """POST302 asks whether the delay was stated, nobody asks that of the copies."""
+    """POST302 asks whether the delay was stated; no rule asks that of the copies."""
     assert members(writer("a", "w1"), writer("a", "w2", copies="20"))[0] == [["w1", "w2"]]
     assert members(writer("a", "w1"), writer("a", "w2", delay="infinite"))[0] == [["w1"], ["w2"]]
 
@@ -94,7 +94,7 @@ def test_meeting_conditions_keep_endpoints_apart():
     assert kept_apart({"streets": "[Elm]"}, {}, r={"town": 1}) == ["POST401", "POST402"]
 
 
-def test_what_is_not_known_keeps_nobody_apart():
+def test_unknown_values_keep_no_endpoints_apart():
     assert kept_apart({"stamp": "red"}, {}) == []
     assert kept_apart({"stamp": "red"}, {"stamp": "red"}) == []
     assert kept_apart({"stamp": "red"}, {"stamp": "blue"}) == ["POST403"]

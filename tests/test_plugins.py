@@ -107,7 +107,7 @@ def test_what_is_registered_is_imported_on_use(site):
     assert info.load().__name__ == "write"
 
 
-# Who comes first
+# Precedence
 
 
 @pytest.mark.parametrize("project", ["", *(path.parent.name for path in ROOT.glob("plugins/*/pyproject.toml"))])
@@ -171,7 +171,7 @@ def test_only_wanted_distributions_are_loaded(site, only, loaded):
     assert plugins.broken == []
 
 
-def test_a_wanted_distribution_that_is_not_there_is_told(site):
+def test_a_requested_distribution_that_is_missing_is_reported(site):
     (broken,) = load(site, "nobody").broken
     assert str(broken).startswith("plugin `nobody` could not be loaded and is left out: CQOS_LOAD_PLUGINS names it")
 
@@ -221,7 +221,7 @@ def test_a_plugin_is_registered_as_a_whole_or_not_at_all(site):
     assert len(plugins.broken) == 1
 
 
-def test_what_is_left_of_an_uninstalled_plugin_is_told(site):
+def test_the_remains_of_an_uninstalled_plugin_are_reported(site):
     install(site, ("remains", "raise ImportError('gone')"), version=None)
     broken = only_broken(site)
     assert "could not be loaded and is left out: ImportError: gone" in str(broken)
@@ -247,7 +247,7 @@ def test_an_entry_point_without_a_distribution_is_loaded():
         ("", "AttributeError: module 'pack_parts' has no attribute 'PACK'"),
     ],
 )
-def test_a_pack_that_is_none_is_left_out_and_told_once(site, text, reason):
+def test_an_invalid_pack_is_left_out_and_reported_once(site, text, reason):
     (site / "pack_parts.py").write_text(text)
     install(site, ("pack_plugin", plugin('RulePackInfo("mine", "x", "pack_parts:PACK")', "register_rule_packs")))
     plugins = load(site)

@@ -245,7 +245,7 @@ def test_choices_are_read_in_every_spelling(text, name):
 
 
 @pytest.mark.parametrize(("text", "near"), {"singn": "sign", "MODE_NOEN": "none", "encrypted": "", "x": ""}.items())
-def test_a_misspelt_choice_is_told_with_the_name_that_was_meant(text, near):
+def test_a_misspelt_choice_is_refused_with_the_nearest_name(text, near):
     refused = refusal(LADDER, text)
     assert refused.near == near
     assert refused.advice().startswith(f"did you mean `{near}`? expected none <" if near else "expected none <")
@@ -359,7 +359,7 @@ def test_a_policy_says_what_may_be_written():
     assert STAMP.expected() == "text"
 
 
-def test_policies_are_told_apart_by_name_and_level():
+def test_policies_differ_by_name_and_level():
     assert {CARE: 1, DELAY: 2}[CARE] == 1
     assert hash(CARE) == hash(Policy("care", Flag()))
     assert hash(CARE) != hash(Policy("care", Flag(), level="topic"))

@@ -1,4 +1,4 @@
-"""Profiles of which endpoints take different parts: by role, by topic, and by the part that is asked for."""
+"""Profiles with parts for different endpoints: by role, by topic, and by the part that a reference names."""
 
 from dataclasses import replace
 
@@ -24,7 +24,7 @@ def profile(name, *base, **stated):
     return Profile(name, settings(**stated), base)
 
 
-# A library: what is said of senders and of boxes, each for publishers and subscribers, and another one based on it.
+# A library: a profile with parts for publishers and for subscribers, and another one based on it.
 LIBRARY = (
     profile("base", ref("base/w", "publisher", part=SENDER), ref("base/r", "subscriber", part=SENDER)),
     profile("base/w", care="signed", copies=3),
@@ -73,12 +73,12 @@ def test_of_a_part_nothing_else_is_taken_also_from_its_base(part, streets, copie
     assert (found["streets"], found["copies"]) == (streets, copies)
 
 
-def test_equal_endpoints_on_different_topics_are_told_apart():
+def test_equal_endpoints_on_different_topics_take_different_parts():
     system = world(writer("abc", "w1", "own"), writer("b", "w2", "own"), *LIBRARY)
     assert (values(system, "w1")["copies"], values(system, "w2")["copies"]) == ("3", "7")
 
 
-def test_a_circle_and_an_unknown_base_are_told_once_with_their_place():
+def test_a_circle_and_an_unknown_base_are_reported_once_with_their_place():
     circle = (profile("x", ref("y")), profile("y", ref("z", "publisher")), profile("z", ref("x")))
     lost = profile("lost", ref("bse"))
     report = check_system(world(writer("t", "w", "x"), reader("t", "r", "x"), *circle), CONTEXT)

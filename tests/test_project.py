@@ -116,7 +116,7 @@ def test_every_package_is_typed(project):
 def test_entry_points_are_in_the_group_and_can_be_loaded(project):
     declared = metadata(project)["entry-points"]["cqos"]
     names = {package.name for package in packages(project)}
-    assert declared, "no entry point: nobody would find this distribution"
+    assert declared, "no entry point: C-QoS would not find this distribution"
     for name, target in declared.items():
         assert target.partition(".")[0] in names, "an entry point names a module of its own distribution"
         (installed,) = entry_points(group="cqos", name=name)

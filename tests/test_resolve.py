@@ -1,4 +1,4 @@
-"""From text to values: what wins over what, where each value came from, and what is said of what cannot be read."""
+"""From text to values: which layer wins, where each value comes from, and the findings about unreadable values."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_nearer_layers_win(number):
         assert (text(endpoint, "copies"), origin(endpoint, "copies")) == LAYERS[nearest], names
 
 
-def test_what_nobody_states_has_its_default():
+def test_an_unstated_policy_has_its_default():
     endpoint = first(writer("box"))
     assert (text(endpoint, "delay"), origin(endpoint, "delay")) == ("infinite", "default")
     assert (text(endpoint, "copies"), origin(endpoint, "copies")) == ("20", "preset standard")
@@ -203,7 +203,7 @@ def test_a_participant_has_the_options_of_the_system_unless_it_states_its_own():
     assert [origin(endpoint, "carrier") for endpoint in result.endpoints] == ["option", "explicit"]
 
 
-def test_an_option_that_nobody_set_is_what_the_pack_assumes():
+def test_an_unset_option_takes_the_assumption_of_the_pack():
     values = first(writer("box", care="usual")).profile.values
     assert values[INDEX["carrier"]] == Depends("post.carrier", (("bike", 0), ("train", 1), ("ship", 2)))
     assert values[INDEX["care"]] == Depends("post.carrier", (("bike", 0), ("train", 1), ("ship", 2)))
@@ -468,18 +468,18 @@ def test_what_is_right_is_no_finding(parts, fields):
     assert findings(*parts, **fields) == []
 
 
-def test_a_profile_that_is_wrong_is_told_once_however_many_use_it():
+def test_an_invalid_profile_is_reported_once_for_all_its_endpoints():
     many = [writer("box", f"w{number}", "p") for number in range(50)]
     assert [finding.code for finding in findings(profile("p", colour="red"), *many)] == ["CQ202"]
     assert [finding.code for finding in findings(*many)] == ["CQ204"]
 
 
-def test_a_fact_of_a_topic_that_is_wrong_is_told_once_however_many_are_on_it():
+def test_an_invalid_fact_of_a_topic_is_reported_once_for_all_its_endpoints():
     many = [writer("t", f"w{number}") for number in range(50)] + [reader("t", f"r{number}") for number in range(50)]
     assert [finding.code for finding in findings(box("t", interval="5"), *many)] == ["CQ203"]
 
 
-def test_the_same_mistake_on_many_endpoints_is_told_of_each():
+def test_the_same_mistake_on_many_endpoints_is_reported_for_each():
     many = [writer("box", f"w{number}", care="express") for number in range(50)]
     assert len({finding.message for finding in findings(*many)}) == 50
 
@@ -565,7 +565,7 @@ def test_places_of_what_is_wrong_are_those_where_it_stands():
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 0, 2)])
-def test_a_circle_of_profiles_is_printed_whoever_comes_first(order):
+def test_a_circle_of_profiles_is_the_same_finding_in_any_order(order):
     users = [writer("box", f"{name}/w", name) for name in "abc"]
     ring = [profile("a", "b", care="signed"), profile("b", "c", copies="3"), profile("c", "a", delay="1s")]
     result = resolved(*ring, *(users[index] for index in order))
@@ -622,7 +622,7 @@ def test_the_protocol_of_an_endpoint_wins_over_its_participants_and_the_systems(
     assert len(resolve(world(writer("box"), protocol=None), CONTEXT.find_pack, "post").endpoints) == 1
 
 
-def test_ids_that_two_sources_use_are_told_apart():
+def test_equal_ids_of_two_sources_are_made_unique():
     result = resolved(writer("box", "w"), writer("box", "w"), writer("box", "w~2"))
     assert [endpoint.id for endpoint in result.endpoints] == ["w", "w~2", "w~2~2"]
     assert [endpoint.stated_id for endpoint in result.endpoints] == ["w", "w", "w~2"]

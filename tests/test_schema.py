@@ -32,7 +32,7 @@ STRUCTURAL = Draft202012Validator(PLAIN)
 """Without packs: quicker, and the same but for what refuses nothing."""
 
 STRUCTURE = {"CQ004", "CQ006", "CQ009", "CQ010"}
-"""Codes of what a schema can say; CQ011 is about values, of which it can say some."""
+"""Codes of the mistakes that a schema finds. CQ011 is about values; a schema finds some of its mistakes."""
 
 
 def data(text):

@@ -172,7 +172,7 @@ class Editing(RuleBasedStateMachine):
         self.session.set_protocol(protocol)
 
     @rule(name=st.sampled_from(("edited", "renamed")), notes=st.sampled_from(((), ("CQ005",), ("CQ005", "CQ040"))))
-    def set_what_is_told(self, name, notes):
+    def set_name_and_notes(self, name, notes):
         self.session.set_name(name)
         self.session.set_notes([ImportNote(code, "warning", "as the file says") for code in notes])
 
@@ -261,7 +261,7 @@ def test_an_option_that_changes_no_value_judges_nothing():
     assert session.judged == 0
 
 
-def test_an_option_that_says_what_held_anyway_is_told_where_it_comes_from():
+def test_an_option_that_repeats_a_default_becomes_the_origin():
     system = of_two_topics()
     system.participants["planner"].settings["domain"] = Setting("1")
     session = cqos.Session(system)
@@ -287,8 +287,8 @@ def test_a_bridge_hands_needs_on_as_long_as_it_is_there():
     )
 
     session.put_bridge(Bridge("relay", (Route(*ends),)))
-    told = [finding for finding in session.report().findings if finding.severity == "error"]
-    assert {finding.topic for finding in told} == {"/scan"}
+    errors = [finding for finding in session.report().findings if finding.severity == "error"]
+    assert {finding.topic for finding in errors} == {"/scan"}
     session.remove_bridge("relay")
     assert not [finding for finding in session.report().findings if finding.severity == "error"]
 

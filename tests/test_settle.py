@@ -113,7 +113,7 @@ def test_peers_that_depend_on_something_are_taken_apart():
 
 TIMES = ["1s", "3s", "infinite"]
 WAYS: dict[str, tuple[str | Anything, str, str]] = {
-    # beside 1s, 3s and infinite; beside infinite alone; beside nobody
+    # with peers of 1s, 3s and infinite; with one peer of infinite; without peers
     "any": (Anything("it is that of whichever is found first"), "infinite", "5s"),
     "constant": ("5s", "5s", "5s"),
     "largest": ("infinite", "infinite", "5s"),

@@ -69,7 +69,7 @@ EXAMPLES: list[tuple[str, Any, Any, Any, Any]] = [
         *({"care": "signed", "copies": "21"}, {"care": "plain"}),
     ),
     ("(offered(care) >= requested(care)) & (offered(copies) > 20)", {"care": 0, "copies": 10}, {"care": 1}, {}, {}),
-    # The topic's facts and the options are nobody's to change here, and a fact has no value to set.
+    # No change sets facts of the topic or options.
     ("topic(urgent) | (option(carrier) == 'ship')", {}, {}, {}, {}),
     ("offered(stamp) == requested(stamp)", {"stamp": "a"}, {"stamp": "b"}, {}, {}),
     # Where the value is not known, the weakest offer or the strongest request that will do.
@@ -135,7 +135,7 @@ def holds(sentence, a, b):
 
 @given(sentences, known, known, st.booleans(), st.booleans())
 def test_every_change_returned_does_what_it_says(sentence, a, b, second, want):
-    """The oracle judges each change; so no remedy is ever offered that does not mend."""
+    """The oracle evaluates each change, so no fix is ever offered that does not work."""
     bound = bind(sentence.node, WORDS)
     assume(holds(sentence, a, b) is not want)
     scopes = {use.term.scope for use in bound.uses}

@@ -101,13 +101,13 @@ def test_a_check_may_be_a_whole_sentence_and_bounds_beside_it():
 
 
 def test_a_sentence_may_ask_what_was_written_down():
-    """Also of policies of which no rule of the pack asks that."""
+    """This includes policies for which no rule of the pack asks it."""
     rule = check(sentence="stated(copies)", where={"role": "publisher"})
     assert speaks(rule)
     assert not speaks(rule, copies="20")
 
 
-def test_what_one_systems_checks_ask_does_not_change_what_others_are_told():
+def test_the_checks_of_one_system_do_not_change_the_report_on_others():
     """A service checks one system after the other in the same process."""
     pair = [writer("box", "a/w", copies="20"), writer("box", "b/w"), reader("box", care="signed")]
     before = checked(*pair)
@@ -147,7 +147,7 @@ def test_a_check_never_changes_the_verdict():
     assert (report.verdict, codes(report)) == ("compatible", ["CQ605", "CQ605"])
 
 
-def test_what_is_not_known_is_said_not_to_be():
+def test_an_unknown_value_makes_a_check_unknown():
     report = checked(writer("box", care="usual"), reader("box"), checks=[check(bound("care", "exactly", "plain"))])
     finding = only(report, "CQ605")
     assert (
@@ -227,7 +227,7 @@ def test_a_check_for_one_of_two_protocols_is_no_mistake():
 
 
 def test_two_checks_of_the_same_values_are_two_findings():
-    """Also of endpoints that were multiplied out, or of which the value is not known."""
+    """This includes endpoints of instances, and endpoints whose value is not known."""
     rules = [check(bound("care", "at_least", "signed")), check(bound("care", "not", "plain"), name="theirs")]
     for more in ({"template": "w"}, {}):
         report = checked(writer("box", "w1", more=more), writer("box", "w2", more=more), checks=rules)
@@ -348,7 +348,7 @@ def test_entries_that_overlap_are_all_of_use():
     assert reasons(report) == {"POST101": "first"}
 
 
-def test_what_is_wrong_with_an_entry_is_said_where_it_stands():
+def test_a_mistake_in_an_entry_is_reported_at_its_place():
     report = accepting(Acceptance("POST999", "x", place=place(3)), Acceptance("POST102", "y", place=place(4)))
     unknown, unused = only(report, "CQ603"), only(report, "CQ601")
     assert unknown.message == "`accept` names rule `POST999`, which no installed pack has"
@@ -387,7 +387,7 @@ def test_findings_of_the_core_have_severities_too():
     assert codes(unused) == ["POST101"]
 
 
-def test_a_severity_of_a_rule_that_there_is_not_is_said_so():
+def test_a_severity_of_an_unknown_rule_is_reported():
     finding = only(checked(*PAIR, severities={"POST999": "off"}), "CQ603")
     assert finding.message == "`severities` names rule `POST999`, which no installed pack has"
     assert "CQ603" not in codes(checked(*PAIR, severities={"POST302": "off"}))  # silent here, but a rule

@@ -112,7 +112,7 @@ def test_rules_about_creating_an_endpoint_are_not_asked_of_observed_ones():
     assert codes(checked(writer("box", more={"observed": True}, delay="1ms", care="plain"), reader("box"))) == []
 
 
-def test_what_follows_from_a_mistake_already_told_is_not_told_again():
+def test_consequences_of_a_reported_mistake_are_not_reported_again():
     report = checked(writer("box", care="express"), reader("box", care="signed"))
     assert (report.verdict, codes(report)) == ("unknown", ["CQ203"])
 
@@ -153,7 +153,7 @@ def test_endpoints_that_do_not_meet_are_signals_of_their_own():
 # Who does not meet
 
 
-def test_who_is_left_alone_by_a_meeting_condition_is_told_with_what_is_latent_behind_it():
+def test_an_endpoint_kept_apart_is_reported_with_the_failures_behind_it():
     report = checked(writer("box", "a/w"), reader("box", "b/r", care="signed"), participant("b", town=1))
     finding = only(report, "POST401")
     assert report.verdict == "unknown"
@@ -168,7 +168,7 @@ def test_who_is_left_alone_by_a_meeting_condition_is_told_with_what_is_latent_be
     assert (finding.severity, finding.verdict, finding.pairs, finding.remedies) == ("warning", None, 0, ())
 
 
-def test_where_nobody_is_left_alone_there_is_one_note_per_topic():
+def test_if_all_endpoints_have_partners_a_split_is_one_note_per_topic():
     parts = [
         *(make("box", f"{town}{n}/{make.__name__}") for town in "ab" for n in range(3) for make in (writer, reader)),
         *(participant(f"b{n}", town=1) for n in range(3)),
@@ -180,7 +180,7 @@ def test_where_nobody_is_left_alone_there_is_one_note_per_topic():
     assert len(finding.endpoints) == 12
 
 
-def test_one_left_alone_is_told_beside_the_note_about_the_rest():
+def test_an_unmatched_endpoint_is_a_warning_beside_the_note_about_the_rest():
     parts = [writer("box", "a/w"), reader("box", "a/r2"), reader("box", "b/r"), participant("b", town=1)]
     finding = only(checked(*parts), "POST401")
     assert (finding.severity, finding.endpoints) == ("warning", ("b/r", "a/w"))
@@ -212,7 +212,7 @@ def test_a_condition_may_speak_of_every_pair_it_keeps_apart():
     assert report.pair_count == 2
 
 
-def test_several_conditions_may_keep_the_same_two_apart_and_the_first_is_told():
+def test_if_several_conditions_keep_a_pair_apart_the_first_is_reported():
     report = checked(
         writer("box", "a/w", streets="[Elm]"), reader("box", "b/r", streets="[Oak]"), participant("b", town=1)
     )
@@ -248,14 +248,14 @@ def test_where_everybody_differs_the_findings_are_few_and_their_counts_add_up():
         Verdict.INCOMPATIBLE: failing,
         Verdict.COMPATIBLE: 90_000 - failing,
     }
-    told = found(report, "POST102")
-    assert len(told) == 26
-    assert sum(finding.pairs for finding in told) == failing
-    (rest,) = [finding for finding in told if "further" in finding.message]
+    reported = found(report, "POST102")
+    assert len(reported) == 26
+    assert sum(finding.pairs for finding in reported) == failing
+    (rest,) = [finding for finding in reported if "further" in finding.message]
     assert rest.message.startswith(
         f"{failing - 25} further combinations of values break the rule, for instance: publisher `w"
     )
-    # What is put together has no value in common, so none is shown for all, and no change mends them all.
+    # The combinations have no value in common, so the finding shows none, and no change fixes them all.
     assert (rest.remedies, [side.facts for side in rest.sides]) == ((), [(), ()])
 
 
@@ -277,10 +277,10 @@ def test_the_example_of_many_combinations_is_one_of_them():
 
 def test_endpoint_rules_over_many_values_are_few_findings_too():
     report = checked(*(writer("box", f"w{n:02}", delay=f"{n + 1}ms") for n in range(60)), reader("box"))
-    told = found(report, "POST302")
-    assert len(told) == 26
-    assert sorted(member for finding in told for member in finding.endpoints) == [f"w{n:02}" for n in range(60)]
-    (rest,) = [finding for finding in told if "further" in finding.message]
+    reported = found(report, "POST302")
+    assert len(reported) == 26
+    assert sorted(member for finding in reported for member in finding.endpoints) == [f"w{n:02}" for n in range(60)]
+    (rest,) = [finding for finding in reported if "further" in finding.message]
     assert rest.message == "35 further combinations of values break the rule, for instance: publisher `w25` wants 26ms"
 
 
@@ -289,9 +289,9 @@ def test_what_keeps_many_apart_is_few_findings_too():
         *(writer("box", f"w{n}", stamp=f"w{n}") for n in range(40)),
         *(reader("box", f"r{n}", stamp=f"r{n}") for n in range(40)),
     )
-    told = found(report, "POST403")
-    assert (report.verdict, report.pair_count, len(told)) == ("unknown", 0, 26)
-    (rest,) = [finding for finding in told if "further" in finding.message]
+    reported = found(report, "POST403")
+    assert (report.verdict, report.pair_count, len(reported)) == ("unknown", 0, 26)
+    (rest,) = [finding for finding in reported if "further" in finding.message]
     assert rest.message.startswith(
         "1575 further combinations of values keep endpoints apart, for instance: publisher `w"
     )
@@ -302,10 +302,10 @@ def test_what_is_not_known_of_many_values_is_few_findings_too():
         *(writer("box", f"w{n}", more={"observed": True}) for n in range(40)),
         *(reader("box", f"r{n}", delay=f"{n + 1000}ms") for n in range(40)),
     )
-    told = found(report, "POST102")
+    reported = found(report, "POST102")
     assert report.verdict == "unknown"
-    assert sum(finding.pairs for finding in told) == 1600
-    assert len(told) <= 26
+    assert sum(finding.pairs for finding in reported) == 1600
+    assert len(reported) <= 26
 
 
 # What is found alike on several topics
@@ -328,7 +328,7 @@ def test_one_cause_on_several_topics_is_one_finding():
     assert (offer.members, offer.value, offer.mends) == (tuple(f"w{n}" for n in range(5)), "signed", 5)
 
 
-def test_one_change_that_mends_several_findings_is_counted_once():
+def test_a_change_that_fixes_several_findings_is_counted_once():
     finding = only(
         checked(writer("box", "w0"), writer("box", "w1", care="unknown"), reader("box", "r", care="unknown")), "POST101"
     )

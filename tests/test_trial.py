@@ -1,4 +1,4 @@
-"""Profiles that nobody uses are tried out: each as a publisher and a subscriber that meet."""
+"""C-QoS tries unused profiles: each as a publisher and a subscriber that match."""
 
 import pytest
 
@@ -37,7 +37,7 @@ def test_both_ends_of_a_profile_match_on_a_topic_of_their_own_and_set_no_verdict
     assert note.severity == "note"
 
 
-def test_a_profile_for_one_role_only_is_tried_as_that_and_nobody_is_missed():
+def test_a_profile_for_one_role_is_tried_in_that_role_without_a_partner():
     only = (profile("only", ref("only/w", "publisher", part="x")), profile("only/w", care="insured"))
     found = report(*only)
     assert [each.code for each in found.findings if each.severity != "note"] == ["POST301"]
@@ -53,7 +53,7 @@ def test_topics_that_a_profile_tells_apart_are_tried_each():
     assert ends(tried_out(system)) == [("p/publisher on a*", "ap"), ("p/publisher on b?", "bx")]
 
 
-def test_a_circle_is_told_though_nothing_in_it_sets_anything():
+def test_a_circle_of_profiles_without_settings_is_reported():
     found = report(profile("a", ref("b")), profile("b", ref("c")), profile("c", ref("a")), profile("d", ref("a")))
     (finding,) = [each for each in found.findings if each.severity == "error"]
     assert (finding.code, finding.message.partition(": ")[2]) == ("CQ212", "a → b → c → a")
@@ -64,7 +64,7 @@ def test_what_is_reached_twice_is_no_circle():
     assert tried_out(empty) is empty
 
 
-def test_a_base_that_is_not_there_is_told():
+def test_a_missing_base_is_reported():
     found = report(profile("lost", ProfileRef("nowhere")))
     assert "CQ204" in [each.code for each in found.findings]
 
@@ -79,14 +79,14 @@ def test_a_base_that_is_not_there_is_told():
         world(profile("p", ProfileRef("q", None, Scope(part="x")))),
     ],
 )
-def test_nothing_is_tried_where_somebody_may_use_it_or_there_is_nothing(system):
+def test_only_unused_profiles_with_settings_or_bases_are_tried(system):
     if system.profiles.get("p"):
         assert ends(tried_out(system)) == [("p/publisher", "p"), ("p/subscriber", "p")]
     else:
         assert tried_out(system) is system
 
 
-def test_without_a_protocol_nobody_could_judge_it():
+def test_without_a_protocol_no_profile_is_tried():
     system = world(ALIKE)
     system.protocol = None
     assert tried_out(system) is system

@@ -134,7 +134,7 @@ def test_a_partition_keeps_a_program_from_nodes():
     assert "DDS403" in codes(report)
 
 
-def test_what_depends_on_the_middleware_of_a_node_is_told_for_each():
+def test_a_verdict_that_depends_on_the_middleware_is_given_for_each():
     system = {
         "cqos": 1,
         "participants": {
@@ -153,7 +153,7 @@ def test_what_depends_on_the_middleware_of_a_node_is_told_for_each():
 
 
 @pytest.mark.parametrize("role", ["publishes", "subscribes"])
-def test_nothing_is_said_of_policies_that_a_side_does_not_have_on_the_wire(role: str):
+def test_policies_that_a_side_lacks_on_the_wire_are_not_reported(role: str):
     other = {"publishes": "subscribes", "subscribes": "publishes"}[role]
     node = {role: {"/chatter": {"lifespan": "10s", "history": "keep_last", "depth": 3}}}
     report = judged(node, {other: {"rt/chatter": XCDR1}})
@@ -226,7 +226,7 @@ def test_nodes_alone_are_on_no_other_topic():
     assert not any("rt/" in finding.message for finding in report.findings)
 
 
-# What is known of a topic, whoever states it
+# Facts of a topic, in either protocol
 
 TIMES = {"options": {"ros2": {"round_trip_time": "1ms"}}, "topics": {"/chatter": {"period": "100ms"}}}
 SURE = {**XCDR1, "reliability": "reliable"}

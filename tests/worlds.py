@@ -1,7 +1,7 @@
 """A small world to test the core in: a made-up protocol, and few words to build systems of it.
 
-The protocol is the post. Who sends letters to a box offers how they are treated, who empties the box requests it;
-letters go by a carrier, which is the option that others have for their middleware. It has a policy of every kind
+The protocol is the post. A writer offers how its letters to a box are treated, and a reader of the box requests it. The
+carrier of the letters is an option, as the middleware is in other protocols. It has a policy of every kind
 and a rule of every scope, so that the core is tested without any real protocol.
 """
 
@@ -236,7 +236,7 @@ CONTEXT: Final = context([POST])
 
 
 def settings(**stated_values: Any) -> Settings:
-    """Settings as if somebody had written them down."""
+    """Return settings as a design states them."""
     return {name: Setting(as_text(value)) for name, value in stated_values.items()}
 
 
