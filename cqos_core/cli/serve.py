@@ -82,6 +82,7 @@ def _number(name: str, kind: Any, default: float | None, text: str | None) -> _D
 @click.option(
     "--web", metavar="HOST:PORT", help="Serve browsers there, by Connect and gRPC-Web. Needs the extra `web`."
 )
+@click.option("--modeler", is_flag=True, help="Serve the page of the modeler there, too.")
 @click.option(
     "--origin",
     "origins",

@@ -78,6 +78,7 @@ def register_commands(register: Callable[[CommandInfo], None]) -> None:
         ("rule", "Say what a rule or code means, why, and what to do."),
         ("packs", "List rule packs, file formats and other plugins."),
         ("schema", "Print the JSON schema of the YAML system file."),
+        ("modeler", "Draw a system in the browser, and see the QoS while you draw."),
         ("serve", "Serve checks by gRPC, to modelers and to others."),
     ):
         register(CommandInfo(name, summary, f"cqos_core.cli.{name}:{name}"))

@@ -30,8 +30,8 @@ _UNABLE: Final = 2
 """The exit code of a process that cannot follow its settings; another one could not either."""
 
 
-def serve(settings: Settings) -> None:
-    """Serve until a signal says to end.
+def serve(settings: Settings, started: Callable[[dict[str, str]], None] | None = None) -> None:
+    """Serve until a signal says to end; call ``started`` of a single process with the addresses, instead of logging them.
 
     Raises:
         CqosError: the settings cannot be followed.
@@ -41,21 +41,25 @@ def serve(settings: Settings) -> None:
     if settings.processes > 1:
         _supervise(settings)
     else:
-        asyncio.run(serve_here(settings))
+        asyncio.run(serve_here(settings, started))
 
 
 async def serve_here(
     settings: Settings,
-    started: Callable[[dict[str, str]], None] = lambda _addresses: None,
+    started: Callable[[dict[str, str]], None] | None = None,
     ending: asyncio.Event | None = None,
 ) -> None:
-    """Serve in this process, until a signal or ``ending`` says to end; call ``started`` with the addresses."""
+    """Serve in this process, until a signal or ``ending`` says to end.
+
+    Log when it begins and ends, unless ``started`` is there to call with the addresses.
+    """
     # gRPC is slow to import, and help needs none of it.
     from cqos_core.service.calls import Calls
     from cqos_core.service.native import NativeDoor
 
     calls = Calls(settings, Observer(settings))
     ending = ending or asyncio.Event()
+    level = ALWAYS if started is None else logging.INFO
     loop = asyncio.get_running_loop()
     for each in _STOPPING:
         with suppress(NotImplementedError):  # Windows
@@ -75,12 +79,13 @@ async def serve_here(
         await native.start()
         if web is not None:
             await web.start()
-        tell(ALWAYS, "serving", **addresses, pid=os.getpid(), tls=settings.encrypted)
+        tell(level, "serving", **addresses, pid=os.getpid(), tls=settings.encrypted)
         if settings.tokens and not settings.encrypted:
             tell(logging.WARNING, "others on the network can read tokens without TLS")
-        started(addresses)
+        if started is not None:
+            started(addresses)
         await ending.wait()
-        tell(ALWAYS, "draining", leaving=settings.leaving, grace=settings.grace)
+        tell(level, "draining", leaving=settings.leaving, grace=settings.grace)
         # Who asks for health goes elsewhere; what is on its way here is still answered.
         calls.leaving = True
         await native.leave()
@@ -92,7 +97,7 @@ async def serve_here(
         stack.close()
         if settings.tracing:
             end_tracing()
-    tell(ALWAYS, "stopped")
+    tell(level, "stopped")
 
 
 def _web_door(calls: Any, settings: Settings) -> Any:

@@ -7,6 +7,7 @@ import ipaddress
 import json
 import logging
 import re
+import secrets
 import time
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -17,6 +18,8 @@ from cqos_core.model.tls import try_tls
 from cqos_core.service.observing import ALWAYS, tell
 
 MIB: Final = 1024 * 1024
+PAGE: Final = Path(__file__).parent / "page"
+"""Where the build puts the page of the modeler."""
 _ORIGIN: Final = re.compile(r"\*|[a-z][a-z0-9+.-]*://[^/\s?#@A-Z]+")
 _MESSAGES: Final = 16
 _TLS_NAMES: Final = ("--tls-cert", "--tls-key", "--tls-client-ca")
@@ -71,6 +74,10 @@ class Settings:
     Attributes:
         listen: address of gRPC, ``host:port``; port 0 takes a free one.
         web: address of the door for browsers, or None.
+        modeler: serve the page of the modeler there.
+        named: paths of the files that this page reads and saves, on this machine only.
+        named_key: that its requests for them need; empty: no files.
+        named_ticket: that gives the key once.
         origins: of pages from elsewhere that may call the door for browsers.
         metrics: address of Prometheus metrics, or None.
         tokens: SHA-256 sums of the bearer tokens that are let in; none: no token is asked for.
@@ -87,6 +94,10 @@ class Settings:
 
     listen: str = "127.0.0.1:50051"
     web: str | None = None
+    modeler: bool = False
+    named: tuple[str, ...] = ()
+    named_key: str = ""
+    named_ticket: str = ""
     origins: tuple[str, ...] = ()
     metrics: str | None = None
     tokens: tuple[str, ...] = ()
@@ -139,6 +150,7 @@ class Settings:
             raise CqosError("--tls-client-ca asks callers for certificates, which needs --tls-cert and --tls-key")
         try_tls(self.certificate, self.key, self.client_authority, names=_TLS_NAMES)
         self._check_origins()
+        self._check_page()
         if self.tokens or self.client_authority or self.anonymous:
             return
         for name, address in (("--listen", self.listen), ("--web", self.web)):
@@ -147,6 +159,16 @@ class Settings:
                     f"{name} {address} can be reached from other machines, and the service would ask for no credentials: "
                     "give --token-file or --tls-client-ca, or say --allow-anonymous"
                 )
+
+    def _check_page(self) -> None:
+        if self.modeler and self.web is None:
+            raise CqosError("--modeler serves the page at the browsers' door: add --web HOST:PORT")
+        if self.modeler and not (PAGE / "index.html").is_file():
+            raise CqosError(
+                "the page of the modeler is not in this installation: it was built without npm. Install a released wheel "
+                "(`pip install cqos[web]`), or install Node.js 20.19 or newer with npm and run `python3 dev.py setup` in the "
+                "clone. All other commands work without it."
+            )
 
     def _check_origins(self) -> None:
         if self.origins and self.web is None:
@@ -229,6 +251,11 @@ def joined(host: str, port: int) -> str:
 def token_sum(token: str) -> str:
     """Return what is kept of a token."""
     return hashlib.sha256(token.encode()).hexdigest()
+
+
+def new_key() -> str:
+    """Return a key that cannot be guessed."""
+    return secrets.token_urlsafe(32)
 
 
 _SHORTEST_TOKEN: Final = 16

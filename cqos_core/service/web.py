@@ -30,6 +30,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from cqos.v1 import catalogue_pb2, check_pb2
 from cqos_core.model.problems import CqosError
+from cqos_core.service import named_files, static_page
 from cqos_core.service.answers import EDIT, METHODS, PAIRS
 from cqos_core.service.calls import failure
 from cqos_core.service.observing import REQUEST_ID
@@ -447,7 +448,8 @@ def application(calls: Calls, settings: Settings) -> ASGIApp:
         expose_headers=_RESPONSE_HEADERS,
         max_age=_PREFLIGHT_SECONDS,
     )
-    routes: list[Route | Mount] = [Route("/healthz", healthy), Mount("/", app=_Application(calls))]
+    pages = [*static_page.routes(), *named_files.routes(settings)] if settings.modeler else []
+    routes: list[Route | Mount] = [Route("/healthz", healthy), *pages, Mount("/", app=_Application(calls))]
     return Starlette(routes=routes, middleware=[cors] if settings.origins else [])
 
 

@@ -5,6 +5,7 @@ import 'bpmn-js/dist/assets/bpmn-js.css';
 import 'bpmn-js/dist/assets/bpmn-font/css/bpmn.css';
 
 import Modeler from 'bpmn-js/lib/Modeler';
+import type Canvas from 'diagram-js/lib/core/Canvas';
 
 import { isDefinitions, type Definitions, type Moddle } from './moddle';
 
@@ -28,6 +29,29 @@ export function createCanvas(container: HTMLElement, moddleExtensions: ModdleExt
       defaultStrokeColor: 'var(--shape-stroke)',
       defaultLabelColor: 'var(--shape-label)',
     },
+  });
+}
+
+const MARGIN = 24;
+const LARGEST = 1.25;
+
+/** Show all of the diagram, beside the palette and not below it. */
+export function fit(modeler: Modeler): void {
+  const canvas = modeler.get<Canvas>('canvas');
+  const { inner, outer } = canvas.viewbox();
+  const palette = canvas.getContainer().querySelector('.djs-palette');
+  const left = MARGIN + (palette instanceof HTMLElement ? palette.offsetLeft + palette.offsetWidth : 0);
+  const [width, height] = [outer.width - left - MARGIN, outer.height - 2 * MARGIN];
+  if (inner.width <= 0 || inner.height <= 0 || width <= 0 || height <= 0) {
+    return;
+  }
+  const scale = Math.min(LARGEST, width / inner.width, height / inner.height);
+  const above = (height - inner.height * scale) / 2 + MARGIN;
+  canvas.viewbox({
+    x: inner.x - left / scale,
+    y: inner.y - above / scale,
+    width: outer.width / scale,
+    height: outer.height / scale,
   });
 }
 

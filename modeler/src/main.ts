@@ -1,7 +1,9 @@
 /** Puts the parts of the page together. */
 
+import './style/theme.css';
 import './style/page.css';
 
+import { namedFiles } from './files/named';
 import { createShell } from './shell';
 
 async function start(): Promise<void> {
@@ -9,7 +11,8 @@ async function start(): Promise<void> {
   if (root === null) {
     throw new Error('the page has no element #app');
   }
-  await createShell(root, {});
+  const shell = createShell(root, { extensions: {}, binding: null, named: await namedFiles() });
+  await shell.start();
 }
 
 void start();

@@ -1,69 +1,167 @@
 /** The shell: frame, diagram and files of the page, as the workspace that its other parts use. */
 
+import type Canvas from 'diagram-js/lib/core/Canvas';
+import type CommandStack from 'diagram-js/lib/command/CommandStack';
 import type Modeler from 'bpmn-js/lib/Modeler';
 
-import { createCanvas, semanticXml, type ModdleExtensions } from './canvas';
-import { createFrame } from './layout/frame';
-import { NEW_DIAGRAM } from './new_diagram';
-import type { Companion, DrawnDocument, Stop, Workspace } from './workspace';
+import { createCanvas, fit, type ModdleExtensions, semanticXml, svgText } from './canvas';
+import { bindCanvasKeys, chooseKind } from './canvas_keys';
+import { Desk } from './files/desk';
+import { type Binding, createDiagram, type Diagram } from './files/diagram';
+import { download } from './files/picker';
+import type { Place } from './files/place';
+import { bindKeys, type Command } from './layout/commands';
+import { createFrame, type Frame } from './layout/frame';
+import { createHeader } from './layout/header';
+import { showHelp } from './layout/help';
+import type { Entry } from './layout/menu';
+import { nextTheme, setTheme, theme } from './layout/theme';
+import { listeners } from './listeners';
+import type { Companion, DrawnDocument, Workspace } from './workspace';
 
-/** Make the page in an element. Diagrams are read with the extensions of the service. */
-export async function createShell(root: HTMLElement, extensions: ModdleExtensions): Promise<Workspace> {
+/** What the page is made with. */
+export interface Given {
+  /** Descriptors of what C-QoS writes into diagrams, by prefix. */
+  readonly extensions: ModdleExtensions;
+  /** Prefix and namespace of that. */
+  readonly binding: Binding | null;
+  /** The files of the command line. */
+  readonly named: readonly Place[];
+}
+
+/** The shell. Nothing is open before `start`, so that the other parts hear of the first import too. */
+export interface Shell {
+  readonly workspace: Workspace;
+  start(): Promise<void>;
+}
+
+/** Make the page in an element. */
+export function createShell(root: HTMLElement, given: Given): Shell {
   const frame = createFrame(root);
-  const modeler = createCanvas(frame.canvas, extensions);
+  const modeler = createCanvas(frame.canvas, given.extensions);
   const changed = listeners<[cause: 'import' | 'edit']>();
   const besideChanged = listeners<[]>();
   const exported = listeners<[svg: SVGSVGElement]>();
   const companions = new Map<string, Companion>();
-  const state = { name: 'diagram.bpmn', revision: 0 };
-  const tell = (cause: 'import' | 'edit'): void => {
-    state.revision += 1;
+  const diagram = createDiagram(modeler, given.binding, (cause) => {
+    if (cause === 'import') {
+      fit(modeler);
+    }
     changed.call(cause);
+    desk.edited();
+  });
+  const addCompanion = (companion: Companion): void => {
+    companions.set(companion.name, companion);
+    besideChanged.call();
   };
-  modeler.on('import.done', () => tell('import'));
-  modeler.on('commandStack.changed', () => tell('edit'));
-  await modeler.importXML(NEW_DIAGRAM);
-  return {
+  const desk = new Desk({ diagram, regions: frame.regions, named: given.named, addCompanion, shown: () => shown() });
+  const shown = dress(frame, modeler, diagram, desk, exported.call);
+  const removeCompanion = (name: string): void => {
+    companions.delete(name);
+    besideChanged.call();
+  };
+  const workspace: Workspace = {
     modeler,
     regions: frame.regions,
-    document: () => drawn(modeler, state),
+    document: () => drawn(modeler, diagram),
     onChanged: changed.add,
     companions: () => [...companions.values()],
-    addCompanion(companion) {
-      companions.set(companion.name, companion);
-      besideChanged.call();
-    },
-    removeCompanion(name) {
-      companions.delete(name);
-      besideChanged.call();
-    },
+    addCompanion,
+    removeCompanion,
     onCompanions: besideChanged.add,
-    swap: () => Promise.reject(new Error('not landed yet')),
+    async swap(name) {
+      const companion = companions.get(name);
+      const present = { name: diagram.source.name, bytes: await diagram.bytes() };
+      if (companion !== undefined && (await desk.openCompanion(companion))) {
+        removeCompanion(name);
+        addCompanion(present);
+      }
+    },
     onExport: exported.add,
   };
+  return { workspace, start: () => desk.start() };
 }
 
-function drawn(modeler: Modeler, state: { readonly name: string; readonly revision: number }): DrawnDocument {
+function drawn(modeler: Modeler, diagram: Diagram): DrawnDocument {
   return {
-    name: state.name,
-    revision: state.revision,
-    xml: async () => (await modeler.saveXML({ format: true })).xml ?? '',
+    name: diagram.source.name,
+    revision: diagram.revision,
+    xml: () => diagram.text(),
     semanticXml: () => semanticXml(modeler),
   };
 }
 
-/** Callbacks that are called in the order in which they were added. */
-export function listeners<A extends unknown[]>(): { add(listener: (...a: A) => void): Stop; call(...a: A): void } {
-  const all = new Set<(...a: A) => void>();
-  return {
-    add(listener) {
-      all.add(listener);
-      return () => all.delete(listener);
-    },
-    call: (...given) => {
-      for (const each of [...all]) {
-        each(...given);
-      }
-    },
+/** Header, keys and theme; the result shows the state of the diagram in the header. */
+function dress(frame: Frame, modeler: Modeler, diagram: Diagram, desk: Desk, dressExport: (svg: SVGSVGElement) => void): () => void {
+  setTheme(theme());
+  bindCanvasKeys(modeler);
+  const commands: Command[] = [
+    ...fileCommands(modeler, diagram, desk, dressExport),
+    ...viewCommands(modeler),
+    { id: 'add', label: 'Add an element', keys: 'Mod+Enter', run: () => chooseKind(modeler) },
+    { id: 'theme', label: 'Light, dark or system theme', run: () => frame.regions.status(`Theme: ${turnTheme()}`, 'info') },
+    { id: 'help', label: 'Keyboard help', keys: '?', run: () => showHelp(commands) },
+  ];
+  bindKeys(commands);
+  const showState = createHeader(frame.header, commands, () => recentEntries(desk));
+  const shown = (): void => {
+    const stack = modeler.get<CommandStack>('commandStack');
+    showState({
+      name: diagram.source.name,
+      isEdited: diagram.isEdited,
+      zoom: modeler.get<Canvas>('canvas').zoom(),
+      canUndo: stack.canUndo(),
+      canRedo: stack.canRedo(),
+    });
   };
+  modeler.on('canvas.viewbox.changed', shown);
+  return shown;
+}
+
+function fileCommands(modeler: Modeler, diagram: Diagram, desk: Desk, dressExport: (svg: SVGSVGElement) => void): Command[] {
+  const exportSvg = async (): Promise<void> => {
+    const name = diagram.source.name.replace(/(\.bpmn)?(\.[^.]*)?$/, '.svg');
+    download(name, await svgText(modeler, dressExport), 'image/svg+xml');
+  };
+  return [
+    { id: 'new', label: 'New diagram', run: () => void desk.newDiagram() },
+    { id: 'open', label: 'Open a file', keys: 'Mod+O', run: () => void desk.open() },
+    { id: 'save', label: 'Save', keys: 'Mod+S', run: () => void desk.save() },
+    { id: 'save-as', label: 'Save as…', keys: 'Mod+Shift+S', run: () => void desk.saveAs() },
+    { id: 'export-svg', label: 'Export as SVG', run: () => void exportSvg() },
+  ];
+}
+
+function viewCommands(modeler: Modeler): Command[] {
+  const stack = (): CommandStack => modeler.get<CommandStack>('commandStack');
+  const canvas = (): Canvas => modeler.get<Canvas>('canvas');
+  const zoomBy = (factor: number): void => {
+    canvas().zoom(Math.min(4, Math.max(0.2, canvas().zoom() * factor)));
+  };
+  return [
+    { id: 'undo', label: 'Undo', keys: 'Mod+Z', run: () => stack().canUndo() && stack().undo() },
+    { id: 'redo', label: 'Redo', keys: 'Mod+Y', run: () => stack().canRedo() && stack().redo() },
+    { id: 'redo-too', label: 'Redo', keys: 'Mod+Shift+Z', run: () => stack().canRedo() && stack().redo() },
+    { id: 'zoom-in', label: 'Zoom in', keys: 'Mod+Plus', run: () => zoomBy(1.25) },
+    { id: 'zoom-out', label: 'Zoom out', keys: 'Mod+-', run: () => zoomBy(0.8) },
+    { id: 'zoom-reset', label: 'Zoom to 100 %', keys: 'Mod+0', run: () => canvas().zoom(1) },
+    { id: 'zoom-fit', label: 'Fit the diagram into view', keys: 'Mod+9', run: () => fit(modeler) },
+  ];
+}
+
+function turnTheme(): string {
+  setTheme(nextTheme());
+  return theme();
+}
+
+/** What the menu beside "Open" offers. */
+async function recentEntries(desk: Desk): Promise<Entry[]> {
+  const recent = await desk.recent();
+  const named = desk.named.map((place) => ({ label: place.name, run: () => void desk.openNamed(place) }));
+  const others = recent.map((each) => ({ label: each.name, run: () => void desk.openRecent(each) }));
+  return [
+    ...(named.length > 0 ? [{ label: 'Files of this run' }, ...named] : []),
+    { label: others.length > 0 ? 'Recent files' : 'No recent files' },
+    ...others,
+  ];
 }

@@ -1,0 +1,157 @@
+"""The files that `cqos modeler` was started with: the page on this machine reads and saves these, and no others.
+
+A request needs the key of this run, which no other page and no other user of the machine knows. A save states which content
+it replaces, so that it never overwrites what another program wrote.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import hmac
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route
+
+from cqos_core.inputs.files import write_whole
+from cqos_core.service.settings import split_address
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Coroutine
+    from typing import Any
+
+    from starlette.requests import Request
+
+    from cqos_core.service.settings import Settings
+
+KEY_HEADER: Final = "x-cqos-key"
+_NOT_STORED: Final = {"cache-control": "no-store", "x-content-type-options": "nosniff"}
+
+
+def routes(settings: Settings) -> list[Route]:
+    """Return the routes of the named files; none where the page serves others than the user of this machine."""
+    if not settings.named_key:
+        return []
+    files = _Files(settings)
+    return [
+        Route("/files", files.guarded(files.listed)),
+        Route("/files/key", files.exchanged, methods=["POST"]),
+        Route("/files/{number:int}", files.guarded(files.read), methods=["GET"]),
+        Route("/files/{number:int}", files.guarded(files.saved), methods=["PUT"]),
+    ]
+
+
+class _Files:
+    def __init__(self, settings: Settings) -> None:
+        self._paths = [Path(name) for name in settings.named]
+        self._key = settings.named_key
+        self._ticket: str | None = settings.named_ticket or None
+        self._most = settings.limits.message_bytes
+        self._hosts = {"localhost", split_address("--web", settings.web or "")[0]}
+        self._saving = asyncio.Lock()
+
+    def guarded(
+        self, answer: Callable[[Request], Coroutine[Any, Any, Response]]
+    ) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+        """Answer requests with the key only, at the address of this machine only."""
+
+        async def guarded(request: Request) -> Response:
+            if not self._is_here(request) or not _equal(request.headers.get(KEY_HEADER, ""), self._key):
+                return _refused(
+                    403, "the key of this run of `cqos modeler` is missing; open the address that it printed"
+                )
+            return await answer(request)
+
+        return guarded
+
+    def _is_here(self, request: Request) -> bool:
+        """Whether the page came from this machine, and not from a name that a stranger leads here."""
+        return request.url.hostname in self._hosts
+
+    async def exchanged(self, request: Request) -> Response:
+        """Give the key for the ticket in the address that the browser was started with: once, because others see that."""
+        ticket, self._ticket = self._ticket, None
+        given = request.headers.get(KEY_HEADER, "")
+        if ticket is None or not self._is_here(request) or not _equal(given, ticket):
+            return _refused(403, "this address was opened before; open the one that `cqos modeler` printed")
+        return JSONResponse({"key": self._key}, headers=_NOT_STORED)
+
+    async def listed(self, _request: Request) -> Response:
+        """List them by number, with the name for people and the path."""
+        rows = [{"name": each.name, "path": str(each)} for each in self._paths]
+        return JSONResponse({"files": rows}, headers=_NOT_STORED)
+
+    async def read(self, request: Request) -> Response:
+        """Return the bytes of a file, with a tag that changes with them."""
+        path = self._path(request)
+        if path is None:
+            return _unknown()
+        content = await asyncio.to_thread(self._content, path)
+        if content is None:
+            return _refused(404, f"{path} is not there")
+        if isinstance(content, str):
+            return _refused(422, content)
+        headers = {**_NOT_STORED, "etag": _tag(content)}
+        if request.headers.get("if-none-match") == headers["etag"]:
+            return Response(status_code=304, headers=headers)
+        return Response(content, media_type="application/octet-stream", headers=headers)
+
+    async def saved(self, request: Request) -> Response:
+        """Replace the content that `if-match` states; `if-none-match: *` makes a file that is not there."""
+        path = self._path(request)
+        if path is None:
+            return _unknown()
+        content = bytearray()
+        async for part in request.stream():
+            content += part
+            if len(content) > self._most:
+                return _refused(413, f"the file has more than {self._most} bytes")
+        async with self._saving:
+            return await asyncio.to_thread(self._replaced, path, bytes(content), request.headers.get("if-match"))
+
+    def _replaced(self, path: Path, content: bytes, expected: str | None) -> Response:
+        present = self._content(path)
+        found = _tag(present) if isinstance(present, bytes) else None
+        if isinstance(present, str):
+            return _refused(422, present)
+        if found != expected:
+            what = "changed on disk" if present is not None else "was removed"
+            return _refused(412, f"{path} {what} since it was opened")
+        try:
+            write_whole(str(path), content)
+        except OSError as error:
+            return _refused(422, f"cannot write {path}: {error.strerror}")
+        return Response(status_code=204, headers={**_NOT_STORED, "etag": _tag(content)})
+
+    def _path(self, request: Request) -> Path | None:
+        number: int = request.path_params["number"]
+        return self._paths[number] if number < len(self._paths) else None
+
+    def _content(self, path: Path) -> bytes | str | None:
+        """Return the bytes of a file, None for a file that does not exist, or a sentence that says why it cannot be read."""
+        try:
+            with path.open("rb") as file:
+                content = file.read(self._most + 1)
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            return f"cannot read {path}: {error.strerror}"
+        return content if len(content) <= self._most else f"{path} has more than {self._most} bytes"
+
+
+def _tag(content: bytes) -> str:
+    return f'"{hashlib.sha256(content).hexdigest()}"'
+
+
+def _equal(given: str, wanted: str) -> bool:
+    return hmac.compare_digest(given.encode(), wanted.encode())
+
+
+def _unknown() -> Response:
+    return _refused(404, "`cqos modeler` was started without this file")
+
+
+def _refused(status: int, text: str) -> Response:
+    return JSONResponse({"message": text}, status, headers=_NOT_STORED)

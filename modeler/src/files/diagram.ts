@@ -1,0 +1,155 @@
+/** The diagram as a document: which file it came from, whether it was edited, and the text that belongs into the file. */
+
+import type Modeler from 'bpmn-js/lib/Modeler';
+
+import { definitionsOf } from '../canvas';
+import type { Moddle } from '../moddle';
+import { NEW_DIAGRAM } from '../new_diagram';
+import { decode, encode } from './encoding';
+import { normalise } from './normalise';
+import { patch } from './patch';
+import type { Place } from './place';
+
+/** A prefix, and the namespace that diagrams bind it to. */
+export interface Binding {
+  readonly prefix: string;
+  readonly namespace: string;
+}
+
+/** What a diagram is opened from. */
+export interface Source {
+  readonly name: string;
+  /** Content of the file; null for a diagram that is in none. */
+  readonly bytes: Uint8Array<ArrayBuffer> | null;
+  readonly place: Place | null;
+  readonly handle: FileSystemFileHandle | null;
+  readonly tag: string | null;
+  /** Unsaved text, which is shown in place of the content. */
+  readonly unsaved?: string;
+}
+
+/** What the import had to say. */
+export interface Imported {
+  readonly warnings: readonly string[];
+  /** The namespace that the prefix was bound to in the file, if another than the right one. */
+  readonly rebound: string | null;
+}
+
+export interface Diagram {
+  readonly source: Source;
+  readonly isEdited: boolean;
+  /** Changes with every import, command, undo and redo. */
+  readonly revision: number;
+  /** Open a document in place of the present one. @throws with the present one open, where it is no diagram. */
+  open(source: Source): Promise<Imported>;
+  /** The text of the file as it would be saved now, and its bytes: those of the file where nothing was edited. */
+  text(): Promise<string>;
+  bytes(): Promise<Uint8Array<ArrayBuffer>>;
+  /** Take note that these bytes are in this file now. */
+  saved(source: Source): Promise<void>;
+}
+
+/** The source of a new diagram. */
+export const NOWHERE: Source = { name: 'diagram.bpmn', bytes: null, place: null, handle: null, tag: null };
+
+interface State {
+  source: Source;
+  /** The text that was imported, and what bpmn-js writes for it. */
+  original: string;
+  written: string;
+  /** How many commands are done, and how many were when the file had this content; -1: no undo leads back there. */
+  done: number;
+  savedAt: number;
+  revision: number;
+}
+
+/** Make the document of a modeler; `told` is called after each import and each command. */
+export function createDiagram(modeler: Modeler, binding: Binding | null, told: (cause: 'import' | 'edit') => void): Diagram {
+  const state: State = { source: NOWHERE, original: '', written: '', done: 0, savedAt: 0, revision: 0 };
+  modeler.on<{ trigger: string }>('commandStack.changed', ({ trigger }) => {
+    if (trigger === 'clear') {
+      return;
+    }
+    state.done += trigger === 'undo' ? -1 : 1;
+    if (trigger === 'execute' && state.savedAt >= state.done) {
+      state.savedAt = -1;
+    }
+    state.revision += 1;
+    told('edit');
+  });
+  const isEdited = (): boolean => state.done !== state.savedAt;
+
+  async function open(source: Source): Promise<Imported> {
+    const file = source.bytes === null || source.bytes.length === 0 ? NEW_DIAGRAM : decode(source.bytes);
+    const normal = binding === null ? null : normalise(file, binding.prefix, binding.namespace);
+    const original = normal?.text ?? file;
+    const before = state.revision === 0 ? null : await written(modeler);
+    let warnings: readonly string[];
+    try {
+      ({ warnings } = await modeler.importXML(source.unsaved ?? original));
+    } catch (error) {
+      if (before !== null) {
+        await modeler.importXML(before);
+      }
+      throw error;
+    }
+    const isAsInFile = source.unsaved === undefined && normal === null;
+    Object.assign(state, { source, original, done: 0, savedAt: isAsInFile ? 0 : -1, revision: state.revision + 1 });
+    state.written = source.unsaved === undefined ? await written(modeler) : await rewritten(modeler, original);
+    told('import');
+    return { warnings: warnings.map(String), rebound: normal?.bound ?? null };
+  }
+
+  async function text(): Promise<string> {
+    if (!isEdited()) {
+      return state.original;
+    }
+    const now = await written(modeler);
+    return (await patched(modeler, state.original, state.written, now)) ?? now;
+  }
+
+  return {
+    get source() {
+      return state.source;
+    },
+    get isEdited() {
+      return isEdited();
+    },
+    get revision() {
+      return state.revision;
+    },
+    open,
+    text,
+    async bytes() {
+      const { bytes } = state.source;
+      return bytes !== null && bytes.length > 0 && !isEdited() ? bytes : encode(await text());
+    },
+    async saved(source) {
+      const { done, revision } = state;
+      const now = await written(modeler);
+      if (revision === state.revision && source.bytes !== null) {
+        Object.assign(state, { source, original: decode(source.bytes), written: now, savedAt: done });
+      }
+    },
+  };
+}
+
+async function written(modeler: Modeler): Promise<string> {
+  return (await modeler.get<Moddle>('moddle').toXML(definitionsOf(modeler), { format: true })).xml;
+}
+
+/** What bpmn-js writes for a text. */
+async function rewritten(modeler: Modeler, text: string): Promise<string> {
+  const moddle = modeler.get<Moddle>('moddle');
+  return (await moddle.toXML((await moddle.fromXML(text)).rootElement, { format: true })).xml;
+}
+
+/** The edits in the original text; null where that would not be the same model. */
+async function patched(modeler: Modeler, original: string, before: string, now: string): Promise<string | null> {
+  try {
+    const made = patch(original, before, now);
+    return (await rewritten(modeler, made)) === (await rewritten(modeler, now)) ? made : null;
+  } catch {
+    return null; // the texts are not alike: bpmn-js read it, so that its own form is right
+  }
+}

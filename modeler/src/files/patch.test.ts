@@ -1,0 +1,59 @@
+import { describe, expect, it } from 'vitest';
+
+import { patch } from './patch';
+
+const ORIGINAL = `<?xml version="1.0"?>
+<!-- a comment -->
+<a:root  xmlns:a='urn:a'
+    b="1"  id='r'>
+  <a:one id="1" name="x &lt; y"
+         c="2"/>   <!-- behind -->
+  <a:two id="2">
+    <a:ref>1</a:ref>
+  </a:two>
+  <a:point x="1" y="1" />
+  <a:point x="2" y="2" />
+</a:root>
+`;
+// The same in the form of a writer that knows no comments and no layout.
+const BEFORE =
+  '<a:root xmlns:a="urn:a" b="1" id="r"><a:one id="1" name="x &lt; y" c="2" /><a:two id="2"><a:ref>1</a:ref></a:two>' +
+  '<a:point x="1" y="1" /><a:point x="2" y="2" /></a:root>';
+
+describe('an edit in the text that a diagram was read from', () => {
+  const cases: readonly [string, string, string, string, string][] = [
+    ['changes an attribute', 'x &lt; y', 'z', 'name="x &lt; y"', 'name="z"'],
+    ['adds an attribute', 'c="2" />', 'c="2" d="3" />', 'c="2"/>', 'c="2" d="3"/>'],
+    ['removes an attribute', ' b="1"', '', '\n    b="1"', ''],
+    ['removes an element', '<a:one id="1" name="x &lt; y" c="2" />', '', '\n  <a:one id="1" name="x &lt; y"\n         c="2"/>', ''],
+    ['adds a child', '</a:ref></a:two>', '</a:ref><a:ref>9</a:ref></a:two>', '</a:ref>\n', '</a:ref>\n    <a:ref>9</a:ref>\n'],
+    ['opens an element', 'c="2" />', 'c="2"><a:ref>2</a:ref></a:one>', 'c="2"/>', 'c="2">\n    <a:ref>2</a:ref>\n  </a:one>'],
+    ['changes what has no id', 'y="2"', 'y="5"', 'y="2"', 'y="5"'],
+    ['changes text', '<a:ref>1</a:ref>', '<a:ref>7</a:ref>', '\n    <a:ref>1</a:ref>', '\n    <a:ref>7</a:ref>'],
+  ];
+  it.each(cases)('%s', (_name, old, now, here, there) => {
+    expect(BEFORE).toContain(old);
+    const made = patch(ORIGINAL, BEFORE, BEFORE.replace(old, now));
+    expect(made).toBe(ORIGINAL.replace(here, there));
+  });
+
+  it('changes nothing where nothing was edited', () => {
+    expect(patch(ORIGINAL, BEFORE, BEFORE)).toBe(ORIGINAL);
+  });
+
+  it('moves an element that stands elsewhere now', () => {
+    const one = '<a:one id="1" name="x &lt; y" c="2" />';
+    const made = patch(ORIGINAL, BEFORE, BEFORE.replace(one, '').replace('<a:point x="1"', `${one}<a:point x="1"`));
+    expect(made.indexOf('<a:one')).toBeGreaterThan(made.indexOf('</a:two>'));
+    expect(made.match(/<a:one/g)).toHaveLength(1);
+  });
+
+  it('does not guess where the texts are not alike', () => {
+    const other = BEFORE.replace('<a:ref>1</a:ref>', '<a:ref>not there</a:ref>');
+    expect(() => patch(ORIGINAL, other, BEFORE)).toThrow('is not in the original text');
+  });
+
+  it.each(['<a', '<a></b>', '<a/><b/>', '<!DOCTYPE a><a/>', '<a><b></a>', 'x<a/>', '<a b=1/>'])('refuses %s', (text) => {
+    expect(() => patch(text, text, text)).toThrow();
+  });
+});

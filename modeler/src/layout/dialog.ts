@@ -1,0 +1,50 @@
+/** Dialogs that wait for an answer. */
+
+import { button, make } from './dom';
+
+/** Ask a question with named answers, the first being the usual one; null where the person closes the dialog. */
+export function ask<T extends string>(
+  title: string,
+  text: string,
+  answers: readonly { readonly id: T; readonly label: string }[],
+): Promise<T | null> {
+  return new Promise((resolve) => {
+    const buttons = answers.map(({ id, label }, at) =>
+      button(label, () => dialog.close(id), { class: at === 0 ? 'primary' : 'secondary', autofocus: at === 0 }),
+    );
+    const dialog = show(title, [make('p', {}, text), make('div', { class: 'answers' }, ...buttons)]);
+    dialog.addEventListener('close', () => resolve(answers.find(({ id }) => id === dialog.returnValue)?.id ?? null));
+  });
+}
+
+/** Ask for a line of text; null where the person closes the dialog. */
+export function askText(title: string, label: string, given: string, isSecret = false): Promise<string | null> {
+  return new Promise((resolve) => {
+    const input = make('input', { type: isSecret ? 'password' : 'text', value: given, required: true, autofocus: true });
+    const form = make(
+      'form',
+      { method: 'dialog' },
+      make('label', {}, label, input),
+      make('div', { class: 'answers' }, make('button', { class: 'primary', value: 'ok' }, 'OK')),
+    );
+    const dialog = show(title, [form]);
+    dialog.addEventListener('close', () => resolve(dialog.returnValue === 'ok' ? input.value : null));
+    input.select();
+  });
+}
+
+/** Show a dialog over the page; it is gone when it is closed. */
+export function show(title: string, content: readonly HTMLElement[]): HTMLDialogElement {
+  const heading = make('h2', { id: 'dialog-title' }, title);
+  const dialog = make('dialog', { 'aria-labelledby': 'dialog-title' }, heading, ...content);
+  const before = document.activeElement;
+  dialog.addEventListener('close', () => {
+    dialog.remove();
+    if (before instanceof HTMLElement || before instanceof SVGElement) {
+      before.focus();
+    }
+  });
+  document.body.append(dialog);
+  dialog.showModal();
+  return dialog;
+}
