@@ -220,7 +220,7 @@ def _as_text(pair: PairReport, report: Report, ends: tuple[Resolved, Resolved], 
     if pair.hops:
         lines += [f"over {plural(len(pair.hops) - 1, 'bridge')}", "", *_way(pair), ""]
     else:
-        rows = [_row(comparison) for comparison in pair.policies]
+        rows = [row for comparison in pair.policies if (row := _row(comparison, publisher.pack)) is not None]
         lines += [f"on {publisher.pack.title} topic `{clean(publisher.shown)}`", ""]
         lines += [*table(_HEADER, rows, style.width, color), ""]
     if pair.derived:
@@ -298,10 +298,13 @@ def _named(endpoint: Resolved) -> str:
     return f"`{clean(endpoint.id)}`" + (f" ({clean(label)})" if label and label != endpoint.id else "")
 
 
-def _row(comparison: PolicyComparison) -> tuple[str, ...]:
-    offered, requested = (
-        "" if fact is None else wording.value(fact) for fact in (comparison.offered, comparison.requested)
-    )
+def _row(comparison: PolicyComparison, pack: RulePack) -> tuple[str, ...] | None:
+    """Return the row of a policy; None for what the pack derives, if it derives nothing here and no rule compares it."""
+    policy = pack.policy(comparison.policy)
+    facts = ((PUBLISHER, comparison.offered), (SUBSCRIBER, comparison.requested))
+    if policy.derived and comparison.verdict is None and all(f is None or f.origin == "default" for _, f in facts):
+        return None
+    offered, requested = ("" if f is None or role not in policy.roles else wording.value(f) for role, f in facts)
     verdict = "-" if comparison.verdict is None else comparison.verdict.value
     return comparison.policy, offered, requested, verdict, ", ".join(comparison.rules)
 

@@ -37,6 +37,15 @@ def test_every_policy_with_values_origins_verdict_and_rules(cqos, monkeypatch):
     assert "incompatible: 1 topic, 1 pair judged, 1 error" in done.out
 
 
+def test_an_end_has_no_value_of_a_policy_of_the_other_role_and_derived_defaults_are_left_out(cqos, files):
+    text = "{cqos: 1, protocol: mqtt, participants: {a: {publishes: {t: {}}}, b: {subscribes: {t: {}}}}}"
+    (files / "mqtt.yaml").write_text(text)
+    done = cqos("explain", "mqtt.yaml", "a", "b")
+    assert row(done.out, "retain") == ["retain", "false", "(default)", "-"]
+    assert row(done.out, "retain_handling") == ["retain_handling", "send", "(default)", "-"]
+    assert done.out.count("closing_message") == 0
+
+
 def test_a_pair_that_fits(cqos):
     done = cqos("explain", "fits.yaml", *ENDS)
     assert done.code == 0
