@@ -30,9 +30,15 @@ def pack_of(text):
     return read_pack(Source("beacon.yaml", text.encode()))
 
 
+def installed(name):
+    pack = load_plugins().pack(name)
+    assert pack is not None
+    return pack
+
+
 @pytest.fixture(params=OURS)
 def pack(request):
-    return load_plugins().pack(request.param)
+    return installed(request.param)
 
 
 def test_a_pack_that_says_nothing_of_it_has_a_panel():
@@ -115,7 +121,7 @@ def test_what_is_drawn_is_read_as_the_same_policy(pack):
 
 
 def test_the_paper_has_its_attributes():
-    names = {each.name for each in drawn(load_plugins().pack("ros2"), FORM) if each.policy.level == "endpoint"}
+    names = {each.name for each in drawn(installed("ros2"), FORM) if each.policy.level == "endpoint"}
     assert names >= {
         *("history", "depth", "reliability", "durability"),
         *("deadline", "lifespan", "liveliness", "leaseDuration"),
@@ -123,13 +129,12 @@ def test_the_paper_has_its_attributes():
 
 
 def test_only_publishers_are_asked_for_a_lifespan():
-    written = {each.policy.name: each for each in drawn(load_plugins().pack("ros2"), FORM)}
+    written = {each.policy.name: each for each in drawn(installed("ros2"), FORM)}
     assert written["lifespan"].roles == ("publisher",)
 
 
 def test_the_descriptor_has_every_word_and_setting():
-    plugins = load_plugins()
-    packs = [plugins.pack(name) for name in OURS]
+    packs = [installed(name) for name in OURS]
     descriptor = moddle(FORM, packs)
     types = {each["name"]: {prop["name"] for prop in each["properties"]} for each in descriptor["types"]}
     assert (descriptor["prefix"], descriptor["uri"]) == ("qos", "http://qos")

@@ -37,7 +37,8 @@ def test_every_policy_with_values_origins_verdict_and_rules(cqos, monkeypatch):
     assert "incompatible: 1 topic, 1 pair judged, 1 error" in done.out
 
 
-def test_an_end_has_no_value_of_a_policy_of_the_other_role_and_derived_defaults_are_left_out(cqos, files):
+def test_an_end_has_no_value_of_a_policy_of_the_other_role_and_derived_defaults_are_left_out(cqos, files, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "160")
     text = "{cqos: 1, protocol: mqtt, participants: {a: {publishes: {t: {}}}, b: {subscribes: {t: {}}}}}"
     (files / "mqtt.yaml").write_text(text)
     done = cqos("explain", "mqtt.yaml", "a", "b")

@@ -156,7 +156,7 @@ def test_what_profiles_have_in_common_is_a_constant(pack, seed):
             shared = {at: a_value(random, pack, each, opened) for at, each in enumerate(pack.policies)}
             words = [how_written(random, each, opened) for each in pack.policies]
             ends.append([*shared.values(), *words])
-        at = tuple(
+        at = [
             frozenset(
                 index
                 for index, value in enumerate(values)
@@ -164,8 +164,8 @@ def test_what_profiles_have_in_common_is_a_constant(pack, seed):
                 or (index < len(pack.policies) and pack.policies[index].level == "option")
             )
             for values in ends
-        )
-        common = Common(tuple(ends[0]), tuple(ends[1]), at)
+        ]
+        common = Common(tuple(ends[0]), tuple(ends[1]), (at[0], at[1]))
         questions = [
             Question(each.bound, each.rule.kind == "forbids", u, common)
             for each, u in zip(rules, undecided, strict=True)
