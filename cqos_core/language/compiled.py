@@ -68,7 +68,8 @@ def compiled(questions: Iterable[Question], *, alone: bool = False) -> Compiled:
     for position, question in enumerate(questions):
         writer = _Writer(question, alone=alone)
         test = writer.written()
-        body.append(ast.If(test, [ast.AugAssign(_MASK_TO, ast.BitOr(), ast.Constant(1 << position))], []))
+        if test is not _FALSE:
+            body.append(ast.If(test, [ast.AugAssign(_MASK_TO, ast.BitOr(), ast.Constant(1 << position))], []))
         exact |= writer.exact << position
     body.append(ast.Return(ast.Name("mask", ast.Load())))
     module = ast.parse("def reporting(a, b): ...")  # its nodes have what this version of Python needs
@@ -132,7 +133,7 @@ class _Writer:
             self.common = Common(here, there, at)
             part = self.may_be(self.bound.condition, answer=self.answer)
             found[ast.dump(part)] = part
-        return ast.BoolOp(ast.Or() if self.undecided else ast.And(), [*found.values()]) if len(found) > 1 else part
+        return _joined(found.values(), both=not self.undecided)
 
     def fixed(self, term: Term, beyond: int = 0) -> bool:
         """Whether what a term reads is in common."""
@@ -150,17 +151,26 @@ class _Writer:
                 if both and self.runs_code(left):
                     # Its failure is reported, so it has to run, also where the other part decides.
                     return self.left_open()
-                parts = [self.may_be(part, answer=answer) for part in (left, right)]
-                return ast.BoolOp(ast.And() if both else ast.Or(), parts)
+                return _joined([self.may_be(part, answer=answer) for part in (left, right)], both=both)
         try:
-            holds, fails = self.test(node)
+            holds, fails = self.decided(node) or self.test(node)
         except _UnknownError:
             self.exact = False
             return _TRUE if self.undecided else _FALSE
         except _OpenError:
             return self.left_open()
         surely, surely_not = (holds, fails) if answer else (fails, holds)
-        return ast.UnaryOp(ast.Not(), surely_not) if self.undecided else surely
+        return _not(surely_not) if self.undecided else surely
+
+    def decided(self, node: Test) -> tuple[ast.expr, ast.expr] | None:
+        """Return the constants that a test is, all terms of which are in common."""
+        terms = [each for each in node.walk() if isinstance(each, Term)]
+        if self.common is None or node.name not in OPERATIONS or not all(map(self.fixed, terms)):
+            return None
+        answer = self.binder.condition(node).open(self.common.first, self.common.second, NO_SIGNAL)
+        if answer is None:
+            raise _UnknownError
+        return (_TRUE, _FALSE) if answer else (_FALSE, _TRUE)
 
     def left_open(self) -> ast.expr:
         self.exact = False
@@ -226,11 +236,20 @@ class _Writer:
             return (written := ast.Constant(self.binder.constant(node, domain))), written
         if isinstance(node, Term):
             return self.looked_up(node)
+        if node.name == "ceil" and not self.divides(node.args[1]):
+            raise _UnknownError
         if node.name not in _NAMES:
             raise _OpenError
         spans = self.operands(node, self.binder.kinds_of_value(node, domain))
         least = _called(node.name, [each for each, _ in spans])
         return least, least if _is_known(spans) else _called(node.name, [each for _, each in spans])
+
+    def divides(self, node: Node) -> bool:
+        """Whether something may be divided by a value that is in common."""
+        found = self.looked_up(node) if isinstance(node, Term) else ()
+        return all(
+            OPERATIONS["ceil"].plain(1, each.value) is not None for each in found if isinstance(each, ast.Constant)
+        )
 
     def looked_up(self, term: Term) -> _Span:
         """Write the value of a policy, that in common as a constant."""
@@ -244,12 +263,25 @@ class _Writer:
         return (written := ast.Constant(value)), written
 
 
+def _joined(parts: Iterable[ast.expr], *, both: bool) -> ast.expr:
+    """Write whether all parts hold, or any."""
+    decides, rest = (_FALSE, _TRUE) if both else (_TRUE, _FALSE)
+    left = [each for each in parts if each is not rest]
+    if decides in left or len(left) < 2:  # noqa: PLR2004 - nothing to join
+        return decides if decides in left else left[0] if left else rest
+    return ast.BoolOp(ast.And() if both else ast.Or(), left)
+
+
+def _not(test: ast.expr) -> ast.expr:
+    return _FALSE if test is _TRUE else _TRUE if test is _FALSE else ast.UnaryOp(ast.Not(), test)
+
+
 def _is_known(spans: Sequence[_Span]) -> bool:
     return all(least is most for least, most in spans)
 
 
 def _known(test: ast.expr) -> tuple[ast.expr, ast.expr]:
-    return test, ast.UnaryOp(ast.Not(), test)
+    return test, _not(test)
 
 
 def _compared(op: str, left: _Span, right: _Span) -> tuple[ast.expr, ast.expr]:
@@ -262,9 +294,9 @@ def _compared(op: str, left: _Span, right: _Span) -> tuple[ast.expr, ast.expr]:
         return _known(compare(left[0], op, right[0]))
     (low, high), (least, most) = left, right
     if op in {"<", "<="}:
-        return compare(high, op, least), ast.UnaryOp(ast.Not(), compare(low, op, most))
+        return compare(high, op, least), _not(compare(low, op, most))
     if op in {">", ">="}:
-        return compare(low, op, most), ast.UnaryOp(ast.Not(), compare(high, op, least))
+        return compare(low, op, most), _not(compare(high, op, least))
     same = ast.BoolOp(ast.And(), [compare(low, "==", most), compare(high, "==", least)])
     apart = ast.BoolOp(ast.Or(), [compare(high, "<", least), compare(most, "<", low)])
     return (same, apart) if op == "==" else (apart, same)

@@ -230,9 +230,12 @@ class Duration(Domain):
     def parse(self, text: str) -> int:
         """Read ``2s``, ``500ms``, ``1.5h``, ``PT2S``, ``{sec: 2, nsec: 0}`` or ``infinite``."""
         stripped = text.strip()
-        if normalise(stripped) in _INFINITE_WORDS:
+        if whole := _WHOLE.fullmatch(stripped):
+            total = int(whole[1]) * _UNITS[whole[2]]
+        elif normalise(stripped) in _INFINITE_WORDS:
             return INFINITE
-        total = self._total(stripped)
+        else:
+            total = self._total(stripped)
         return INFINITE if total >= INFINITE or total in self.infinities else total
 
     def _total(self, text: str) -> int:
@@ -292,6 +295,8 @@ class Duration(Domain):
         return {**super().describe(), "unit": "ns"}
 
 
+_WHOLE: Final = re.compile(r"([0-9]{1,18})(ns|us|ms|s)")
+"""The usual spelling."""
 _LARGEST_EXPONENT: Final = 30
 _MOST_DIGITS: Final = 64
 _SECOND: Final = 1_000_000_000

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from cqos_core.language.policy import ByOption, PerRole
 from cqos_core.language.values import Depends, OneOf
 from cqos_core.matching.judge import refusing_worlds
+from cqos_core.model.memory import LONGEST_REMEMBERED, MAXIMUM_REMEMBERED
 from cqos_core.model.report import Assumption, Severity
 from cqos_core.resolving.reader import word_of
 
@@ -99,10 +100,20 @@ def _words(endpoint: Resolved) -> frozenset[str]:
     """The options on which the meaning of a word rests that a policy of the endpoint was stated as, or has by default."""
     found: set[str] = set()
     for index in _steered(endpoint.pack):
-        policy = endpoint.pack.policies[index]
-        text = endpoint.written(index) or policy.default_for(endpoint.role) or ""
-        found.update(_options_of(policy.words.get(word_of(policy, text)), endpoint.role))
+        text = endpoint.written(index) or ""
+        on = _remembered if len(text) <= LONGEST_REMEMBERED else _options_behind
+        found.update(on(endpoint.pack, index, text, endpoint.role))
     return frozenset(found)
+
+
+def _options_behind(pack: RulePack, index: int, text: str, role: str) -> tuple[str, ...]:
+    """The options on which the meaning of a text rests that a policy was stated as, or of its default."""
+    policy = pack.policies[index]
+    word = word_of(policy, text or policy.default_for(role) or "")
+    return tuple(_options_of(policy.words.get(word), role))
+
+
+_remembered = lru_cache(maxsize=MAXIMUM_REMEMBERED)(_options_behind)
 
 
 @lru_cache

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.rule import Rule
-    from cqos_core.resolving.resolved import QosProfile
+    from cqos_core.resolving.resolved import ProfileFrame, QosProfile
 
 _CACHE: Final = 200_000
 _ABSENT: Final = Anything("its role does not have it")
@@ -120,7 +120,7 @@ def apart(publisher: QosProfile, subscriber: QosProfile) -> tuple[BoundRule, ...
     An undecided condition keeps no endpoints apart.
     """
     rules = meeting_rules(publisher.pack)
-    certain, asked = rules.reporting(rules.end(publisher), rules.end(subscriber, second=True))
+    certain, asked = rules.reporting(publisher, subscriber)
     return tuple(
         bound
         for position in positions(certain | asked)
@@ -144,7 +144,7 @@ def undecided_meeting(bound: BoundRule, publisher: QosProfile, subscriber: QosPr
 def judge_pair(publisher: QosProfile, subscriber: QosProfile) -> PairJudgement:
     """Judge two profiles that meet, by the rules of pairs alone."""
     rules = pair_rules(publisher.pack)
-    certain, asked = rules.reporting(rules.end(publisher), rules.end(subscriber, second=True))
+    certain, asked = rules.reporting(publisher, subscriber)
     spoken = list(_spoken(rules, certain, asked, lambda each: _ask_pair(each, publisher, subscriber)))
     if subscriber.needs and Verdict.INCOMPATIBLE not in map(verdict_of, spoken):
         for bound in publisher.pack.by_scope.get("pair", ()):
@@ -259,15 +259,15 @@ def _of_one(pack: RulePack, role: str, observed: bool) -> EndRules:  # noqa: FBT
     )
 
 
-def _of_surroundings(profile: QosProfile, observed: bool) -> Iterator[BoundRule]:  # noqa: FBT001 - as the above
+def _of_surroundings(pack: RulePack, observed: bool) -> Iterator[BoundRule]:  # noqa: FBT001 - as the above
     """Yield the rules about the participant of an endpoint, its broker and its options."""
-    return (bound for bound in profile.pack.beyond_topics if not (observed and bound.rule.creation))
+    return (bound for bound in pack.beyond_topics if not (observed and bound.rule.creation))
 
 
 @lru_cache(maxsize=_CACHE)
 def refusals(profile: QosProfile, role: str, observed: bool) -> tuple[str, ...]:  # noqa: FBT001 - a cache key
     """Return the codes of the errors for which an endpoint certainly does not exist, is disconnected, or is refused."""
-    beyond = (ask(bound, profile.values, profile.values) for bound in _of_surroundings(profile, observed))
+    beyond = (ask(bound, profile.values, profile.values) for bound in _of_surroundings(profile.pack, observed))
     spoken = (*judge_endpoint(profile, role, observed), *(each for each in beyond if each is not None))
     return tuple(dict.fromkeys([*profile.refused, *(each.bound.rule.code for each in spoken if each.refuses)]))
 
@@ -277,12 +277,19 @@ def refusing_worlds(profile: QosProfile, role: str, observed: bool) -> frozenset
     """Return the assumptions, such as ``ros2.rmw=fastdds``, under which an endpoint does not exist or is refused."""
     return frozenset(
         world
-        for bound in (*_of_one(profile.pack, role, observed).rules, *_of_surroundings(profile, observed))
-        if bound.rule.severity == "error" and not bound.bound.is_plain(profile.values)
+        for bound in _assuming(profile.pack, profile.frame, role, observed)
         for values in (_values_of(bound, profile, role),)
         for world, result in _answer(bound, values, values).outcome.worlds
         if result is (bound.rule.kind == "forbids")
     )
+
+
+@lru_cache(maxsize=_CACHE)
+def _assuming(pack: RulePack, frame: ProfileFrame, role: str, observed: bool) -> tuple[BoundRule, ...]:  # noqa: FBT001 - as the above
+    """Return the errors about an endpoint and its surroundings that read what depends on assumptions."""
+    depending = {at for at, value in frame.open.items() if isinstance(value, Depends)}
+    rules = (*_of_one(pack, role, observed).rules, *_of_surroundings(pack, observed))
+    return tuple(each for each in rules if each.rule.severity == "error" and not depending.isdisjoint(each.bound.own))
 
 
 def of_end(

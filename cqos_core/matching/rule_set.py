@@ -9,12 +9,11 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import count
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.language.compiled import Common, Compiled, Question, compiled
 from cqos_core.language.relation import positions
-from cqos_core.language.values import ANYTHING
+from cqos_core.language.values import ANYTHING, Anything
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -22,9 +21,9 @@ if TYPE_CHECKING:
     from cqos_core.language.values import Values
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import QosProfile
+    from cqos_core.resolving.resolved import ProfileFrame, QosProfile
 
-_MOST_PROFILES: Final = 200_000
+_MOST_REMEMBERED: Final = 200_000
 _MOST_FUNCTIONS: Final = 256
 _WORTH_A_FUNCTION: Final = 12
 
@@ -48,21 +47,6 @@ class Surrounding:
     passed: int
     options: Values
     functions: dict[Surrounding, Compiled] = field(default_factory=dict)
-
-
-@dataclass(slots=True, eq=False)
-class RuleInput:
-    """A profile as rules read it on one side.
-
-    Attributes:
-        values: known ones; something stands in for what is not known.
-        parts: by bits of rules, a number for the values that these read; equal values have one number.
-    """
-
-    profile: QosProfile
-    values: Values
-    surrounding: Surrounding
-    parts: dict[int, int] = field(default_factory=dict)
 
 
 Asking = Callable[["BoundRule", "QosProfile", "QosProfile"], "object | None"]
@@ -91,12 +75,10 @@ class _RuleSet:
         self._always = sum(1 << position for position, each in enumerate(self._absent) if each)
         self._functions = 0
         self._uses = Counter[tuple[Surrounding, Surrounding]]()
+        self._by_frame: tuple[dict[ProfileFrame, Surrounding], ...] = ({}, {})
         self._surroundings: tuple[dict[tuple[object, ...], Surrounding], ...] = ({}, {})
-        self._ends: tuple[dict[QosProfile, RuleInput], dict[QosProfile, RuleInput]] = ({}, {})
-        self._numbers = count()
-        self._read: dict[tuple[int, bool], tuple[int, ...]] = {}
-        self._parts: dict[tuple[object, ...], int] = {}
-        self._answers: dict[tuple[int, int], int] = {}
+        self._read: dict[int, tuple[tuple[int, ...], tuple[int, ...]]] = {}
+        self._answers: dict[tuple[object, ...], int] = {}
 
     @cached_property
     def compiled(self) -> Compiled:
@@ -136,42 +118,35 @@ class _RuleSet:
         """The bits of the rules that read options."""
         return sum(1 << position for position, each in enumerate(self.rules) if each.bound.options)
 
-    def end(self, profile: QosProfile, *, second: bool = False) -> RuleInput:
-        """Return a profile as the rules read it on one side."""
-        found = self._ends[second].get(profile)
+    def surrounding(self, profile: QosProfile, *, second: bool = False) -> Surrounding:
+        """Return what a profile has in common with others, as the rules read it on one side."""
+        frame = profile.frame
+        found = self._by_frame[second].get(frame)
         if found is None:
-            if len(self._ends[second]) >= _MOST_PROFILES:
-                self._ends[second].clear()
-            found = self._ends[second][profile] = self._end(profile, second=second)
+            if len(self._by_frame[second]) >= _MOST_REMEMBERED:
+                self._by_frame[second].clear()
+                self._surroundings[second].clear()
+                self._uses.clear()
+            found = self._by_frame[second][frame] = self._surrounding(profile, second=second)
         return found
 
-    def _end(self, profile: QosProfile, *, second: bool) -> RuleInput:
-        values = profile.values
-        options = tuple([values[index] for index in self._options])
-        known = self._surroundings[second]
-        key = (profile.open, profile.unmatched, options)
-        found = known.get(key)
-        if found is None:
-            if len(known) >= _MOST_PROFILES:
-                known.clear()
-                self._uses.clear()
-            found = known[key] = self._surrounding(profile, options, second=second)
-        return RuleInput(profile, profile.known, found)
-
-    def _surrounding(self, profile: QosProfile, options: Values, *, second: bool) -> Surrounding:
-        reading = self._reading[second]
-        bits = 0
-        for index in profile.open.by_index:
-            bits |= reading.get(index, 0)
-        passed = 0
-        for index in profile.unmatched:
+    def _surrounding(self, profile: QosProfile, *, second: bool) -> Surrounding:
+        reading, frame = self._reading[second], profile.frame
+        opened = {index: value for index, value in frame.open.items() if index in reading}
+        bits = passed = 0
+        for index in opened:
+            bits |= reading[index]
+        for index in frame.unmatched:
             passed |= self._requiring.get(index, 0)
-        at = frozenset((*profile.open.by_index, *self._options))
-        return Surrounding(profile.values, at, bits, passed, options)
+        options = tuple([frame.options[index] for index in self._options])
+        # Why a value is not known decides nothing.
+        unknown = tuple([(at, None if isinstance(each, Anything) else each) for at, each in opened.items()])
+        found = Surrounding(profile.values, frozenset((*opened, *self._options)), bits, passed, options)
+        return self._surroundings[second].setdefault((unknown, passed, options), found)
 
-    def sorted_out(self, first: RuleInput, second: RuleInput) -> tuple[int, int]:
+    def sorted_out(self, first: QosProfile, second: QosProfile) -> tuple[int, int]:
         """Return as bits the rules that report for certain, and those that have to be asked whether they do."""
-        here, there = first.surrounding, second.surrounding
+        here, there = self.surrounding(first), self.surrounding(second, second=not self.one)
         function = here.functions.get(there) or self._counted(here, there)
         if function is None:
             reporting, exact = self.compiled
@@ -182,8 +157,9 @@ class _RuleSet:
         else:
             reporting, exact = function
             opened = 0
-        found = reporting(first.values, second.values) | opened
-        found &= ~(here.passed | there.passed)
+        found = reporting(first.known, second.known) | opened
+        if found:
+            found &= ~(here.passed | there.passed)
         return found & exact, found & ~exact
 
     def _counted(self, first: Surrounding, second: Surrounding) -> Compiled | None:
@@ -212,42 +188,35 @@ class _RuleSet:
         undecided = bound.rule.kind in self.undecided and not absent
         return Question(bound.bound, bound.rule.kind == "forbids", undecided, common)
 
-    def asked(self, asked: int, first: RuleInput, second: RuleInput) -> int:
+    def reporting(self, first: QosProfile, second: QosProfile) -> tuple[int, int]:
+        """Return as bits the rules that report for certain, and those that were asked and have something to say."""
+        certain, asked = self.sorted_out(first, second)
+        return certain, self._asked(asked, first, second) if asked else 0
+
+    def _asked(self, asked: int, first: QosProfile, second: QosProfile) -> int:
         """Ask some rules; what they say of equal values is known."""
-        key = (self._part(asked, first, second=False), self._part(asked, second, second=True))
+        read = self._read.get(asked)
+        if read is None:
+            rules = [self._read_by(position) for position in positions(asked)]
+            sides = (tuple(dict.fromkeys(at for each in rules for at in each[side])) for side in (0, 1))
+            first_read, second_read = sides
+            read = self._read[asked] = (first_read, second_read)
+        here, there = first.values, second.values
+        key = (asked, *[here[at] for at in read[0]], *[there[at] for at in read[1]])
         found = self._answers.get(key)
         if found is None:
             found = 0
             for position in positions(asked):
-                if self._ask(self.rules[position], first.profile, second.profile) is not None:
+                if self._ask(self.rules[position], first, second) is not None:
                     found |= 1 << position
-            if len(self._answers) >= _MOST_PROFILES:
+            if len(self._answers) >= _MOST_REMEMBERED:
                 self._answers.clear()
             self._answers[key] = found
-        return found
-
-    def _part(self, asked: int, end: RuleInput, *, second: bool) -> int:
-        found = end.parts.get(asked)
-        if found is None:
-            read = self._read.get((asked, second))
-            if read is None:
-                together = dict.fromkeys(at for rule in positions(asked) for at in self._read_by(rule)[second])
-                read = self._read[asked, second] = tuple(together)
-            values = end.profile.values
-            key = (asked, second, *[values[at] for at in read])
-            if len(self._parts) >= _MOST_PROFILES:
-                self._parts.clear()
-            found = end.parts[asked] = self._parts.setdefault(key, next(self._numbers))
         return found
 
 
 class PairRules(_RuleSet):
     """Rules over two profiles."""
-
-    def reporting(self, first: RuleInput, second: RuleInput) -> tuple[int, int]:
-        """Return as bits the rules that report for certain, and those that were asked and have something to say."""
-        certain, asked = self.sorted_out(first, second)
-        return certain, self.asked(asked, first, second) if asked else 0
 
 
 class EndRules(_RuleSet):
@@ -257,9 +226,7 @@ class EndRules(_RuleSet):
 
     def of(self, profile: QosProfile) -> tuple[int, int]:
         """Return as bits the rules that report on a profile for certain, and those that were asked and have something to say."""
-        end = self.end(profile)
-        certain, asked = self.sorted_out(end, end)
-        return certain, self.asked(asked, end, end) if asked else 0
+        return self.reporting(profile, profile)
 
 
 class TopicRules(EndRules):

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from cqos_core.matching.rule_set import PairRules
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import QosProfile
+    from cqos_core.resolving.resolved import ProfileFrame, QosProfile
 
 _REMEMBERED: Final = 16_384
 _REMEMBERED_GROUPS: Final = 64
@@ -237,15 +237,13 @@ def _met(shape: TopicShape) -> _Pairs:
 
 def _undecided_meetings(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -> None:
     """Leave unknown the pairs that a meeting condition keeps apart under some assumptions only."""
-    for bound in shape.pack.by_scope["meets"]:
+    assuming = 0
+    for at, side in enumerate((shape.publishers, shape.subscribers)):
+        for alike in side:
+            assuming |= _assuming(shape.pack, alike.profile.frame, at)
+    for position in positions(assuming):
+        bound = shape.pack.by_scope["meets"][position]
         first, second = bound.bound.sides
-        if not any(
-            isinstance(alike.profile.values[at], Depends)
-            for side, indices in ((shape.publishers, first), (shape.subscribers, second))
-            for alike in side
-            for at in indices
-        ):
-            continue
         offering, requesting = _classes(shape.publishers, first), _classes(shape.subscribers, second)
         for publishers in offering.each:
             for subscribers in requesting.each:
@@ -257,16 +255,22 @@ def _undecided_meetings(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -
                         _split_segments(pairs.segments[at], mask, Verdict.UNKNOWN, (bound.rule.code,))
 
 
+@lru_cache(maxsize=_REMEMBERED)
+def _assuming(pack: RulePack, frame: ProfileFrame, side: int) -> int:
+    """Return as bits the meeting conditions that read of a side what depends on assumptions."""
+    depending = {at for at, value in frame.open.items() if isinstance(value, Depends)}
+    rules = enumerate(pack.by_scope["meets"])
+    return sum(1 << position for position, each in rules if not depending.isdisjoint(each.bound.sides[side]))
+
+
 def _may_report(shape: TopicShape, rules: PairRules) -> Sequence[BoundRule]:
     """Return the rules that may report on a pair: of many combinations all, as each rule sorts them by what it reads."""
     if len(shape.publishers) * len(shape.subscribers) > _FEW_PAIRS:
         return rules.rules
     found = 0
-    second = [rules.end(alike.profile, second=True) for alike in shape.subscribers]
-    for alike in shape.publishers:
-        first = rules.end(alike.profile)
-        for each in second:
-            certain, asked = rules.reporting(first, each)
+    for first in shape.publishers:
+        for second in shape.subscribers:
+            certain, asked = rules.reporting(first.profile, second.profile)
             found |= certain | asked
     return [rules.rules[position] for position in positions(found)]
 

@@ -41,7 +41,7 @@ _MOST_ANSWERS: Final = 200_000
 
 @dataclass(slots=True, eq=False)
 class PairEnd:
-    """One end of a pair; ``rank`` is of the verdict that any pair of it has at best; the others are those of `RuleInput`."""
+    """One end of a pair; ``rank`` is of the verdict that any pair of it has at best; the others are those of `Surrounding`."""
 
     profile: QosProfile
     values: Values
@@ -74,10 +74,9 @@ class Verdicts:
 
     def end(self, profile: QosProfile, role: str) -> PairEnd:
         """Return a profile as an end of pairs."""
-        found = self._rules.end(profile, second=role == SUBSCRIBER)
+        around = self._rules.surrounding(profile, second=role == SUBSCRIBER)
         rank = max((verdict.rank for verdict, _ in of_end(profile, role, False, False)), default=_COMPATIBLE)
-        around = found.surrounding
-        return PairEnd(profile, found.values, around.open | self._always, around.passed, around.options, rank)
+        return PairEnd(profile, profile.known, around.open | self._always, around.passed, around.options, rank)
 
     @cached_property
     def verdict(self) -> Callable[[PairEnd, PairEnd], Verdict]:

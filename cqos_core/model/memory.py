@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 from contextlib import contextmanager
+from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
@@ -26,6 +27,19 @@ def keep(memory: dict[tuple[Any, ...], Any], key: tuple[Any, ...], value: Any) -
     if len(memory) >= MAXIMUM_REMEMBERED:
         memory.clear()
     memory[key] = value
+
+
+def number_of(key: tuple[Any, ...]) -> int:
+    """Return a number that stands for a key with little text in other keys; one that was forgotten gets another."""
+    number = _NUMBERED.get(key)
+    if number is None:
+        number = next(_NUMBERS)
+        keep(_NUMBERED, key, number)
+    return number
+
+
+_NUMBERED: Final[dict[tuple[Any, ...], int]] = {}
+_NUMBERS: Final = count()
 
 
 def letters(key: object) -> int:

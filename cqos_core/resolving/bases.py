@@ -9,34 +9,43 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.policy import ENDPOINT
-from cqos_core.model.memory import MOST_LETTERS, keep, letters, remember
-from cqos_core.model.system import Endpoint
-from cqos_core.resolving.reader import ValueSource, how_written
-from cqos_core.resolving.resolved import READ, Layer
+from cqos_core.language.values import KNOWN, UNREAD, WrittenValue, normalise
+from cqos_core.model.memory import LONGEST_REMEMBERED, MOST_LETTERS, keep, letters, number_of
+from cqos_core.model.problems import InvalidValueError
+from cqos_core.model.system import Endpoint, Setting
+from cqos_core.resolving.reader import ValueSource, how_written, ignored_by, read_value, spelled
+from cqos_core.resolving.resolved import READ, Layer, Stated
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
-    from cqos_core.language.values import Value, WrittenValue
-    from cqos_core.model.system import Setting
+    from cqos_core.language.values import Value
+    from cqos_core.model.system import Cases
     from cqos_core.resolving.reader import SettingsReader
-    from cqos_core.resolving.resolved import QosProfile, ResolvedParticipant, Stated
+    from cqos_core.resolving.resolved import QosProfile, ResolvedParticipant
 
 
 class _Override(NamedTuple):
-    """What one setting changes; without an index, nothing."""
+    """What one setting changes; without an index, nothing. ``plain``: to values that are known."""
 
     at: int | None
     stated: Stated | None = None
     value: Value = 0
     word: WrittenValue | None = None
+    plain: bool = True
 
 
 class _Base(NamedTuple):
-    """An endpoint that states nothing: its profile, and its layers around its own settings; what its overrides rest on."""
+    """An endpoint that states nothing: its profile, and its layers around its own settings.
+
+    Attributes:
+        number: its own.
+        room: the number of what its overrides rest on.
+    """
 
     profile: QosProfile
-    room: tuple[Any, ...]
+    number: int
+    room: int
     above: tuple[Layer, ...]
     own: Mapping[int, Stated]
     below: tuple[Layer, ...]
@@ -44,6 +53,7 @@ class _Base(NamedTuple):
 
 _BASES: Final[dict[tuple[Any, ...], _Base | None]] = {}
 _OVERRIDES: Final[dict[tuple[Any, ...], _Override | None]] = {}
+_PLAIN_NAMES: Final[dict[tuple[Any, ...], int | None]] = {}
 _NOTHING: Final = _Override(None)
 
 
@@ -67,7 +77,6 @@ class Bases:
     def read(
         self,
         room: tuple[Any, ...],
-        stated: tuple[Any, ...],
         endpoint: Endpoint,
         participant: ResolvedParticipant,
         topic_layers: tuple[Layer, ...],
@@ -76,7 +85,6 @@ class Bases:
 
         Args:
             room: all that the values rest on beside the endpoint's own settings.
-            stated: the same with these settings, to remember it by.
             endpoint: it has settings only: no profile, overlay or need.
             participant: to which it belongs.
             topic_layers: what is stated of its topic.
@@ -87,35 +95,48 @@ class Bases:
             base = self._base(room, endpoint, participant, topic_layers)
         if base is None:
             return None
+        settings = endpoint.said()[0]
+        return READ.get((base.number, settings)) or self._read(base, settings, endpoint, participant)
+
+    def _read(
+        self,
+        base: _Base,
+        settings: Sequence[tuple[str, str, str | Cases, bool]],
+        endpoint: Endpoint,
+        participant: ResolvedParticipant,
+    ) -> tuple[QosProfile, tuple[Layer, ...]] | None:
+        """Lay settings over a base."""
         changes: dict[int, Any] = {}
         own: dict[int, Stated] = {}
-        size = len(participant.pack.policies)
-        length = 0
-        for name, setting in endpoint.settings.items():
-            text = setting.text
-            if setting.unknown or setting.derived:
+        size, number, plain, length = len(participant.pack.policies), base.room, True, 0
+        for name, text, unknown, derived in settings:
+            if unknown or derived:
                 return None
+            key = (number, name, text)
             length += len(name) + len(text)
-            key = (base.room, name, text)
             try:
                 override = _OVERRIDES[key]
             except KeyError:
-                override = self._override(name, setting, endpoint, participant)
-                remember(_OVERRIDES, key, override)
+                override = self._override(number, name, text, endpoint, participant)
+                if len(name) + len(text) <= LONGEST_REMEMBERED:
+                    keep(_OVERRIDES, key, override)
             if override is None:
                 return None
-            index, found, value, word = override
-            if index is None or found is None:
+            index, stated, value, word, easy = override
+            if index is None or stated is None:
                 continue
             if index in own or index in base.own:
                 return None
-            own[index] = found
+            own[index] = stated
             changes[index] = value
             changes[size + index] = word
+            plain &= easy
         layer = Layer("explicit", {**own, **base.own} if base.own else own, here=True)
-        result = base.profile.with_values(changes), (*base.above, layer, *base.below)
+        simply = plain and base.profile.frame.deciding.isdisjoint(changes)
+        profile = base.profile.with_known(changes) if simply else base.profile.with_values(changes)
+        result = profile, (*base.above, layer, *base.below)
         if length <= MOST_LETTERS:
-            keep(READ, stated, result)
+            keep(READ, (base.number, settings), result)
         return result
 
     def _base(
@@ -142,14 +163,47 @@ class Bases:
         if self.reader.remarks == before:
             own_room = (participant.surroundings, endpoint.role, endpoint.dialect, endpoint.observed)
             at = next(index for index, layer in enumerate(layers) if layer.origin == "explicit" and layer.here)
-            base = _Base(profile, own_room, layers[:at], layers[at].settings, layers[at + 1 :])
+            around = layers[:at], layers[at].settings, layers[at + 1 :]
+            base = _Base(profile, number_of(room), number_of(own_room), *around)
         keep(_BASES, room, base)
         return base
 
     def _override(
-        self, name: str, setting: Setting, endpoint: Endpoint, participant: ResolvedParticipant
+        self, number: int, name: str, text: str, endpoint: Endpoint, participant: ResolvedParticipant
     ) -> _Override | None:
         """Return what a setting changes, None where something has to be said of it."""
+        key = (number, name)
+        if key not in _PLAIN_NAMES and len(name) <= LONGEST_REMEMBERED:
+            keep(_PLAIN_NAMES, key, self._plain_name(name, endpoint, participant))
+        index = _PLAIN_NAMES.get(key)
+        if index is None or text.lstrip().startswith("{"):
+            return self._as_a_whole(name, Setting(text), endpoint, participant)
+        pack, role = participant.pack, endpoint.role
+        policy, dialect = pack.policies[index], pack.dialects.get(endpoint.dialect, pack.dialects.get("yaml"))
+        spelt = spelled(policy, text, dialect)
+        if spelt is None:
+            return _NOTHING
+        try:
+            value = read_value(pack, policy, spelt, role, participant.values, dialect)
+        except InvalidValueError:
+            return None
+        word = WrittenValue(policy.word(spelt), here=True) if index in pack.asked else None
+        return _Override(index, Stated(spelt, Setting(text), name), value, word, type(value) in KNOWN)
+
+    def _plain_name(self, name: str, endpoint: Endpoint, participant: ResolvedParticipant) -> int | None:
+        """Return the policy that a name spells, of which nothing but the text of its value decides what it changes."""
+        pack, role = participant.pack, endpoint.role
+        dialect = pack.dialects.get(endpoint.dialect, pack.dialects.get("yaml"))
+        index = pack.find(ENDPOINT, name, dialect)
+        if index is None or (dialect is not None and normalise(name) in dialect.ignore):
+            return None
+        policy = pack.policies[index]
+        plain = role in policy.roles and not policy.derived and ignored_by(pack, policy, participant.values) is None
+        return index if plain else None
+
+    def _as_a_whole(
+        self, name: str, setting: Setting, endpoint: Endpoint, participant: ResolvedParticipant
+    ) -> _Override | None:
         pack, role = participant.pack, endpoint.role
         dialect = pack.dialects.get(endpoint.dialect, pack.dialects.get("yaml"))
         before = self.reader.remarks
@@ -165,4 +219,5 @@ class Bases:
         value = self.reader.value(pack, index, reading)
         if self.reader.remarks != before or role not in policy.roles:
             return None
-        return _Override(index, stated, value, how_written(policy, index, layers) if index in pack.asked else None)
+        word = how_written(policy, index, layers) if index in pack.asked else None
+        return _Override(index, stated, value, word, type(value) in KNOWN and word is not UNREAD)

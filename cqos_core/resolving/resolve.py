@@ -226,7 +226,7 @@ class Resolver:
         if endpoint.topic is None:
             return None
         key = (participant.naming, endpoint.topic, endpoint.kind, endpoint.dialect, endpoint.role)
-        naming = _NAMED.get(key)
+        naming = _NAMED.get(key) if participant.naming >= 0 else None
         if naming is None:
             owner = participant.participant
             context = NameContext(
@@ -326,21 +326,18 @@ class Resolver:
             *(endpoint.role, endpoint.dialect, endpoint.observed, endpoint.type),
             tuple([(layer.counts_as_stated, layer.texts) for layer in topic_layers]),
         )
-        stated = (
-            room,
-            *endpoint.said(),
-        )
         by_topic = bool(self.system.profiles) and self.profiles.by_topic
         alone = not (endpoint.profiles or endpoint.needs or overlays or self.asked or by_topic)
         if alone:
             # Nothing of it stands elsewhere in its system, so it has the values of an equal one in any other.
-            read = READ.get(stated)
-            if read is None and not endpoint.overlay:
-                read = self._bases.read(room, stated, endpoint, participant, topic_layers)
+            read = None if endpoint.overlay else self._bases.read(room, endpoint, participant, topic_layers)
+            if read is None:
+                read = READ.get((room, *endpoint.said()))
             if read is not None:
-                return read[0], read[1] + topic_layers
+                return (read[0], read[1] + topic_layers) if topic_layers else read
         by_topic = by_topic or any(ref.scope.by_topic for ref in endpoint.profiles)
         user = User(endpoint.dialect, endpoint.role, naming.shown if naming is not None and by_topic else "")
+        stated = (room, *endpoint.said())
         signature = (
             *stated,
             *(overlays, id(topic_layers), user),

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 from cqos_core.language.domains import Names, Text
 from cqos_core.language.policy import NO, UNMATCHED, Policy
 from cqos_core.language.values import KNOWN, UNREAD, Anything, Depends, FromPeers, Value, is_plain
-from cqos_core.model.memory import MAXIMUM_REMEMBERED, letters
+from cqos_core.model.memory import MAXIMUM_REMEMBERED, MOST_LETTERS, letters, number_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -71,51 +71,83 @@ class Layer:
         return (*stated, self.unread) if self.unread else tuple(stated)
 
 
-class OpenValues:
-    """Values that are not known, by index. They hash slowly and many profiles have the same, so that is done once."""
-
-    __slots__ = ("_hash", "by_index")
-
-    def __init__(self, by_index: Mapping[int, Any]) -> None:
-        """Take what does not change."""
-        self.by_index = by_index
-        self._hash = hash(tuple(by_index.items()))
-
-    def __eq__(self, other: object) -> bool:
-        """Whether the same is not known in the same way."""
-        return isinstance(other, OpenValues) and self.by_index == other.by_index
-
-    def __hash__(self) -> int:
-        """Return what was worked out once."""
-        return self._hash
-
-
 @dataclass(frozen=True, slots=True, eq=False)
+class ProfileFrame:
+    """What profiles have in common that differ in known values of endpoints only; equal ones are one object.
+
+    Attributes:
+        open: values that are not known, by index.
+        options: values of the pack's options, by index.
+        unmatched: indices of policies that the middleware in use does not match on.
+        from_peers: indices of values that `settle` takes from the other side.
+        needs: the guarantees that are needed.
+        deciding: where a value decides more of a profile than itself.
+    """
+
+    open: Mapping[int, Any]
+    options: Mapping[int, Any]
+    unmatched: frozenset[int]
+    from_peers: tuple[int, ...]
+    needs: frozenset[str]
+    deciding: frozenset[int]
+
+
 class QosProfile:
     """The values of one endpoint, shared by all endpoints with equal ones and compared by identity.
 
     Attributes:
-        values: one per policy of the pack, then one `WrittenValue` or None per policy.
-        known: the same; where one is not known, something of its type stands in for it.
-        open: those that are not known.
-        unmatched: indices of policies that the middleware in use does not match on.
-        from_peers: indices of values that `settle` takes from the other side.
-        needs: the guarantees that are needed.
+        known: one value per policy of the pack, then one `WrittenValue` or None per policy; where one is not known, something
+            of its type stands in for it.
+        frame: those that are not known, and what decides how the others are taken.
         beside: codes of the findings about what was stated beside the values and is not understood.
         refused: codes of errors for which no pair of the endpoint works, beside those of the rules over its values.
         unread: those of `beside`, and of the findings about values that are not: no pair is compatible by ignorance of either.
     """
 
-    pack: RulePack
-    values: Values
-    known: Values
-    open: OpenValues
-    unmatched: frozenset[int]
-    from_peers: tuple[int, ...]
-    needs: frozenset[str] = frozenset()
-    beside: tuple[str, ...] = ()
-    refused: tuple[str, ...] = ()
-    unread: tuple[str, ...] = ()
+    __slots__ = ("_values", "beside", "frame", "known", "pack", "refused", "unread")
+
+    def __init__(
+        self,
+        pack: RulePack,
+        known: Values,
+        frame: ProfileFrame,
+        beside: tuple[str, ...] = (),
+        refused: tuple[str, ...] = (),
+        unread: tuple[str, ...] = (),
+    ) -> None:
+        """Take all of it; only `intern` and its own methods make profiles."""
+        self.pack = pack
+        self.known = known
+        self.frame = frame
+        self.beside = beside
+        self.refused = refused
+        self.unread = unread
+        self._values: Values | None = None if frame.open else known
+
+    @property
+    def values(self) -> Values:
+        """The known values, and those that are not known."""
+        if self._values is None:
+            every = [*self.known]
+            for index, value in self.frame.open.items():
+                every[index] = value
+            self._values = tuple(every)
+        return self._values
+
+    @property
+    def unmatched(self) -> frozenset[int]:
+        """Indices of policies that the middleware in use does not match on."""
+        return self.frame.unmatched
+
+    @property
+    def from_peers(self) -> tuple[int, ...]:
+        """Indices of values that `settle` takes from the other side."""
+        return self.frame.from_peers
+
+    @property
+    def needs(self) -> frozenset[str]:
+        """The guarantees that are needed."""
+        return self.frame.needs
 
     def with_values(
         self,
@@ -124,34 +156,30 @@ class QosProfile:
         refused: Iterable[str] = (),
     ) -> QosProfile:
         """Return the interned profile with some values replaced, and with more codes beside them."""
-        if beside or refused or not self._only_known(changes):
-            every = list(self.values)
-            for index, value in changes.items():
-                every[index] = value
-            return intern(self.pack, tuple(every), (*self.beside, *beside), (*self.refused, *refused))
+        size = self.pack.vocabulary.size
+        known = all(type(v) in KNOWN if at < size else v is not UNREAD for at, v in changes.items())
+        if known and not beside and not refused and self.frame.deciding.isdisjoint(changes):
+            return self.with_known(changes)
+        every = list(self.values)
+        for index, value in changes.items():
+            every[index] = value
+        return intern(self.pack, tuple(every), (*self.beside, *beside), (*self.refused, *refused))
+
+    def with_known(self, changes: Mapping[int, Any]) -> QosProfile:
+        """Return the interned profile with known values in the place of some others, none of them of `ProfileFrame.deciding`."""
         changed: list[Any] = [*self.known]
         for index, value in changes.items():
             changed[index] = value
         known = tuple(changed)
-        key = (id(self.pack), known, self.open, self.beside, self.refused)
+        key = (known, self.frame, self.beside, self.refused)
         profile = _PROFILES.get(key)
-        if profile is None or profile.pack is not self.pack:
-            for index, value in self.open.by_index.items():
-                changed[index] = value
-            values = tuple(changed) if self.open.by_index else known
-            like = (self.open, self.unmatched, self.from_peers, self.needs, self.beside, self.refused, self.unread)
-            profile = _kept(key, QosProfile(self.pack, values, known, *like))
+        if profile is None:
+            profile = _kept(key, QosProfile(self.pack, known, self.frame, self.beside, self.refused, self.unread))
         return profile
-
-    def _only_known(self, changes: Mapping[int, Any]) -> bool:
-        """Whether nothing changes but known values, which decide nothing else of a profile."""
-        if not changes.keys().isdisjoint(self.open.by_index) or not _beyond_values(self.pack).isdisjoint(changes):
-            return False
-        size = self.pack.vocabulary.size
-        return all(type(v) in KNOWN if at < size else v is not UNREAD for at, v in changes.items())
 
 
 _PROFILES: dict[tuple[object, ...], QosProfile] = {}
+_FRAMES: dict[tuple[object, ...], ProfileFrame] = {}
 _MAXIMUM_PROFILES: Final = 200_000
 READ: Final[dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]]] = {}
 """Cached results of endpoints' texts, of any system; dropped with the profiles, or equal ones would differ."""
@@ -160,6 +188,7 @@ READ: Final[dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]]] = {}
 def _kept(key: tuple[object, ...], profile: QosProfile) -> QosProfile:
     if len(_PROFILES) >= _MAXIMUM_PROFILES:
         _PROFILES.clear()
+        _FRAMES.clear()
         READ.clear()
     _PROFILES[key] = profile
     return profile
@@ -177,17 +206,31 @@ def intern(pack: RulePack, values: Values, beside: Iterable[str] = (), refused: 
     known = values
     if opened:
         known = tuple([_stand_in(pack, at) if at in opened else value for at, value in enumerate(values)])
-    key = (id(pack), known, OpenValues(opened), beside, refused)
+    frame = _frame(pack, values, opened)
+    key = (known, frame, beside, refused)
     profile = _PROFILES.get(key)
-    if profile is None or profile.pack is not pack:
+    if profile is None:
+        codes = {value.code for value in opened.values() if isinstance(value, Anything) and value.code}
+        profile = _kept(key, QosProfile(pack, known, frame, beside, refused, tuple(sorted({*beside, *codes}))))
+    return profile
+
+
+def _frame(pack: RulePack, values: Values, opened: Mapping[int, Any]) -> ProfileFrame:
+    options = {index: values[index] for index in _options(pack)}
+    needs = frozenset(name for name, (index, nothing) in pack.needs.items() if values[index] != nothing)
+    key = (pack, tuple(opened.items()), tuple(options.values()), needs)
+    found = _FRAMES.get(key)
+    if found is None:
         from_peers = tuple(index for index, value in opened.items() if isinstance(value, FromPeers))
         unmatched = _treated_as(pack, UNMATCHED, tuple([values[index] for index in _deciding(pack)]))
-        needs = frozenset(name for name, (index, nothing) in pack.needs.items() if values[index] != nothing)
-        codes = {value.code for value in opened.values() if isinstance(value, Anything) and value.code}
-        unread = tuple(sorted({*beside, *codes}))
-        made = QosProfile(pack, values, known, key[2], unmatched, from_peers, needs, beside, refused, unread)
-        return _kept(key, made)
-    return profile
+        deciding = frozenset((*opened, *options, *(index for index, _ in pack.needs.values())))
+        found = _FRAMES[key] = ProfileFrame(opened, options, unmatched, from_peers, needs, deciding)
+    return found
+
+
+@cache
+def _options(pack: RulePack) -> tuple[int, ...]:
+    return tuple(index for index, policy in enumerate(pack.policies) if policy.level == "option")
 
 
 def _stand_in(pack: RulePack, index: int) -> Plain | None:
@@ -196,12 +239,6 @@ def _stand_in(pack: RulePack, index: int) -> Plain | None:
         return None
     domain = pack.policies[index].domain
     return () if isinstance(domain, Names) else "" if isinstance(domain, Text) else 0
-
-
-@cache
-def _beyond_values(pack: RulePack) -> frozenset[int]:
-    """The values by which profiles differ in more than their values."""
-    return frozenset((*_deciding(pack), *(index for index, _ in pack.needs.values())))
 
 
 @cache
@@ -255,7 +292,7 @@ class ResolvedParticipant:
 
     Attributes:
         requiring: topics on which its endpoints require guarantees, where values follow from all endpoints together.
-        naming, letters: all that the names of its topics rest on, and how much text that is.
+        naming, letters: the number of all that the names of its topics rest on, and how much text that is.
     """
 
     participant: Participant
@@ -264,14 +301,15 @@ class ResolvedParticipant:
     layers: tuple[Layer, ...]
     broker: Broker | None = None
     requiring: set[str | None] = field(default_factory=set)
-    naming: tuple[Any, ...] = field(init=False)
+    naming: int = field(init=False)
     letters: int = field(init=False)
 
     def __post_init__(self) -> None:
         """Put together what is looked up for each endpoint."""
         owner = self.participant
-        self.naming = (self.pack, self.surroundings, owner.id, owner.label, tuple(owner.remap.items()))
-        self.letters = letters(self.naming)
+        naming = (self.pack, self.surroundings, owner.id, owner.label, tuple(owner.remap.items()))
+        self.letters = letters(naming)
+        self.naming = number_of(naming) if self.letters <= MOST_LETTERS else -1
 
     @property
     def values(self) -> Mapping[int, Value]:

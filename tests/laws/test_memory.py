@@ -10,6 +10,7 @@ from cqos_core.checking.checker import check_system
 from cqos_core.matching import assumptions as assumed
 from cqos_core.matching import judge, verdicts
 from cqos_core.matching import topic_shape as shape
+from cqos_core.model import memory as memory_module
 from cqos_core.model.system import Endpoint, Participant, Place, Setting, System
 from cqos_core.resolving import bases, participants, profiles, resolve, resolved
 from cqos_core.resolving.reader import _plain_remembered
@@ -20,14 +21,22 @@ ANY = st.sampled_from(BOTH).flatmap(systems)
 
 def forget():
     known = (resolved.READ, resolved._PROFILES, resolve._NAMED, participants._SURROUNDINGS)
-    for memory in (*known, bases._BASES, bases._OVERRIDES, pair_judge._PAIRS, pair_judge._REPORTS):
+    known += (resolved._FRAMES, bases._BASES, bases._OVERRIDES, bases._PLAIN_NAMES, memory_module._NUMBERED)
+    for memory in (*known, pair_judge._PAIRS, pair_judge._REPORTS):
         memory.clear()
     for remembered in (
         *(shape._remembered, judge.judge_pair, judge.judge_endpoint, judge.refusals, judge.apart, judge.undecided_of),
-        *(judge.refusing_worlds, assumed._steered, assumed._options),
+        *(
+            judge.refusing_worlds,
+            judge._assuming,
+            shape._assuming,
+            assumed._steered,
+            assumed._options,
+            assumed._remembered,
+        ),
         *(judge.pair_rules, judge.meeting_rules, judge.signal_rules, judge._of_one, verdicts.verdicts_of),
         *(profiles.conventions, profiles._conventional, profiles.base_layer),
-        *(resolved._deciding, resolved._beyond_values, resolved._treated_as, _plain_remembered),
+        *(resolved._deciding, resolved._options, resolved._treated_as, _plain_remembered),
     ):
         remembered.cache_clear()
 
@@ -52,7 +61,7 @@ def test_everything_that_remembers_is_forgotten_here():
         "verdicts_of",
         "base_layer",
         "_deciding",
-        "_beyond_values",
+        "_assuming",
         "_treated_as",
         "conventions",
         "_conventional",

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from fnmatch import fnmatchcase
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.packs import NameProblem, Naming, normalise
@@ -51,10 +52,11 @@ def resolve(written: str, context: NameContext) -> Naming:
     if normalise(context.settings.get("rmw", "")) == "zenoh_bridge":
         key, shown = text, text.removeprefix(f"{KEY}/")
         return Naming(key, shown) if wire is None else Naming(wire.key.format(key), wire.shown.format(shown))
-    node = _Node(context)
-    expanded = node.full_name(text)
+    node = _node(*_placed(context.participant, context.settings), context.dialect in FREE_TEXT)
+    rewritten = node.rewrites(text)
+    expanded = _expand(legal_name(text) if rewritten else text, node.namespace, node.name)
     full = next((node.full_name(to) for it, to in context.remap.items() if node.full_name(it) == expanded), expanded)
-    own_words = text if full == expanded and node.rewrites(text) else None
+    own_words = text if rewritten and full == expanded else None
     if wire is None:
         return Naming(full, own_words or full, _problems(full, own_words))
     return Naming(
@@ -67,9 +69,8 @@ def resolve(written: str, context: NameContext) -> Naming:
 class _Node:
     """What the names of one node are resolved with."""
 
-    def __init__(self, context: NameContext) -> None:
-        namespace, name = _placed(context.participant, context.settings)
-        self.free_text = context.dialect in FREE_TEXT
+    def __init__(self, namespace: str, name: str, *, free_text: bool) -> None:
+        self.free_text = free_text
         self.name = legal_name(name)
         self.namespace = "/" + (legal_name(namespace) if namespace and self.free_text else namespace)
 
@@ -80,6 +81,16 @@ class _Node:
     def full_name(self, text: str) -> str:
         """Return the full name of ``text``."""
         return _expand(legal_name(text) if self.rewrites(text) else text, self.namespace, self.name)
+
+
+@lru_cache(maxsize=4096)
+def _remembered(namespace: str, name: str, free_text: bool) -> _Node:  # noqa: FBT001 - a cache key
+    return _Node(namespace, name, free_text=free_text)
+
+
+def _node(namespace: str, name: str, free_text: bool) -> _Node:  # noqa: FBT001 - as the above
+    of = _remembered if len(namespace) + len(name) <= LONGEST else _remembered.__wrapped__
+    return of(namespace, name, free_text)
 
 
 def _placed(participant: str, settings: Mapping[str, str]) -> tuple[str, str]:
