@@ -12,7 +12,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.checking.explanation import ends_alone, explained
-from cqos_core.matching.pipeline import Pipeline, SettingValue, as_text, context, pair_system
+from cqos_core.matching.pipeline import Pipeline, SettingValue, as_text, context, pair_end, pair_system
 from cqos_core.matching.verdicts import PairEnd, verdicts_of
 from cqos_core.model.memory import MOST_LETTERS, letters
 from cqos_core.model.problems import CqosError
@@ -26,7 +26,10 @@ if TYPE_CHECKING:
 
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import Verdict
+    from cqos_core.model.system import Role
     from cqos_core.packs.pack import RulePack
+    from cqos_core.resolving.resolve import Resolver
+    from cqos_core.resolving.resolved import Resolved
 
 Settings: TypeAlias = Mapping[str, SettingValue]
 _Texts: TypeAlias = tuple[tuple[str, str], ...]
@@ -34,6 +37,7 @@ _Texts: TypeAlias = tuple[tuple[str, str], ...]
 _MOST_SIDES: Final = 8_192
 _MOST_PAIRS: Final = 16
 _MOST_REPORTS: Final = 4_096
+_MOST_RESOLVED: Final = 1_000
 _HASHED: Final = frozenset((str, int, bool, timedelta))
 
 
@@ -76,8 +80,11 @@ class StatedPairs:
         pack_is_there(protocol, self.where, packs)
         self.offers: dict[tuple[Any, ...], _Side] = {}
         self.requests: dict[tuple[Any, ...], _Side] = {}
-        # Set with the first end: a pair without two ends is explained instead.
+        # Both are set with the first end: a pair without two ends is explained instead.
         self.judge: Callable[[PairEnd, PairEnd], Verdict]
+        self._known: Resolved | None = None
+        self._resolver: Resolver | None = None
+        self._left = 0
 
     def offer(self, settings: Settings) -> _Side:
         """Return what a publisher states."""
@@ -96,7 +103,7 @@ class StatedPairs:
     def report(self, offer: _Side, request: _Side) -> PairReport:
         """Return the report on two sides; of known ones all but the verdict is found out when it is read."""
         if offer.end is None or request.end is None:
-            return self._explained(offer, request)
+            return self._first(offer, request)
         key = (offer, request)
         found = _REPORTS.get(key)
         if found is None:
@@ -121,19 +128,38 @@ class StatedPairs:
         system = pair_system(self.protocol, dict(offer.stated), dict(request.stated), options, topic, needs)
         return Pipeline(system, self.where)
 
-    def _explained(self, offer: _Side, request: _Side) -> PairReport:
-        """Take the way of an explanation, and note the sides where nothing is unusual."""
-        pipeline = self._pipeline(offer, request)
-        report = explained(pipeline, PUBLISHER, SUBSCRIBER)
-        if any(name == "profile" for name, _ in (*offer.stated, *request.stated)):
-            return report
-        ends = ends_alone(pipeline, PUBLISHER, SUBSCRIBER)
-        if ends is not None and not ends[1].profile.needs:
+    def _first(self, offer: _Side, request: _Side) -> PairReport:
+        """Report on two sides that may be new; where anything is unusual the pair is explained at once."""
+        if not (self._resolved(offer, PUBLISHER) and self._resolved(request, SUBSCRIBER)):
+            pipeline = self._pipeline(offer, request)
+            preset = any(name == "profile" for name, _ in (*offer.stated, *request.stated))
+            ends = None if preset else ends_alone(pipeline, PUBLISHER, SUBSCRIBER)
+            if ends is None or ends[1].profile.needs:
+                return explained(pipeline, PUBLISHER, SUBSCRIBER)
             verdicts = verdicts_of(ends[0].pack)
             self.judge = verdicts.verdict
             offer.end = verdicts.end(ends[0].profile, PUBLISHER)
             request.end = verdicts.end(ends[1].profile, SUBSCRIBER)
-        return report
+            self._known, self._resolver, self._left = ends[0], pipeline.resolver, _MOST_RESOLVED
+        assert offer.end is not None  # noqa: S101 - both are now
+        assert request.end is not None  # noqa: S101 - likewise
+        return self._lazy(self.judge(offer.end, request.end), offer, request)
+
+    def _resolved(self, side: _Side, role: Role) -> bool:
+        """Resolve a new side by what resolved another one; return whether it is known, as nothing had to be said of it."""
+        resolver, known = self._resolver, self._known
+        if side.end is not None:
+            return True
+        if resolver is None or known is None or any(name == "profile" for name, _ in side.stated):
+            return False
+        self._left -= 1
+        before = resolver.reader.remarks
+        end = resolver.alone(pair_end(role, dict(side.stated), known.endpoint.topic or ""), known.pack)
+        if resolver.reader.remarks != before or not self._left:
+            self._resolver = None  # what it would report is that of another pair, and its memories grow
+        elif end.key == known.key and not end.profile.from_peers:
+            side.end = verdicts_of(end.pack).end(end.profile, role)
+        return side.end is not None
 
 
 def _side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:

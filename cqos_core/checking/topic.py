@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from operator import or_
@@ -106,10 +107,11 @@ def _group(topic: MatchedTopic, row: Row) -> Group:
     requesting = [
         endpoint for position in positions(row.subscribers) for endpoint in topic.subscribers[position].endpoints
     ]
-    owners: dict[str, int] = {}
-    for endpoint in offering:
-        owners[endpoint.endpoint.participant] = owners.get(endpoint.endpoint.participant, 0) + 1
-    internal = sum([owners.get(endpoint.endpoint.participant, 0) for endpoint in requesting])
+    if len(offering) == len(requesting) == 1:
+        internal = int(offering[0].endpoint.participant == requesting[0].endpoint.participant)
+    else:
+        owners = Counter(endpoint.endpoint.participant for endpoint in offering)
+        internal = sum([owners[endpoint.endpoint.participant] for endpoint in requesting])
     return Group(
         topic=topic.shown,
         publishers=tuple(sorted([endpoint.id for endpoint in offering])),

@@ -163,7 +163,7 @@ class _Writer:
         return _not(surely_not) if self.undecided else surely
 
     def decided(self, node: Test) -> tuple[ast.expr, ast.expr] | None:
-        """Return the constants that a test is, all terms of which are in common."""
+        """Return a test as constants, where all its terms are in common."""
         terms = [each for each in node.walk() if isinstance(each, Term)]
         if self.common is None or node.name not in OPERATIONS or not all(map(self.fixed, terms)):
             return None

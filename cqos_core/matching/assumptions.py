@@ -98,12 +98,25 @@ def _of_pairs(
 
 def _words(endpoint: Resolved) -> frozenset[str]:
     """The options on which the meaning of a word rests that a policy of the endpoint was stated as, or has by default."""
+    pack, role, left = endpoint.pack, endpoint.role, _steered(endpoint.pack)
     found: set[str] = set()
-    for index in _steered(endpoint.pack):
-        text = endpoint.written(index) or ""
-        on = _remembered if len(text) <= LONGEST_REMEMBERED else _options_behind
-        found.update(on(endpoint.pack, index, text, endpoint.role))
-    return frozenset(found)
+    if endpoint.carried is not None:
+        for index in left:
+            found.update(_options_behind(pack, index, endpoint.written(index) or "", role))
+        return frozenset(found)
+    for layer in (*endpoint.layers, *endpoint.participant.layers):
+        for index in left & layer.settings.keys():
+            text = layer.settings[index].text
+            on = _remembered if len(text) <= LONGEST_REMEMBERED else _options_behind
+            found.update(on(pack, index, text, role))
+            left -= {index}
+    return frozenset(found) | _by_default(pack, left, role)
+
+
+@lru_cache
+def _by_default(pack: RulePack, indices: frozenset[int], role: str) -> frozenset[str]:
+    """The options on which the defaults of policies rest."""
+    return frozenset(name for index in indices for name in _options_behind(pack, index, "", role))
 
 
 def _options_behind(pack: RulePack, index: int, text: str, role: str) -> tuple[str, ...]:
@@ -117,15 +130,15 @@ _remembered = lru_cache(maxsize=MAXIMUM_REMEMBERED)(_options_behind)
 
 
 @lru_cache
-def _steered(pack: RulePack) -> tuple[int, ...]:
+def _steered(pack: RulePack) -> frozenset[int]:
     """The policies with words that rest on an option, as far as a rule that sets verdicts reads them."""
     verdicts = (
         each for each in pack.by_scope.get("pair", ()) if each.rule.kind == "requires" and not each.rule.guarantee
     )
     read = {use.index for bound in verdicts for use in bound.bound.uses}
-    return tuple(
+    return frozenset(
         index
-        for index in sorted(read)
+        for index in read
         if any(
             _options_of(meaning, role)
             for meaning in pack.policies[index].words.values()

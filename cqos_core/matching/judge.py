@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer, Signal
 from cqos_core.language.relation import positions
 from cqos_core.language.values import Anything, Depends
-from cqos_core.matching.rule_set import EndRules, PairRules, TopicRules
+from cqos_core.matching.rule_set import EndRules, MeetingsLeftOpen, PairRules, TopicRules
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
@@ -164,6 +164,12 @@ def pair_rules(pack: RulePack) -> PairRules:
 def meeting_rules(pack: RulePack) -> PairRules:
     """Return the meeting conditions."""
     return PairRules(pack, pack.by_scope["meets"], _ask_meeting)
+
+
+@lru_cache
+def undecided_meetings(pack: RulePack) -> MeetingsLeftOpen:
+    """Return the meeting conditions, asked whether any pair may be kept apart under some assumptions only."""
+    return MeetingsLeftOpen(pack, pack.by_scope["meets"], undecided_meeting)
 
 
 @lru_cache

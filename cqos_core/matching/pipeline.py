@@ -19,7 +19,17 @@ from cqos_core.matching.wire import topics
 from cqos_core.model.codes import find_code
 from cqos_core.model.problems import CqosError
 from cqos_core.model.report import later
-from cqos_core.model.system import PUBLISHER, SUBSCRIBER, Endpoint, Participant, Place, ProfileRef, Setting, System
+from cqos_core.model.system import (
+    PUBLISHER,
+    SUBSCRIBER,
+    Endpoint,
+    Participant,
+    Place,
+    ProfileRef,
+    Role,
+    Setting,
+    System,
+)
 from cqos_core.model.system import Topic as StatedTopic
 from cqos_core.plugins import load_plugins
 from cqos_core.resolving.resolve import Resolver
@@ -262,18 +272,23 @@ def pair_system(
     system = System(protocol=protocol, options={protocol: {n: Setting(as_text(v)) for n, v in options.items()}})
     system.topics[name] = StatedTopic(name, {n: Setting(as_text(v)) for n, v in facts.items()}, external=True)
     for role, stated in ((PUBLISHER, offered), (SUBSCRIBER, requested)):
-        settings = dict(stated)
-        profile = settings.pop("profile", None)
         system.participants[role] = Participant(role)
-        system.endpoints.append(
-            Endpoint(
-                id=role,
-                role=role,
-                topic=name,
-                participant=role,
-                settings={n: Setting(as_text(v)) for n, v in settings.items()},
-                profiles=() if profile is None else (ProfileRef(as_text(profile)),),
-                needs={n: Setting(as_text(v)) for n, v in needs.items()} if role == SUBSCRIBER else {},
-            )
-        )
+        system.endpoints.append(pair_end(role, stated, name, needs if role == SUBSCRIBER else {}))
     return system
+
+
+def pair_end(
+    role: Role, stated: Mapping[str, SettingValue], topic: str, needs: Mapping[str, SettingValue] = MappingProxyType({})
+) -> Endpoint:
+    """Make one end of such a pair, whose participant has its role as id."""
+    settings = dict(stated)
+    profile = settings.pop("profile", None)
+    return Endpoint(
+        id=role,
+        role=role,
+        topic=topic,
+        participant=role,
+        settings={name: Setting(as_text(value)) for name, value in settings.items()},
+        profiles=() if profile is None else (ProfileRef(as_text(profile)),),
+        needs={name: Setting(as_text(value)) for name, value in needs.items()},
+    )

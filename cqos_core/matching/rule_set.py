@@ -144,7 +144,17 @@ class _RuleSet:
         found = Surrounding(profile.values, frozenset((*opened, *self._options)), bits, passed, options)
         return self._surroundings[second].setdefault((unknown, passed, options), found)
 
-    def sorted_out(self, first: QosProfile, second: QosProfile) -> tuple[int, int]:
+    def may_report(self, first: QosProfile, second: QosProfile) -> int:
+        """Return as bits the rules that report for certain or have to be asked."""
+        certain, asked = self._sorted_out(first, second)
+        return certain | asked
+
+    def that_report(self, first: QosProfile, second: QosProfile) -> int:
+        """Return as bits the rules that have something to say."""
+        certain, asked = self.reporting(first, second)
+        return certain | asked
+
+    def _sorted_out(self, first: QosProfile, second: QosProfile) -> tuple[int, int]:
         """Return as bits the rules that report for certain, and those that have to be asked whether they do."""
         here, there = self.surrounding(first), self.surrounding(second, second=not self.one)
         function = here.functions.get(there) or self._counted(here, there)
@@ -190,7 +200,7 @@ class _RuleSet:
 
     def reporting(self, first: QosProfile, second: QosProfile) -> tuple[int, int]:
         """Return as bits the rules that report for certain, and those that were asked and have something to say."""
-        certain, asked = self.sorted_out(first, second)
+        certain, asked = self._sorted_out(first, second)
         return certain, self._asked(asked, first, second) if asked else 0
 
     def _asked(self, asked: int, first: QosProfile, second: QosProfile) -> int:
@@ -217,6 +227,12 @@ class _RuleSet:
 
 class PairRules(_RuleSet):
     """Rules over two profiles."""
+
+
+class MeetingsLeftOpen(PairRules):
+    """Meeting conditions, which say something where they are not decided."""
+
+    undecided = frozenset({"meets"})
 
 
 class EndRules(_RuleSet):

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 def signal_outlines(shape: TopicShape, met_by: Sequence[int]) -> Iterator[Outline[int]]:
     """Yield what the rules over topics say; ``met_by`` has per publisher group the subscriber groups it meets, as bits."""
-    rules = _may_report(shape)
+    rules = signal_may_report(shape)
     for publishers, subscribers in _parts(shape, met_by) if rules else ():
         for bound in rules:
             within = {use.second for use in bound.bound.aggregate_uses}
@@ -41,15 +41,14 @@ def signal_outlines(shape: TopicShape, met_by: Sequence[int]) -> Iterator[Outlin
                 yield outline
 
 
-def _may_report(shape: TopicShape) -> Sequence[BoundRule]:
-    """Return the rules that may report; of several groups on one side, which may differ, all."""
+def signal_may_report(shape: TopicShape) -> Sequence[BoundRule]:
+    """Return the rules over topics that may report; of several groups on one side, which may differ, all."""
     rules = signal_rules(shape.pack)
     if max(len(shape.publishers), len(shape.subscribers)) > 1:
         return rules.rules
     found = 0
     for alike in (*shape.publishers, *shape.subscribers):
-        certain, asked = rules.of(alike.profile)
-        found |= certain | asked
+        found |= rules.that_report(alike.profile, alike.profile)
     return [rules.rules[position] for position in positions(found)]
 
 

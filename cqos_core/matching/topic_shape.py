@@ -9,7 +9,7 @@ an earlier one, and cost a look-up.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache, reduce
+from functools import lru_cache, reduce
 from operator import or_
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -17,6 +17,7 @@ from cqos_core.language import relation
 from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer
 from cqos_core.language.relation import positions, related
 from cqos_core.language.values import Depends
+from cqos_core.matching.classes import Class, Classes, classes
 from cqos_core.matching.judge import (
     Violation,
     already_reported,
@@ -27,17 +28,18 @@ from cqos_core.matching.judge import (
     pair_rules,
     passed_over,
     undecided_meeting,
+    undecided_meetings,
     undecided_of,
     verdict_by,
 )
 from cqos_core.matching.outline import MOST_COMBINATIONS, OfEnds, Outline, called, reach
 from cqos_core.matching.pairing import Alike, TopicShape
-from cqos_core.matching.signals import signal_outlines
+from cqos_core.matching.signals import signal_may_report, signal_outlines
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from cqos_core.matching.rule_set import PairRules
     from cqos_core.packs.bound_rule import BoundRule
@@ -96,60 +98,6 @@ def judge_shape(shape: TopicShape) -> ShapeResult:
     return _remembered(shape)
 
 
-@dataclass(slots=True)
-class Class:
-    """Groups of one side that a rule cannot tell apart; ``mask`` has their bits."""
-
-    first: Alike
-    members: list[int] = field(default_factory=list)
-    mask: int = 0
-
-    @property
-    def profile(self) -> QosProfile:
-        """The values of one of them."""
-        return self.first.profile
-
-
-class Classes:
-    """The classes of one side, in order, and which of them have groups in a mask."""
-
-    def __init__(self, each: list[Class]) -> None:
-        self.each = each
-
-    def within(self, mask: int) -> list[Class]:
-        """The classes with groups in ``mask``."""
-        return [self.each[at] for at in sorted({self._at[position] for position in positions(mask)})]
-
-    def first(self, mask: int) -> Class:
-        """The first class with groups in ``mask``, which has all or none of each."""
-        return self.each[self._at[(mask & -mask).bit_length() - 1]]
-
-    def count(self, mask: int) -> int:
-        """How many classes have groups in ``mask``."""
-        single, wide = self._by_width
-        return (mask & single).bit_count() + sum(1 for one in wide if one.mask & mask)
-
-    def by_tags(self, mask: int) -> Iterator[tuple[frozenset[int], int]]:
-        """The groups in ``mask``, as bits, by the acceptances that name them."""
-        return ((tags, mask & same) for tags, same in self._tagged.items() if mask & same)
-
-    @cached_property
-    def _at(self) -> dict[int, int]:
-        return {position: at for at, one in enumerate(self.each) for position in one.members}
-
-    @cached_property
-    def _by_width(self) -> tuple[int, list[Class]]:
-        single = sum(one.mask for one in self.each if len(one.members) == 1)
-        return single, [one for one in self.each if len(one.members) > 1]
-
-    @cached_property
-    def _tagged(self) -> dict[frozenset[int], int]:
-        found: dict[frozenset[int], int] = {}
-        for one in self.each:
-            found[one.first.tags] = found.get(one.first.tags, 0) | one.mask
-        return found
-
-
 class _Said(NamedTuple):
     """What a rule says of two classes; ``combinations`` counts further ones that these stand for, else it is 0."""
 
@@ -188,6 +136,8 @@ _Outlines = dict[tuple[Any, ...], Outline[int]]
 
 
 def _judge(shape: TopicShape) -> ShapeResult:
+    if len(shape.publishers) == len(shape.subscribers) == 1 and _is_quiet(shape):
+        return _QUIET
     outlines: _Outlines = {}
     both = shape.publishers and shape.subscribers
     pairs = _met(shape) if both else _Pairs([0] * len(shape.publishers), segments=[{} for _ in shape.publishers])
@@ -199,6 +149,28 @@ def _judge(shape: TopicShape) -> ShapeResult:
         _pair_rules(shape, pairs, outlines)
     said = (*outlines.values(), *_endpoint_rules(shape))
     return ShapeResult(tuple(pairs.met), tuple(pairs.kept_apart), _rows(pairs), said)
+
+
+def _is_quiet(shape: TopicShape) -> bool:
+    """Whether no rule has anything to say of one group on each side."""
+    (offering,), (requesting,) = shape.publishers, shape.subscribers
+    publisher, subscriber = offering.profile, requesting.profile
+    return (
+        not meeting_rules(shape.pack).that_report(publisher, subscriber)
+        and not pair_rules(shape.pack).that_report(publisher, subscriber)
+        and not (subscriber.needs or _assuming(shape))
+        and not signal_may_report(shape)
+        and not any(
+            alike.carried
+            or alike.wired
+            or judge_endpoint(alike.profile, role, alike.observed)
+            or of_end(alike.profile, role, alike.observed, False)
+            for role, alike in ((PUBLISHER, offering), (SUBSCRIBER, requesting))
+        )
+    )
+
+
+_QUIET: Final = ShapeResult((1,), (), (Row((0,), 1, Verdict.COMPATIBLE, ()),), ())
 
 
 def met(pack: RulePack, publishers: Iterable[QosProfile], subscribers: Iterable[QosProfile]) -> list[int]:
@@ -221,7 +193,7 @@ def _met(shape: TopicShape) -> _Pairs:
         [native if alike.carried else everybody for alike in shape.publishers], sizes=_sizes(shape.subscribers)
     )
     for bound in _may_report(shape, meeting_rules(shape.pack)):
-        subscribers = _classes(shape.subscribers, bound.bound.sides[1])
+        subscribers = classes(shape.subscribers, bound.bound.sides[1])
         for publishers, missed, _ in _spoken(shape, bound, subscribers):
             apart = Apart(bound, publishers.first.tags, subscribers)
             for publisher in publishers.members:
@@ -237,14 +209,10 @@ def _met(shape: TopicShape) -> _Pairs:
 
 def _undecided_meetings(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -> None:
     """Leave unknown the pairs that a meeting condition keeps apart under some assumptions only."""
-    assuming = 0
-    for at, side in enumerate((shape.publishers, shape.subscribers)):
-        for alike in side:
-            assuming |= _assuming(shape.pack, alike.profile.frame, at)
-    for position in positions(assuming):
+    for position in positions(_assuming(shape)):
         bound = shape.pack.by_scope["meets"][position]
         first, second = bound.bound.sides
-        offering, requesting = _classes(shape.publishers, first), _classes(shape.subscribers, second)
+        offering, requesting = classes(shape.publishers, first), classes(shape.subscribers, second)
         for publishers in offering.each:
             for subscribers in requesting.each:
                 spoken = undecided_meeting(bound, publishers.profile, subscribers.profile)
@@ -255,23 +223,36 @@ def _undecided_meetings(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -
                         _split_segments(pairs.segments[at], mask, Verdict.UNKNOWN, (bound.rule.code,))
 
 
+def _assuming(shape: TopicShape) -> int:
+    """Return as bits the meeting conditions that may rest on assumptions."""
+    found = 0
+    for side, groups in enumerate((shape.publishers, shape.subscribers)):
+        for alike in groups:
+            found |= _read_in_worlds(shape.pack, alike.profile.frame, side)
+    return found and found & _may_say(shape, undecided_meetings(shape.pack).may_report)
+
+
 @lru_cache(maxsize=_REMEMBERED)
-def _assuming(pack: RulePack, frame: ProfileFrame, side: int) -> int:
+def _read_in_worlds(pack: RulePack, frame: ProfileFrame, side: int) -> int:
     """Return as bits the meeting conditions that read of a side what depends on assumptions."""
     depending = {at for at, value in frame.open.items() if isinstance(value, Depends)}
     rules = enumerate(pack.by_scope["meets"])
     return sum(1 << position for position, each in rules if not depending.isdisjoint(each.bound.sides[side]))
 
 
-def _may_report(shape: TopicShape, rules: PairRules) -> Sequence[BoundRule]:
-    """Return the rules that may report on a pair: of many combinations all, as each rule sorts them by what it reads."""
+def _may_say(shape: TopicShape, of_pair: Callable[[QosProfile, QosProfile], int]) -> int:
+    """Return as bits the rules that may report on a pair: of many combinations all, as each rule sorts them by what it reads."""
     if len(shape.publishers) * len(shape.subscribers) > _FEW_PAIRS:
-        return rules.rules
+        return -1
     found = 0
     for first in shape.publishers:
         for second in shape.subscribers:
-            certain, asked = rules.reporting(first.profile, second.profile)
-            found |= certain | asked
+            found |= of_pair(first.profile, second.profile)
+    return found
+
+
+def _may_report(shape: TopicShape, rules: PairRules) -> Sequence[BoundRule]:
+    found = _may_say(shape, rules.that_report) & (1 << len(rules.rules)) - 1
     return [rules.rules[position] for position in positions(found)]
 
 
@@ -293,7 +274,7 @@ def _pair_rules(shape: TopicShape, pairs: _Pairs, outlines: _Outlines) -> None:
         if bound.rule.guarantee:
             asked = fitting = fitting or _fitting(pairs)
         said: dict[tuple[int, bool], int] = {}
-        columns = _classes(shape.subscribers, bound.bound.sides[1])
+        columns = classes(shape.subscribers, bound.bound.sides[1])
         for each in _few(bound, _spoken(shape, bound, columns), columns):
             _outline(shape, pairs, outlines, each, asked)
             for publisher in each.publishers.members:
@@ -331,7 +312,7 @@ def _fitting(pairs: _Pairs) -> list[int]:
 
 def _spoken(shape: TopicShape, bound: BoundRule, columns: Classes) -> Iterator[_Row]:
     """Judge one rule over every combination of its classes; yield what it says."""
-    publishers = _classes(shape.publishers, bound.bound.sides[0]).each
+    publishers = classes(shape.publishers, bound.bound.sides[0]).each
     if not bound.rule.guarantee:  # which depends on what the subscriber needs
         publishers = [each for each in publishers if not passed_over(bound, each.profile, each.profile)]
     subscribers = [each for each in columns.each if not passed_over(bound, each.profile, each.profile)]
@@ -394,20 +375,6 @@ def _few(bound: BoundRule, rows: Iterable[_Row], columns: Classes) -> Iterator[_
             together.append(_Said(publishers, Class(first.first, first.members, same), spoken, len(more) + 1))
         later += sorted(together, key=lambda each: each.subscribers.members[0])
     yield from later
-
-
-def _classes(groups: Iterable[Alike], indices: Sequence[int]) -> Classes:
-    """Sort one side's groups by the values that a rule reads of it, and by who excuses them."""
-    found: dict[Any, Class] = {}
-    for position, alike in enumerate(groups):
-        values = alike.profile.values
-        key = (tuple([values[index] for index in indices]), alike.profile.unmatched, alike.tags)
-        each = found.get(key)
-        if each is None:
-            each = found[key] = Class(alike)
-        each.members.append(position)
-        each.mask |= 1 << position
-    return Classes(list(found.values()))
 
 
 def _outline(shape: TopicShape, pairs: _Pairs, outlines: _Outlines, said: _Said, asked: Sequence[int]) -> None:

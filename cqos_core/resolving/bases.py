@@ -191,7 +191,7 @@ class Bases:
         return _Override(index, Stated(spelt, Setting(text), name), value, word, type(value) in KNOWN)
 
     def _plain_name(self, name: str, endpoint: Endpoint, participant: ResolvedParticipant) -> int | None:
-        """Return the policy that a name spells, of which nothing but the text of its value decides what it changes."""
+        """Return the policy that a name spells, where the text of its value alone decides what it changes."""
         pack, role = participant.pack, endpoint.role
         dialect = pack.dialects.get(endpoint.dialect, pack.dialects.get("yaml"))
         index = pack.find(ENDPOINT, name, dialect)
