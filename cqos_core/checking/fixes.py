@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.checking.rewrites import edits_of
 from cqos_core.language.domains import Duration
 from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC
-from cqos_core.language.solve import changed, solutions
+from cqos_core.language.solve import restated, solutions
 from cqos_core.language.values import FromPeers, Value
 from cqos_core.matching.judge import Violation, apart, judge_endpoint, judge_pair, of_end
 from cqos_core.model.report import Finding, Remedy
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.resolving.resolved import intern
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -174,8 +173,7 @@ def _may(
 
 
 def _with(profile: QosProfile, index: int, value: Plain) -> QosProfile:
-    pack = profile.pack
-    return intern(pack, changed(profile.values, pack.vocabulary, index, value), profile.beside, profile.refused)
+    return profile.with_values(restated(profile.values, profile.pack.vocabulary, index, value))
 
 
 def _errors(spoken: Iterable[Violation]) -> set[str]:

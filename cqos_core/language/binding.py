@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import NoneType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.language.domains import Count, Domain, Duration, Flag, Names, Text
 from cqos_core.language.evaluate import NO_SIGNAL, BoundCondition, Judge, Signal
@@ -11,6 +11,7 @@ from cqos_core.language.expression import AGGREGATES, COMPARISONS, HOLDS, Apply,
 from cqos_core.language.operations import AGGREGATIONS, OPERATIONS, Operation, both, either, over_known
 from cqos_core.language.values import INFINITE, UNREAD, Anything, Range, Values, WrittenValue
 from cqos_core.language.vocabulary import SECOND_SCOPES, Use, Vocabulary
+from cqos_core.model.memory import keep
 from cqos_core.model.problems import ConditionError, InvalidValueError
 
 if TYPE_CHECKING:
@@ -40,8 +41,13 @@ def bind(condition: Condition, vocabulary: Vocabulary) -> BoundCondition:
 
 def bind_operands(node: Node, vocabulary: Vocabulary) -> tuple[Judge, ...]:
     """Compile, in the open form, the values that something is applied to: a comparison, a function of the pack, a sum."""
-    binder = Binder(vocabulary)
-    return tuple(form.open for form in binder.operands(node, None))
+    key = (vocabulary, node.key)
+    if key not in _OPERANDS:
+        keep(_OPERANDS, key, tuple(form.open for form in Binder(vocabulary).operands(node, None)))
+    return _OPERANDS[key]
+
+
+_OPERANDS: Final[dict[tuple[Any, ...], tuple[Judge, ...]]] = {}
 
 
 class _Judges(NamedTuple):

@@ -127,7 +127,7 @@ def _may(node: Condition, vocabulary: Vocabulary, sides: _Sides) -> _May:
     first, second, *_ = (_read(arg) for arg in node.args)
     function = vocabulary.functions.get(node.name)
     if len(first) == len(second) == 1 and first != second:
-        operands = _operands(node, vocabulary)
+        operands = bind_operands(node, vocabulary)
         if node.name in COMPARISONS:
             straight = first == {_FIRST}
             return _compared(node.name if straight else MIRRORED[node.name], operands[:: 1 if straight else -1], sides)
@@ -147,11 +147,6 @@ def _either(one: Iterable[int], other: Iterable[int]) -> list[int]:
 @lru_cache(maxsize=1_000)
 def _judge(node: Condition, vocabulary: Vocabulary) -> Judge:
     return bind(node, vocabulary).open
-
-
-@lru_cache(maxsize=1_000)
-def _operands(node: Node, vocabulary: Vocabulary) -> tuple[Judge, ...]:
-    return bind_operands(node, vocabulary)
 
 
 def _read(node: Node) -> set[bool]:

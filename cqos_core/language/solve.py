@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import islice
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.language.binding import bind_operands
 from cqos_core.language.domains import Choice
@@ -42,13 +42,13 @@ class Change:
 _FOLLOWS: Final = Anything("it follows from what changes")
 
 
-def changed(values: Values, vocabulary: Vocabulary, index: int, value: Plain) -> Values:
-    """Return ``values`` with one policy stated anew; what follows from it is not known then."""
-    policy, size = vocabulary.policies[index], vocabulary.size
-    for at in vocabulary.follows(policy.name, values):
-        values = (*values[:at], _FOLLOWS, *values[at + 1 :])
-    written = WrittenValue(normalise(policy.domain.format(value)), here=True)
-    return (*values[:index], value, *values[index + 1 : size + index], written, *values[size + index + 1 :])
+def restated(values: Values, vocabulary: Vocabulary, index: int, value: Plain) -> dict[int, Any]:
+    """Return by position what is other of ``values`` where one policy is stated anew; what follows from it is not known then."""
+    policy = vocabulary.policies[index]
+    found: dict[int, Any] = dict.fromkeys(vocabulary.follows(policy.name, values), _FOLLOWS)
+    found[index] = value
+    found[vocabulary.size + index] = WrittenValue(normalise(policy.domain.format(value)), here=True)
+    return found
 
 
 def solutions(
@@ -97,8 +97,11 @@ def solutions(
             continue  # a fact, which no rule names as its fix
         current = (b if use.second else a)[use.index]
         passing: list[Plain] = []
+        every = [*(b if second else a)]
         for value in _candidates(bound, use, policy, a, b, second=second):
-            side = changed(b if second else a, vocabulary, use.index, value)
+            for at, each in restated(b if second else a, vocabulary, use.index, value).items():
+                every[at] = each
+            side = tuple(every)
             left, right = (side, side) if single else (a, side) if second else (side, b)
             if value != current and bound.judge(left, right, signal).result is want:
                 passing.append(value)

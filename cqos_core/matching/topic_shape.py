@@ -27,6 +27,7 @@ from cqos_core.matching.judge import (
     of_end,
     pair_rules,
     passed_over,
+    refusals,
     undecided_meeting,
     undecided_meetings,
     undecided_of,
@@ -160,13 +161,19 @@ def _is_quiet(shape: TopicShape) -> bool:
         and not pair_rules(shape.pack).that_report(publisher, subscriber)
         and not (subscriber.needs or _assuming(shape))
         and not signal_may_report(shape)
-        and not any(
-            alike.carried
-            or alike.wired
-            or judge_endpoint(alike.profile, role, alike.observed)
-            or of_end(alike.profile, role, alike.observed, False)
-            for role, alike in ((PUBLISHER, offering), (SUBSCRIBER, requesting))
-        )
+        and _end_is_quiet(offering, PUBLISHER)
+        and _end_is_quiet(requesting, SUBSCRIBER)
+    )
+
+
+def _end_is_quiet(alike: Alike, role: str) -> bool:
+    profile = alike.profile
+    return not (
+        alike.carried
+        or alike.wired
+        or profile.unread
+        or judge_endpoint(profile, role, alike.observed)
+        or refusals(profile, role, alike.observed)
     )
 
 
