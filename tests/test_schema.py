@@ -18,7 +18,7 @@ from cqos_core.importers.yaml_system import read
 from cqos_core.importers.yaml_tree import read_tree
 from cqos_core.model.problems import InputError
 from cqos_core.plugins import load_plugins
-from cqos_core.resolving.reader import can_be_stated
+from cqos_core.resolving.misread import can_be_stated
 from tests.effort import EXPLORE
 
 ROOT = Path(__file__).resolve().parent.parent

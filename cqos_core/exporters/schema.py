@@ -14,7 +14,7 @@ from cqos_core.importers.tree import ScalarNode, flag, whole_number
 from cqos_core.importers.yaml_form import DOCUMENT, VERSION
 from cqos_core.language.domains import Names
 from cqos_core.language.policy import LEVELS, NEED
-from cqos_core.resolving.reader import can_be_stated
+from cqos_core.resolving.misread import can_be_stated
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -11,8 +11,9 @@ from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.remarks import listed, suggestion
 from cqos_core.model.report import Severity
 from cqos_core.model.system import PUBLISHER, Broker, Setting
+from cqos_core.resolving.misread import every_policy
 from cqos_core.resolving.profiles import no_profile, preset_settings
-from cqos_core.resolving.reader import ValueSource, depends, every_policy
+from cqos_core.resolving.reader import ValueSource, depends
 from cqos_core.resolving.resolved import Layer, ResolvedParticipant, Surroundings
 
 if TYPE_CHECKING:

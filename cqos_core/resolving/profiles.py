@@ -14,7 +14,7 @@ from cqos_core.model.memory import MAXIMUM_REMEMBERED
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.spelling import KnownNames
 from cqos_core.model.system import Setting
-from cqos_core.resolving.reader import every_policy
+from cqos_core.resolving.misread import every_policy
 from cqos_core.resolving.resolved import Layer, Stated
 
 if TYPE_CHECKING:

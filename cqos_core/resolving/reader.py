@@ -8,7 +8,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.language.domains import Count, Duration, flow
-from cqos_core.language.policy import NEED, NO, ByOption, Meaning, PerRole, Policy
+from cqos_core.language.policy import NO, ByOption, Meaning, PerRole, Policy
 from cqos_core.language.values import (
     UNREAD,
     Anything,
@@ -24,8 +24,15 @@ from cqos_core.model.excerpt import key_of
 from cqos_core.model.memory import LONGEST_REMEMBERED
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.remarks import core_finding, suggestion
-from cqos_core.model.spelling import distance, folded
-from cqos_core.model.system import EVERY_OTHER, SUBSCRIBER, Cases, Setting
+from cqos_core.model.system import Cases, Setting
+from cqos_core.resolving.misread import (
+    can_be_stated,
+    every_policy,
+    may_be_any,
+    may_be_meant,
+    near_policies,
+    with_unclear,
+)
 from cqos_core.resolving.resolved import Stated, treated
 
 if TYPE_CHECKING:
@@ -38,8 +45,6 @@ if TYPE_CHECKING:
     from cqos_core.packs.pack import RulePack
     from cqos_core.packs.parts import Dialect
     from cqos_core.resolving.resolved import Layer, ResolvedParticipant
-
-_TYPING_ERRORS: Final = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +156,7 @@ class SettingsReader:
         misread: dict[str, Setting] = {}
         refused = False
         not_known = [
-            each for name, each in settings.items() if each.unknown and _may_be_any(pack, levels, name, dialect)
+            each for name, each in settings.items() if each.unknown and may_be_any(pack, levels, name, dialect)
         ]
         for name, setting in settings.items():
             if setting in not_known or (dialect is not None and normalise(name) in dialect.ignore):
@@ -172,7 +177,7 @@ class SettingsReader:
                 shown = {each: each for each in wrong} if fields else {name: wrong[0] if wrong else name}
                 for written, near in shown.items():
                     message = f"{owner} states `{written}`, which {pack.title} does not know"
-                    advice = suggestion(near, _may_be_meant(pack, levels, grouped=bool(wrong)))
+                    advice = suggestion(near, may_be_meant(pack, levels, grouped=bool(wrong)))
                     self.say("CQ202", message, key_of(setting.place, name), role, members, advice)
                 misread.update(dict.fromkeys(wrong or (name,), setting))
                 continue
@@ -186,7 +191,7 @@ class SettingsReader:
                 message = f"{owner} states `{pack.policies[index].name}` twice, as {found[index].text} and as {text}"
                 self.say("CQ209", message, setting.place, role, members)
             found[index] = Stated(text, setting, name)
-        found = _with_unclear(found, misread, pack, levels)
+        found = with_unclear(found, misread, pack, levels)
         for setting in not_known:
             found = {**every_policy(pack, levels, setting), **found}
         return found, ("CQ202",) if misread or refused else ()
@@ -407,11 +412,6 @@ def spelled(policy: Policy, text: str, dialect: Dialect | None) -> str | None:
     return policy.domain.with_unit(text, dialect.bare_unit)
 
 
-def can_be_stated(policy: Policy) -> bool:
-    """Whether a system may state a policy: needs are those of subscriptions, what publishers have of them is found out."""
-    return policy.level != NEED or SUBSCRIBER in policy.roles
-
-
 def fields_of(
     pack: RulePack, levels: tuple[str, ...], name: str, setting: Setting
 ) -> tuple[dict[int, Stated], tuple[str, ...]]:
@@ -454,51 +454,3 @@ def by_place(finding: Finding) -> tuple[object, ...]:
     place = finding.place
     at = ("", 0, 0) if place is None else (place.source, place.line or 0, place.column or 0)
     return (*at, finding.message)
-
-
-def _may_be_meant(pack: RulePack, levels: tuple[str, ...], *, grouped: bool) -> list[str]:
-    """Return the names that may be stated; with those of groups in every spelling, where one of these is meant."""
-    may_be = [policy for policy in pack.policies if policy.level in levels and _may_be_stated(policy)]
-    aliases = (alias for policy in may_be for alias in policy.aliases if "." in alias) if grouped else ()
-    return [*(policy.name.removeprefix("need.") for policy in may_be), *aliases]
-
-
-def near_policies(pack: RulePack, levels: tuple[str, ...], name: str) -> set[int]:
-    """Return the policies that a name that spells none may have been meant for: those within two typing errors."""
-    written = folded(name)
-    return {
-        index
-        for level in levels
-        for spelling, index in pack.spellings[level].items()
-        if distance(written, folded(spelling), _TYPING_ERRORS) <= _TYPING_ERRORS
-        and _may_be_stated(pack.policies[index])
-    }
-
-
-def _may_be_stated(policy: Policy) -> bool:
-    return can_be_stated(policy) and not policy.derived
-
-
-def _may_be_any(pack: RulePack, levels: tuple[str, ...], name: str, dialect: Dialect | None) -> bool:
-    """Whether a setting that is not known may set any policy: it has no name, or one that the pack does not have."""
-    return name == EVERY_OTHER or all(pack.find(level, name, dialect) is None for level in levels)
-
-
-def every_policy(pack: RulePack, levels: tuple[str, ...], setting: Setting, code: str = "") -> dict[int, Stated]:
-    """Let a setting that is unknown stand for every policy of ``levels``; ``code`` is that of the finding that says why."""
-    return {
-        index: Stated("", setting, code=code)
-        for index, policy in enumerate(pack.policies)
-        if policy.level in levels and _may_be_stated(policy)
-    }
-
-
-def _with_unclear(
-    found: dict[int, Stated], misread: Mapping[str, Setting], pack: RulePack, levels: tuple[str, ...]
-) -> dict[int, Stated]:
-    """Add that the policies are not known which names that spell none may have been meant for."""
-    for name, setting in misread.items():
-        meant = near_policies(pack, levels, name)
-        every = every_policy(pack, levels, Setting("", setting.place, f"`{name}` is not understood"), "CQ202")
-        found = {**found, **{i: every[i] for i in meant}} if meant else {**every, **found}
-    return found

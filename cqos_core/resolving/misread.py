@@ -1,0 +1,71 @@
+"""Names of settings that spell no policy: which ones may have been meant, and what is not known because of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.language.policy import NEED, Policy
+from cqos_core.model.spelling import distance, folded
+from cqos_core.model.system import EVERY_OTHER, SUBSCRIBER, Setting
+from cqos_core.resolving.resolved import Stated
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from cqos_core.packs.pack import RulePack
+    from cqos_core.packs.parts import Dialect
+
+_TYPING_ERRORS: Final = 2
+
+
+def can_be_stated(policy: Policy) -> bool:
+    """Whether a system may state a policy: needs are those of subscriptions, what publishers have of them is found out."""
+    return policy.level != NEED or SUBSCRIBER in policy.roles
+
+
+def may_be_meant(pack: RulePack, levels: tuple[str, ...], *, grouped: bool) -> list[str]:
+    """Return the names that may be stated; with those of groups in every spelling, where one of these is meant."""
+    may_be = [policy for policy in pack.policies if policy.level in levels and may_be_stated(policy)]
+    aliases = (alias for policy in may_be for alias in policy.aliases if "." in alias) if grouped else ()
+    return [*(policy.name.removeprefix("need.") for policy in may_be), *aliases]
+
+
+def near_policies(pack: RulePack, levels: tuple[str, ...], name: str) -> set[int]:
+    """Return the policies that a name that spells none may have been meant for: those within two typing errors."""
+    written = folded(name)
+    return {
+        index
+        for level in levels
+        for spelling, index in pack.spellings[level].items()
+        if distance(written, folded(spelling), _TYPING_ERRORS) <= _TYPING_ERRORS and may_be_stated(pack.policies[index])
+    }
+
+
+def may_be_stated(policy: Policy) -> bool:
+    """Whether a system may state a policy, and it does not follow from others."""
+    return can_be_stated(policy) and not policy.derived
+
+
+def may_be_any(pack: RulePack, levels: tuple[str, ...], name: str, dialect: Dialect | None) -> bool:
+    """Whether a setting that is not known may set any policy: it has no name, or one that the pack does not have."""
+    return name == EVERY_OTHER or all(pack.find(level, name, dialect) is None for level in levels)
+
+
+def every_policy(pack: RulePack, levels: tuple[str, ...], setting: Setting, code: str = "") -> dict[int, Stated]:
+    """Let a setting that is unknown stand for every policy of ``levels``; ``code`` is that of the finding that says why."""
+    return {
+        index: Stated("", setting, code=code)
+        for index, policy in enumerate(pack.policies)
+        if policy.level in levels and may_be_stated(policy)
+    }
+
+
+def with_unclear(
+    found: dict[int, Stated], misread: Mapping[str, Setting], pack: RulePack, levels: tuple[str, ...]
+) -> dict[int, Stated]:
+    """Add that the policies are not known which names that spell none may have been meant for."""
+    for name, setting in misread.items():
+        meant = near_policies(pack, levels, name)
+        every = every_policy(pack, levels, Setting("", setting.place, f"`{name}` is not understood"), "CQ202")
+        found = {**found, **{i: every[i] for i in meant}} if meant else {**every, **found}
+    return found
