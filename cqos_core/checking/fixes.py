@@ -7,7 +7,6 @@ from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
-from cqos_core.checking.rewrites import edits_of
 from cqos_core.language.domains import Duration
 from cqos_core.language.policy import BROKER, ENDPOINT, NEED, TOPIC
 from cqos_core.language.solve import restated, solutions
@@ -15,6 +14,7 @@ from cqos_core.language.values import FromPeers, Value
 from cqos_core.matching.judge import Violation, apart, judge_endpoint, judge_pair, of_end
 from cqos_core.model.report import Finding, Remedy
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.resolving.rewrites import edits_of
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Sequence

@@ -9,11 +9,11 @@ import pytest
 
 from cqos_core.analysis.applying import apply_edits
 from cqos_core.api import read
-from cqos_core.checking.rewrites import edits_of
 from cqos_core.language.domains import Choice, Count, Duration, Flag
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError
 from cqos_core.resolving.resolve import resolve
+from cqos_core.resolving.rewrites import edits_of
 from tests.effort import EXPLORE
 
 if TYPE_CHECKING:
