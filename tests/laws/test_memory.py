@@ -21,8 +21,8 @@ ANY = st.sampled_from(BOTH).flatmap(systems)
 
 def forget():
     known = (resolved.READ, resolved._PROFILES, resolve._NAMED, participants._SURROUNDINGS)
-    known += (resolved._FRAMES, bases._BASES, bases._OVERRIDES, bases._PLAIN_NAMES, memory_module._NUMBERED)
-    for memory in (*known, pair_judge._PAIRS, pair_judge._REPORTS):
+    of_settings = (resolved._FRAMES, bases._BASES, bases._OVERRIDES, bases._PLAIN_NAMES, memory_module._NUMBERED)
+    for memory in (*known, *of_settings, pair_judge._PAIRS, pair_judge._REPORTS):
         memory.clear()
     for remembered in (
         *(shape._remembered, judge.judge_pair, judge.judge_endpoint, judge.refusals, judge.apart, judge.undecided_of),
