@@ -110,8 +110,10 @@ class RemoteSession(_Changes, AbstractContextManager["RemoteSession"]):
     def close(self) -> None:
         """Let the service forget it."""
         self._requests.put(None)
-        if self._stream is not None:
-            self._stream.cancel()
+        # grpcio takes a lock when it forgets a stream. At the end of the program the thread that has it may be gone.
+        stream, self._stream = self._stream, iter(())
+        if isinstance(stream, grpc.Call):
+            stream.cancel()
 
     def report(self) -> Report:
         """Send what has changed since the last report, and return the report on the whole system.

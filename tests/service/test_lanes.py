@@ -84,6 +84,7 @@ def test_the_lowest_runtime_serves_the_newest_and_asks_it(oldest, service):
                 capture_output=True,
                 text=True,
                 check=False,
+                timeout=240,
             )
             assert done.returncode == 0, done.stderr
             assert done.stdout.split() == [dict(lowest())["grpcio"], dict(lowest())["protobuf"]]

@@ -5,6 +5,7 @@ import os
 import queue
 import signal
 import time
+import weakref
 from copy import deepcopy
 from typing import Any, cast
 
@@ -148,6 +149,17 @@ async def ask(service):
                 edit(here)
                 edit(there)
                 assert await there.report() == here.report()
+
+
+def test_a_closed_session_forgets_its_stream_and_has_no_reports(client):
+    session = client.session(System())
+    session.report()
+    stream = weakref.ref(session._stream)
+    session.close()
+    session.close()
+    assert stream() is None, "grpcio waits for a lock when the program ends with a stream, sometimes for ever"
+    with pytest.raises(SessionLostError):
+        session.report()
 
 
 def test_the_same_without_waiting(service):
