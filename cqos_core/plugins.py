@@ -89,7 +89,8 @@ class ImporterInfo:
             to do instead, as two texts; None where it does not know.
         whole: one of its files is a whole system; else a file is a part of one, and its partners are in other files.
         inserter: ``"module:function"``, an `Inserter`: adds settings where there is a `Room`; empty: the format has none.
-        drawn: ``"module:object"``, the `DrawnForm` of a drawing; empty: it is none.
+        drawn: ``"module:object"``, the `DrawnForm` of a drawing; empty: it is none. The reader of a drawing has the switch
+            ``lines=false``, with which places that name an element have no line.
         shares_names: its files refer to what other files of this format define, by name.
     """
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from cqos_core.importers.source import ReadContext, Source
     from cqos_core.model.system import System
 
-SWITCHES = {"message_flows": ("true", "false")}
+SWITCHES = {"message_flows": ("true", "false"), "lines": ("false", "true")}
 """The importer's switches and their values; the last one is the default."""
 
 
@@ -41,28 +41,33 @@ def read(source: Source, context: ReadContext) -> System:
 
     Args:
         source: the file.
-        context: its options may hold ``{"bpmn": {"message_flows": "true"}}`` to read message flows as topics too.
+        context: its options may hold ``{"bpmn": {"message_flows": "true"}}`` to read message flows as topics too, and
+            ``"lines": "false"`` for places without lines where they name an element.
 
     Raises:
         InputError: if this is no XML or no BPMN 2.0, or has more shared processes than a system may hold. What is
             incomplete or makes no sense in C-QoS's own words is a note of severity error, and the rest is read.
     """
-    with_messages = read_switches("bpmn", context, SWITCHES).get("message_flows") == "true"
+    switches = read_switches("bpmn", context, SWITCHES)
+    with_messages, lines = switches.get("message_flows") == "true", switches.get("lines") != "false"
     data = plain_utf8(source)
     if not with_messages and len(data) >= LEAST:
         with suppress(NotPlainError, InputError):
-            plain = outline(source.name, data, lambda part: _read(part, part.data, None, with_messages=False))
-            return _read(source, plain.rest, plain, with_messages=False)
-    return _read(source, data, None, with_messages=with_messages)
+            plain = outline(source.name, data, lambda part: _read(part, part.data), lines=lines)
+            return _read(source, plain.rest, plain, lines=lines)
+    return _read(source, data, with_messages=with_messages, lines=lines)
 
 
-def _read(source: Source, data: bytes, plain: Plain | None, *, with_messages: bool) -> System:
+def _read(
+    source: Source, data: bytes, plain: Plain | None = None, *, with_messages: bool = False, lines: bool = True
+) -> System:
     """Read a document, perhaps without what is plain in it."""
     root = parse_utf8(source, data)
     require_bpmn(root, source)
-    document = Document(root, source.name, data, plain)
+    document = Document(root, source.name, data, plain, lines=lines)
     reading = DiagramReading(document)
-    reading.system.sources[source.name] = source.data
+    # Columns are found again in the sources; where no lines are wanted, they are not either.
+    reading.system.sources[source.name] = source.data if lines else b""
     read_system_words(reading)
     endpoints = Endpoints(reading, read_participants(reading))
     read_events(reading, endpoints, read_signals(reading))

@@ -102,8 +102,12 @@ class Document:
         definitions: event definitions at root level, by id, to which events may refer.
     """
 
-    def __init__(self, root: Element, name: str, data: bytes, plain: Plain | None = None) -> None:
+    def __init__(
+        self, root: Element, name: str, data: bytes, plain: Plain | None = None, *, lines: bool = True
+    ) -> None:
         """Walk once through the tree below ``root``, which was made of ``data``, perhaps without something ``plain``.
+
+        Without ``lines``, places that name an element have none.
 
         Raises:
             NotPlainError: what was taken stood in an extension.
@@ -112,6 +116,7 @@ class Document:
         self.name = name
         self.plain = plain
         self._lines = ElementLines(data.decode)
+        self._with_lines = lines
         self.runs: dict[Element, list[PlainEndpoint]] = {}
         self.nodes: list[Element] = []
         self._elements: dict[str, list[Element]] = {tag: [] for tag in _INDEXED}
@@ -176,7 +181,9 @@ class Document:
 
     def place(self, element: Element, path: str | None = None, owner: Element | None = None) -> Place:
         """Return where ``element`` is; ``owner`` is the element with the id, ``path`` starts at it."""
-        return Place(self.name, self._lines.line(element), None, identity(element if owner is None else owner), path)
+        name = identity(element if owner is None else owner)
+        line = self._lines.line(element) if self._with_lines or name is None else None
+        return Place(self.name, line, None, name, path)
 
 
 def nth(element: Element) -> int:

@@ -105,13 +105,14 @@ class Models:
         return endpoint
 
 
-def outline(name: str, data: bytes, read: Callable[[Source], System]) -> Plain:
+def outline(name: str, data: bytes, read: Callable[[Source], System], *, lines: bool = True) -> Plain:
     """Take out of a document what is plain.
 
     Args:
         name: of its source.
         data: what `cqos_core.importers.xml_source.plain_utf8` made of it.
         read: reads a small document as a whole.
+        lines: whether places have lines.
 
     Raises:
         NotPlainError: it has to be read as a whole.
@@ -125,7 +126,7 @@ def outline(name: str, data: bytes, read: Callable[[Source], System]) -> Plain:
     if root.tag != DEFINITIONS or len(bound) != 1:
         raise NotPlainError
     bpmn = f"{bound[0]}:" if bound[0] else ""
-    models = Models(root.nsmap, bpmn, LinesOf(name, data), read)
+    models = Models(root.nsmap, bpmn, LinesOf(name, data if lines else None), read)
     return Taking(data, bpmn, start.end(), models.model).plain()
 
 

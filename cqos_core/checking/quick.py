@@ -116,6 +116,10 @@ class Quick:
         """What resolving all endpoints reports."""
         return joined([item for items in self._remarks.values() for item in items])
 
+    def parts(self, name: str) -> tuple[Resolved, ...]:
+        """Return what an endpoint amounts to, by its id."""
+        return self._parts[name][1] if name in self._parts else ()
+
     @property
     def groups(self) -> list[Group]:
         """All groups, in no order."""

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from cqos_core.checking.topic import TopicResult
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.model.report import Finding, Group
+    from cqos_core.model.system import Endpoint
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved
 
@@ -196,6 +197,13 @@ class Session(Edits):
         added, removed = findings.read(placed, attrgetter("code", "topic", "message"))
         added_groups, removed_groups = groups.read(lambda found: found, attrgetter("topic", "publishers"))
         return Changes(number, added, removed, added_groups, removed_groups, steps[-1].counts, steps[0].before)
+
+    def resolved(self, names: Iterable[str]) -> list[tuple[Endpoint, Sequence[Resolved]]] | None:
+        """Return endpoints of the last `report` or `changes` with what they amount to; None where that takes resolving all."""
+        if self._quick is None:
+            return None
+        found = (self._endpoints.find(name) for name in names)
+        return [(each[1], self._quick.parts(each[1].id)) for each in found if each is not None]
 
     def _stated(self) -> System:
         return replace(self._rest, endpoints=[*self._endpoints])

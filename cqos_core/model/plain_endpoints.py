@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.system import Endpoint, Place, ProfileRef, Room, Setting
@@ -18,15 +19,17 @@ _SETTINGS: Final[Any] = Endpoint.__dict__["settings"]
 
 
 class LinesOf:
-    """Tells the line of any byte of a document. Of a long one no table of lines is kept."""
+    """Tells the line of any byte of a document. Of a long one no table of lines is kept; without ``data`` it has no lines."""
 
-    def __init__(self, source: str, data: bytes) -> None:
+    def __init__(self, source: str, data: bytes | None) -> None:
         self.source = source
         self._data = data
         self._before: list[int] = []
 
-    def line(self, offset: int) -> int:
+    def line(self, offset: int) -> int | None:
         """Return the one-based line of the byte at ``offset``."""
+        if self._data is None:
+            return None
         if not self._before:
             count = 1
             for start in range(0, len(self._data) + 1, _BLOCK):
@@ -136,6 +139,10 @@ class PlainEndpoint(Endpoint):
             return super().said() if self.overlay else self.model.said
         return super().said()
 
+    def states_like(self, other: PlainEndpoint) -> bool:
+        """Whether it is equal to another one but for its line, without making settings and places."""
+        return self.said() == other.said() and _plainly(self) == _plainly(other)
+
     def __eq__(self, other: object) -> bool:
         """Compare as endpoints, however they were made."""
         if not isinstance(other, Endpoint):
@@ -149,6 +156,12 @@ class PlainEndpoint(Endpoint):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _endpoint, (_values(self),)
+
+
+_plainly: Final = attrgetter(
+    *(each.name for each in fields(Endpoint) if each.name not in {"settings", "place", "room"})
+)
+"""All that is no place and no setting."""
 
 
 def _values(endpoint: Endpoint) -> dict[str, Any]:

@@ -30,6 +30,7 @@ from cqos.v1 import (
     session_pb2,
     session_pb2_grpc,
 )
+from cqos_core.checking.description import Description
 from cqos_core.matching.pipeline import exact_places
 from cqos_core.model.system import System
 from cqos_core.remote.messages import (
@@ -249,6 +250,19 @@ class _Service:
         return _Call(self._checks.Explain, request, lambda response: pair_value(response.report))
 
     @_call
+    def describe(
+        self, *inputs: File | System, protocol: str | None = None, options: OptionValues | None = None
+    ) -> _Call[Description]:
+        """Describe the endpoints of a system: where they stand, and their values with the origin of each.
+
+        Raises:
+            InputError: a file cannot be read or understood.
+            ServiceError: there is no answer.
+        """
+        request = check_pb2.DescribeRequest(**input_fields(inputs, protocol, options or {}))
+        return _Call(self._checks.Describe, request, _description)
+
+    @_call
     def diff(
         self,
         a: File | System,
@@ -322,6 +336,11 @@ class _Service:
 
     def _edit(self, *requests: Iterator[session_pb2.EditRequest]) -> Any:
         return self._sessions.Edit(*requests, **self._given)
+
+
+def _description(response: check_pb2.DescribeResponse) -> Description:
+    endpoints = tuple(map(from_message, response.endpoints))
+    return Description(response.system, endpoints, tuple(map(from_message, response.participants)))
 
 
 # --- for programs that wait ---

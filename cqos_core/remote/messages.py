@@ -18,6 +18,7 @@ from google.protobuf.message_factory import GetMessageClass
 
 from cqos.v1 import report_pb2, session_pb2, system_pb2
 from cqos_core.analysis import differences
+from cqos_core.checking import description
 from cqos_core.language.domains import Names
 from cqos_core.model import problems, report, system
 from cqos_core.model.memory import LONGEST_REMEMBERED
@@ -41,6 +42,7 @@ _KINDS: Final[Mapping[str, type[Any]]] = {
         (system, "System Profile ProfileRef Scope Topic Endpoint Overlay Participant Broker Bridge Room Route Bound"),
         (system, "TeamRule Acceptance ImportNote Place"),
         (problems, "Problem"),
+        (description, "DescribedEndpoint DescribedParticipant"),
     )
     for name in names.split()
 } | {
@@ -134,7 +136,7 @@ def unknown_paths(kind: type[Message], paths: Iterable[str]) -> Iterator[tuple[s
             found = known[part].message_type
 
 
-def _below(paths: frozenset[str], name: str) -> frozenset[str] | None:
+def below(paths: frozenset[str], name: str) -> frozenset[str] | None:
     """Return the paths within field ``name``; None where no path leads to it."""
     if not paths or name in paths:
         return EVERYTHING
@@ -146,7 +148,7 @@ def _make_writer(kind: type[Any], text: _Convert, paths: frozenset[str] = EVERYT
     descriptor: Descriptor = kind.DESCRIPTOR
     own = {field.name for field in fields(_KINDS[descriptor.name])}
     steps: list[tuple[str, str, bool, _Convert]] = []
-    wanted = {field.name: below for field in descriptor.fields if (below := _below(paths, field.name)) is not None}
+    wanted = {field.name: deeper for field in descriptor.fields if (deeper := below(paths, field.name)) is not None}
     for field in descriptor.fields:
         if field.name not in wanted:
             continue

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any, Final
 from google.protobuf import json_format
 from google.protobuf.message import DecodeError
 
-from cqos.v1 import catalogue_pb2, check_pb2, report_pb2
+from cqos.v1 import catalogue_pb2, check_pb2, report_pb2, session_pb2
 from cqos_core.analysis.differences import compare
 from cqos_core.api import check_pair, explain_pair
 from cqos_core.checking.checker import check_system
+from cqos_core.checking.description import describe, elements_of
 from cqos_core.checking.trial import tried_out
 from cqos_core.importers.source import Source
 from cqos_core.inputs.files import SentFiles
@@ -102,17 +103,16 @@ def answer_json(method: str, data: bytes, most_endpoints: int) -> bytes:
     Raises:
         Refused: it cannot be answered.
     """
-    request = decode_json(method, data)
+    request = decode_json(METHODS[method].request, data)
     return json_format.MessageToJson(_answered(method, request, most_endpoints), indent=None).encode()
 
 
-def decode_json(method: str, data: bytes) -> Any:
-    """Read the request of a call from JSON; fields that a newer caller knows are passed over, as in the binary form.
+def decode_json(kind: Any, data: bytes) -> Any:
+    """Read a request from JSON; fields that a newer caller knows are passed over, as in the binary form.
 
     Raises:
         Refused: ``data`` is none.
     """
-    kind = METHODS[method].request
     refused = f"the request is no {kind.DESCRIPTOR.full_name}"
     if not data.lstrip().startswith(b"{"):  # what else is JSON is read as a message of some kind
         found = "something else" if data else "nothing"
@@ -201,7 +201,9 @@ def paths_of(request: Any, kind: type[Message], path: str = "") -> frozenset[str
     return frozenset(paths)
 
 
-def least_severe(request: check_pb2.CheckDocumentRequest | check_pb2.CheckSystemRequest) -> Severity:
+def least_severe(
+    request: check_pb2.CheckDocumentRequest | check_pb2.CheckSystemRequest | session_pb2.OpenSessionRequest,
+) -> Severity:
     """Return the least severity of the findings that an answer shall have."""
     return _SEVERITIES.get(request.least_severe, Severity.NOTE)
 
@@ -223,7 +225,7 @@ def check_document(request: check_pb2.CheckDocumentRequest, most: int) -> check_
     system = tried_out(system, where.default_protocol)
     report = exact_places(check_system(system, replace(where, most_endpoints=most)), system.sources)
     found = reported(report, paths, least_severe(request))
-    return check_pb2.CheckDocumentResponse(revision=request.revision, report=found)
+    return check_pb2.CheckDocumentResponse(revision=request.revision, report=found, elements=elements_of(system))
 
 
 def check_model(request: check_pb2.CheckSystemRequest, most: int) -> check_pb2.CheckSystemResponse:
@@ -291,6 +293,18 @@ def refusal_message(fields: Sequence[FieldProblem]) -> check_pb2.Refusal:
     )
 
 
+def described(request: check_pb2.DescribeRequest, most: int) -> check_pb2.DescribeResponse:
+    """Describe the endpoints of a system."""
+    where, system = read_input(request, most)
+    found = describe(system, replace(where, most_endpoints=most))
+    return check_pb2.DescribeResponse(
+        revision=request.revision,
+        system=found.system,
+        endpoints=[to_message(each, check_pb2.DescribedEndpoint) for each in found.endpoints],
+        participants=[to_message(each, check_pb2.DescribedParticipant) for each in found.participants],
+    )
+
+
 def explain(request: check_pb2.ExplainRequest, most: int) -> check_pb2.ExplainResponse:
     """Explain one pair of a system."""
     paths = paths_of(request, report_pb2.PairReport)
@@ -348,7 +362,9 @@ def convert(request: check_pb2.ConvertRequest, most: int) -> check_pb2.ConvertRe
 
 
 def read_input(
-    request: check_pb2.ExplainRequest | check_pb2.ConvertRequest | check_pb2.DiffInput, most: int, path: str = ""
+    request: check_pb2.DescribeRequest | check_pb2.ExplainRequest | check_pb2.ConvertRequest | check_pb2.DiffInput,
+    most: int,
+    path: str = "",
 ) -> tuple[Context, System]:
     """Return the system of a message, at ``path`` of the request, that brings it in either form."""
     if request.WhichOneof("input") == "documents":
@@ -464,6 +480,7 @@ METHODS: Final[Mapping[str, Method]] = {
     "/cqos.v1.CheckService/CheckDocument": Method(check_pb2.CheckDocumentRequest, check_document, _always),
     "/cqos.v1.CheckService/CheckSystem": Method(check_pb2.CheckSystemRequest, check_model, _has_bridges),
     "/cqos.v1.CheckService/CheckPair": Method(check_pb2.CheckPairRequest, check_one_pair),
+    "/cqos.v1.CheckService/Describe": Method(check_pb2.DescribeRequest, described, _always),
     "/cqos.v1.CheckService/Explain": Method(check_pb2.ExplainRequest, explain, _always),
     "/cqos.v1.CheckService/Diff": Method(check_pb2.DiffRequest, compare_two, _always),
     "/cqos.v1.CheckService/Convert": Method(check_pb2.ConvertRequest, convert, _always),

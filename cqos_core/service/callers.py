@@ -72,12 +72,12 @@ class Caller:
         self.turn = asyncio.Lock()
         self.budget = Budget(_OWN_PART)
         self.seen = time.monotonic()
-        self.calls = self.bytes = self.sessions = self.watches = 0
+        self.calls = self.bytes = self.sessions = self.watches = self.kept = 0
 
     @property
     def idle(self) -> bool:
         """Whether nothing of it is under way."""
-        return not (self.calls or self.watches)
+        return not (self.calls or self.watches or self.sessions)
 
 
 class Callers:
@@ -88,7 +88,7 @@ class Callers:
         self._limits = limits
         self._meter = meter
         self._shares = shares or {}
-        self._held = self.calls = self.watches = 0
+        self._held = self.calls = self.watches = self.kept = 0
         self._known: dict[str, Caller] = {}
         self._budget = Budget(_ALL_PARTS)
 
@@ -205,6 +205,32 @@ class Callers:
             )
         with _counted("sessions", caller):
             yield
+
+    @contextmanager
+    def keeping(self, caller: Caller) -> Iterator[Callable[[int], None]]:
+        """Count the bytes that a session of a caller holds between calls: call what is yielded with their new number.
+
+        Raises:
+            Refused: those of its caller, or of all, would be too many.
+        """
+        whole, mine = self._limits.bytes_kept, 0
+        most = max(_part(whole, caller.share), self._limits.message_bytes)
+
+        def keep(size: int) -> None:
+            nonlocal mine
+            more = size - mine
+            if more > 0 and caller.kept + more > most:
+                limit = f"one caller may have {most} of the {whole} bytes that open sessions hold"
+                raise Refused("RESOURCE_EXHAUSTED", f"{limit}; close a session of yours", reason=CALLER_QUOTA)
+            if more > 0 and self.kept + more > max(whole, self._limits.message_bytes):
+                limit = f"open sessions hold {self.kept} of the {whole} bytes that this service has for them"
+                raise Refused("RESOURCE_EXHAUSTED", f"{limit}; try again later", reason=BUSY)
+            mine, caller.kept, self.kept = size, caller.kept + more, self.kept + more
+
+        try:
+            yield keep
+        finally:
+            keep(0)
 
 
 @contextmanager

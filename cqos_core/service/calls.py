@@ -17,10 +17,21 @@ from datetime import date
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
+from google.protobuf import json_format
+
 from cqos_core.service import frames
-from cqos_core.service.answers import METHODS, PAIRS, answer, answer_of_stream, answer_to, decode
+from cqos_core.service.answers import (
+    METHODS,
+    PAIRS,
+    answer,
+    answer_of_stream,
+    answer_to,
+    decode,
+    decode_json,
+)
 from cqos_core.service.callers import Callers, origin
 from cqos_core.service.observing import Observer, tell
+from cqos_core.service.open_sessions import SESSIONS, OpenSessions
 from cqos_core.service.pool import FailedError, Pool, Sessions
 from cqos_core.service.refusal import Refused, session_lost, too_much
 from cqos_core.service.settings import token_sum
@@ -56,6 +67,7 @@ class Calls:
         self._names = {token: name for token, name, _ in settings.quotas if name}
         self.callers = Callers(self.limits, observer.meter, self._shares)
         observer.meter.depth = lambda: self.pool.waiting
+        self.open = OpenSessions(self.sessions, self.callers, observer.meter, settings.tokens)
         self._answers = Remembered(_KEPT_ENTRIES, _KEPT_BYTES)
 
     def _worker_ended(self, why: str) -> None:
@@ -132,6 +144,8 @@ class Calls:
         """
         with self._held(caller, data):
             seconds = self.limits.seconds if remaining is None else min(remaining, self.limits.seconds)
+            if method in SESSIONS:
+                return await self._of_session(caller, method, data, seconds, json=json)
             kind = frames.ANSWER_JSON if json else frames.ANSWER
             if len(data) > _REMEMBERED_SIZE:
                 return await self.pool.call(caller.name, kind, method, data, seconds)
@@ -143,6 +157,17 @@ class Calls:
                 known = await self.pool.call(caller.name, kind, method, data, seconds)
                 self._answers.put(key, known)
             return known
+
+    async def _of_session(self, caller: Caller, method: str, data: bytes, seconds: float, *, json: bool) -> bytes:
+        """Answer a call for a session; JSON is turned into messages and back beside the loop, as it takes long."""
+        if not json:
+            return await self.open.answer(caller, method, data, seconds)
+        asked, answer = SESSIONS[method]
+        request = await asyncio.to_thread(decode_json, asked, data)
+        answered = await self.open.answer(caller, method, request.SerializeToString(), seconds)
+        return await asyncio.to_thread(
+            lambda: json_format.MessageToJson(answer.FromString(answered), indent=None).encode()
+        )
 
     @contextmanager
     def _held(self, caller: Caller, data: bytes) -> Iterator[None]:

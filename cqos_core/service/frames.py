@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 _HEAD: Final = struct.Struct(">BQQ")
 
-ANSWER, ANSWER_JSON, ANSWER_PAIR, OPEN_SESSION, EDIT_SESSION, CLOSE_SESSION, REOPEN_SESSION = range(7)
+ANSWER, ANSWER_JSON, ANSWER_PAIR, OPEN_SESSION, EDIT_SESSION, CLOSE_SESSION, REOPEN_SESSION, OPEN_MODEL = range(8)
 """What a call asks for."""
 OK, REFUSED, FAILED, SPENT, GONE = range(5)
 """The outcome: an answer, a google.rpc.Status, an internal traceback, the last google.rpc.Status of a worker without memory, or

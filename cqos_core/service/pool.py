@@ -14,7 +14,7 @@ from google.rpc import status_pb2
 
 from cqos_core.service import frames
 from cqos_core.service.fair_scheduler import Turns
-from cqos_core.service.refusal import BUSY, WORKER_LOST, Refused, StatusRefused, session_lost
+from cqos_core.service.refusal import BUSY, WORKER_LOST, Refused, StatusRefused, no_session, session_lost
 from cqos_core.service.worker import METHOD_NAMES
 
 if TYPE_CHECKING:
@@ -266,11 +266,23 @@ class Sessions:
         Raises:
             Refused: there are too many.
         """
+        self._count()
+        return HostedSession(self, next(self._next), caller)
+
+    def begin_model(self, caller: str) -> HostedModel:
+        """Begin a session of single calls in the process that has fewest.
+
+        Raises:
+            Refused: there are too many.
+        """
+        self._count()
+        return HostedModel(self, next(self._next), caller)
+
+    def _count(self) -> None:
         if self._open >= self.limits.sessions:
             limit = f"{self.limits.sessions} sessions are open already; try again later"
             raise Refused("RESOURCE_EXHAUSTED", limit, reason=BUSY)
         self._open += 1
-        return HostedSession(self, next(self._next), caller)
 
     def ended(self, kept: int) -> None:
         """Note that a session of so many bytes is closed."""
@@ -287,6 +299,69 @@ class Sessions:
     async def close(self) -> None:
         """End all."""
         await asyncio.gather(*(each.process.close() for each in self._homes))
+
+
+class HostedModel:
+    """A session in a worker process that lives as long as that: of its messages nothing is kept."""
+
+    def __init__(self, house: Sessions, number: int, caller: str) -> None:
+        """Live in one of the processes of ``house``."""
+        self._house, self._number, self._caller = house, number, caller
+        self._home = house.home_for(caller)
+
+    async def open(self, data: bytes, seconds: float) -> bytes:
+        """Open it.
+
+        Raises:
+            Refused: it is not opened.
+            FailedError: that failed.
+        """
+
+        async def opened(process: Process) -> bytes:
+            answered = await process.call(frames.Frame(frames.OPEN_MODEL, self._number, data), seconds)
+            self._home.sessions[self._number] = self._caller
+            return answered
+
+        try:
+            return await self._home.turns.use(self._caller, opened)
+        except LostError as error:
+            self._lost(error)
+            raise error.refused from None
+
+    async def edit(self, data: bytes, seconds: float) -> bytes:
+        """Answer an edit.
+
+        Raises:
+            Refused: the session is lost.
+            FailedError: it failed.
+        """
+
+        async def edited(process: Process) -> bytes:
+            if self._number not in self._home.sessions:
+                raise DiedError("its process ended", "UNAVAILABLE")
+            return await process.call(frames.Frame(frames.EDIT_SESSION, self._number, data), seconds)
+
+        try:
+            return await self._home.turns.use(self._caller, edited)
+        except LostError as error:
+            self._lost(error)
+            raise no_session(f"the session is lost: {error}") from None
+
+    def _lost(self, error: LostError) -> None:
+        """Note that a process is gone, and all that lived there."""
+        if self._number in self._home.sessions:
+            self._house.lost(str(error))
+            self._home.sessions.clear()
+
+    async def close(self) -> None:
+        """Forget it."""
+        self._house.ended(0)
+        if self._home.sessions.pop(self._number, None) is not None:
+            frame = frames.Frame(frames.CLOSE_SESSION, self._number, b"")
+            with suppress(LostError, FailedError, Refused):
+                await self._home.turns.use(
+                    self._caller, lambda process: process.call(frame, self._house.limits.seconds)
+                )
 
 
 class HostedSession:
@@ -324,7 +399,7 @@ class HostedSession:
         self._messages.append(data)
         self._kept += len(data)
         self._house.kept += len(data)
-        limit = self._house.limits.bytes_together // 4
+        limit = self._house.limits.bytes_kept
         if self._house.kept > limit or len(self._messages) > _MOST_KEPT:
             self._house.kept -= self._kept
             self._kept, self._messages = 0, None

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 DOMAIN: Final = "cqos"
 SESSION_LOST: Final = "SESSION_LOST"
+SESSION_ELSEWHERE: Final = "SESSION_ELSEWHERE"
+"""Another process may have the session; for the caller that is as if none had it."""
 LEFT_OUT: Final = "DETAILS_LEFT_OUT"
 TOO_LARGE: Final = "TOO_LARGE"
 """Sending it again gets the same answer."""
@@ -155,6 +157,12 @@ def too_much(field: str, description: str) -> Refused:
     return Refused(
         "RESOURCE_EXHAUSTED", f"{field}: {description}", [FieldProblem(field, description)], reason=TOO_LARGE
     )
+
+
+def no_session(why: str, reason: str = SESSION_LOST) -> Refused:
+    """Return the refusal of a call for a session that is not here."""
+    message = f"{why}; open another session with the documents as they now stand"
+    return Refused("FAILED_PRECONDITION", message, reason=reason)
 
 
 def session_lost(why: str) -> Refused:

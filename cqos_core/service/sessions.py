@@ -28,7 +28,7 @@ class EditSession:
         """Wait for the first message."""
         self._most = most_endpoints
         self._session: Session | None = None
-        self._known = _OpenSession(System())
+        self._known = OpenNames(System())
         self._told: report_pb2.Report | None = None
         self._revision = 0
 
@@ -75,24 +75,10 @@ class EditSession:
         if kind != "open":
             raise unfit([FieldProblem("open", "the first message of a stream opens a system")])
         system = read_system(request.open, self._most, "open")
-        self._session, self._known = Session(system, most_endpoints=self._most), _OpenSession(system)
+        self._session, self._known = Session(system, most_endpoints=self._most), OpenNames(system)
 
     def _change(self, session: Session, changes: session_pb2.Changes) -> None:
-        """Do all of the changes, or none.
-
-        Raises:
-            Refused: one of them cannot be done.
-        """
-        after = self._known.copy()
-        wrong = [
-            problem for index, change in enumerate(changes.changes) for problem in after.do(change, f"changes[{index}]")
-        ]
-        if wrong:
-            raise unfit(wrong)
-        bounded(after.size, self._most, "changes")
-        for change in changes.changes:
-            session.edit(*change_value(change))
-        self._known = after
+        self._known = changed(session, self._known, changes, self._most)
 
     def _report(self, revision: int, response: session_pb2.EditResponse) -> None:
         session = self._session
@@ -112,7 +98,25 @@ class EditSession:
         self._told, self._revision = whole, revision
 
 
-class _OpenSession:
+def changed(session: Session, known: OpenNames, changes: session_pb2.Changes, most: int) -> OpenNames:
+    """Do all of the changes to a session, or none; return what the system then has by name.
+
+    Raises:
+        Refused: one of them cannot be done.
+    """
+    after = known.copy()
+    wrong = [
+        problem for index, change in enumerate(changes.changes) for problem in after.do(change, f"changes[{index}]")
+    ]
+    if wrong:
+        raise unfit(wrong)
+    bounded(after.size, most, "changes")
+    for change in changes.changes:
+        session.edit(*change_value(change))
+    return after
+
+
+class OpenNames:
     """What a system has by name, so that a change can be refused before anything is changed."""
 
     def __init__(self, system: System) -> None:
@@ -125,8 +129,9 @@ class _OpenSession:
         """How many endpoints there are, two for each route of a bridge among them."""
         return len(self.endpoints) + 2 * sum(self.routes.values())
 
-    def copy(self) -> _OpenSession:
-        made = _OpenSession(System())
+    def copy(self) -> OpenNames:
+        """Return a copy that changes by itself."""
+        made = OpenNames(System())
         made.endpoints, made.routes = dict(self.endpoints), dict(self.routes)
         made.names = {kind: set(names) for kind, names in self.names.items()}
         return made

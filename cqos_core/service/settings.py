@@ -66,6 +66,11 @@ class Limits:
         """How many bytes requests under way may have together."""
         return _MESSAGES * self.message_bytes if self.total_bytes is None else self.total_bytes
 
+    @property
+    def bytes_kept(self) -> int:
+        """How many bytes open sessions may hold together: of models, of documents, and of messages of streams."""
+        return self.bytes_together // 4
+
 
 @dataclass(frozen=True, slots=True)
 class Settings:

@@ -1,7 +1,6 @@
 """The door for browsers: Connect and gRPC-Web on one HTTP port, around the same `Calls`.
 
-Browsers have no streams of requests, so that only calls of one message are there; a modeler in a browser sends its whole
-model with a revision. HTTP 1.1 allows no more.
+Browsers have no streams of requests, so that only calls of one message are there. HTTP 1.1 allows no more.
 """
 
 from __future__ import annotations
@@ -19,6 +18,7 @@ from connectrpc.code import Code
 from connectrpc.errors import ConnectError, ErrorDetail
 from connectrpc.method import IdempotencyLevel, MethodInfo, StreamType
 from connectrpc.server import ConnectASGIApplication, Endpoint
+from google.protobuf import descriptor_pool
 from google.rpc import code_pb2
 from protobuf.wkt import Any as Detail
 from starlette.applications import Starlette
@@ -28,17 +28,17 @@ from starlette.responses import JSONResponse, PlainTextResponse
 from starlette.routing import Mount, Route
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from cqos.v1 import catalogue_pb2, check_pb2
 from cqos_core.model.problems import CqosError
 from cqos_core.service import named_files, static_page
 from cqos_core.service.answers import EDIT, METHODS, PAIRS
 from cqos_core.service.calls import failure
 from cqos_core.service.observing import REQUEST_ID
+from cqos_core.service.open_sessions import REQUESTS, SESSIONS
 from cqos_core.service.refusal import Refused
 from cqos_core.service.settings import Files, joined, split_address
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from starlette.requests import Request
     from starlette.types import ASGIApp
@@ -233,7 +233,7 @@ def _unspoken(scope: Any) -> JSONResponse | None:
             *(404, "unimplemented", f"{path} takes a stream of requests, which gRPC alone has (--listen)", None),
         ),
         (
-            path not in METHODS,
+            path not in REQUESTS,
             *(
                 404,
                 "unimplemented",
@@ -244,6 +244,10 @@ def _unspoken(scope: Any) -> JSONResponse | None:
         (
             method not in {"GET", "POST"},
             *(405, "unimplemented", f"{method[:20]} is not taken: POST is, and GET", {"allow": "GET, POST"}),
+        ),
+        (
+            method == "GET" and path in SESSIONS,
+            *(405, "unimplemented", "GET is not taken here: a session changes", {"allow": "POST"}),
         ),
         (
             method == "GET" and encoding not in {"proto", "json"},
@@ -455,27 +459,21 @@ def application(calls: Calls, settings: Settings) -> ASGIApp:
 
 def _endpoints(calls: Calls) -> Mapping[str, Any]:
     """Every call of one message, found by its descriptor."""
-    methods: Iterable[Any] = (
-        method
-        for file in (catalogue_pb2, check_pb2)
-        for service in file.DESCRIPTOR.services_by_name.values()
-        for method in service.methods
-    )
-    paths = {f"/{each.containing_service.full_name}/{each.name}": each for each in methods}
+    found: Any = descriptor_pool.Default()
+    methods = {path: found.FindMethodByName(path[1:].replace("/", ".")) for path in REQUESTS}
     return {
         path: Endpoint.unary(
             MethodInfo(
                 name=method.name,
                 service_name=method.containing_service.full_name,
-                input=METHODS[path].request,
+                input=REQUESTS[path],
                 output=method.output_type._concrete_class,  # noqa: SLF001
-                idempotency_level=IdempotencyLevel.NO_SIDE_EFFECTS,
+                idempotency_level=IdempotencyLevel.UNKNOWN if path in SESSIONS else IdempotencyLevel.NO_SIDE_EFFECTS,
                 stream_type=StreamType.UNARY,
             ),
             _unary(calls, path),
         )
-        for path, method in paths.items()
-        if path in METHODS
+        for path, method in methods.items()
     }
 
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Final
 
 from cqos_core.service import frames
 from cqos_core.service.answers import METHODS, answer, answer_json, answer_of_stream
+from cqos_core.service.open_models import OpenModel
 from cqos_core.service.refusal import Refused, too_much
 from cqos_core.service.sessions import EditSession
 
@@ -34,7 +35,7 @@ class Worker:
         """Answer calls over systems of at most so many endpoints, with so many bytes of memory (0: any)."""
         self._most = most_endpoints
         self._memory = memory
-        self._sessions: dict[int, EditSession] = {}
+        self._sessions: dict[int, EditSession | OpenModel] = {}
         allowed = f"the {memory} bytes that are allowed" if memory else "there is"
         status = too_much("request", f"answering it takes more memory than {allowed}").status()
         # Made while there is memory for it.
@@ -83,6 +84,11 @@ class Worker:
                 again.repeat(frames.unpacked(call.data))
             case frames.OPEN_SESSION:
                 self._sessions[call.number] = EditSession(self._most)
+            case frames.OPEN_MODEL:
+                model = OpenModel(self._most)
+                opened = model.open(call.data)
+                self._sessions[call.number] = model
+                return opened
             case frames.EDIT_SESSION:
                 return self._sessions[call.number].edit(call.data)
             case frames.CLOSE_SESSION:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
-from cqos.v1 import report_pb2, system_pb2
+from cqos.v1 import check_pb2, report_pb2, system_pb2
 from cqos_core.remote import messages
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -61,7 +61,7 @@ def test_generated_code_asks_for_no_newer_runtime_than_we_promise():
 @pytest.mark.parametrize("name", sorted(messages._KINDS))
 def test_every_field_of_the_library_has_one_in_its_message(name):
     made = messages._KINDS[name]
-    descriptor = getattr(report_pb2, name, None) or getattr(system_pb2, name)
+    descriptor = next(getattr(file, name) for file in (report_pb2, system_pb2, check_pb2) if hasattr(file, name))
     # What is not compared belongs to one run of the command, and does not travel.
     assert {each.name for each in fields(made) if each.compare} <= {
         each.name for each in descriptor.DESCRIPTOR.fields

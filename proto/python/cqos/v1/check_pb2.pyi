@@ -882,6 +882,7 @@ class DescribedEndpoint(_message.Message):
     EXTERNAL_FIELD_NUMBER: _builtins.int
     SETTINGS_FIELD_NUMBER: _builtins.int
     NEEDS_FIELD_NUMBER: _builtins.int
+    STATED_FIELD_NUMBER: _builtins.int
     id: _builtins.str
     """Its id in reports."""
     role: _report_pb2.Role.ValueType
@@ -904,6 +905,8 @@ class DescribedEndpoint(_message.Message):
     """`message`, or another kind of the rule pack."""
     external: _builtins.bool
     """A missing partner is no finding."""
+    stated: _builtins.str
+    """Id of the stated endpoint that it is, or that it is a part of."""
     @_builtins.property
     def place(self) -> _report_pb2.Place:
         """Its place; `element` is the id of its element in a drawing."""
@@ -933,10 +936,11 @@ class DescribedEndpoint(_message.Message):
         external: _builtins.bool = ...,
         settings: _abc.Iterable[_report_pb2.Fact] | None = ...,
         needs: _abc.Iterable[_report_pb2.Fact] | None = ...,
+        stated: _builtins.str = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_topic", b"_topic", "place", b"place", "topic", b"topic"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_topic", b"_topic", "external", b"external", "id", b"id", "kind", b"kind", "label", b"label", "needs", b"needs", "participant", b"participant", "place", b"place", "protocol", b"protocol", "role", b"role", "settings", b"settings", "topic", b"topic", "topic_is_guess", b"topic_is_guess", "topic_written", b"topic_written", "type", b"type"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_topic", b"_topic", "external", b"external", "id", b"id", "kind", b"kind", "label", b"label", "needs", b"needs", "participant", b"participant", "place", b"place", "protocol", b"protocol", "role", b"role", "settings", b"settings", "stated", b"stated", "topic", b"topic", "topic_is_guess", b"topic_is_guess", "topic_written", b"topic_written", "type", b"type"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__topic: _TypeAlias = _typing.Literal["topic"]  # noqa: Y015
     _WhichOneofArgType__topic: _TypeAlias = _typing.Literal["_topic", b"_topic"]  # noqa: Y015

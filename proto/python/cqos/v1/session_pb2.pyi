@@ -92,7 +92,7 @@ class OpenSessionResponse(_message.Message):
     """Seconds without a call after which the service closes the session."""
     @_builtins.property
     def report(self) -> _report_pb2.Report:
-        """The whole report. In sessions of documents, a place that names an element has no line."""
+        """The whole report. In sessions of documents, a place in a drawing has no column, and no line if it names an element."""
 
     @_builtins.property
     def endpoints(self) -> _containers.RepeatedCompositeFieldContainer[_check_pb2.DescribedEndpoint]:

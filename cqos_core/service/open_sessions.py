@@ -1,0 +1,166 @@
+"""The sessions of single calls that this process has: whose they are, how much they hold, and when they end."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos.v1 import session_pb2
+from cqos_core.service.answers import METHODS, decode
+from cqos_core.service.refusal import SESSION_ELSEWHERE, Refused, no_session
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Container, Mapping
+
+    from cqos_core.service.callers import Caller, Callers
+    from cqos_core.service.observing import Meter
+    from cqos_core.service.pool import HostedModel, Sessions
+
+_CALL: Final = "/cqos.v1.SessionService/"
+SESSIONS: Final[Mapping[str, tuple[Any, Any]]] = {
+    f"{_CALL}OpenSession": (session_pb2.OpenSessionRequest, session_pb2.OpenSessionResponse),
+    f"{_CALL}EditSession": (session_pb2.EditSessionRequest, session_pb2.EditSessionResponse),
+    f"{_CALL}CloseSession": (session_pb2.CloseSessionRequest, session_pb2.CloseSessionResponse),
+}
+"""The calls of one message that need the process of their session, each with its request and its response."""
+REQUESTS: Final[Mapping[str, Any]] = {path: each.request for path, each in METHODS.items()} | {
+    path: request for path, (request, _) in SESSIONS.items()
+}
+"""The request of every call of one message."""
+_NAME_BYTES: Final = 18
+_SHOWN: Final = 60
+
+
+class _OpenedSession:
+    """One open session.
+
+    Attributes:
+        owner: the name of who opened it.
+        keep: takes how many bytes it holds.
+        sizes: the bytes of each document, or of the model.
+        held: what gives back what it has of its caller's share.
+    """
+
+    def __init__(self, model: HostedModel, owner: str, keep: Callable[[int], None], sizes: dict[str, int]) -> None:
+        self.model, self.owner, self.keep, self.sizes = model, owner, keep, sizes
+        self.held = ExitStack()
+        self.turn = asyncio.Lock()
+        self.ending: asyncio.TimerHandle | None = None
+
+
+class OpenSessions:
+    """Sessions by their names. A name tells the process that has it, and cannot be guessed."""
+
+    def __init__(self, house: Sessions, callers: Callers, meter: Meter, tokens: Container[str]) -> None:
+        """Keep sessions in the processes of ``house``; those of a caller with one of the ``tokens`` are its own."""
+        self._house, self._callers, self._meter, self._tokens = house, callers, meter, tokens
+        self._process = secrets.token_hex(4)
+        self._open: dict[str, _OpenedSession] = {}
+        self._closing: set[asyncio.Task[None]] = set()
+
+    async def answer(self, caller: Caller, method: str, data: bytes, seconds: float) -> bytes:
+        """Answer a call for a session.
+
+        Raises:
+            Refused: there is no such session here, or it is not opened.
+            FailedError: a worker failed.
+        """
+        request = decode(SESSIONS[method][0], data)
+        known = dict(zip(SESSIONS, (self._opened, self._edited, self._closed), strict=True))
+        return await known[method](caller, request, data, seconds)
+
+    async def _opened(self, caller: Caller, request: Any, data: bytes, seconds: float) -> bytes:
+        name = f"{self._process}.{secrets.token_urlsafe(_NAME_BYTES)}"
+        with ExitStack() as held:
+            held.enter_context(self._callers.editing(caller))
+            keep = held.enter_context(self._callers.keeping(caller))
+            sizes = _sizes_of(request.documents) if request.HasField("documents") else {"": len(data)}
+            keep(sum(sizes.values()))
+            found = _OpenedSession(self._house.begin_model(caller.name), caller.name, keep, sizes)
+            try:
+                answered = await found.model.open(data, seconds)
+            except BaseException:
+                await asyncio.shield(found.model.close())
+                raise
+            found.held = held.pop_all()
+        self._open[name] = found
+        self._meter.add("sessions")
+        self._wait(name, found)
+        idle = int(self._house.limits.idle_seconds)
+        return answered + session_pb2.OpenSessionResponse(session=name, idle_seconds=idle).SerializeToString()
+
+    async def _edited(self, caller: Caller, request: Any, data: bytes, seconds: float) -> bytes:
+        found = self._find(request.session, caller)
+        async with found.turn:
+            if self._open.get(request.session) is not found:
+                raise no_session("the session was closed meanwhile")
+            self._wait(request.session, found)
+            sizes = _sizes_after(found.sizes, request)
+            found.keep(sum(sizes.values()))
+            try:
+                # It is awaited even if its caller goes away: what it changed is then known here, too.
+                answered = await asyncio.shield(found.model.edit(data, seconds))
+            except Refused:
+                await self._close(request.session)
+                raise
+            if session_pb2.EditSessionResponse.FromString(answered).HasField("refusal"):
+                found.keep(sum(found.sizes.values()))
+            else:
+                found.sizes = sizes
+            return answered
+
+    async def _closed(self, caller: Caller, request: Any, _data: bytes, _seconds: float) -> bytes:
+        found = self._open.get(request.session)
+        if found is not None and self._may_use(found, caller):
+            await self._close(request.session)
+        elif not request.session.startswith(f"{self._process}."):
+            self._find(request.session, caller)
+        return session_pb2.CloseSessionResponse(revision=request.revision).SerializeToString()
+
+    def _find(self, name: str, caller: Caller) -> _OpenedSession:
+        found = self._open.get(name)
+        if found is not None and self._may_use(found, caller):
+            return found
+        if name.startswith(f"{self._process}."):
+            raise no_session("there is no such session any more: it was closed, idle for too long, or its worker ended")
+        why = f"this process has no session `{name[:_SHOWN]}`" if name else "the name of a session is needed"
+        raise no_session(why, SESSION_ELSEWHERE)
+
+    def _may_use(self, found: _OpenedSession, caller: Caller) -> bool:
+        """Whether a session is the caller's: by its token where there are any, else by knowing its name."""
+        return found.owner == caller.name or found.owner not in self._tokens
+
+    def _wait(self, name: str, found: _OpenedSession) -> None:
+        """Close it when nothing is heard of it for too long."""
+        if found.ending is not None:
+            found.ending.cancel()
+        found.ending = asyncio.get_running_loop().call_later(self._house.limits.idle_seconds, self._forget, name)
+
+    def _forget(self, name: str) -> None:
+        closing = asyncio.ensure_future(self._close(name))
+        self._closing.add(closing)
+        closing.add_done_callback(self._closing.discard)
+
+    async def _close(self, name: str) -> None:
+        found = self._open.pop(name, None)
+        if found is not None:
+            self._meter.add("sessions", more=-1)
+            if found.ending is not None:
+                found.ending.cancel()
+            found.held.close()
+            await found.model.close()
+
+
+def _sizes_of(documents: Any) -> dict[str, int]:
+    """The bytes of documents by name; of what they include, under a name that none has."""
+    sizes = {each.name: len(each.content) for each in documents.documents}
+    return sizes | {"\0included": sum(len(each.content) for each in documents.included)}
+
+
+def _sizes_after(sizes: dict[str, int], request: Any) -> dict[str, int]:
+    if request.HasField("changes"):
+        return sizes | {"": sizes.get("", 0) + request.changes.ByteSize()}
+    kept = {name: size for name, size in sizes.items() if name not in request.documents.removed}
+    return kept | {each.name: len(each.content) for each in request.documents.put}
