@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from datetime import timedelta
-from functools import cache
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.checking.explanation import ends_alone, explained
@@ -48,6 +47,10 @@ def _texts(settings: Mapping[str, SettingValue | None]) -> _Texts:
         for name, value in settings.items()
         if name != "profile" or value is not None
     )
+
+
+def _letters(stated: _Texts) -> int:
+    return sum([len(name) + len(text) for name, text in stated])
 
 
 class _Side:
@@ -113,7 +116,13 @@ class StatedPairs:
         return found
 
     def _lazy(self, verdict: Verdict, offer: _Side, request: _Side) -> PairReport:
-        whole = cache(lambda: explained(self._pipeline(offer, request), PUBLISHER, SUBSCRIBER))
+        found: list[PairReport] = []
+
+        def whole() -> PairReport:
+            if not found:
+                found.append(explained(self._pipeline(offer, request), PUBLISHER, SUBSCRIBER))
+            return found[0]
+
         return PairReport(
             verdict,
             later(lambda: whole().findings),
@@ -178,7 +187,7 @@ def _side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:
 def _new_side(known: dict[tuple[Any, ...], _Side], settings: Settings) -> _Side:
     side = _Side(_texts(settings))
     types = tuple(map(type, settings.values()))
-    if not ({*types} <= _HASHED and {*map(type, settings)} <= {str}) or letters(side.stated) > MOST_LETTERS:
+    if not ({*types} <= _HASHED and {*map(type, settings)} <= {str}) or _letters(side.stated) > MOST_LETTERS:
         return side
     if len(known) >= _MOST_SIDES:
         known.clear()

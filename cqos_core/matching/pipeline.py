@@ -245,14 +245,14 @@ def as_text(value: SettingValue) -> str:
     Raises:
         TypeError: for a type that has no such spelling.
     """
+    if isinstance(value, str):
+        return value
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, timedelta):
         return f"{(value.days * 86_400 + value.seconds) * 10**9 + value.microseconds * 1_000}ns"
     if isinstance(value, int):
         return "infinite" if value == INFINITE else str(value)
-    if isinstance(value, str):
-        return value
     if isinstance(value, (list, tuple)):
         return Names().format(tuple(value))
     raise TypeError(f"{value!r} is no setting: give text, int, bool, timedelta, INFINITE or a list of names")

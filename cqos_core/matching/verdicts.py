@@ -125,7 +125,8 @@ class Verdicts:
             # A value that depends on an assumption leaves a meeting condition open on either side.
             found += [at for each in rules if each.rule.kind == "meets" for at in each.bound.indices]
             read = self._read[asked, second] = tuple(dict.fromkeys(found))
-        key = (asked, second, *[end.profile.values[at] for at in read])
+        values = end.profile.values
+        key = (asked, second, *[values[at] for at in read])
         if len(self._numbers) >= _MOST_ANSWERS:
             self._numbers.clear()
         number = end.parts[asked] = self._numbers.setdefault(key, next(self._next))

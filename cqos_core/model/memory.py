@@ -46,7 +46,7 @@ def letters(key: object) -> int:
     """How much text a key has."""
     if isinstance(key, str):
         return len(key)
-    return sum(map(letters, key)) if isinstance(key, tuple) else 0
+    return sum([letters(each) for each in key if isinstance(each, (str, tuple))]) if isinstance(key, tuple) else 0
 
 
 _WORTH_IT: Final = 1_000
