@@ -12,7 +12,7 @@ from cqos_core.bpmn.plain import NotPlainError, Taking
 from cqos_core.importers.source import Source
 from cqos_core.importers.xml_source import parse_utf8
 from cqos_core.model.excerpt import NAMESPACES
-from cqos_core.model.plain_endpoints import LinesOf, Model
+from cqos_core.model.plain_endpoints import Kind, LinesOf, Model
 from cqos_core.model.regular import re
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ class Models:
             f' xmlns{":" if prefix else ""}{prefix or ""}="{escape(uri)}"' for prefix, uri in prefixes.items()
         )
         self._head = f'<{bpmn}definitions{bound}><{bpmn}signal id="cqos-signal" name="cqos-topic"/><{bpmn}process id="cqos-process">'
-        self._kinds: dict[tuple[str, str], Endpoint | None] = {}
+        self._kinds: dict[tuple[str, str], Kind | None] = {}
 
     def model(self, tag: bytes, attributes: bytes) -> Model | None:
         """Return what an event is like; None where its reading says something, or has any effect but one endpoint.
@@ -79,12 +79,13 @@ class Models:
         if kind not in self._kinds:
             if len(self._kinds) >= _MOST:
                 return None
-            self._kinds[kind] = self._event(*kind, len(quantities))
+            endpoint = self._event(*kind, len(quantities))
+            self._kinds[kind] = None if endpoint is None else Kind(endpoint, self._lines)
         found = self._kinds[kind]
         if found is None:
             return None
         texts = {_quantity(number): value for number, value in enumerate(quantities, 1)}
-        return Model(found, self._lines, texts)
+        return Model(found, texts)
 
     def _event(self, tag: str, attributes: str, quantities: int) -> Endpoint | None:
         """Read a document with one event; None unless every quantity is the text of a setting, and there is nothing else."""

@@ -39,31 +39,45 @@ class LinesOf:
         return self._before[block] + self._data.count(b"\n", block * _BLOCK, offset)
 
 
-class Model:
-    """What endpoints of one file share that differ in id, label, topic, participant and place.
+class Kind:
+    """What endpoints of one file share that differ in texts of their settings, and in what each has for itself.
 
     Attributes:
         endpoint: one such endpoint, as its importer makes it.
+        said: what `Endpoint.said` returns of it.
     """
 
-    __slots__ = ("_lines", "_texts", "endpoint")
+    __slots__ = ("endpoint", "lines", "said")
 
-    def __init__(self, endpoint: Endpoint, lines: LinesOf, texts: Mapping[str, str]) -> None:
-        """Take ``texts`` in the place of those of the endpoint's settings."""
+    def __init__(self, endpoint: Endpoint, lines: LinesOf) -> None:
+        """Take an endpoint that is not changed any more."""
         self.endpoint = endpoint
-        self._lines = lines
+        self.said = endpoint.said()
+        self.lines = lines
+
+
+class Model:
+    """What endpoints of one file share that differ in id, label, topic, participant and place."""
+
+    __slots__ = ("_kind", "_texts")
+
+    def __init__(self, kind: Kind, texts: Mapping[str, str]) -> None:
+        """Take ``texts`` in the place of those of the settings of a kind."""
+        self._kind = kind
         self._texts = texts
 
     @property
     def said(self) -> Said:
         """What `Endpoint.said` returns."""
-        settings, overlay = self.endpoint.said()
+        settings, overlay = self._kind.said
         text = self._texts
-        return tuple([(name, text.get(each, each), *rest) for name, each, *rest in settings]), overlay  # type: ignore[misc]
+        return tuple(
+            [(name, text.get(each, each), unknown, derived) for name, each, unknown, derived in settings]
+        ), overlay
 
     def another(self, name: str, label: str | None, topic: str, offset: int) -> PlainEndpoint:
         """Return an endpoint like the model, whose place is the line of the byte at ``offset``."""
-        like = self.endpoint
+        like = self._kind.endpoint
         made = PlainEndpoint.__new__(PlainEndpoint)
         made.model = self
         made.offset = offset
@@ -90,15 +104,16 @@ class Model:
 
     def make(self, of: PlainEndpoint, name: str) -> Any:
         """Return what an endpoint has not made yet: its place, its room, its profiles or its settings."""
-        line = self._lines.line(of.offset)
-        place = Place(self._lines.source, line, None, of.id)
+        lines = self._kind.lines
+        line = lines.line(of.offset)
+        place = Place(lines.source, line, None, of.id)
         if name == "place":
             return place
         if name == "room":
             return Room(place)
         if name == "profiles":
             return tuple(
-                ProfileRef(each.name, _moved(each.place, place), each.scope) for each in self.endpoint.profiles
+                ProfileRef(each.name, _moved(each.place, place), each.scope) for each in self._kind.endpoint.profiles
             )
         return {
             word: Setting(
@@ -108,7 +123,7 @@ class Model:
                 each.derived,
                 each.reported,
             )
-            for word, each in self.endpoint.settings.items()
+            for word, each in self._kind.endpoint.settings.items()
         }
 
 

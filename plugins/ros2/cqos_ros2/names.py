@@ -53,8 +53,10 @@ def resolve(written: str, context: NameContext) -> Naming:
         key, shown = text, text.removeprefix(f"{KEY}/")
         return Naming(key, shown) if wire is None else Naming(wire.key.format(key), wire.shown.format(shown))
     node = _node(*_placed(context.participant, context.settings), context.dialect in FREE_TEXT)
-    rewritten = node.rewrites(text)
-    expanded = _expand(legal_name(text) if rewritten else text, node.namespace, node.name)
+    expanded = _expand(text, node.namespace, node.name)
+    rewritten = node.free_text and not is_legal(expanded)
+    if rewritten:
+        expanded = _expand(legal_name(text), node.namespace, node.name)
     full = next((node.full_name(to) for it, to in context.remap.items() if node.full_name(it) == expanded), expanded)
     own_words = text if rewritten and full == expanded else None
     if wire is None:
@@ -137,7 +139,8 @@ def covers(pattern: str, node: str) -> bool:
 def _expand(name: str, namespace: str, node: str) -> str:
     """Return the full name (rcl_expand_topic_name); what rcl refuses comes out illegal."""
     inside = namespace.rstrip("/")
-    name = name.replace("{node}", node).replace("{namespace}", namespace).replace("{ns}", namespace)
+    if "{" in name:
+        name = name.replace("{node}", node).replace("{namespace}", namespace).replace("{ns}", namespace)
     if name.startswith("/"):
         return name
     if name == "~" or name.startswith("~/"):
