@@ -42,9 +42,11 @@ def bind(condition: Condition, vocabulary: Vocabulary) -> BoundCondition:
 def bind_operands(node: Node, vocabulary: Vocabulary) -> tuple[Judge, ...]:
     """Compile, in the open form, the values that something is applied to: a comparison, a function of the pack, a sum."""
     key = (vocabulary, node.key)
-    if key not in _OPERANDS:
-        keep(_OPERANDS, key, tuple(form.open for form in Binder(vocabulary).operands(node, None)))
-    return _OPERANDS[key]
+    found = _OPERANDS.get(key)
+    if found is None:
+        found = tuple(form.open for form in Binder(vocabulary).operands(node, None))
+        keep(_OPERANDS, key, found)
+    return found
 
 
 _OPERANDS: Final[dict[tuple[Any, ...], tuple[Judge, ...]]] = {}

@@ -140,7 +140,7 @@ class _RuleSet:
             passed |= self._requiring.get(index, 0)
         options = tuple([frame.options[index] for index in self._options])
         # Why a value is not known decides nothing.
-        unknown = tuple([(at, None if isinstance(each, Anything) else each) for at, each in opened.items()])
+        unknown = tuple([(at, ANYTHING if isinstance(each, Anything) else each) for at, each in opened.items()])
         found = Surrounding(profile.values, frozenset((*opened, *self._options)), bits, passed, options)
         return self._surroundings[second].setdefault((unknown, passed, options), found)
 
@@ -174,6 +174,8 @@ class _RuleSet:
 
     def _counted(self, first: Surrounding, second: Surrounding) -> Compiled | None:
         """Return the function for what many profiles have in common, once they are enough to be worth it."""
+        if len(self._uses) >= _MOST_REMEMBERED:
+            self._uses.clear()
         self._uses[first, second] += 1
         if self._uses[first, second] < _WORTH_A_FUNCTION:
             return None
@@ -185,8 +187,8 @@ class _RuleSet:
         self._functions += 1
         common = Common(first.values, second.values, (first.at, second.at))
         questions = (self._question(*each, common) for each in zip(self.rules, self._absent, strict=True))
-        first.functions[second] = compiled(questions, alone=self.one)
-        return first.functions[second]
+        found = first.functions[second] = compiled(questions, alone=self.one)
+        return found
 
     def _question(self, bound: BoundRule, absent: frozenset[int], common: Common) -> Question:
         if absent:

@@ -190,8 +190,7 @@ def _kept(key: tuple[object, ...], profile: QosProfile) -> QosProfile:
         _PROFILES.clear()
         _FRAMES.clear()
         READ.clear()
-    _PROFILES[key] = profile
-    return profile
+    return _PROFILES.setdefault(key, profile)
 
 
 def intern(pack: RulePack, values: Values, beside: Iterable[str] = (), refused: Iterable[str] = ()) -> QosProfile:
@@ -224,7 +223,7 @@ def _frame(pack: RulePack, values: Values, opened: Mapping[int, Any]) -> Profile
         from_peers = tuple(index for index, value in opened.items() if isinstance(value, FromPeers))
         unmatched = _treated_as(pack, UNMATCHED, tuple([values[index] for index in _deciding(pack)]))
         deciding = frozenset((*opened, *options, *(index for index, _ in pack.needs.values())))
-        found = _FRAMES[key] = ProfileFrame(opened, options, unmatched, from_peers, needs, deciding)
+        found = _FRAMES.setdefault(key, ProfileFrame(opened, options, unmatched, from_peers, needs, deciding))
     return found
 
 
