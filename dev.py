@@ -137,6 +137,7 @@ def test(arguments: list[str]) -> int:
     """Run all checks and tests; return 1 if any fails."""
     setup(everything=True)
     have_programs()
+    build_page()
     # One seed for the order of sets too: the same tests give the same answer every time.
     os.environ.setdefault("PYTHONHASHSEED", "0")
     return run_steps([*lint_steps(), ("pytest", pytest_command(arguments))], beside=docs_steps())
@@ -208,6 +209,7 @@ def run(arguments: list[str]) -> int:
 def setup_everything(_: list[str]) -> int:
     """Set up for every command."""
     setup(everything=True)
+    build_page()
     print(f"ready: {tool('cqos')}")
     return 0
 
@@ -368,6 +370,13 @@ def setup(*, everything: bool) -> None:
     print(f"dev.py: set up in {time.monotonic() - began:.0f} s", file=sys.stderr, flush=True)
 
 
+def build_page() -> None:
+    """Build the page of the modeler if its sources changed; without npm, all but the modeler works."""
+    done = subprocess.run([tool("python"), "deploy/page.py"], cwd=ROOT, env=environment(), check=False)
+    if done.returncode != 0 and os.environ.get("CI"):
+        raise TroubleError("the page of the modeler is not built")
+
+
 def fingerprint() -> str:
     """Return a text that differs when .venv must be rebuilt: another Python, place, dependency, entry point or plugin."""
     parts: dict[str, object] = {
@@ -450,7 +459,8 @@ PROGRAMS = (
     ("g++", "g++", "no pair runs on Fast DDS"),
     ("fastrtps/config.h", "libfastrtps-dev", "no pair runs on Fast DDS"),
     ("mosquitto", "mosquitto", "the MQTT pack is not compared with Mosquitto"),
-    ("npm", "npm", "the .proto files are not linted, and the modeler's client in JavaScript is not run"),
+    ("npm", "npm", "the .proto files are not linted, and the page of the modeler is not built"),
+    ("chromium", "chromium", "the page of the modeler is not tried"),
 )
 SYSTEM_FOLDERS = "/usr/sbin:/usr/local/sbin:/opt/homebrew/sbin"
 

@@ -30,6 +30,7 @@ else:
 
 ROOT = Path(__file__).resolve().parent.parent
 LICENSE = "LICENSE"
+PAGE = Path("cqos_core", "service", "page")
 TOOLS = ("cyclonedx-bom==7.5.0", "twine==7.0.0")
 USES = (
     ("cqos", "check", "examples/smart_agriculture.yaml"),
@@ -56,6 +57,8 @@ def main(arguments: list[str]) -> int:
             build(project, wishes.output, "sdist", "wheel")
             check_contents(project, wishes.output)
         if wishes.check:
+            if not (tree / PAGE / "index.html").is_file():
+                raise TroubleError("a release has the page of the modeler, which needs npm: python deploy/page.py")
             check_sources(wishes.output, Path(folder, "again"))
             check_installation(wishes.output, Path(folder))
     for file in sorted(wishes.output.iterdir()):
@@ -75,6 +78,8 @@ def staged(tree: Path) -> Path:
         if (ROOT / name).is_file():
             (tree / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, tree / name)
+    if (ROOT / PAGE).is_dir():  # built, so git does not know it; the build takes it where its sources are these
+        shutil.copytree(ROOT / PAGE, tree / PAGE)
     for project in distributions(tree):
         if not (project / LICENSE).exists():
             shutil.copy(ROOT / LICENSE, project)

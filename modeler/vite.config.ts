@@ -1,7 +1,10 @@
 import { defineConfig } from 'vite';
 
+import { thirdParty } from './third_party';
+
 export default defineConfig({
   base: './',
+  plugins: [thirdParty()],
   build: {
     outDir: '../cqos_core/service/page',
     emptyOutDir: true,

@@ -38,7 +38,7 @@ def modeler(files: tuple[str, ...], port: int, *, no_browser: bool) -> None:
       cqos modeler drone.bpmn station.bpmn
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     from cqos_core.service.process import serve
-    from cqos_core.service.settings import Settings, new_key
+    from cqos_core.service.settings import Limits, Settings, new_key
 
     for each in map(Path, files):
         if each.is_dir() or not (each.is_file() or each.absolute().parent.is_dir()):
@@ -64,6 +64,7 @@ def modeler(files: tuple[str, ...], port: int, *, no_browser: bool) -> None:
         leaving=0.0,
         log_level="error",
         log_format="text",
+        limits=Limits(workers=1, session_workers=1, share=1.0),  # one person
     )
     serve(settings, started)
 

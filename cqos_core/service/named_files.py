@@ -84,13 +84,13 @@ class _Files:
         return JSONResponse({"files": rows}, headers=_NOT_STORED)
 
     async def read(self, request: Request) -> Response:
-        """Return the bytes of a file, with a tag that changes with them."""
+        """Return the bytes of a file, with a tag that changes with them; no content for a file that does not exist."""
         path = self._path(request)
         if path is None:
             return _unknown()
         content = await asyncio.to_thread(self._content, path)
         if content is None:
-            return _refused(404, f"{path} is not there")
+            return Response(status_code=204, headers=_NOT_STORED)  # the first save makes it
         if isinstance(content, str):
             return _refused(422, content)
         headers = {**_NOT_STORED, "etag": _tag(content)}

@@ -7,6 +7,7 @@ import 'bpmn-js/dist/assets/bpmn-font/css/bpmn.css';
 import Modeler from 'bpmn-js/lib/Modeler';
 import type Canvas from 'diagram-js/lib/core/Canvas';
 
+import { keepOrder } from './keep_order';
 import { isDefinitions, type Definitions, type Moddle } from './moddle';
 
 /** Descriptors of what C-QoS writes into a diagram, by prefix. */
@@ -24,6 +25,7 @@ export function createCanvas(container: HTMLElement, moddleExtensions: ModdleExt
   return new Modeler({
     container,
     moddleExtensions,
+    additionalModules: [keepOrder],
     bpmnRenderer: {
       defaultFillColor: 'var(--shape-fill)',
       defaultStrokeColor: 'var(--shape-stroke)',
@@ -79,18 +81,31 @@ export async function semanticXml(modeler: Modeler): Promise<string> {
   }
 }
 
+const SVG = 'http://www.w3.org/2000/svg';
+const PADDING = 8;
+/** What bpmn-js draws for the pointer only. */
+const FOR_THE_POINTER = '.djs-hit, .djs-outline, .djs-resizer, .djs-segment-dragger, .djs-bendpoints, .djs-dragger';
+
 /** Return the drawing as an SVG document that needs no page around it. */
-export async function svgText(modeler: Modeler, dress: (svg: SVGSVGElement) => void): Promise<string> {
-  const { svg } = await modeler.saveSVG();
-  const parsed = new DOMParser().parseFromString(svg, 'image/svg+xml');
-  const root = parsed.documentElement;
-  if (!(root instanceof SVGSVGElement)) {
-    throw new Error('bpmn-js made no drawing');
+export function svgText(modeler: Modeler, dress: (svg: SVGSVGElement) => void): string {
+  const canvas = modeler.get<Canvas>('canvas');
+  const layer: unknown = canvas.getActiveLayer();
+  if (!(layer instanceof SVGGElement)) {
+    throw new Error('no diagram is shown');
   }
-  dress(root);
-  let text = new XMLSerializer().serializeToString(parsed);
+  const { x, y, width, height } = layer.getBBox();
+  const svg = document.createElementNS(SVG, 'svg');
+  const box = [x - PADDING, y - PADDING, width + 2 * PADDING, height + 2 * PADDING];
+  svg.setAttribute('viewBox', box.join(' '));
+  svg.setAttribute('width', String(box[2]));
+  svg.setAttribute('height', String(box[3]));
+  const defs = canvas.getContainer().querySelector('svg > defs');
+  svg.append(...[defs, layer].filter((each) => each !== null).map((each) => each.cloneNode(true)));
+  svg.querySelectorAll(FOR_THE_POINTER).forEach((each) => each.remove());
+  dress(svg);
+  let text = new XMLSerializer().serializeToString(svg);
   for (const [name, colour] of Object.entries(COLOURS)) {
     text = text.replaceAll(`var(${name})`, colour);
   }
-  return text;
+  return `<?xml version="1.0" encoding="utf-8"?>\n${text}\n`;
 }

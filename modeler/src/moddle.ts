@@ -5,6 +5,7 @@ export interface ModdleElement {
   readonly $attrs: Record<string, string>;
   readonly $parent?: ModdleElement;
   readonly id?: string;
+  $instanceOf(type: string): boolean;
   get(name: string): unknown;
   set(name: string, value: unknown): void;
 }

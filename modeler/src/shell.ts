@@ -109,6 +109,7 @@ function dress(frame: Frame, modeler: Modeler, diagram: Diagram, desk: Desk, dre
     showState({
       name: diagram.source.name,
       isEdited: diagram.isEdited,
+      isKept: desk.isKept,
       zoom: modeler.get<Canvas>('canvas').zoom(),
       canUndo: stack.canUndo(),
       canRedo: stack.canRedo(),
@@ -119,16 +120,16 @@ function dress(frame: Frame, modeler: Modeler, diagram: Diagram, desk: Desk, dre
 }
 
 function fileCommands(modeler: Modeler, diagram: Diagram, desk: Desk, dressExport: (svg: SVGSVGElement) => void): Command[] {
-  const exportSvg = async (): Promise<void> => {
+  const exportSvg = (): void => {
     const name = diagram.source.name.replace(/(\.bpmn)?(\.[^.]*)?$/, '.svg');
-    download(name, await svgText(modeler, dressExport), 'image/svg+xml');
+    download(name, svgText(modeler, dressExport), 'image/svg+xml');
   };
   return [
     { id: 'new', label: 'New diagram', run: () => void desk.newDiagram() },
     { id: 'open', label: 'Open a file', keys: 'Mod+O', run: () => void desk.open() },
     { id: 'save', label: 'Save', keys: 'Mod+S', run: () => void desk.save() },
     { id: 'save-as', label: 'Save as…', keys: 'Mod+Shift+S', run: () => void desk.saveAs() },
-    { id: 'export-svg', label: 'Export as SVG', run: () => void exportSvg() },
+    { id: 'export-svg', label: 'Export as SVG', run: exportSvg },
   ];
 }
 

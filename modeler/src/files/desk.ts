@@ -27,6 +27,7 @@ export class Desk {
   private readonly tab = recovery.thisTab();
   private keeping: ReturnType<typeof setTimeout> | undefined;
   private isLooking = false;
+  private kept = -1;
 
   constructor(private readonly desktop: Desktop) {}
 
@@ -46,6 +47,11 @@ export class Desk {
     } else if (await isAllowed(handle)) {
       await this.openChosen([await fromHandle(handle)]);
     }
+  }
+
+  /** Whether the browser keeps the changes as they are now. */
+  get isKept(): boolean {
+    return this.kept === this.desktop.diagram.revision;
   }
 
   get named(): readonly Place[] {
@@ -99,11 +105,12 @@ export class Desk {
 
   private failed(what: string, error: unknown): void {
     const why = error instanceof Error ? error.message : String(error);
-    this.desktop.regions.notice('import', { kind: 'error', closable: true, text: `${what}: ${why}` });
+    this.desktop.regions.notice('failed', { kind: 'error', closable: true, text: `${what}: ${why}` });
     this.desktop.regions.status(what, 'error');
   }
 
   async mayLeave(): Promise<boolean> {
+    this.desktop.regions.notice('failed', null);
     if (!this.desktop.diagram.isEdited) {
       return true;
     }
@@ -263,10 +270,13 @@ export class Desk {
       await recovery.forget(this.tab);
       return;
     }
-    const { name, bytes, place, handle, tag } = this.desktop.diagram.source;
+    const { source, revision } = this.desktop.diagram;
+    const { name, bytes, place, handle, tag } = source;
     const text = await this.desktop.diagram.text();
     const time = Date.now();
     await recovery.keep({ tab: this.tab, name, text, original: bytes, place: place?.id ?? null, handle, tag, time });
+    this.kept = revision;
+    this.desktop.shown();
   }
 
   private async forgetUnsaved(): Promise<void> {

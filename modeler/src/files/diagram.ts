@@ -7,8 +7,9 @@ import type { Moddle } from '../moddle';
 import { NEW_DIAGRAM } from '../new_diagram';
 import { decode, encode } from './encoding';
 import { normalise } from './normalise';
-import { patch } from './patch';
+import { isSame, patch } from './patch';
 import type { Place } from './place';
+import { scan } from './xml';
 
 /** A prefix, and the namespace that diagrams bind it to. */
 export interface Binding {
@@ -148,7 +149,8 @@ async function rewritten(modeler: Modeler, text: string): Promise<string> {
 async function patched(modeler: Modeler, original: string, before: string, now: string): Promise<string | null> {
   try {
     const made = patch(original, before, now);
-    return (await rewritten(modeler, made)) === (await rewritten(modeler, now)) ? made : null;
+    const [meant, wanted] = [await rewritten(modeler, made), await rewritten(modeler, now)];
+    return isSame(scan(meant), scan(wanted)) ? made : null;
   } catch {
     return null; // the texts are not alike: bpmn-js read it, so that its own form is right
   }

@@ -44,7 +44,7 @@ function namedPlace(name: string, path: string, address: string, key: string): P
     async read(unless) {
       const headers = { [KEY_HEADER]: key, ...(unless === undefined ? {} : { 'if-none-match': unless }) };
       const answer = await fetch(address, { headers, cache: 'no-store' });
-      if (answer.status === 304 || answer.status === 404) {
+      if (answer.status === 304 || answer.status === 204) {
         return null;
       }
       return { bytes: new Uint8Array(await (await fine(answer)).arrayBuffer()), tag: answer.headers.get('etag') ?? '' };

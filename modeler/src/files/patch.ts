@@ -3,7 +3,8 @@
  * the order and the quotes of attributes.
  *
  * bpmn-js writes a model in a form of its own. What it writes before and after the edits differs only where something was
- * edited, and those differences are made in the original text.
+ * edited, and those differences are made in the original text. Elements keep their place in the text: their order means
+ * nothing in BPMN, and bpmn-js puts what was deleted and restored at the end.
  */
 
 import { scan, type Element } from './xml';
@@ -92,22 +93,22 @@ class Patcher {
     const present = keyed(here.children);
     const earlier = keyed(old.children);
     const wanted = keyed(now.children);
-    const kept = inOrder([...wanted.keys()], [...earlier.keys()]);
     for (const key of earlier.keys()) {
-      if (!kept.has(key)) {
+      if (!wanted.has(key)) {
         this.remove(needed(present, key));
       }
     }
     let anchor: Element | null = null;
     let inserted = '';
     for (const [key, child] of wanted) {
-      if (!kept.has(key)) {
+      const before = earlier.get(key);
+      if (before === undefined) {
         inserted += this.indented(here, child);
         continue;
       }
       inserted = this.insert(here, anchor, inserted);
       anchor = present.get(key) ?? null;
-      this.kept(anchor, needed(earlier, key), child, key);
+      this.kept(anchor, before, child, key);
     }
     this.insert(here, anchor, inserted);
   }
@@ -184,46 +185,17 @@ function keyed(children: readonly Element[]): Map<string, Element> {
   return made;
 }
 
-/** The keys of both lists that stand in the same order in both; the longest such list. */
-function inOrder(wanted: readonly string[], earlier: readonly string[]): Set<string> {
-  const places = new Map(earlier.map((key, at) => [key, at]));
-  const common = wanted.filter((key) => places.has(key));
-  const at = (key: string): number => places.get(key) ?? -1;
-  // Patience sorting: the last of each pile, and what each key follows.
-  const ends: string[] = [];
-  const follows = new Map<string, string>();
-  for (const key of common) {
-    let low = 0;
-    let high = ends.length;
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (at(ends[middle] ?? '') < at(key)) {
-        low = middle + 1;
-      } else {
-        high = middle;
-      }
-    }
-    const previous = ends[low - 1];
-    if (previous !== undefined) {
-      follows.set(key, previous);
-    }
-    ends[low] = key;
-  }
-  const kept = new Set<string>();
-  for (let key = ends.at(-1); key !== undefined; key = follows.get(key)) {
-    kept.add(key);
-  }
-  return kept;
-}
-
-function isSame(one: Element, other: Element): boolean {
+/** Whether two elements are the same but for layout and the order of their children. */
+export function isSame(one: Element, other: Element): boolean {
+  const [own, others] = [keyed(one.children), keyed(other.children)];
+  const attributes = new Map(other.attributes.map(({ name, raw }) => [name, raw]));
   return (
     one.name === other.name &&
     one.text.trim() === other.text.trim() &&
-    one.attributes.length === other.attributes.length &&
-    one.attributes.every(({ name, raw }, at) => other.attributes[at]?.name === name && other.attributes[at]?.raw === raw) &&
-    one.children.length === other.children.length &&
-    one.children.every((child, at) => isSame(child, other.children[at] ?? one))
+    one.attributes.length === attributes.size &&
+    one.attributes.every(({ name, raw }) => attributes.get(name) === raw) &&
+    own.size === others.size &&
+    [...own].every(([key, child]) => isSame(child, others.get(key) ?? one))
   );
 }
 

@@ -22,7 +22,7 @@ export function createFrame(root: HTMLElement): Frame {
   const notices = make('div', { class: 'notices', 'aria-live': 'polite' });
   const canvas = make('section', { class: 'canvas', 'aria-label': 'Diagram' });
   const panel = make('aside', { class: 'panel', 'aria-label': 'Properties' });
-  const status = make('footer', { class: 'status', role: 'status' });
+  const status = make('div', { class: 'status', role: 'status' });
   const tabs = createTabs();
   root.classList.add('frame');
   root.append(header, make('main', { class: 'work' }, notices, canvas, panel, tabs.element), status);

@@ -10,6 +10,8 @@ import { type Entry, menu } from './menu';
 export interface Shown {
   readonly name: string;
   readonly isEdited: boolean;
+  /** Whether the browser keeps the changes. */
+  readonly isKept: boolean;
   readonly zoom: number;
   readonly canUndo: boolean;
   readonly canRedo: boolean;
@@ -41,7 +43,7 @@ export function createHeader(
   const saveEntries = (): Entry[] =>
     ['save-as', 'export-svg'].map((id) => ({ ...command(id), ...keysOf(command(id)), run: () => command(id).run() }));
   const name = make('span', { class: 'file-name' });
-  const mark = make('span', { class: 'edited', title: 'Changes that are not saved' });
+  const mark = make('span', { class: 'edited' });
   const zoom = words('zoom-reset', '100 %');
   zoom.classList.add('zoom');
   const undo = sign('undo', 'undo');
@@ -58,11 +60,12 @@ export function createHeader(
     name.textContent = shown.name;
     name.title = shown.name;
     mark.textContent = shown.isEdited ? 'edited' : '';
+    mark.title = shown.isKept ? 'Not saved. The browser keeps the changes.' : 'Not saved';
     zoom.textContent = `${Math.round(shown.zoom * 100)} %`;
     zoom.setAttribute('aria-label', `Zoom ${Math.round(shown.zoom * 100)} %, back to 100 %`);
     undo.disabled = !shown.canUndo;
     redo.disabled = !shown.canRedo;
-    document.title = `${shown.isEdited ? '• ' : ''}${shown.name} – C-QoS`;
+    document.title = `${shown.isEdited ? '• ' : ''}${shown.name} - C-QoS`;
   };
 }
 

@@ -1,0 +1,221 @@
+"""The real `cqos modeler` on a free port, and a headless Chromium that shows its page."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
+
+import pytest
+
+from cqos_core.service.settings import PAGE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+ROOT = Path(__file__).resolve().parents[2]
+FLAGS = (
+    *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
+    *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
+)
+WAIT = 30_000
+"""Milliseconds: other tests take most of the machine meanwhile."""
+
+
+def missing(what) -> NoReturn:
+    """A missing component is a skip on a laptop, and a failure where CI runs."""
+    if os.environ.get("CI") == "true":
+        pytest.fail(f"{what} is missing")
+    pytest.skip(f"{what} is missing")
+
+
+class Running:
+    """A running `cqos modeler`, ended by its process id."""
+
+    def __init__(self, *arguments, folder):
+        kept = {name: value for name, value in os.environ.items() if not name.startswith("CQOS_")}
+        script = "import sys; from cqos_core.cli import main; sys.exit(main())"
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", script, "modeler", "--no-browser", *map(str, arguments)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=kept,
+            cwd=folder,
+            text=True,
+        )
+        self.errors: list[str] = []
+        self._reader = threading.Thread(target=self._read)
+        self._reader.start()
+        found = re.search(r"http://\S+", self.process.stdout.readline())
+        if found is None:
+            self.stop()
+            raise AssertionError(self.errors)
+        self.address = found[0]
+
+    def _read(self):
+        self.errors.extend(self.process.stderr or ())
+
+    @property
+    def page(self):
+        """The address without the key."""
+        return self.address.partition("#")[0]
+
+    @property
+    def key(self):
+        return self.address.partition("#key=")[2]
+
+    def stop(self):
+        """End it as Ctrl-C does; its exit code."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+        try:
+            return self.process.wait(30)
+        finally:
+            self.process.kill()
+            self.process.wait()
+            self._reader.join()
+            self.process.stdout.close()
+            self.process.stderr.close()
+
+
+@pytest.fixture(scope="session")
+def built():
+    """The folder of the page."""
+    if not (PAGE / "index.html").is_file():
+        missing("the page of the modeler, which `python3 dev.py setup` builds with npm,")
+    return PAGE
+
+
+@pytest.fixture
+def run_modeler(built, tmp_path):
+    """Start `cqos modeler` with files."""
+    with contextlib.ExitStack() as stack:
+
+        def start(*files):
+            running = Running(*files, folder=tmp_path)
+            stack.callback(running.stop)
+            return running
+
+        yield start
+
+
+@pytest.fixture(scope="session")
+def browser(built):
+    """One Chromium for the tests of a process."""
+    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if program is None:
+        missing("Chromium")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        launched = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
+        yield launched
+        launched.close()
+
+
+class Shown:
+    """A page in the browser, with what must not happen there.
+
+    Attributes:
+        page: of playwright.
+        complaints: errors of the page and lines in its console.
+        strangers: addresses of requests that leave this machine.
+        expected: a status of an answer that the browser may complain of.
+    """
+
+    expected = "none"
+
+    def __init__(self, browser, address, **options):
+        self.context = browser.new_context(**{"viewport": {"width": 1280, "height": 720}, **options})
+        self.context.set_default_timeout(WAIT)
+        self.complaints: list[str] = []
+        self.strangers: list[str] = []
+        self.own = address.partition("#")[0]
+        self.page = self.context.new_page()
+        self.watch(self.page)
+        self.page.goto(address)
+        self.ready()
+
+    def watch(self, page):
+        page.on("console", lambda said: self._said(f"{said.type}: {said.text}"))
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        page.on("request", lambda request: self._asked(request.url))
+
+    def _said(self, line):
+        if f"status of {self.expected}" not in line:
+            self.complaints.append(line)
+
+    def _asked(self, url):
+        if not url.startswith((self.own, "data:", "blob:")):
+            self.strangers.append(url)
+
+    def ready(self):
+        """Wait until a diagram is there."""
+        self.page.wait_for_selector(".djs-element")
+        return self
+
+    def shape(self, name):
+        """The drawn element of an id."""
+        return self.page.locator(f'.djs-shape[data-element-id="{name}"] .djs-hit').first
+
+    def choose(self, name):
+        """Click a shape."""
+        self.shape(name).click(force=True)
+        return self
+
+    def press(self, *keys):
+        for key in keys:
+            self.page.keyboard.press(key)
+        return self
+
+    def saved(self, name):
+        """Save, and wait until the page says so."""
+        self.press("Control+s")
+        self.page.wait_for_function(
+            "name => document.querySelector('.status').textContent === `Saved ${name}`", arg=name
+        )
+        return self
+
+    def kept(self):
+        """Wait until the browser keeps the changes."""
+        self.page.wait_for_selector(".bar .edited[title*='keeps']", state="attached")
+        return self
+
+    @property
+    def is_edited(self):
+        return self.page.locator(".bar .edited").text_content() == "edited"
+
+    def notice(self, text):
+        return self.page.locator(".notice", has_text=text)
+
+
+@pytest.fixture
+def show(browser) -> Iterator[object]:
+    """Show an address; at the end nothing may have gone wrong, and nothing may have left this machine."""
+    pages: list[Shown] = []
+
+    def shown(address, **options):
+        pages.append(Shown(browser, address, **options))
+        return pages[-1]
+
+    yield shown
+    for each in pages:
+        each.context.close()
+    for each in pages:
+        assert (each.complaints, each.strangers) == ([], [])
+
+
+@pytest.fixture
+def example(tmp_path):
+    """A copy of the example of the paper."""
+    file = tmp_path / "smart_agriculture.bpmn"
+    shutil.copy(ROOT / "examples" / file.name, file)
+    return file

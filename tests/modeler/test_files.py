@@ -1,0 +1,137 @@
+"""What the page may ask of this machine: the files of the command line, with the key of the run, and nothing else."""
+
+import http.client
+import json
+import os
+import shutil
+import subprocess
+import sys
+from urllib.parse import urlsplit
+
+import pytest
+
+from cqos_core.service.settings import PAGE
+from tests.modeler.conftest import ROOT, missing
+from tests.service.running import serving
+
+KEY = "x-cqos-key"
+
+
+def ask(running, method, path, body=None, **headers):
+    """One request: status, headers, body."""
+    connection = http.client.HTTPConnection(urlsplit(running.page).netloc, timeout=30)
+    try:
+        connection.request(method, path, body, {name.replace("_", "-"): value for name, value in headers.items()})
+        answer = connection.getresponse()
+        return answer.status, {name.lower(): value for name, value in answer.getheaders()}, answer.read()
+    finally:
+        connection.close()
+
+
+@pytest.fixture
+def running(run_modeler, example, tmp_path):
+    (tmp_path / "secret.txt").write_text("secret")
+    return run_modeler(example, "new.bpmn")
+
+
+def test_files_need_the_key_and_are_those_of_the_command_line(running, example, tmp_path):
+    def known(method, path, body=None, **headers):
+        return ask(running, method, path, body, x_cqos_key=running.key, **headers)
+
+    for given in ({}, {KEY: "guess"}, {KEY: running.key, "host": "evil.example"}):
+        assert ask(running, "GET", "/files", **given)[0] == 403
+        assert ask(running, "PUT", "/files/0", b"", **given)[0] == 403
+    assert ask(running, "POST", "/files/key", x_cqos_key="guess")[0] == 403
+    _, _, listed = known("GET", "/files")
+    assert [each["name"] for each in json.loads(listed)["files"]] == [example.name, "new.bpmn"]
+    for path in ("/files/2", "/files/-1", "/files/../secret.txt", "/files/secret.txt", "/secret.txt"):
+        assert known("GET", path)[0] == 404
+
+    # A read, and what has changed since.
+    status, headers, body = known("GET", "/files/0")
+    assert (status, body) == (200, example.read_bytes())
+    tag = headers["etag"]
+    assert known("GET", "/files/0", if_none_match=tag)[0] == 304
+    # A save replaces what was read, and nothing else.
+    assert known("PUT", "/files/0", b"<mine/>")[0] == 412
+    status, headers, _ = known("PUT", "/files/0", b"<mine/>", if_match=tag)
+    assert (status, example.read_bytes()) == (204, b"<mine/>")
+    assert known("PUT", "/files/0", b"<late/>", if_match=tag)[0] == 412
+    assert known("PUT", "/files/0", b"<again/>", if_match=headers["etag"])[0] == 204
+    assert example.read_bytes() == b"<again/>"
+    # A file that does not exist: the first save makes it, and no other does.
+    new = tmp_path / "new.bpmn"
+    assert known("GET", "/files/1")[0] == 204
+    assert known("PUT", "/files/1", b"<new/>", if_match='"x"')[0] == 412
+    assert known("PUT", "/files/1", b"<new/>")[0] == 204
+    assert known("PUT", "/files/1", b"<other/>")[0] == 412
+    assert new.read_bytes() == b"<new/>"
+    if os.name != "nt":
+        assert new.stat().st_mode & 0o777 == 0o666 & ~umask()
+
+
+def umask():
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return mask
+
+
+def test_a_save_keeps_the_permissions_and_the_link(run_modeler, example, tmp_path):
+    link = tmp_path / "link.bpmn"
+    link.symlink_to(example.name)
+    example.chmod(0o640)
+    running = run_modeler(link)
+    _, headers, _ = ask(running, "GET", "/files/0", x_cqos_key=running.key)
+    assert ask(running, "PUT", "/files/0", b"<mine/>", x_cqos_key=running.key, if_match=headers["etag"])[0] == 204
+    assert link.is_symlink()
+    assert (example.read_bytes(), example.stat().st_mode & 0o777) == (b"<mine/>", 0o640)
+
+
+def test_the_files_of_the_page_are_compressed_and_guarded(running):
+    status, headers, body = ask(running, "GET", "/", accept_encoding="gzip")
+    assert (status, headers["content-encoding"], headers["cache-control"]) == (200, "gzip", "no-cache")
+    policy = headers["content-security-policy"]
+    assert "unsafe" not in policy
+    assert "default-src 'none'" in policy
+    assert ask(running, "GET", "/", if_none_match=headers["etag"])[0] == 304
+    script = next(PAGE.glob("assets/*.js"))
+    status, headers, body = ask(running, "GET", f"/assets/{script.name}")
+    assert (status, headers["content-type"]) == (200, "text/javascript; charset=utf-8")
+    assert "immutable" in headers["cache-control"]
+    assert body == script.read_bytes()
+    about = ask(running, "GET", "/THIRD-PARTY.txt")[2].decode()
+    assert "the watermark must stay fully visible" in about
+    assert "diagram-js" in about
+
+
+def test_a_team_gets_the_page_and_no_files(built):
+    with serving("--web", "127.0.0.1:0", "--modeler") as service:
+        for path, expected in (("/", 200), ("/healthz", 200), ("/files", 404), ("/files/0", 404), ("/files/key", 404)):
+            connection = http.client.HTTPConnection(service.addresses["web"], timeout=30)
+            connection.request("GET", path, headers={KEY: ""})
+            assert connection.getresponse().status == expected, path
+            connection.close()
+
+
+def test_without_the_page_the_command_says_how_to_get_it(tmp_path):
+    script = (
+        "from pathlib import Path; import cqos_core.service.settings as s; s.PAGE = Path('nowhere');"
+        "import sys; from cqos_core.cli import main; sys.exit(main(sys.argv[1:]))"
+    )
+    command = [sys.executable, "-c", script, "modeler", "--no-browser"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=120)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "npm" in done.stderr
+    assert "pip install" in done.stderr
+
+
+def test_units_of_the_page():
+    """Vitest, where the build has installed it."""
+    folder = ROOT / "modeler"
+    npx = shutil.which("npx")
+    if npx is None or not (folder / "node_modules" / "vitest").is_dir():
+        missing("vitest, which `python3 dev.py setup` installs with npm,")
+    done = subprocess.run(
+        [npx, "--no-install", "vitest", "run"], cwd=folder, capture_output=True, text=True, check=False, timeout=300
+    )
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -1,0 +1,257 @@
+"""The page in a real browser, with the real service: what a person does with a diagram and its file."""
+
+import difflib
+import os
+import re
+
+import pytest
+
+from tests.modeler.conftest import ROOT
+
+AXE = ROOT / "modeler" / "node_modules" / "axe-core" / "axe.min.js"
+REQUEST = "Drone_ThrowReq"
+
+
+def differences(before, after):
+    """The lines that differ, with their sign."""
+    lines = difflib.unified_diff(before.splitlines(), after.splitlines(), n=0, lineterm="")
+    return [line for line in lines if line[:1] in "+-" and not line.startswith(("+++", "---"))]
+
+
+@pytest.fixture
+def opened(run_modeler, show, example):
+    return show(run_modeler(example).address)
+
+
+def test_the_example_of_the_paper_opens_and_is_saved_as_it_was(opened, example):
+    before = example.read_bytes()
+    assert opened.page.title() == "smart_agriculture.bpmn - C-QoS"
+    assert opened.page.locator('.djs-shape[data-element-id="Participant_Station"]').count() == 1
+    assert "#" not in opened.page.url
+    opened.saved(example.name)
+    assert example.read_bytes() == before
+
+
+def test_a_changed_name_is_the_only_difference_in_the_file(opened, example):
+    before = example.read_text()
+    opened.choose("Drone_TakeOff").press("e", "Control+a")
+    opened.page.keyboard.type('Fly <b>"up"</b> & away')
+    opened.page.mouse.click(500, 470)
+    assert opened.is_edited
+    opened.saved(example.name)
+    assert not opened.is_edited
+    assert differences(before, example.read_text()) == [
+        '-    <bpmn:scriptTask id="Drone_TakeOff" name="Take off">',
+        '+    <bpmn:scriptTask id="Drone_TakeOff" name="Fly &#60;b&#62;&#34;up&#34;&#60;/b&#62; &#38; away">',
+        "+        <bpmndi:BPMNLabel />",  # bpmn-js notes that the label has no place of its own
+    ]
+
+
+def test_a_moved_shape_changes_its_place_only_and_undo_gives_the_same_bytes(opened, example):
+    before = example.read_text()
+    opened.choose(REQUEST).press("ArrowDown", "ArrowDown")
+    opened.saved(example.name)
+    changed = differences(before, example.read_text())
+    assert changed
+    assert [
+        line for line in changed if not re.match(r"[+-]\s*<(dc:Bounds |di:waypoint |.?bpmndi:BPMNLabel>)", line)
+    ] == []
+    opened.press("Control+z", "Control+z")
+    opened.saved(example.name)
+    assert example.read_text() == before
+
+
+def test_an_element_is_drawn_with_the_palette_and_saved_where_it_belongs(opened, example):
+    before = example.read_text()
+    opened.page.locator('.djs-palette [data-action="create.end-event"]').click()
+    opened.page.mouse.move(600, 330)
+    opened.page.mouse.move(640, 339, steps=5)
+    opened.page.mouse.click(640, 339)
+    opened.press("Escape")
+    opened.saved(example.name)
+    changed = differences(before, example.read_text())
+    assert all(line.startswith("+") for line in changed)
+    assert [line for line in changed if "<bpmn:endEvent id=" in line]
+    assert "<bpmn:documentation>The smart agriculture case study" in example.read_text()
+
+
+def test_keyboard_alone_draws_a_publisher(run_modeler, show, tmp_path):
+    file = tmp_path / "new.bpmn"
+    drawn = show(run_modeler(file).address)
+    drawn.page.locator(".canvas svg").first.focus()
+    drawn.press("n", "Enter")  # the first choice publishes
+    drawn.page.wait_for_selector('.djs-shape[data-element-id^="Event_"]')
+    drawn.press("n", "ArrowDown", "Enter")  # and behind it, a subscriber
+    drawn.page.wait_for_function("() => document.querySelectorAll('.djs-shape[data-element-id^=Event_]').length >= 2")
+    drawn.press("k", "Control+s")
+    drawn.page.wait_for_function("() => document.querySelector('.status').textContent === 'Saved new.bpmn'")
+    text = file.read_text()
+    assert text.count("<bpmn:signalEventDefinition") == 2
+    assert text.count("<bpmn:sequenceFlow ") == 1
+    assert drawn.page.locator(".djs-shape.selected").count() == 1
+
+
+def test_undo_and_redo_show_what_can_be_done(opened):
+    undo, redo = (opened.page.get_by_role("button", name=name) for name in ("Undo", "Redo"))
+    assert undo.is_disabled()
+    opened.choose(REQUEST).press("Delete")
+    assert opened.page.locator(f'[data-element-id="{REQUEST}"]').count() == 0
+    undo.click()
+    assert opened.page.locator(f'.djs-shape[data-element-id="{REQUEST}"]').count() == 1
+    assert not opened.is_edited
+    redo.click()
+    assert opened.page.locator(f'[data-element-id="{REQUEST}"]').count() == 0
+
+
+def test_unsaved_work_comes_back_after_a_reload(run_modeler, show, example):
+    before = example.read_text()
+    opened = show(run_modeler(example).address)
+    opened.page.on("dialog", lambda dialog: dialog.accept())
+    opened.choose(REQUEST).press("Delete").kept()
+    opened.page.reload()
+    opened.ready()
+    opened.notice("were recovered").wait_for()
+    assert opened.is_edited
+    assert opened.page.locator(f'[data-element-id="{REQUEST}"]').count() == 0
+    assert example.read_text() == before
+    opened.saved(example.name)
+    assert f'id="{REQUEST}"' not in example.read_text()
+    opened.page.reload()
+    opened.ready()
+    assert opened.notice("were recovered").count() == 0
+
+
+def test_work_of_a_tab_that_is_gone_is_offered(run_modeler, show, example):
+    opened = show(run_modeler(example).address)
+    address = opened.own
+    opened.choose(REQUEST).press("Delete").kept()
+    opened.page.close()
+    second = opened.context.new_page()
+    opened.watch(second)
+    opened.page = second
+    second.goto(address)
+    opened.ready()
+    opened.notice("were kept").get_by_role("button", name="Recover").click()
+    second.wait_for_function("() => document.title.startsWith('•')")
+    assert second.locator(f'[data-element-id="{REQUEST}"]').count() == 0
+
+
+def test_a_file_that_changed_on_disk_is_not_overwritten(opened, example):
+    opened.expected = "412"
+    theirs = example.read_text().replace('name="Drone"', 'name="Their drone"')
+    opened.choose(REQUEST).press("ArrowDown")
+    example.write_text(theirs)
+    opened.notice("changed on disk").wait_for()
+    opened.press("Control+s")
+    opened.page.wait_for_timeout(300)
+    assert example.read_text() == theirs
+    opened.notice("changed on disk").get_by_role("button", name="Open the version on disk").click()
+    opened.page.get_by_role("button", name="Discard my changes").click()
+    opened.page.wait_for_selector("text=Their drone")
+    assert not opened.is_edited
+
+
+def test_the_page_asks_before_changes_are_lost(opened):
+    opened.choose(REQUEST).press("Delete")
+    opened.page.get_by_role("button", name="New", exact=True).click()
+    dialog = opened.page.get_by_role("dialog")
+    assert "Save smart_agriculture.bpmn?" in dialog.text_content()
+    dialog.get_by_role("button", name="Cancel").click()
+    assert opened.page.title().startswith("• smart_agriculture.bpmn")
+    asked = []
+
+    def stay(dialog):
+        asked.append(dialog.type)
+        dialog.dismiss()
+
+    opened.page.on("dialog", stay)
+    opened.page.close(run_before_unload=True)
+    opened.page.wait_for_timeout(500)
+    assert asked == ["beforeunload"]
+
+
+HOSTILE = '"><img src=x onerror="document.title=1"><script>document.title=2</script>'
+
+
+def test_names_are_text_everywhere(run_modeler, show, example):
+    escaped = HOSTILE.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
+    text = example.read_text()
+    for name in ("Drone", "Take off", "Req weather data"):
+        text = text.replace(f'name="{name}"', f'name="{escaped}"')
+    example.write_text(text)
+    opened = show(run_modeler(example).address)
+    for name in ("Drone_TakeOff", REQUEST, "Participant_Drone"):
+        opened.choose(name)
+    opened.page.wait_for_timeout(500)
+    assert opened.page.title() == "smart_agriculture.bpmn - C-QoS"
+    assert opened.page.locator("img[src=x]").count() == 0
+
+
+def test_a_file_that_is_no_diagram_is_reported(run_modeler, show, tmp_path):
+    file = tmp_path / "broken.bpmn"
+    file.write_text('<definitions xmlns="http://www.omg.org/spec/BPMN/20100524/MODEL"><process></definitions>')
+    opened = show(run_modeler(file).address)
+    opened.notice("broken.bpmn cannot be opened").wait_for()
+    assert opened.page.title() == "diagram.bpmn - C-QoS"
+
+
+def test_the_drawing_is_exported_without_variables_of_the_page(opened):
+    opened.page.get_by_role("button", name="More ways to save").click()
+    with opened.page.expect_download() as waiting:
+        opened.page.get_by_role("menuitem", name="Export as SVG").click()
+    text = waiting.value.path().read_text(encoding="utf-8")
+    assert waiting.value.suggested_filename == "smart_agriculture.svg"
+    assert "Req weather data" in text.replace("\n", " ")
+    assert "var(" not in text
+
+
+SIZES = {"laptop": {"width": 1280, "height": 720}, "enlarged": {"width": 640, "height": 360}}
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_every_state_can_be_reached_and_the_mark_of_bpmn_io_is_in_sight(run_modeler, show, example, size, theme):
+    opened = show(run_modeler(example).address, viewport=SIZES[size], color_scheme=theme)
+    whole = """
+        () => {
+            const mark = document.querySelector('.bjs-powered-by');
+            mark.scrollIntoView({ block: 'nearest' });
+            const { left, top, right, bottom } = mark.getBoundingClientRect();
+            const points = [[left + 2, top + 2], [right - 2, top + 2], [left + 2, bottom - 2], [right - 2, bottom - 2]];
+            const seen = points.every(([x, y]) => mark.contains(document.elementFromPoint(x, y)));
+            return seen && right - left > 50 && bottom - top > 20 && getComputedStyle(mark).opacity === '1';
+        }
+    """
+    assert opened.page.evaluate(whole)
+    opened.choose(REQUEST)
+    assert opened.page.evaluate(whole)
+    # Nothing is cut off at the right: at 200 % the page scrolls downwards only.
+    assert opened.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_axe_finds_nothing(run_modeler, show, example, theme):
+    if not AXE.is_file():
+        pytest.skip("axe-core comes with the build of the page")
+    opened = show(run_modeler(example).address, color_scheme=theme)
+    opened.choose(REQUEST)
+    opened.page.evaluate(AXE.read_text())
+    for state in ("page", "help", "menu"):
+        if state == "help":
+            opened.page.get_by_role("button", name="Keyboard help").click()
+        if state == "menu":
+            opened.page.get_by_role("button", name="Close", exact=True).click()
+            opened.page.get_by_role("button", name="Recent files").click()
+        found = opened.page.evaluate("axe.run().then(({ violations }) => violations)")
+        places = [(each["id"], [node["html"][:150] for node in each["nodes"]][:5]) for each in found]
+        assert places == [], state
+
+
+def test_the_screenshot_of_the_docs(run_modeler, show, example, tmp_path):
+    """`CQOS_SCREENSHOTS=1` writes it: pixels depend on the fonts of a machine, so that no test compares them."""
+    opened = show(run_modeler(example).address, color_scheme="light")
+    opened.choose(REQUEST)
+    opened.page.wait_for_timeout(1500)
+    folder = ROOT / "docs" / "img" if os.environ.get("CQOS_SCREENSHOTS") else tmp_path
+    opened.page.screenshot(path=folder / "modeler.png")
+    assert (folder / "modeler.png").stat().st_size > 20_000
