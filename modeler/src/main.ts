@@ -2,8 +2,13 @@
 
 import './style/theme.css';
 import './style/page.css';
+import './style/qos.css';
 
 import { namedFiles } from './files/named';
+import { askText } from './layout/dialog';
+import { startQos } from './qos';
+import { untilLoaded } from './service/catalogue';
+import { connect } from './service/transport';
 import { createShell } from './shell';
 
 async function start(): Promise<void> {
@@ -11,7 +16,16 @@ async function start(): Promise<void> {
   if (root === null) {
     throw new Error('the page has no element #app');
   }
-  const shell = createShell(root, { extensions: {}, binding: null, named: await namedFiles() });
+  const services = connect(location.origin, () => askText('Token', 'The service asks for a token', '', true));
+  const named = await namedFiles();
+  const catalogue = await untilLoaded(services, (reason) => {
+    root.textContent = `Waiting for the service: ${reason}`;
+  });
+  root.textContent = '';
+  const { prefix, namespace, moddle } = catalogue.form;
+  const extensions = { [prefix]: JSON.parse(moddle) as object };
+  const shell = createShell(root, { extensions, binding: { prefix, namespace }, named });
+  startQos(shell.workspace, services, catalogue);
   await shell.start();
 }
 

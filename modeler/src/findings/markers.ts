@@ -1,0 +1,126 @@
+/** Verdicts at the shapes of the diagram. They are never part of the model. */
+
+import { Severity, type Finding } from '../gen/cqos/v1/report_pb';
+import { make } from '../layout/dom';
+import { sign, type SignName } from '../layout/signs';
+import type { Page } from '../page';
+import { STATE_WORDS, isAccepted, type ElementView, type State, type View } from './view';
+import { counted } from './words';
+
+const ICONS: Readonly<Record<State, SignName>> = {
+  incompatible: 'incompatible',
+  error: 'warning',
+  unknown: 'unknown',
+  unmatched: 'unmatched',
+  compatible: 'compatible',
+};
+
+export function stateSign(state: State): SignName {
+  return ICONS[state];
+}
+
+interface Mark {
+  readonly state: State | 'warning';
+  readonly words: string;
+  readonly more: string;
+  /** It stands inside a pool, not above an event. */
+  readonly inside: boolean;
+}
+
+interface Drawn {
+  readonly key: string;
+  readonly marker: string;
+  readonly overlay: string;
+}
+
+/** Keep markers and badges of the diagram equal to views. */
+export interface Markers {
+  show(view: View): void;
+  /** Grey while what they show may be old. */
+  stale(isStale: boolean): void;
+}
+
+export function createMarkers(page: Page): Markers {
+  const { diagram } = page;
+  const drawn = new Map<string, Drawn>();
+  diagram.modeler.on('diagram.clear', () => drawn.clear());
+  // An element that comes back by undo has lost its badge.
+  diagram.modeler.on('shape.removed', (event: { readonly element: { readonly id: string } }) => {
+    drawn.delete(event.element.id);
+  });
+
+  function remove(id: string): void {
+    const old = drawn.get(id);
+    if (old) {
+      drawn.delete(id);
+      diagram.canvas.removeMarker(id, old.marker);
+      diagram.overlays.remove(old.overlay);
+    }
+  }
+
+  function add(id: string, mark: Mark, key: string): void {
+    const marker = `qos-${mark.state}`;
+    const html = make('div', { class: `qos-badge qos-badge-${mark.state}`, title: mark.more });
+    html.append(sign(mark.state === 'warning' ? 'warning' : ICONS[mark.state]), make('span', {}, mark.words));
+    diagram.canvas.addMarker(id, marker);
+    const overlay = diagram.overlays.add(id, 'qos-verdict', {
+      position: mark.inside ? { top: 6, left: 36 } : { top: -24, left: -32 },
+      html,
+    });
+    drawn.set(id, { key, marker, overlay });
+  }
+
+  return {
+    stale(isStale) {
+      diagram.canvas.getContainer().classList.toggle('qos-stale', isStale);
+    },
+    show(view) {
+      const wanted = marksOf(view);
+      for (const id of [...drawn.keys()]) {
+        if (!wanted.has(id)) {
+          remove(id);
+        }
+      }
+      for (const [id, mark] of wanted) {
+        const key = JSON.stringify(mark);
+        const shape = diagram.registry.get(id);
+        if (shape && drawn.get(id)?.key !== key) {
+          remove(id);
+          add(id, mark, key);
+        }
+      }
+    },
+  };
+}
+
+/** The marks of a view, by id of the element. */
+export function marksOf(view: View): Map<string, Mark> {
+  const result = new Map<string, Mark>();
+  for (const { element, findings } of view.participants.values()) {
+    const grave = findings.filter((each) => each.severity !== Severity.NOTE && each.accepted === undefined);
+    if (grave.length > 0) {
+      const state = grave.some((each) => each.severity === Severity.ERROR) ? 'error' : 'warning';
+      const more = grave.map((each) => each.message).join('\n');
+      result.set(element, { state, words: countWords(grave), more, inside: true });
+    }
+  }
+  for (const each of view.elements.values()) {
+    result.set(each.element, markOf(each));
+  }
+  return result;
+}
+
+function markOf({ state, findings }: ElementView): Mark {
+  const grave = findings.filter((each) => each.severity !== Severity.NOTE && each.accepted === undefined);
+  const words = STATE_WORDS[state] + (isAccepted(findings) ? ', accepted' : '');
+  const more = [words, countWords(grave)].filter((each) => each !== '').join(', ');
+  return { state, words, more, inside: false };
+}
+
+function countWords(findings: readonly Finding[]): string {
+  return [Severity.ERROR, Severity.WARNING]
+    .map((severity) => [findings.filter((each) => each.severity === severity).length, severity] as const)
+    .filter(([count]) => count > 0)
+    .map(([count, severity]) => counted(count, severity))
+    .join(', ');
+}

@@ -1,0 +1,156 @@
+/** The list of findings, filtered by severity. */
+
+import { Severity, type Finding } from '../gen/cqos/v1/report_pb';
+import { button, make } from '../layout/dom';
+import { sign } from '../layout/signs';
+import { nextId } from '../layout/tip';
+import type { Page } from '../page';
+import type { LiveState } from '../service/live';
+import { details, summary } from './cards';
+import type { View } from './view';
+import { SEVERITIES, counted, severitySign, severityWord } from './words';
+
+export interface Problems {
+  show(view: View): void;
+  /** Show why the documents cannot be read. */
+  refused(state: LiveState): void;
+}
+
+/** The most findings that the list shows at once. */
+const SHOWN = 200;
+
+export function createProblems(page: Page): Problems {
+  const region = page.workspace.regions.problems;
+  const shown = new Set<Severity>([Severity.ERROR, Severity.WARNING]);
+  const open = new Set<string>();
+  const filters = make('div', { class: 'filters', role: 'group', 'aria-label': 'Show' });
+  const note = make('p', { class: 'list-note' });
+  const list = make('ul', { class: 'problems' });
+  let last: View | undefined;
+  let limit = SHOWN;
+  region.append(make('div', { class: 'problems-bar' }, filters, note), list);
+
+  function filter(view: View, severity: Severity): HTMLElement {
+    const count = live(view, severity).length;
+    const pressed = shown.has(severity);
+    const toggle = button('', () => {
+      if (!shown.delete(severity)) {
+        shown.add(severity);
+      }
+      draw(view);
+      filters.querySelector<HTMLElement>(`[data-severity="${severityWord(severity)}"]`)?.focus();
+    }, { class: 'filter', 'aria-pressed': String(pressed), 'data-severity': severityWord(severity) });
+    toggle.append(sign(severitySign(severity)), counted(count, severity));
+    return toggle;
+  }
+
+  function draw(view: View): void {
+    const focused = list.contains(document.activeElement) ? focusKey(document.activeElement) : undefined;
+    const chosen = SEVERITIES.filter((severity) => shown.has(severity)).flatMap((severity) => live(view, severity));
+    filters.replaceChildren(...SEVERITIES.map((severity) => filter(view, severity)));
+    list.replaceChildren(...chosen.slice(0, limit).map((finding) => row(page, view, finding, open)));
+    const accepted = view.checked.report.findings.filter((each) => each.accepted !== undefined).length;
+    note.textContent = chosen.length === 0 ? emptyWords(view) : accepted > 0 ? `${accepted} accepted` : '';
+    if (chosen.length > limit) {
+      const more = button(`Show ${chosen.length - limit} more`, () => {
+        limit += SHOWN;
+        draw(view);
+      });
+      list.append(make('li', {}, more));
+    }
+    if (focused !== undefined) {
+      list.querySelector<HTMLElement>(`[data-key="${CSS.escape(focused)}"]`)?.focus();
+    }
+  }
+
+  return {
+    show(view) {
+      if (last?.name !== view.name) {
+        limit = SHOWN;
+        open.clear();
+      }
+      last = view;
+      draw(view);
+    },
+    refused({ problems, message }) {
+      filters.replaceChildren();
+      note.textContent = 'The service cannot read the documents, so nothing is checked.';
+      const rows = problems.map((each) => {
+        const where = [each.place?.source, each.place?.line].filter((part) => part !== undefined).join(':');
+        return refusedRow(each.code, `${where}: ${each.message}`, each.help);
+      });
+      list.replaceChildren(...(rows.length > 0 ? rows : [refusedRow('', message, undefined)]));
+    },
+  };
+}
+
+function refusedRow(code: string, message: string, help: string | undefined): HTMLElement {
+  const severity = make('span', { class: 'severity severity-error' });
+  severity.append(sign('incompatible'));
+  const words = make('span', { class: 'message' }, message, help === undefined ? null : make('span', { class: 'fact-origin' }, ` ${help}`));
+  return make('li', { class: 'problem' }, make('div', { class: 'problem-line' }, severity, words, make('span', { class: 'code' }, code)));
+}
+
+function emptyWords(view: View): string {
+  const { report } = view.checked;
+  const hidden = report.findings.some((finding) => finding.accepted === undefined);
+  return hidden ? 'All findings are hidden by the filter.' : 'No findings.';
+}
+
+function live(view: View, severity: Severity): Finding[] {
+  return view.checked.report.findings.filter((each) => each.severity === severity && each.accepted === undefined);
+}
+
+/** What stays the same of a finding over edits of other things. */
+function keyOf(finding: Finding): string {
+  return [finding.code, finding.topic ?? '', ...finding.sides.flatMap((side) => side.members.slice(0, 2))].join('|');
+}
+
+function focusKey(element: Element | null): string | undefined {
+  return element?.closest<HTMLElement>('[data-key]')?.dataset['key'];
+}
+
+function row(page: Page, view: View, finding: Finding, open: Set<string>): HTMLElement {
+  const key = keyOf(finding);
+  const id = nextId('problem');
+  const jump = placeOf(view, finding);
+  const content = make('div', { id, class: 'problem-details' });
+  const toggle = make('button', { type: 'button', class: 'problem-line', 'aria-controls': id, 'data-key': key });
+  toggle.append(...summary(page, view, finding), sign('next'));
+  const show = (isOpen: boolean): void => {
+    toggle.setAttribute('aria-expanded', String(isOpen));
+    content.hidden = !isOpen;
+    if (isOpen && content.childElementCount === 0) {
+      content.append(details(page, view, finding));
+    }
+  };
+  toggle.addEventListener('click', () => {
+    const isOpen = toggle.getAttribute('aria-expanded') !== 'true';
+    if (isOpen) {
+      open.add(key);
+    } else {
+      open.delete(key);
+    }
+    show(isOpen);
+    if (isOpen && jump) {
+      page.reveal(jump.element, jump.policy);
+      toggle.focus();
+    }
+  });
+  show(open.has(key));
+  return make('li', { class: 'problem' }, toggle, content);
+}
+
+/** The element of the diagram to which a finding leads, and the policy there. */
+function placeOf(view: View, finding: Finding): { element: string; policy: string | undefined } | undefined {
+  for (const side of finding.sides) {
+    const place = side.place ?? finding.place;
+    if (place?.source === view.name && place.element !== undefined) {
+      return { element: place.element, policy: side.facts[0]?.policy };
+    }
+  }
+  const { place } = finding;
+  return place?.source === view.name && place.element !== undefined
+    ? { element: place.element, policy: undefined }
+    : undefined;
+}

@@ -1,0 +1,133 @@
+import { create, type MessageInitShape } from '@bufbuild/protobuf';
+import { describe, expect, it } from 'vitest';
+
+import { DescribedEndpointSchema, DescribedParticipantSchema } from '../gen/cqos/v1/check_pb';
+import { FindingSchema, GroupSchema, RemedySchema, ReportSchema, Role, Severity, Verdict } from '../gen/cqos/v1/report_pb';
+import type { Checked } from '../service/live';
+import { marksOf } from './markers';
+import { topicsOf } from './topics';
+import { fullName, partnersOf, viewOf } from './view';
+import { remedyNotes } from './words';
+
+const NAME = 'drawing.bpmn';
+
+interface Other {
+  readonly topic?: string;
+  readonly place?: { readonly source: string; readonly element: string };
+}
+
+function endpoint(id: string, role: Role, { topic = 'T', place = { source: NAME, element: id } }: Other = {}) {
+  const label = id.toUpperCase();
+  return create(DescribedEndpointSchema, { id, role, topic, place, label, protocol: 'p', participant: 'pool' });
+}
+
+function checked(
+  endpoints: readonly ReturnType<typeof endpoint>[],
+  groups: MessageInitShape<typeof GroupSchema>[],
+  findings: MessageInitShape<typeof FindingSchema>[] = [],
+): Checked {
+  return {
+    report: create(ReportSchema, { groups: groups.map((each) => ({ topic: 'T', protocol: 'p', ...each })), findings }),
+    endpoints: new Map(endpoints.map((each) => [each.id, each])),
+    participants: [create(DescribedParticipantSchema, { id: 'pool', label: 'Pool', place: { source: NAME, element: 'Pool_1' } })],
+  };
+}
+
+const { PUBLISHER, SUBSCRIBER } = Role;
+const pair = (verdict: Verdict) => ({ publishers: ['a'], subscribers: ['b'], verdict });
+
+describe('the view of a report', () => {
+  it.each([
+    [Verdict.COMPATIBLE, 'compatible'],
+    [Verdict.UNKNOWN, 'unknown'],
+    [Verdict.INCOMPATIBLE, 'incompatible'],
+    [Verdict.UNSPECIFIED, 'unknown'],
+  ])('gives both ends of a pair its verdict %s', (verdict, state) => {
+    const view = viewOf(checked([endpoint('a', PUBLISHER), endpoint('b', SUBSCRIBER)], [pair(verdict)]), NAME);
+    expect(view.elements.get('a')?.state).toBe(state);
+    expect(view.elements.get('b')?.state).toBe(state);
+  });
+
+  it('never shows an event without a pair as compatible', () => {
+    const view = viewOf(checked([endpoint('a', PUBLISHER)], []), NAME);
+    expect(view.elements.get('a')?.state).toBe('unmatched');
+  });
+
+  it('shows an error of one end though its pair is compatible, unless it is accepted', () => {
+    const ends = [endpoint('a', PUBLISHER), endpoint('b', SUBSCRIBER)];
+    const error = { severity: Severity.ERROR, sides: [{ role: 'subscriber', members: ['b'] }] };
+    const view = viewOf(checked(ends, [pair(Verdict.COMPATIBLE)], [error]), NAME);
+    expect([view.elements.get('a')?.state, view.elements.get('b')?.state]).toEqual(['compatible', 'error']);
+    const accepted = viewOf(checked(ends, [pair(Verdict.COMPATIBLE)], [{ ...error, accepted: 'known' }]), NAME);
+    expect(accepted.elements.get('b')?.state).toBe('compatible');
+  });
+
+  it('takes the worst of several endpoints of one event', () => {
+    const second = endpoint('a#2', PUBLISHER, { place: { source: NAME, element: 'a' }, topic: 'U' });
+    const ends = [endpoint('a', PUBLISHER), second, endpoint('b', SUBSCRIBER)];
+    const view = viewOf(checked(ends, [pair(Verdict.COMPATIBLE)]), NAME);
+    expect(view.elements.get('a')?.state).toBe('unmatched');
+  });
+
+  it('keeps endpoints of other documents apart, and knows them as partners', () => {
+    const other = endpoint('b', SUBSCRIBER, { place: { source: 'fleet.yaml', element: 'a' } });
+    const view = viewOf(checked([endpoint('a', PUBLISHER), other], [pair(Verdict.INCOMPATIBLE)]), NAME);
+    expect([...view.elements.keys()]).toEqual(['a']);
+    const [partner] = partnersOf(view, view.elements.get('a')?.endpoints ?? []);
+    expect(partner?.view.endpoint.id).toBe('b');
+    expect(partner?.verdict).toBe(Verdict.INCOMPATIBLE);
+    expect(fullName(view, 'b')).toBe('Pool: B');
+  });
+
+  it('marks every event in words, and pools that findings name', () => {
+    const warning = { severity: Severity.WARNING, message: 'no name', sides: [{ role: 'participant', members: ['pool'] }] };
+    const view = viewOf(checked([endpoint('a', PUBLISHER)], [], [warning]), NAME);
+    const marks = marksOf(view);
+    expect(marks.get('a')?.words).toBe('no partner');
+    expect(marks.get('Pool_1')).toEqual({ state: 'warning', words: '1 warning', more: 'no name', inside: true });
+  });
+});
+
+describe('topics', () => {
+  it('have a verdict for each pair, and none for ends that do not match', () => {
+    const ends = [endpoint('a', PUBLISHER), endpoint('b', SUBSCRIBER), endpoint('c', SUBSCRIBER)];
+    const groups = [pair(Verdict.COMPATIBLE), { publishers: ['a'], subscribers: ['c'], verdict: Verdict.INCOMPATIBLE }];
+    const alone = endpoint('d', PUBLISHER, { topic: 'Alone' });
+    const [worst, last] = topicsOf(viewOf(checked([...ends, alone], groups), NAME));
+    expect(worst?.topic).toBe('T');
+    expect(worst?.state).toBe('incompatible');
+    expect([worst?.verdict('a', 'b'), worst?.verdict('a', 'c'), worst?.verdict('a', 'x')]).toEqual([
+      Verdict.COMPATIBLE,
+      Verdict.INCOMPATIBLE,
+      undefined,
+    ]);
+    expect(last?.topic).toBe('Alone');
+    expect(last?.state).toBe('unmatched');
+    expect(last?.subscribers).toEqual([]);
+  });
+});
+
+describe('a fix', () => {
+  const finding = create(FindingSchema, {
+    sides: [
+      { role: 'publisher', members: ['a'] },
+      { role: 'subscriber', members: ['b'] },
+    ],
+  });
+  const notes = (mends: bigint, breaks: bigint, others: string[]): string => {
+    const ends = [endpoint('a', PUBLISHER), endpoint('b', SUBSCRIBER), ...others.map((id) => endpoint(id, SUBSCRIBER))];
+    const groups = [pair(Verdict.INCOMPATIBLE), { publishers: ['a'], subscribers: others, verdict: Verdict.COMPATIBLE }];
+    const remedy = create(RemedySchema, { members: ['a'], mends, breaks });
+    return remedyNotes(viewOf(checked(ends, groups), NAME), finding, remedy).join(' ');
+  };
+
+  it('says that it changes no other pair', () => {
+    expect(notes(1n, 0n, [])).toBe('It changes no other pair.');
+  });
+
+  it('names the other pairs that it changes, and what becomes of them', () => {
+    expect(notes(0n, 1n, ['c'])).toBe('It also changes 1 other pair: Pool: A with Pool: C. On this topic it improves no pair and worsens 1 pair.');
+    expect(notes(0n, 0n, ['c', 'd', 'e', 'f', 'g'])).toContain('5 other pairs: Pool: A with Pool: C; Pool: A with Pool: D; ');
+    expect(notes(0n, 0n, ['c', 'd', 'e', 'f', 'g'])).toContain('; and 2 more. No other verdict changes.');
+  });
+});

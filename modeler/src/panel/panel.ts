@@ -1,0 +1,132 @@
+/** The panel beside the diagram: what the selected element states, and how it stands. */
+
+import type { Pack } from '../gen/cqos/v1/catalogue_pb';
+import { is, type Shape } from '../drawing/diagram';
+import { protocolOf, signalDefinitions, signalOf } from '../drawing/events';
+import { button, make } from '../layout/dom';
+import { hideTip } from '../layout/tip';
+import type { Page } from '../page';
+import { packOf } from './convert';
+import { eventSections, modelSections, poolSections, titleOf } from './owners';
+import type { Section } from './settings';
+
+export interface Panel {
+  /** Show the selected element, the model and the last answer as they are now. */
+  update(): void;
+  /** Move the focus to a setting of the selected element. */
+  focusPolicy(policy: string): void;
+}
+
+export function createPanel(page: Page): Panel {
+  const region = page.workspace.regions.panel;
+  let sections: readonly Section[] = [];
+  let drawn = '';
+  let bound: unknown;
+
+  function draw(shape: Shape, pack: Pack | undefined): void {
+    hideTip();
+    const { kind, name } = titleOf(page, shape);
+    const head = make('header', { class: 'panel-head' }, make('p', { class: 'kind' }, kind), make('h2', {}, name || 'Unnamed'));
+    sections = sectionsOf(page, shape, pack);
+    const hint = hintFor(page, shape);
+    region.replaceChildren(head, ...(hint ? [hint] : []), ...sections.map((each) => each.element));
+    region.scrollTop = 0;
+  }
+
+  function update(): void {
+    if (!page.diagram.isOpen()) {
+      return;
+    }
+    const shape = page.diagram.selected();
+    const pack = packFor(page, shape);
+    const key = keyOf(shape, pack);
+    if (key !== drawn || bound !== shape.businessObject) {
+      drawn = key;
+      bound = shape.businessObject;
+      draw(shape, pack);
+    }
+    const title = region.querySelector('h2');
+    if (title) {
+      title.textContent = titleOf(page, shape).name || 'Unnamed';
+    }
+    for (const section of sections) {
+      section.update();
+    }
+  }
+
+  page.diagram.modeler.on('selection.changed', update);
+  page.diagram.modeler.on('root.set', update);
+  page.catalogue.onLoaded(update);
+  return {
+    update,
+    focusPolicy(policy) {
+      const field = sections.flatMap((each) => each.fields).find((each) => each.policy === policy);
+      if (field) {
+        for (let fold = field.element.closest('details'); fold; fold = fold.parentElement?.closest('details') ?? null) {
+          fold.open = true;
+        }
+        field.element.scrollIntoView({ block: 'center' });
+        field.focus();
+      }
+    },
+  };
+}
+
+function packFor(page: Page, shape: Shape): Pack | undefined {
+  const owner = shape.businessObject;
+  if (is(owner, 'bpmn:Event')) {
+    return packOf(page, shape);
+  }
+  const view = page.view();
+  const found =
+    view?.checked.participants.find((each) => each.place?.element === shape.id)?.protocol ??
+    [...(view?.endpoints.values() ?? [])].find((each) => each.here)?.endpoint.protocol;
+  return page.catalogue.pack(protocolOf(page.diagram, page.catalogue.form, owner)?.id ?? found ?? '');
+}
+
+/** What the sections depend on: other changes are shown in place, so that the focus stays. */
+function keyOf(shape: Shape, pack: Pack | undefined): string {
+  const signals = signalDefinitions(shape.businessObject).map((each) => signalOf(each)?.id ?? '');
+  return [shape.id, shape.businessObject.$type, pack?.id ?? '', ...signals].join('|');
+}
+
+function sectionsOf(page: Page, shape: Shape, pack: Pack | undefined): Section[] {
+  const owner = { shape, part: shape.businessObject };
+  if (signalDefinitions(owner.part).length > 0) {
+    return eventSections(page, shape, pack);
+  }
+  if (is(owner.part, 'bpmn:Participant')) {
+    return poolSections(page, owner, pack);
+  }
+  return shape === page.diagram.canvas.getRootElement() ? modelSections(page, pack) : [];
+}
+
+interface Replace {
+  replaceElement(shape: Shape, target: { type: string; eventDefinitionType: string }): Shape;
+}
+
+/** How an element that states no QoS becomes one that does. */
+function hintFor(page: Page, shape: Shape): HTMLElement | undefined {
+  const owner = shape.businessObject;
+  if (shape === page.diagram.canvas.getRootElement()) {
+    return make('p', { class: 'hint' }, 'Select a signal event to see and set its QoS. What is set here holds for the whole model.');
+  }
+  if (signalDefinitions(owner).length > 0 || is(owner, 'bpmn:Participant')) {
+    return undefined;
+  }
+  if (!is(owner, 'bpmn:Event')) {
+    return make('p', { class: 'hint' }, 'Signal events publish and subscribe, so they have QoS. This element has none.');
+  }
+  const target = (label: string, type: string): HTMLElement =>
+    button(label, () => {
+      const replaced = page.diagram.modeler
+        .get<Replace>('bpmnReplace')
+        .replaceElement(shape, { type, eventDefinitionType: 'bpmn:SignalEventDefinition' });
+      page.diagram.selection.select([replaced]);
+    });
+  const between = is(owner, 'bpmn:IntermediateThrowEvent') || is(owner, 'bpmn:IntermediateCatchEvent');
+  const choices = between
+    ? [target('Publish with it', 'bpmn:IntermediateThrowEvent'), target('Subscribe with it', 'bpmn:IntermediateCatchEvent')]
+    : [target(is(owner, 'bpmn:EndEvent') ? 'Publish with it' : 'Subscribe with it', owner.$type)];
+  return make('div', { class: 'hint' }, make('p', {}, 'Signal events publish and subscribe. This event does neither yet.'), ...choices);
+}

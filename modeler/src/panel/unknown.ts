@@ -1,0 +1,62 @@
+/** Settings that the protocol of an event does not know, for instance those of its former protocol. */
+
+import { signalDefinitions } from '../drawing/events';
+import type { Shape, Step } from '../drawing/diagram';
+import { states, attributeNames } from '../drawing/form';
+import { attributesOf, type StatedAttribute } from '../drawing/stores';
+import { DrawnOwnerKind, PolicyLevel, type Pack } from '../gen/cqos/v1/catalogue_pb';
+import { button, make } from '../layout/dom';
+import type { Page } from '../page';
+import { packOf } from './convert';
+import type { Section } from './settings';
+
+/** Make the section, which is there only where something is unknown. */
+export function unknownSection(page: Page, shape: Shape, pack: Pack): Section {
+  const element = make('div', { class: 'convert', hidden: true });
+  return {
+    element,
+    fields: [],
+    update() {
+      const own = unknownOf(page, shape, pack);
+      element.hidden = own.length === 0;
+      element.replaceChildren();
+      if (own.length === 0) {
+        return;
+      }
+      const all = eventsWithUnknown(page);
+      element.append(
+        make('p', {}, `${pack.title} does not know ${own.map((each) => each.local).join(', ')}.`),
+        button('Remove from this event', () => page.diagram.edit([removal(page, shape, own)])),
+      );
+      if (all.length > 1) {
+        const steps = (): Step[] => eventsWithUnknown(page).map(([each, unknown]) => removal(page, each, unknown));
+        element.append(button(`Remove from all ${all.length} events`, () => page.diagram.edit(steps())));
+      }
+    },
+  };
+}
+
+function unknownOf(page: Page, shape: Shape, pack: Pack): StatedAttribute[] {
+  const { form } = page.catalogue;
+  const words = attributeNames(form, DrawnOwnerKind.EVENT);
+  const writes = (pack.dialects[form.dialect]?.writes ?? []).filter((each) => each.level === PolicyLevel.ENDPOINT);
+  return attributesOf(shape.businessObject, form).filter(
+    ({ local }) => !words.includes(local) && !writes.some((each) => states(each, local)),
+  );
+}
+
+function eventsWithUnknown(page: Page): [Shape, StatedAttribute[]][] {
+  const events = page.diagram.registry.filter(
+    (shape) => !shape.labelTarget && signalDefinitions(shape.businessObject).length > 0,
+  );
+  return events
+    .map((shape): [Shape, StatedAttribute[]] => {
+      const pack = packOf(page, shape);
+      return [shape, pack ? unknownOf(page, shape, pack) : []];
+    })
+    .filter(([, unknown]) => unknown.length > 0);
+}
+
+function removal(page: Page, shape: Shape, unknown: readonly StatedAttribute[]): Step {
+  return page.diagram.update(shape, Object.fromEntries(unknown.map(({ name }) => [name, undefined])));
+}

@@ -1,0 +1,137 @@
+/** Puts the QoS of a diagram onto the page: live check, panel, markers, problems, matrix, documents beside it. */
+
+import { createBeside } from './beside/beside';
+import { diagramOf } from './drawing/diagram';
+import { dress } from './findings/export';
+import { createMarkers } from './findings/markers';
+import { createMatrix } from './findings/matrix';
+import { createProblems } from './findings/problems';
+import { viewOf, type View } from './findings/view';
+import { counted } from './findings/words';
+import { Severity, Verdict, type Report } from './gen/cqos/v1/report_pb';
+import type { Page } from './page';
+import { createPanel } from './panel/panel';
+import type { Catalogue } from './service/catalogue';
+import { startLive, type LiveState, type Text } from './service/live';
+import type { Services } from './service/transport';
+import type { StatusKind, Workspace } from './workspace';
+
+/** Start everything about QoS. The modeler of the workspace knows the moddle descriptor of the catalogue. */
+export function startQos(workspace: Workspace, services: Services, catalogue: Catalogue): Page {
+  const diagram = diagramOf(workspace.modeler);
+  const live = startLive(services, () => documentsOf(workspace));
+  let view: View | undefined;
+  const page: Page = {
+    workspace,
+    diagram,
+    catalogue,
+    live,
+    view: () => view,
+    reveal(element, policy) {
+      diagram.reveal(element);
+      if (policy !== undefined) {
+        panel.focusPolicy(policy);
+      }
+    },
+  };
+  const panel = createPanel(page);
+  const markers = createMarkers(page);
+  const problems = createProblems(page);
+  const matrix = createMatrix(page);
+  const beside = createBeside(page);
+
+  live.onState((state) => {
+    markers.stale(state.phase === 'away' || state.phase === 'refused');
+    tellPhase(workspace, state);
+    if (state.phase === 'refused') {
+      problems.refused(state);
+      beside.show(view);
+    }
+    if (state.phase === 'current' && state.checked) {
+      view = viewOf(state.checked, workspace.document().name);
+      markers.show(view);
+      problems.show(view);
+      matrix.show(view);
+      beside.show(view);
+      panel.update();
+      tellVerdict(workspace, view);
+    }
+  });
+  workspace.onChanged(() => {
+    panel.update();
+    live.changed();
+  });
+  workspace.onCompanions(() => {
+    beside.show(view);
+    live.changed();
+  });
+  workspace.onExport((svg) => {
+    if (view) {
+      dress(svg, diagram, view);
+    }
+  });
+  beside.show(view);
+  return page;
+}
+
+async function documentsOf(workspace: Workspace): Promise<Text[]> {
+  const diagram = workspace.document();
+  const content = await diagram.semanticXml();
+  const others = workspace.companions().map(({ name, bytes }) => ({ name, content: bytes }));
+  return [{ name: diagram.name, content }, ...others];
+}
+
+const AWAY = 'service';
+
+function tellPhase(workspace: Workspace, { phase, message, problems }: LiveState): void {
+  const { regions } = workspace;
+  if (phase === 'away') {
+    regions.notice(AWAY, {
+      kind: 'warning',
+      text: 'The service does not answer. You can go on drawing; verdicts are grey until it is back.',
+    });
+    regions.status('Not checked: the service does not answer', 'warning');
+  } else if (phase === 'refused') {
+    const names = [...new Set(problems.map((each) => each.place?.source ?? ''))].filter((name) => name !== '');
+    const text = names.length > 0 ? `Nothing is checked: the service cannot read ${names.join(', ')}.` : `Nothing is checked: ${message}`;
+    regions.notice(AWAY, {
+      kind: 'error',
+      text,
+      actions: names.length > 0 ? [{ label: 'Why', run: () => regions.show('problems') }] : [],
+    });
+    regions.status(text, 'error');
+  } else if (phase === 'current') {
+    regions.notice(AWAY, null);
+  }
+}
+
+/** Words for the whole, and how many of the pairs they are about. */
+function verdictWords(report: Report): readonly [words: string, kind: StatusKind] {
+  const { pairs = 0n, incompatible = 0n, unknown = 0n } = report.counts ?? {};
+  const all = `${pairs} ${pairs === 1n ? 'pair' : 'pairs'}`;
+  if (pairs === 0n) {
+    return ['No pairs yet', 'info'];
+  }
+  if (report.verdict === Verdict.COMPATIBLE) {
+    return [`Compatible: ${pairs} of ${all}`, 'ok'];
+  }
+  return report.verdict === Verdict.INCOMPATIBLE
+    ? [`Incompatible: ${incompatible} of ${all}`, 'error']
+    : [`Unknown: ${unknown} of ${all}`, 'warning'];
+}
+
+function tellVerdict(workspace: Workspace, view: View): void {
+  const { report } = view.checked;
+  const { counts } = report;
+  const errors = Number(counts?.errors ?? 0);
+  const warnings = Number(counts?.warnings ?? 0);
+  const [verdict, kind] = verdictWords(report);
+  const alone = [...view.elements.values()].filter((each) => each.state === 'unmatched').length;
+  const found = [
+    errors > 0 ? counted(errors, Severity.ERROR) : '',
+    warnings > 0 ? counted(warnings, Severity.WARNING) : '',
+    alone > 0 ? `${alone} ${alone === 1 ? 'event' : 'events'} without a partner` : '',
+  ].filter((each) => each !== '');
+  workspace.regions.status([verdict, ...found].join(', '), errors > 0 ? 'error' : kind);
+  workspace.regions.badge('problems', errors + warnings === 0 ? null : errors + warnings);
+}

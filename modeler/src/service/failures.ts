@@ -1,0 +1,38 @@
+/** What a failed call means for the page. */
+import { Code, ConnectError } from '@connectrpc/connect';
+import { BinaryReader, WireType } from '@bufbuild/protobuf/wire';
+
+import { InputProblemsSchema, type Problem } from '../gen/cqos/v1/report_pb';
+
+/** `reopen`: the session is gone. `away`: try again later. `refused`: the same documents get the same answer. */
+export type Failure =
+  | { readonly kind: 'reopen' }
+  | { readonly kind: 'away'; readonly message: string }
+  | { readonly kind: 'refused'; readonly message: string; readonly problems: readonly Problem[] };
+
+const LOST = new Set([Code.FailedPrecondition, Code.NotFound, Code.Aborted]);
+const FINAL = new Set([Code.InvalidArgument, Code.Unauthenticated, Code.PermissionDenied, Code.Unimplemented, Code.Internal]);
+
+/** Classify an error of a call. */
+export function failure(error: unknown): Failure {
+  const refused = ConnectError.from(error);
+  if (LOST.has(refused.code)) return { kind: 'reopen' };
+  const final = FINAL.has(refused.code) || (refused.code === Code.ResourceExhausted && reasonOf(refused) === 'TOO_LARGE');
+  if (!final) return { kind: 'away', message: refused.rawMessage };
+  const problems = refused.findDetails(InputProblemsSchema).flatMap((each) => each.problems);
+  return { kind: 'refused', message: refused.rawMessage, problems };
+}
+
+/** The `reason` of google.rpc.ErrorInfo, its first field. */
+export function reasonOf(error: ConnectError): string {
+  for (const detail of error.details) {
+    if (!('type' in detail) || detail.type !== 'google.rpc.ErrorInfo' || !(detail.value instanceof Uint8Array)) continue;
+    const reader = new BinaryReader(detail.value);
+    while (reader.pos < reader.len) {
+      const [field, wire] = reader.tag();
+      if (field === 1 && wire === WireType.LengthDelimited) return reader.string();
+      reader.skip(wire, field);
+    }
+  }
+  return '';
+}
