@@ -54,6 +54,7 @@ class Models:
         )
         self._head = f'<{bpmn}definitions{bound}><{bpmn}signal id="cqos-signal" name="cqos-topic"/><{bpmn}process id="cqos-process">'
         self._kinds: dict[tuple[str, str], Kind | None] = {}
+        self._quantities: dict[str, str] = {}  # equal texts are one object
 
     def model(self, tag: bytes, attributes: bytes) -> Model | None:
         """Return what an event is like; None where its reading says something, or has any effect but one endpoint.
@@ -72,7 +73,7 @@ class Models:
                 return f'{blank}{name}="cqos-word-{words}-"'
             if local in EVENT.attributes or not _QUANTITY.fullmatch(value):
                 return match[0]
-            quantities.append(value)
+            quantities.append(self._quantities.setdefault(value, value))
             return f'{blank}{name}="{_quantity(len(quantities))}"'
 
         kind = tag.decode(), _ATTRIBUTE.sub(aside, attributes.decode())

@@ -170,6 +170,7 @@ class _Composer:
     def compose(self, next_event: Callable[[], Any]) -> None:
         """Read events to the end of the stream; what the parser raises goes through."""
         templates = self.tree.templates
+        texts: dict[str, str] = {}  # equal ones are one object, whose hash is known from then on
         top = _OpenNode(None, [])
         items = top.items
         stack = self.stack
@@ -179,6 +180,7 @@ class _Composer:
             if kind is ScalarEvent:
                 mark = event.start_mark
                 text = event.value
+                text = texts.setdefault(text, text)
                 node = ScalarNode(text, mark.line + 1, mark.column + 1, event.implicit[0])
                 self.size += 1 + len(text)
                 if "${" in text:
