@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections import defaultdict
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.source import Family, Opener, ReadContext, Source, no_files
@@ -47,7 +48,8 @@ def recognise(
 
 
 def _claiming(source: Source, plugins: Plugins) -> list[ImporterInfo]:
-    return [info for info in plugins.importers.values() if _claims(info, source, plugins)]
+    head = source.data[:HEAD]
+    return [info for info in plugins.importers.values() if _claims(info, source.name, head, plugins)]
 
 
 def _fitting(claiming: list[ImporterInfo], beside: Collection[str]) -> list[ImporterInfo]:
@@ -82,13 +84,22 @@ def protocols_of(systems: Iterable[System]) -> frozenset[str]:
     return frozenset(protocol for protocol in found if protocol is not None)
 
 
-def _claims(info: ImporterInfo, source: Source, plugins: Plugins) -> bool:
+def _claims(info: ImporterInfo, name: str, head: bytes, plugins: Plugins) -> bool:
     """Ask one importer; one that fails claims nothing, so that a broken plugin cannot stop the others."""
+    found = _looked(info, name, head)
+    if isinstance(found, bool):
+        return found
+    plugins.note_failure("importers", info.name, found, f"could not look at {name}")
+    return False
+
+
+@lru_cache(maxsize=1024)
+def _looked(info: ImporterInfo, name: str, head: bytes) -> bool | BaseException:
+    """Ask once: a source is asked about several times, and so is a file that is edited further down."""
     try:
-        return info.load_claim()(source.name, source.data[:HEAD])
+        return bool(info.load_claim()(name, head))
     except FAULTS as error:
-        plugins.note_failure("importers", info.name, error, f"could not look at {source.name}")
-        return False
+        return error
 
 
 def read_source(
@@ -394,7 +405,11 @@ def _open(file: File, plugins: Plugins, importer: str | None) -> Source | None:
     """
     if not file.named:
         head = read_path(file.path, HEAD)
-        claimed = _claims(plugins.importers[importer], head, plugins) if importer else recognise(head, plugins)
+        claimed = (
+            _claims(plugins.importers[importer], head.name, head.data[:HEAD], plugins)
+            if importer
+            else recognise(head, plugins)
+        )
         if not claimed:
             return None
     return read_path(file.path)
