@@ -55,13 +55,23 @@ export function topicSection(page: Page, shape: Shape, definition: ModdleElement
   const element = labelled('Topic', input, hint, 'Events with the same topic are partners. In the drawing it is the name of the signal.');
   element.append(list, question);
   let last: string | undefined;
+  let listed = '';
+  let drawn: number | undefined;
   return {
     element,
     fields: [],
     update() {
+      const { revision } = page.workspace.document();
+      if (revision === drawn) {
+        return;
+      }
+      drawn = revision;
       const signal = signalOf(definition);
-      const names = new Set(signalsOf(diagram).map((each) => text(each, 'name')));
-      list.replaceChildren(...[...names].filter((each) => each !== '').map((value) => make('option', { value })));
+      const names = [...new Set(signalsOf(diagram).map((each) => text(each, 'name')))].filter((each) => each !== '');
+      if (names.join('\n') !== listed) {
+        listed = names.join('\n');
+        list.replaceChildren(...names.map((value) => make('option', { value })));
+      }
       const uses = signal ? usesOf(diagram, signal) : 0;
       hint.textContent = !signal
         ? 'Without a topic, this event has no partners.'

@@ -1,0 +1,475 @@
+"""QoS on the page, in a real browser with the real service: verdicts while a person edits, findings, fixes, other documents."""
+
+import os
+import re
+import shutil
+
+import pytest
+
+from tests.modeler.conftest import ROOT, Running
+from tests.modeler.drawings import BOUNDARY, CATCH, END, START, THROW, Event, Pool, drawing, many, written
+
+STATES = ("compatible", "incompatible", "error", "unknown", "unmatched")
+CATCH_REQUEST, THROW_REQUEST = "Station_CatchReq", "Drone_ThrowReq"
+
+
+def pair(offered=None, requested=None, more=(), attributes=""):
+    """A diagram of one publisher, one subscriber, and further events of the subscriber's pool."""
+    first = Event("Out", THROW, "t", offered)
+    return drawing(Pool("A", (first,)), Pool("B", (Event("In", CATCH, "t", requested), *more)), attributes=attributes)
+
+
+@pytest.fixture(scope="module")
+def drawn(built, tmp_path_factory):
+    """A modeler for most tests, with one file, which they write before they open its page."""
+    file = tmp_path_factory.mktemp("drawn") / "drawn.bpmn"
+    running = Running(file, folder=file.parent)
+    yield running, file
+    running.stop()
+
+
+@pytest.fixture
+def opens(drawn, show):
+    """Open a diagram, and wait for its first verdict."""
+
+    def opened(text, **options):
+        running, file = drawn
+        file.write_text(text, encoding="utf-8")
+        return checked(show(running.address, **options))
+
+    return opened
+
+
+@pytest.fixture
+def paper(opens):
+    return opens((ROOT / "examples" / "smart_agriculture.bpmn").read_text(encoding="utf-8"))
+
+
+def checked(shown):
+    shown.page.wait_for_selector(".qos-badge")
+    return shown
+
+
+def marks(shown, state):
+    """Ids of the elements that have a state."""
+    return sorted(
+        shown.page.locator(f".djs-element.qos-{state}").evaluate_all("all => all.map(each => each.dataset.elementId)")
+    )
+
+
+def becomes(shown, **wanted):
+    """Wait until states have these elements, and the other states have none."""
+    expected = {state: sorted(wanted.get(state, ())) for state in STATES}
+    shown.page.wait_for_function(
+        """expected => Object.entries(expected).every(([state, ids]) => {
+            const found = [...document.querySelectorAll(`.djs-element.qos-${state}`)].map(each => each.dataset.elementId);
+            return JSON.stringify(found.sort()) === JSON.stringify(ids);
+        })""",
+        arg=expected,
+    )
+
+
+def problems(shown):
+    """Codes in the list of problems."""
+    return shown.page.locator(".problem .code").all_text_contents()
+
+
+def panel(shown):
+    return shown.page.locator(".panel")
+
+
+def field(shown, label):
+    return panel(shown).locator(".field").get_by_label(label, exact=True)
+
+
+def reveal(shown, topic, element):
+    """Go to an event by the matrix."""
+    shown.page.get_by_role("tab", name="Topic matrix").click()
+    shown.page.get_by_label("Search for a topic").fill(topic)
+    card = shown.page.locator(
+        ".topic", has=shown.page.locator(".topic-name", has_text=re.compile(f"^/?{re.escape(topic)}$"))
+    )
+    card.locator(".link", has_text=element).first.click()
+    return shown
+
+
+EVENTS = (THROW_REQUEST, "Drone_CatchResp", CATCH_REQUEST, "Station_ThrowResp")
+
+
+def test_the_example_of_the_paper_is_compatible(paper):
+    becomes(paper, compatible=EVENTS)
+    assert "Compatible: 2 of 2 pairs" in paper.page.locator(".status").text_content()
+    assert problems(paper) == []
+    badges = paper.page.locator(".qos-badge")
+    assert set(badges.all_text_contents()) == {"compatible"}
+    assert badges.locator("svg").count() == len(EVENTS)
+
+
+def papers_edit(shown):
+    """The negative example of the paper: two changes at the subscriber."""
+    shown.choose(CATCH_REQUEST)
+    field(shown, "Reliability").select_option("reliable")
+    field(shown, "Liveliness").select_option("manual_by_topic")
+
+
+def test_the_edit_of_the_paper_is_red_at_two_events_for_two_reasons_and_fixes_make_it_green(paper, drawn):
+    before = drawn[1].read_text()
+    papers_edit(paper)
+    becomes(paper, incompatible=(THROW_REQUEST, CATCH_REQUEST), compatible=EVENTS[1::2])
+    paper.page.wait_for_function("() => document.querySelectorAll('.problem').length === 2")
+    assert problems(paper) == ["ROS101", "ROS104"]
+    sides = panel(paper).locator(".card").first.locator(".side")
+    assert sides.all_inner_texts()[0].split()[:4] == ["Offered", "Reliability", "Best", "effort"]
+    assert sides.all_inner_texts()[1].split()[:3] == ["Requested", "Reliability", "Reliable"]
+    panel(paper).locator(".card summary", has_text="Liveliness").click()
+    panel(paper).get_by_role("button", name="Set Liveliness to Automatic on Weather station").click()
+    paper.page.wait_for_function("() => document.querySelectorAll('.problem').length === 1")
+    panel(paper).get_by_role("button", name="Set Reliability to Best effort on Weather station").click()
+    becomes(paper, compatible=EVENTS)
+    paper.press("Control+z", "Control+z")
+    becomes(paper, incompatible=(THROW_REQUEST, CATCH_REQUEST), compatible=EVENTS[1::2])
+    paper.press("Control+z", "Control+z")
+    becomes(paper, compatible=EVENTS)
+    paper.saved("drawn.bpmn")
+    assert drawn[1].read_text() == before
+
+
+def test_a_fix_is_saved_where_it_was_applied_only(paper, drawn):
+    before = drawn[1].read_text()
+    papers_edit(paper)
+    panel(paper).get_by_role("button", name="Set Reliability to Reliable on Drone").click()
+    becomes(paper, incompatible=(THROW_REQUEST, CATCH_REQUEST), compatible=EVENTS[1::2])
+    paper.saved("drawn.bpmn")
+    after = drawn[1].read_text().splitlines()
+    changed = [new for old, new in zip(before.splitlines(), after, strict=True) if old != new]
+    assert len(changed) == 3
+    assert all("qos:reliability" in line or "qos:liveliness" in line for line in changed)
+
+
+def test_deleted_pasted_and_renamed_events_are_checked(opens):
+    shown = opens(pair())
+    becomes(shown, compatible=("In", "Out"))
+    shown.choose("In").press("Delete")
+    becomes(shown, unmatched=("Out",))
+    shown.press("Control+z")
+    becomes(shown, compatible=("In", "Out"))
+    shown.choose("In").press("Control+c", "Control+v")
+    box = shown.page.locator('[data-element-id="Pool_B"] .djs-hit').first.bounding_box()
+    for far in (60, 50):
+        shown.page.mouse.move(box["x"] + box["width"] - far, box["y"] + box["height"] - far)
+    shown.page.mouse.click(box["x"] + box["width"] - 50, box["y"] + box["height"] - 50)
+    shown.page.wait_for_function("() => document.querySelectorAll('.djs-element.qos-compatible').length === 3")
+    shown.press("Control+z")
+    becomes(shown, compatible=("In", "Out"))
+    shown.choose("In")
+    topic = field(shown, "Topic")
+    topic.fill("another")
+    topic.press("Enter")
+    panel(shown).get_by_role("button", name="New topic for this event").click()
+    becomes(shown, unmatched=("In", "Out"))
+    topic.fill("t")
+    topic.press("Enter")
+    becomes(shown, compatible=("In", "Out"))
+    topic.fill("everywhere")
+    topic.press("Enter")
+    panel(shown).get_by_role("button", name="Rename it everywhere").click()
+    becomes(shown, compatible=("In", "Out"))
+
+
+def test_events_of_all_kinds_and_in_called_processes_have_partners(opens):
+    called = {"Called": (Event("Deep", START, "deep"),)}
+    events = (Event("Start", START, "a"), Event("Border", BOUNDARY, "b"), Event("End", END, "c"))
+    others = (Event("A", THROW, "a"), Event("B", END, "b"), Event("C", CATCH, "c"), Event("D", THROW, "deep"))
+    shown = opens(drawing(Pool("One", events, calls="Called"), Pool("Two", others), called=called))
+    becomes(shown, compatible=("Start", "Border", "End", "A", "B", "C", "D"))
+    shown.choose("D")
+    assert "One: Deep" in panel(shown).locator(".partners").inner_text()
+    shown.choose("Border")
+    field(shown, "Reliability").select_option("reliable")
+    shown.choose("B")
+    field(shown, "Reliability").select_option("best_effort")
+    becomes(shown, incompatible=("Border", "B"), compatible=("Start", "End", "A", "C", "D"))
+
+
+def test_a_fix_says_which_other_pairs_it_changes(opens):
+    more = (Event("Second", CATCH, "t", {"reliability": "reliable"}),)
+    shown = opens(pair({"reliability": "best_effort"}, {"reliability": "best_effort"}, more))
+    becomes(shown, incompatible=("Out", "Second"), compatible=("In",))
+    shown.choose("Out")
+    assert panel(shown).locator(".partners li").count() == 2
+    fix = panel(shown).locator(".fix", has_text="Set Reliability to Reliable on A: Out")
+    assert (
+        "also changes 1 other pair: A: Out with B: In. On this topic it improves 1 pair and worsens no pair."
+        in fix.inner_text()
+    )
+    fix.get_by_role("button").click()
+    becomes(shown, compatible=("Out", "In", "Second"))
+
+
+def test_the_panel_is_that_of_the_protocol(opens):
+    mqtt = ' qos:protocol="mqtt"'
+    shown = opens(drawing(Pool("A", (Event("Out", THROW, "t"),), mqtt), Pool("B", (Event("In", CATCH, "t"),), mqtt)))
+    becomes(shown, compatible=("In", "Out"))
+    shown.choose("Out")
+    assert field(shown, "Reliability").count() == 0
+    panel(shown).locator('[data-policy="retain"]').get_by_label("Yes").check(force=True)
+    assert panel(shown).locator('[data-policy="retain"]').get_by_label("Yes").is_checked()
+    field(shown, "Protocol").select_option("dds")
+    panel(shown).locator('[data-policy="latency_budget"]').wait_for(state="attached")
+    note = panel(shown).locator(".convert", has_text="DDS does not know retain")
+    note.get_by_role("button", name="Remove from this event").click()
+    note.wait_for(state="hidden")
+    shown.choose("In")
+    assert field(shown, "Retain").count() == 0
+    assert "of the pool" in panel(shown).locator(".field", has_text="Protocol").inner_text()
+
+
+def test_values_have_defaults_with_their_origin_and_are_refused_at_the_field(opens):
+    shown = opens(pair())
+    shown.choose("In")
+    depth = panel(shown).locator('[data-policy="depth"]')
+    line = depth.locator("input")
+    assert line.get_attribute("placeholder") == "10"
+    assert "default of ROS 2" in depth.inner_text()
+    line.fill("many")
+    line.press("Enter")
+    assert "Expected: a whole number" in depth.inner_text()
+    assert line.get_attribute("aria-invalid") == "true"
+    line.fill("0")
+    line.press("Enter")
+    assert "0 means" in depth.inner_text()
+    line.fill("7")
+    line.press("Enter")
+    assert line.get_attribute("aria-invalid") is None
+    depth.get_by_role("button", name="Use the default of Depth").click()
+    assert line.input_value() == ""
+    field(shown, "Preset").select_option("sensor_data")
+    shown.page.wait_for_function(
+        "() => document.querySelector('[data-policy=depth] .field-origin').textContent === 'from preset sensor_data'"
+    )
+    assert line.get_attribute("placeholder") == "5"
+    wait = panel(shown).locator('[data-policy="deadline"]')
+    wait.locator("input").fill("20")
+    wait.locator("select").select_option("ms")
+    assert (wait.locator("input").input_value(), wait.locator("select").input_value()) == ("20", "ms")
+    wait.locator("select").select_option("infinite")
+    assert wait.locator("input").is_disabled()
+
+
+PACK = ROOT / "examples" / "opcua" / "opcua_pack.yaml"
+
+
+@pytest.fixture
+def another_pack(tmp_path, monkeypatch):
+    """A distribution of a pack in YAML, as the tutorial makes one."""
+    package = tmp_path / "packs" / "cqos_opcua"
+    package.mkdir(parents=True)
+    shutil.copy(PACK, package)
+    hook = 'register(RulePackInfo("opcua", "OPC UA PubSub", "cqos_opcua.pack:PACK"))'
+    imports = "from cqos_core.plugins import RulePackInfo, hookimpl\n"
+    (package / "__init__.py").write_text(f"{imports}\n@hookimpl\ndef register_rule_packs(register):\n    {hook}\n")
+    source = 'Source("opcua.yaml", Path(__file__).with_name("opcua_pack.yaml").read_bytes())'
+    needed = "from pathlib import Path\nfrom cqos_core.importers.source import Source\nfrom cqos_core.packs.pack_file import read_pack\n"
+    (package / "pack.py").write_text(f"{needed}PACK = read_pack({source})\n")
+    about = package.parent / "cqos_opcua-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: cqos-opcua\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text("[cqos]\nopcua = cqos_opcua\n")
+    monkeypatch.setenv("PYTHONPATH", str(package.parent), prepend=os.pathsep)
+
+
+def test_a_pack_in_yaml_appears_in_the_panel(another_pack, run_modeler, show, tmp_path):
+    file = written(tmp_path, "drawn.bpmn", pair(attributes=' qos:protocol="opcua"'))
+    shown = checked(show(run_modeler(file).address))
+    shown.choose("Out")
+    field(shown, "Security mode").wait_for()
+    mode = panel(shown).locator('[data-policy="security_mode"]')
+    assert "default of OPC UA PubSub" in mode.inner_text()
+    shown.choose("In")
+    panel(shown).locator('[data-policy="security_mode"]').wait_for()
+    assert panel(shown).locator('[data-policy="publishing_interval"]').count() == 0
+    assert panel(shown).locator('[data-policy="message_receive_timeout"]').count() == 1
+
+
+def test_verdicts_are_grey_while_the_service_is_away_and_come_back(run_modeler, show, tmp_path):
+    file = written(tmp_path, "drawn.bpmn", pair())
+    running = run_modeler(file)
+    shown = checked(show(running.address))
+    becomes(shown, compatible=("In", "Out"))
+    port = re.search(r":(\d+)/", running.page)[1]
+    running.stop()
+    shown.choose("In")
+    field(shown, "Reliability").select_option("reliable")
+    shown.choose("Out")
+    field(shown, "Reliability").select_option("best_effort")
+    shown.notice("does not answer").wait_for()
+    assert shown.page.locator(".qos-stale .qos-badge").count() == 2
+    again = Running("--port", port, file, folder=tmp_path)
+    try:
+        becomes(shown, incompatible=("In", "Out"))
+        assert shown.notice("does not answer").count() == 0
+        assert shown.page.locator(".qos-stale").count() == 0
+    finally:
+        again.stop()
+    assert all("Failed to load resource" in each for each in shown.complaints)
+    shown.complaints.clear()
+
+
+def test_requirements_and_exceptions_are_entered_and_kept(opens, drawn):
+    shown = opens(pair({"durability": "volatile"}, {"durability": "volatile"}))
+    shown.choose("In")
+    panel(shown).locator("summary", has_text="Requirements").click()
+    need = panel(shown).locator('[data-policy="need.late_join"] input')
+    need.fill("1")
+    need.press("Enter")
+    becomes(shown, incompatible=("In", "Out"))
+    panel(shown).locator(".card .why summary").first.click()
+    panel(shown).get_by_role("button", name="Accept with a reason").first.click()
+    panel(shown).get_by_label("Reason").fill("a <b>known</b> gap")
+    panel(shown).get_by_role("button", name=re.compile("Accept .* here")).click()
+    shown.page.locator(".qos-badge", has_text="incompatible, accepted").first.wait_for()
+    assert problems(shown) == []
+    shown.saved("drawn.bpmn")
+    text = drawn[1].read_text()
+    assert '<qos:need name="late_join" value="1"' in text
+    assert 'because="a &#60;b&#62;known&#60;/b&#62; gap"' in text
+    panel(shown).locator("summary", has_text="Exceptions").click()
+    panel(shown).get_by_role("button", name=re.compile("^Remove ")).click()
+    shown.page.locator(".qos-badge", has_text="accepted").first.wait_for(state="detached")
+    assert len(problems(shown)) == 1
+
+
+FLEET = """cqos: 1
+protocol: ros2
+participants:
+  logger:
+    subscribes:
+      t: {reliability: reliable}
+"""
+
+
+def test_documents_beside_the_diagram_are_checked_with_it(run_modeler, show, tmp_path):
+    fleet = written(tmp_path, "fleet.yaml", FLEET)
+    text = drawing(Pool("A", (Event("Out", THROW, "t", {"reliability": "best_effort"}),)))
+    shown = checked(show(run_modeler(written(tmp_path, "drawn.bpmn", text), fleet).address))
+    becomes(shown, incompatible=("Out",))
+    shown.choose("Out")
+    assert "fleet.yaml" in panel(shown).locator(".partners").inner_text()
+    elsewhere = panel(shown).locator(".fix", has_text="Edit fleet.yaml to apply it")
+    assert elsewhere.count() == 1
+    shown.page.get_by_role("tab", name="Other documents").click()
+    card = shown.page.locator(".document")
+    assert "logger subscribes to /t" in card.inner_text()
+    card.get_by_role("button", name="Remove fleet.yaml").click()
+    becomes(shown, unmatched=("Out",))
+    shown.page.locator('.tab-content input[type="file"]').set_input_files(
+        written(tmp_path, "broken.yaml", "cqos: 1\nparticipants: 5\n")
+    )
+    shown.notice("cannot read broken.yaml").wait_for()
+    assert shown.page.locator(".qos-stale").count() == 1
+    shown.page.get_by_role("button", name="Remove broken.yaml").click()
+    becomes(shown, unmatched=("Out",))
+    assert shown.page.locator(".qos-stale").count() == 0
+
+
+ZEROS = dict.fromkeys(
+    ("history", "depth", "reliability", "durability", "deadline", "lifespan", "liveliness", "leaseDuration"), "0"
+)
+FAME = '<qos:policy reliability="1" type="reliability" value="1"/><qos:policy durability="0"/>'
+
+
+def test_forms_of_other_tools_become_plain_words_in_one_step(opens, drawn):
+    codes = {**ZEROS, "reliability": "1", "deadline": "2"}
+    more = (Event("Fame", CATCH, "t", None, FAME), Event("Zero", CATCH, "t", ZEROS))
+    shown = opens(pair(codes, {"reliability": "reliable"}, more))
+    offer = panel(shown).locator(".convert")
+    assert "The QoS of 3 events has the form of another tool" in offer.inner_text()
+    offer.get_by_role("button", name="Remove the zeros").click()
+    shown.page.wait_for_function("() => document.querySelector('.panel .convert').textContent.includes('2 events')")
+    offer.get_by_role("button", name="Write them in plain words").click()
+    offer.wait_for(state="hidden")
+    shown.saved("drawn.bpmn")
+    text = drawn[1].read_text()
+    assert "qos:policy" not in text
+    assert '="0"' not in text
+    assert text.count('qos:reliability="reliable"') == 3
+    assert 'qos:durability="transient_local"' in text
+    shown.press("Control+z")
+    shown.page.wait_for_function("() => document.querySelector('.panel .convert').textContent.includes('2 events')")
+
+
+def test_problems_are_filtered_and_lead_to_the_setting(paper):
+    papers_edit(paper)
+    paper.page.wait_for_function("() => document.querySelectorAll('.problem').length === 2")
+    paper.page.get_by_role("button", name=re.compile("notes")).click()
+    assert len(problems(paper)) > 2
+    paper.page.get_by_role("button", name=re.compile("errors")).click()
+    assert not {"ROS101", "ROS104"} & set(problems(paper))
+    paper.page.get_by_role("button", name=re.compile("errors")).click()
+    paper.choose("Drone_TakeOff")
+    paper.page.locator(".problem-line", has_text="ROS104").click()
+    assert paper.page.locator(".djs-shape.selected").get_attribute("data-element-id") == CATCH_REQUEST
+    liveliness = panel(paper).locator('[data-policy="liveliness"]')
+    assert liveliness.get_attribute("data-problem") == "error"
+    box = liveliness.bounding_box()
+    assert 0 < box["y"] < 700
+
+
+def test_names_are_never_markup(opens):
+    evil = '<img src=x onerror="document.title=1">'
+    more = (Event("Other", CATCH, evil),)
+    shown = opens(drawing(Pool("A", (Event("Out", THROW, evil, {"reliability": "best_effort"}),)), Pool("B", more)))
+    shown.choose("Out")
+    for tab in ("Topic matrix", "Problems"):
+        shown.page.get_by_role("tab", name=tab).click()
+    assert shown.page.locator("img[src=x]").count() == 0
+    assert evil in shown.page.locator(".topic-name").first.text_content()
+
+
+def test_a_thousand_events_are_marked_and_one_edit_changes_two(opens):
+    shown = opens(many(1000))
+    shown.page.wait_for_function("() => document.querySelectorAll('.qos-badge').length === 1000")
+    assert len(marks(shown, "compatible")) == 1000
+    reveal(shown, "line1", "Throw_1")
+    field(shown, "Reliability").select_option("best_effort")
+    shown.page.wait_for_timeout(100)
+    reveal(shown, "line1", "Catch_1")
+    field(shown, "Reliability").select_option("reliable")
+    shown.page.wait_for_function("() => document.querySelectorAll('.djs-element.qos-incompatible').length === 2")
+    assert marks(shown, "incompatible") == ["Catch_1", "Throw_1"]
+
+
+def test_a_move_asks_the_service_nothing(opens):
+    shown = opens(pair())
+    becomes(shown, compatible=("In", "Out"))
+    asked = []
+    shown.page.on("request", lambda request: asked.append(request.url))
+    shown.choose("In").press("ArrowDown", "ArrowDown")
+    shown.page.wait_for_timeout(600)
+    assert [each for each in asked if "/cqos.v1." in each] == []
+    field(shown, "Depth").fill("3")
+    field(shown, "Depth").press("Enter")
+    shown.page.wait_for_timeout(600)
+    assert [each.rpartition("/")[2] for each in asked if "/cqos.v1." in each] == ["EditSession"]
+
+
+AXE = ROOT / "modeler" / "node_modules" / "axe-core" / "axe.min.js"
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_panel_problems_and_matrix_have_no_findings_of_axe(opens, scheme):
+    shown = opens((ROOT / "examples" / "smart_agriculture.bpmn").read_text(encoding="utf-8"), color_scheme=scheme)
+    papers_edit(shown)
+    shown.page.wait_for_selector(".problem")
+    for each in shown.page.locator(".panel summary").all():
+        if each.is_visible():
+            each.click()
+    shown.page.locator(".problem-line").first.click()
+    shown.page.evaluate(AXE.read_text(encoding="utf-8"))
+    for tab in ("Problems", "Topic matrix", "Other documents"):
+        shown.page.get_by_role("tab", name=tab).click()
+        result = shown.page.evaluate("axe.run('.panel, .bottom', {resultTypes: ['violations']})")
+        found = [
+            (each["id"], each["nodes"][0]["html"], each["nodes"][0]["failureSummary"]) for each in result["violations"]
+        ]
+        assert found == []
