@@ -7,7 +7,7 @@ import './style/qos.css';
 import { namedFiles } from './files/named';
 import { askText } from './layout/dialog';
 import { startQos } from './qos';
-import { untilLoaded } from './service/catalogue';
+import { moddleExtensions, untilLoaded } from './service/catalogue';
 import { connect } from './service/transport';
 import { createShell } from './shell';
 
@@ -22,9 +22,8 @@ async function start(): Promise<void> {
     root.textContent = `Waiting for the service: ${reason}`;
   });
   root.textContent = '';
-  const { prefix, namespace, moddle } = catalogue.form;
-  const extensions = { [prefix]: JSON.parse(moddle) as object };
-  const shell = createShell(root, { extensions, binding: { prefix, namespace }, named });
+  const { prefix, namespace } = catalogue.form;
+  const shell = createShell(root, { extensions: moddleExtensions(catalogue), binding: { prefix, namespace }, named });
   startQos(shell.workspace, services, catalogue);
   await shell.start();
 }

@@ -19,6 +19,11 @@ export interface Catalogue {
   onLoaded(listener: () => void): void;
 }
 
+/** Return the moddle extensions with which bpmn-js reads and writes what a drawing can state. */
+export function moddleExtensions({ form }: Catalogue): Readonly<Record<string, object>> {
+  return { [form.prefix]: JSON.parse(form.moddle) as object };
+}
+
 const RETRY = 1000;
 
 /** Load the catalogue, again and again while the service does not answer; `waiting` gets the reason. */

@@ -1,0 +1,94 @@
+"""The package `cqos-modeler` in another page: the example of its README, built and shown."""
+
+import contextlib
+import functools
+import http.server
+import re
+import shutil
+import subprocess
+import threading
+from pathlib import Path
+
+import pytest
+
+from tests.modeler.conftest import Shown, missing
+from tests.service.running import serving
+
+ROOT = Path(__file__).resolve().parents[2]
+MODELER = ROOT / "modeler"
+EXAMPLE = ROOT / "examples" / "smart_agriculture_incompatible.bpmn"
+PAGE = """<!doctype html><title>Another page</title><link rel="icon" href="data:,">
+<div id="canvas" style="width: 900px; height: 500px"></div><p id="status"></p>
+<div id="panel"></div><div id="problems"></div><div id="matrix"></div><div id="beside"></div>
+<script type="module" src="/page.ts"></script>
+"""
+
+
+def run(*command, folder):
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=180)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.fixture
+def package(built, tmp_path):
+    """A folder with the package as npm packs it, beside what it needs."""
+    if not (shutil.which("npm") and (MODELER / "node_modules").is_dir()):
+        missing("npm")
+    source = tmp_path / "source"
+    shutil.copytree(MODELER, source, ignore=shutil.ignore_patterns("node_modules", "dist", "bpmnlint*"))
+    (source / "node_modules").symlink_to(MODELER / "node_modules")
+    run("npx", "vite", "build", "--config", "vite.library.config.ts", folder=source)
+    run("npx", "tsc", "--project", "tsconfig.library.json", folder=source)
+    run("npm", "pack", "--pack-destination", str(tmp_path), folder=source)
+    (packed,) = tmp_path.glob("*.tgz")
+    host = tmp_path / "host"
+    (host / "node_modules").mkdir(parents=True)
+    for each in (MODELER / "node_modules").iterdir():
+        (host / "node_modules" / each.name).symlink_to(each)
+    shutil.unpack_archive(packed, host / "node_modules", "gztar")
+    (host / "node_modules" / "package").rename(host / "node_modules" / "cqos-modeler")
+    return host
+
+
+@contextlib.contextmanager
+def served(folder):
+    """Serve a folder; yields the address."""
+
+    class Quiet(http.server.SimpleHTTPRequestHandler):
+        def log_message(self, *_):
+            pass
+
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=str(folder)))
+    thread = threading.Thread(target=server.serve_forever)
+    thread.start()
+    try:
+        yield f"http://127.0.0.1:{server.server_port}"
+    finally:
+        server.shutdown()
+        thread.join()
+        server.server_close()
+
+
+def test_the_example_of_the_readme_compiles_and_shows_verdicts(package, browser):
+    (example,) = re.findall(r"```ts\n(.*?)```", (MODELER / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    (package / "index.html").write_text(PAGE, encoding="utf-8")
+    (package / "public").mkdir()
+    shutil.copy(EXAMPLE, package / "public" / "diagram.bpmn")
+    shutil.copy(MODELER / "tsconfig.json", package / "tsconfig.json")
+    with served(package / "dist") as page, serving("--web", "127.0.0.1:0", "--origin", page) as service:
+        (package / "page.ts").write_text(example.replace("http://127.0.0.1:8080", service.web), encoding="utf-8")
+        settings = '{"extends": "./tsconfig.json", "include": ["page.ts"]}'
+        (package / "tsconfig.page.json").write_text(settings, encoding="utf-8")
+        run("npx", "tsc", "--project", "tsconfig.page.json", folder=package)
+        run("npx", "vite", "build", "--target", "es2022", folder=package)
+        shown = Shown(browser, page)
+        try:
+            shown.page.wait_for_selector(".qos-incompatible")
+            assert shown.page.inner_text("#status") == "Incompatible: 1 of 2 pairs, 2 errors"
+            assert shown.page.locator(".qos-badge-incompatible").count() == 2
+            shown.page.click("[data-element-id=Drone_ThrowReq]")
+            shown.page.wait_for_selector("#panel >> text=Reliability")
+            assert "ROS101" in shown.page.inner_text("#problems")
+            assert shown.complaints == []
+        finally:
+            shown.context.close()
