@@ -22,7 +22,7 @@ const COLOURS = {
 
 /** Show an empty bpmn-js modeler in an element. */
 export function createCanvas(container: HTMLElement, moddleExtensions: ModdleExtensions): Modeler {
-  return new Modeler({
+  const modeler = new Modeler({
     container,
     moddleExtensions,
     additionalModules: [keepOrder],
@@ -32,6 +32,8 @@ export function createCanvas(container: HTMLElement, moddleExtensions: ModdleExt
       defaultLabelColor: 'var(--shape-label)',
     },
   });
+  new ResizeObserver(() => modeler.get<Canvas>('canvas').resized()).observe(container);
+  return modeler;
 }
 
 const MARGIN = 24;

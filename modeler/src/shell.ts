@@ -99,6 +99,8 @@ function dress(frame: Frame, modeler: Modeler, diagram: Diagram, desk: Desk, dre
     ...fileCommands(modeler, diagram, desk, dressExport),
     ...viewCommands(modeler),
     { id: 'add', label: 'Add an element', keys: 'Mod+Enter', run: () => chooseKind(modeler) },
+    { id: 'panel', label: 'Show or hide the properties', run: () => frame.toggle('panel') },
+    { id: 'bottom', label: 'Show or hide problems and matrix', run: () => frame.toggle('bottom') },
     { id: 'theme', label: 'Light, dark or system theme', run: () => frame.regions.status(`Theme: ${turnTheme()}`, 'info') },
     { id: 'help', label: 'Keyboard help', keys: '?', run: () => showHelp(commands) },
   ];

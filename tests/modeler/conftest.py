@@ -25,7 +25,7 @@ FLAGS = (
     *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
 )
-WAIT = 30_000
+WAIT = 90_000
 """Milliseconds: other tests take most of the machine meanwhile."""
 
 

@@ -187,6 +187,16 @@ def test_names_are_text_everywhere(run_modeler, show, example):
     assert opened.page.locator("img[src=x]").count() == 0
 
 
+def test_another_namespace_of_the_prefix_is_reported_and_corrected_by_a_save(run_modeler, show, example):
+    right = example.read_text()
+    example.write_text(right.replace('xmlns:qos="http://qos"', 'xmlns:qos="http://elsewhere"'))
+    opened = show(run_modeler(example).address)
+    opened.notice("was bound to http://elsewhere").wait_for()
+    assert opened.is_edited
+    opened.saved(example.name)
+    assert example.read_text() == right
+
+
 def test_a_file_that_is_no_diagram_is_reported(run_modeler, show, tmp_path):
     file = tmp_path / "broken.bpmn"
     file.write_text('<definitions xmlns="http://www.omg.org/spec/BPMN/20100524/MODEL"><process></definitions>')

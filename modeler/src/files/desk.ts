@@ -272,7 +272,7 @@ export class Desk {
     }
     const { source, revision } = this.desktop.diagram;
     const { name, bytes, place, handle, tag } = source;
-    const text = await this.desktop.diagram.text();
+    const text = await this.desktop.diagram.draft();
     const time = Date.now();
     await recovery.keep({ tab: this.tab, name, text, original: bytes, place: place?.id ?? null, handle, tag, time });
     this.kept = revision;

@@ -46,6 +46,8 @@ export interface Diagram {
   /** The text of the file as it would be saved now, and its bytes: those of the file where nothing was edited. */
   text(): Promise<string>;
   bytes(): Promise<Uint8Array<ArrayBuffer>>;
+  /** The model in the form of bpmn-js, which costs less than the text of the file. */
+  draft(): Promise<string>;
   /** Take note that these bytes are in this file now. */
   saved(source: Source): Promise<void>;
 }
@@ -121,6 +123,7 @@ export function createDiagram(modeler: Modeler, binding: Binding | null, told: (
     },
     open,
     text,
+    draft: () => written(modeler),
     async bytes() {
       const { bytes } = state.source;
       return bytes !== null && bytes.length > 0 && !isEdited() ? bytes : encode(await text());

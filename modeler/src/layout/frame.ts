@@ -14,6 +14,8 @@ export interface Frame {
   readonly regions: Regions;
   readonly header: HTMLElement;
   readonly canvas: HTMLElement;
+  /** Show or hide the properties, or the tabs below the diagram. */
+  toggle(part: 'panel' | 'bottom'): void;
 }
 
 /** Put the frame into an element of the page. */
@@ -25,18 +27,25 @@ export function createFrame(root: HTMLElement): Frame {
   const status = make('div', { class: 'status', role: 'status' });
   const tabs = createTabs();
   root.classList.add('frame');
-  root.append(header, make('main', { class: 'work' }, notices, canvas, panel, tabs.element), status);
+  const work = make('main', { class: 'work' }, notices, canvas, panel, tabs.element);
+  root.append(header, work, status);
   const shown = new Map<string, HTMLElement>();
   return {
     header,
     canvas,
+    toggle(part) {
+      work.dataset[part] = work.dataset[part] === 'off' ? 'on' : 'off';
+    },
     regions: {
       panel,
       problems: tabs.content('problems'),
       matrix: tabs.content('matrix'),
       beside: tabs.content('beside'),
       badge: tabs.badge,
-      show: tabs.show,
+      show(tab) {
+        work.dataset['bottom'] = 'on';
+        tabs.show(tab);
+      },
       status(text: string, kind: StatusKind): void {
         status.textContent = text;
         status.dataset['kind'] = kind;

@@ -54,7 +54,7 @@ export function createHeader(
     make('div', { class: 'file' }, name, mark),
     group('Edit', undo, redo),
     group('Zoom', sign('zoom-out', 'zoomOut'), zoom, sign('zoom-in', 'zoomIn'), sign('zoom-fit', 'fit')),
-    group('Page', sign('theme', 'theme'), sign('help', 'keyboard')),
+    group('Page', sign('panel', 'panel'), sign('bottom', 'bottom'), sign('theme', 'theme'), sign('help', 'keyboard')),
   );
   return (shown) => {
     name.textContent = shown.name;

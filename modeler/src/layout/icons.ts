@@ -11,7 +11,6 @@ const PATHS = {
   theme: 'M10 3a7 7 0 1 0 0 14 7 7 0 0 0 0-14Zm0 0v14',
   keyboard: 'M2 5.5h16v9H2zM5 8.5h.01M8 8.5h.01M11 8.5h.01M14 8.5h.01M6 11.5h8',
   down: 'm6 8 4 4 4-4',
-  close: 'm5 5 10 10M15 5 5 15',
   panel: 'M3 4h14v12H3zM12.5 4v12',
   bottom: 'M3 4h14v12H3zM3 11.5h14',
 } as const;
