@@ -26,6 +26,9 @@ def distance(one: str, other: str, most: int) -> int:
         return most + 1
     one, other = _differing(one, other)
     far = most + 1
+    if len(one) < 2 or len(other) < 2:  # noqa: PLR2004 - no two letters to swap
+        shorter, longer = sorted((one, other), key=len)
+        return min(len(longer) - (bool(shorter) and shorter in longer), far)
     band = 2 * most + 1  # of each row of the table only what is near its diagonal: column = row + index - most
     before = [far] * (band + 1)
     last = [far] * most + [min(column, far) for column in range(most + 2)]
