@@ -260,6 +260,10 @@ class Sessions:
         self._next = itertools.count(1)
         self._open = 0
 
+    async def warm(self) -> None:
+        """Start one process, so that the first session need not wait for it."""
+        await self._homes[0].process.start()
+
     async def begin(self, caller: str) -> HostedSession:
         """Open a session in the process that has fewest.
 

@@ -84,6 +84,8 @@ async def serve_here(
             tell(logging.WARNING, "others on the network can read tokens without TLS")
         if started is not None:
             started(addresses)
+        # The page opens a session at once; others may never do.
+        _warming = asyncio.ensure_future(calls.sessions.warm()) if settings.modeler else None
         await ending.wait()
         tell(level, "draining", leaving=settings.leaving, grace=settings.grace)
         # Who asks for health goes elsewhere; what is on its way here is still answered.
