@@ -71,6 +71,12 @@ export function startQos(workspace: Workspace, services: Services, catalogue: Ca
     }
   });
   beside.show(view);
+  addEventListener('pagehide', ({ persisted }) => {
+    // A page that the browser keeps goes on with its session when it comes back.
+    if (!persisted) {
+      live.stop();
+    }
+  });
   return page;
 }
 
@@ -88,7 +94,7 @@ function tellPhase(workspace: Workspace, { phase, message, problems }: LiveState
   if (phase === 'away') {
     regions.notice(AWAY, {
       kind: 'warning',
-      text: 'The service does not answer. You can go on drawing; verdicts are grey until it is back.',
+      text: `${message === '' ? 'The service does not answer.' : `The service says: ${message}.`} You can go on drawing; verdicts are grey until it is back.`,
     });
     regions.status('Not checked: the service does not answer', 'warning');
   } else if (phase === 'refused') {

@@ -36,7 +36,7 @@ export async function untilLoaded(services: Services, waiting: (reason: string) 
       if (why.kind === 'refused') {
         throw error;
       }
-      waiting(why.kind === 'away' ? why.message : 'it does not answer');
+      waiting((why.kind === 'away' && why.message) || 'it does not answer');
       await new Promise((resolve) => setTimeout(resolve, RETRY));
     }
   }

@@ -14,6 +14,7 @@ export interface Services {
 }
 
 const KEPT = 'cqos-token';
+const CLOSE = `/${SessionService.typeName}/${SessionService.method.closeSession.name}`;
 
 /** Send the token of this browser tab, and ask for one where the service demands it; null ends the call with its error. */
 export function authenticated(ask: () => Promise<string | null>): Interceptor {
@@ -44,7 +45,13 @@ export function authenticated(ask: () => Promise<string | null>): Interceptor {
 
 /** Make the clients, in the binary form: JSON takes many times as long for large models. */
 export function connect(baseUrl: string, ask: () => Promise<string | null>): Services {
-  const transport = createConnectTransport({ baseUrl, useBinaryFormat: true, interceptors: [authenticated(ask)] });
+  const transport = createConnectTransport({
+    baseUrl,
+    useBinaryFormat: true,
+    interceptors: [authenticated(ask)],
+    // A page that is closed still closes its session.
+    fetch: (input, init) => fetch(input, { ...init, keepalive: String(input).endsWith(CLOSE) }),
+  });
   return {
     catalogue: createClient(CatalogueService, transport),
     checks: createClient(CheckService, transport),
