@@ -3,6 +3,7 @@
 import difflib
 import os
 import re
+import shutil
 
 import pytest
 
@@ -257,11 +258,14 @@ def test_axe_finds_nothing(run_modeler, show, example, theme):
         assert places == [], state
 
 
-def test_the_screenshot_of_the_docs(run_modeler, show, example, tmp_path):
+def test_the_screenshot_of_the_docs(run_modeler, show, tmp_path):
     """`CQOS_SCREENSHOTS=1` writes it: pixels depend on the fonts of a machine, so that no test compares them."""
-    opened = show(run_modeler(example).address, color_scheme="light")
+    file = tmp_path / "smart_agriculture_incompatible.bpmn"
+    shutil.copy(ROOT / "examples" / file.name, file)
+    opened = show(run_modeler(file).address, color_scheme="light")
+    opened.page.locator(".qos-badge", has_text="incompatible").first.wait_for()
     opened.choose(REQUEST)
-    opened.page.wait_for_timeout(1500)
+    opened.page.locator(".panel", has_text="Reliability").wait_for()
     folder = ROOT / "docs" / "img" if os.environ.get("CQOS_SCREENSHOTS") else tmp_path
     opened.page.screenshot(path=folder / "modeler.png")
     assert (folder / "modeler.png").stat().st_size > 20_000
