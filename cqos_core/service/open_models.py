@@ -23,7 +23,7 @@ from cqos_core.remote.messages import EVERYTHING, below, report_message, to_mess
 from cqos_core.remote.request_problems import FieldProblem
 from cqos_core.service.answers import decode, least_severe, paths_of, read_documents, read_system, refusal_message
 from cqos_core.service.catalogue import versions
-from cqos_core.service.refusal import Refused, unfit
+from cqos_core.service.refusal import TOO_LARGE, Refused, unfit
 from cqos_core.service.sessions import OpenNames, changed, difference
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 _WHOLE = ("name", "protocol", "partial", "hypothetical", "overlays", "checks", "accept", "severities", "notes")
 """Parts of a system that one edit replaces."""
+_NESTED = "values are nested too deep, which is refused"
 
 
 class OpenModel:
@@ -59,7 +60,15 @@ class OpenModel:
         Raises:
             Refused: it cannot be opened.
         """
-        request = decode(session_pb2.OpenSessionRequest, data)
+        try:
+            return self._opened(decode(session_pb2.OpenSessionRequest, data))
+        except RecursionError:
+            raise Refused("INVALID_ARGUMENT", _NESTED) from None
+        except InputError as error:  # bridges make too much of what was read
+            text = "\n".join(map(str, error.problems))
+            raise Refused("RESOURCE_EXHAUSTED", text, documents=error.problems, reason=TOO_LARGE) from None
+
+    def _opened(self, request: session_pb2.OpenSessionRequest) -> bytes:
         paths = paths_of(request, report_pb2.Report)
         self._written = _ReportWriter(paths, least_severe(request))
         if request.WhichOneof("input") == "documents":
@@ -90,7 +99,10 @@ class OpenModel:
         request = decode(session_pb2.EditSessionRequest, data)
         response = session_pb2.EditSessionResponse(revision=request.revision)
         try:
-            touched = self._follow(request)
+            try:
+                touched = self._follow(request)
+            except RecursionError:
+                raise unfit([FieldProblem(request.WhichOneof("edit") or "edit", _NESTED)]) from None
         except Refused as refused:
             response.refusal.CopyFrom(refusal_message(refused.fields))
             response.refusal.documents.extend(to_message(each, report_pb2.Problem) for each in refused.documents)
@@ -140,9 +152,16 @@ class OpenModel:
         before = documents.system
         assert before is not None  # noqa: S101 - else there are no edits
         done = [each for each in edits if each is not None]
-        for kind, value in done:
-            self._session.edit(kind, value)
-        self._check_or_return(before, self._known, "documents")
+        try:
+            for kind, value in done:
+                self._session.edit(kind, value)
+            self._session.report()
+        except (InputError, KeyError, RecursionError):
+            # What went wrong halfway is found again from the beginning, or the session is what it was.
+            self._session = self._afresh(before)
+            self._session = self._new_session(system)
+            self._documents = after
+            return None
         self._documents = after
         if any(kind not in {"put_endpoint", "remove_endpoint", "set_notes", "set_name"} for kind, _ in done):
             return None

@@ -15,6 +15,8 @@ from google.protobuf import json_format
 from google.rpc import error_details_pb2, status_pb2
 
 from cqos.v1 import check_pb2, report_pb2, session_pb2, session_pb2_grpc, system_pb2
+from cqos_core.service.open_models import OpenModel
+from cqos_core.service.refusal import Refused
 from tests.laws.test_open_documents import content_of, followed
 from tests.service.test_web import call
 
@@ -194,6 +196,39 @@ def test_a_model_is_edited_by_its_parts(sessions):
     assert sessions.EditSession(ask).refusal.problems[0].field == "changes[0].remove_endpoint"
     answer = sessions.EditSession(editing(opened.session, 4, 2, model=MODEL))
     assert answer.refusal.problems[0].field == "documents"
+
+
+def test_what_bridges_make_too_large_is_refused_and_leaves_a_session_as_it_was():
+    """A route that carries every topic adds endpoints that no model states."""
+    participants = [system_pb2.Participant(id=each) for each in "ab"]
+    endpoints = [
+        system_pb2.Endpoint(id=f"w{number}", role=report_pb2.ROLE_PUBLISHER, topic=f"/t{number}", participant="a")
+        for number in range(2)
+    ]
+    route = system_pb2.Route(
+        source=system_pb2.Endpoint(role=report_pb2.ROLE_SUBSCRIBER, topic="/*", participant="a"),
+        target=system_pb2.Endpoint(role=report_pb2.ROLE_PUBLISHER, topic="/*", participant="b"),
+    )
+    bridge = system_pb2.Bridge(id="bridge", routes=[route])
+    empty = system_pb2.System(protocol="ros2", participants=participants)
+    model = OpenModel(4)
+    model.open(session_pb2.OpenSessionRequest(revision=1, system=empty).SerializeToString())
+    changes = session_pb2.Changes(
+        changes=[
+            *(session_pb2.Change(put_endpoint=each) for each in endpoints),
+            session_pb2.Change(put_bridge=bridge),
+        ]
+    )
+    ask = session_pb2.EditSessionRequest(revision=2, base_revision=1, changes=changes)
+    answer = session_pb2.EditSessionResponse.FromString(model.edit(ask.SerializeToString()))
+    assert [each.field for each in answer.refusal.problems] == ["changes"]
+    again = session_pb2.EditSessionRequest(revision=3)
+    report = session_pb2.EditSessionResponse.FromString(model.edit(again.SerializeToString())).report
+    assert (report.endpoints, report.topics) == (0, 0)
+    whole = system_pb2.System(protocol="ros2", participants=participants, endpoints=endpoints, bridges=[bridge])
+    with pytest.raises(Refused, match="bridges carry more topics") as raised:
+        OpenModel(4).open(session_pb2.OpenSessionRequest(revision=1, system=whole).SerializeToString())
+    assert raised.value.code == "RESOURCE_EXHAUSTED"
 
 
 def test_only_what_is_asked_for_is_answered(sessions):
