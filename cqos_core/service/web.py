@@ -26,12 +26,12 @@ from starlette.middleware import Middleware
 from starlette.middleware.cors import CORSMiddleware
 from starlette.responses import JSONResponse, PlainTextResponse
 from starlette.routing import Mount, Route
-from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from cqos_core.model.problems import CqosError
 from cqos_core.service import named_files, static_page
 from cqos_core.service.answers import EDIT, METHODS, PAIRS
 from cqos_core.service.calls import failure
+from cqos_core.service.connections import KEPT_SECONDS, Connections, patient
 from cqos_core.service.observing import REQUEST_ID
 from cqos_core.service.open_sessions import REQUESTS, SESSIONS
 from cqos_core.service.refusal import Refused
@@ -46,13 +46,10 @@ if TYPE_CHECKING:
     from cqos_core.service.callers import Caller
     from cqos_core.service.calls import Calls
     from cqos_core.service.observing import Watch
-    from cqos_core.service.settings import Limits, Settings
+    from cqos_core.service.settings import Settings
 
 _BACKLOG: Final = 1024
 _RELOAD_SECONDS: Final = 2.0
-_FIRST_SECONDS: Final = 10.0
-_KEPT_SECONDS: Final = 75
-"""For which a connection without a request is kept: longer than proxies and browsers do, or requests would cross its end."""
 _PREFLIGHT_SECONDS: Final = 7200
 # The extensions that gRPC-Web and Connect need where a page comes from elsewhere.
 _REQUEST_HEADERS: Final = (
@@ -279,7 +276,7 @@ class WebDoor:
         self._calls = calls
         config = uvicorn.Config(
             application(calls, settings),
-            http=_patient(_Connections(settings.limits)),
+            http=patient(Connections(settings.limits)),
             log_config=None,
             access_log=False,
             server_header=False,
@@ -287,7 +284,7 @@ class WebDoor:
             # A caller could state any address with them.
             proxy_headers=False,
             backlog=1,  # so many are accepted in one turn of the loop
-            timeout_keep_alive=_KEPT_SECONDS,
+            timeout_keep_alive=KEPT_SECONDS,
             timeout_graceful_shutdown=max(int(settings.grace), 1),
             ssl_certfile=settings.certificate,
             ssl_keyfile=settings.key,
@@ -333,93 +330,6 @@ class _Server(uvicorn.Server):
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
         yield
-
-
-class _Connections:
-    """The open connections: bounded in number, and those without a request go first."""
-
-    def __init__(self, limits: Limits) -> None:
-        self.seconds = limits.seconds
-        self.most = limits.calls
-        self._open: dict[_Patient, None] = {}
-
-    def begun(self, connection: _Patient) -> None:
-        """Take a connection; where there are too many, one ends that has had no request yet, else one that is idle."""
-        self._open[connection] = None
-        if len(self._open) > self.most:
-            silent = (each for each in self._open if each.is_silent and each is not connection)
-            idle = (each for each in self._open if each.is_idle and each is not connection)
-            (next(silent, None) or next(idle, None) or connection).close()
-
-    def ended(self, connection: _Patient) -> None:
-        """Forget a connection."""
-        self._open.pop(connection, None)
-
-
-class _Patient(H11Protocol):
-    """HTTP/1.1 that closes connections that are idle, and those on which a request does not come or not as a whole."""
-
-    held: _Connections
-    _seen: Any = None
-    _in_part: bool = False
-    _looking: asyncio.TimerHandle
-
-    @property
-    def is_silent(self) -> bool:
-        """Whether no request has come yet."""
-        latest: Any = self.cycle
-        return latest is None
-
-    @property
-    def is_idle(self) -> bool:
-        """Whether no request is under way."""
-        latest: Any = self.cycle
-        return latest is None or latest.response_complete
-
-    def close(self) -> None:
-        """End it."""
-        self.held.ended(self)
-        self.transport.abort()
-
-    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        super().connection_made(transport)
-        self._looking = self.loop.call_later(min(self.held.seconds, _FIRST_SECONDS), self._look)
-        self.held.begun(self)
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        self._looking.cancel()
-        self.held.ended(self)
-        super().connection_lost(exc)
-
-    def data_received(self, data: bytes) -> None:
-        super().data_received(data)
-        self._bound_rest()
-
-    def on_response_complete(self) -> None:
-        super().on_response_complete()
-        self._bound_rest()
-
-    def _bound_rest(self) -> None:
-        """Give the rest of a head that has begun as long as a first request, however slowly it comes."""
-        in_part = self.is_idle and bool(self.conn.trailing_data[0])
-        if in_part and not self._in_part:
-            self._looking.cancel()
-            self._seen = self.cycle
-            self._looking = self.loop.call_later(min(self.held.seconds, _FIRST_SECONDS), self._look)
-        self._in_part = in_part
-
-    def _look(self) -> None:
-        """Close it if nothing was under way since the last look."""
-        if self.cycle is self._seen and self.is_idle:
-            self.transport.close()
-            return
-        self._seen = self.cycle
-        self._looking = self.loop.call_later(_KEPT_SECONDS, self._look)
-
-
-def _patient(connections: _Connections) -> type[H11Protocol]:
-    """Return the protocol of the connections of one door."""
-    return type("Protocol", (_Patient,), {"held": connections})
 
 
 def _opened(settings: Settings) -> socket.socket:

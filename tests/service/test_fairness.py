@@ -18,13 +18,13 @@ from cqos_core.remote.client import ServiceError
 from cqos_core.service import native
 from cqos_core.service.callers import origin
 from cqos_core.service.calls import Calls
+from cqos_core.service.connections import Connections, Patient
 from cqos_core.service.fair_scheduler import Turns
 from cqos_core.service.frames import ANSWER, ANSWER_JSON
 from cqos_core.service.observing import Observer
 from cqos_core.service.refusal import CALLER_QUOTA, Refused
 from cqos_core.service.settings import Limits, Settings
-from cqos_core.service.web import WebDoor, _Connections, application
-from cqos_core.service.web import _Patient as Door
+from cqos_core.service.web import WebDoor, application
 from tests.benchmarks.attacks import PAIR
 from tests.service.crowd import heavy
 from tests.service.test_sessions import two
@@ -403,7 +403,7 @@ def test_requests_of_browsers_are_answered_by_workers(monkeypatch):
 def test_connections_of_browsers_are_accepted_one_in_a_turn_of_the_loop():
     turn, made = 0, []
 
-    class Counted(Door):
+    class Counted(Patient):
         def connection_made(self, transport):
             made.append(turn)
             super().connection_made(transport)
@@ -412,7 +412,7 @@ def test_connections_of_browsers_are_accepted_one_in_a_turn_of_the_loop():
         nonlocal turn
         settings = Settings(web="127.0.0.1:0")
         door = WebDoor(Calls(settings, Observer(settings)), settings)
-        door._server.config.http_protocol_class = type("Protocol", (Counted,), {"held": _Connections(Limits())})
+        door._server.config.http_protocol_class = type("Protocol", (Counted,), {"held": Connections(Limits())})
         await door.start()
         host, _, port = door.address.rpartition(":")
         with contextlib.ExitStack() as stack:
