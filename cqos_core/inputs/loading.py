@@ -18,6 +18,7 @@ from cqos_core.plugins import FAULTS, ImporterInfo, Plugins, load_plugins
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
+    from cqos_core.importers.source import Claim
     from cqos_core.inputs.ignoring import Patterns
 
 
@@ -86,20 +87,17 @@ def protocols_of(systems: Iterable[System]) -> frozenset[str]:
 
 def _claims(info: ImporterInfo, name: str, head: bytes, plugins: Plugins) -> bool:
     """Ask one importer; one that fails claims nothing, so that a broken plugin cannot stop the others."""
-    found = _looked(info, name, head)
-    if isinstance(found, bool):
-        return found
-    plugins.note_failure("importers", info.name, found, f"could not look at {name}")
-    return False
+    try:
+        return _looked(info.load_claim(), name, head)  # type: ignore[arg-type] # functions are hashable
+    except FAULTS as error:
+        plugins.note_failure("importers", info.name, error, f"could not look at {name}")
+        return False
 
 
 @lru_cache(maxsize=1024)
-def _looked(info: ImporterInfo, name: str, head: bytes) -> bool | BaseException:
+def _looked(claim: Claim, name: str, head: bytes) -> bool:
     """Ask once: a source is asked about several times, and so is a file that is edited further down."""
-    try:
-        return bool(info.load_claim()(name, head))
-    except FAULTS as error:
-        return error
+    return bool(claim(name, head))
 
 
 def read_source(

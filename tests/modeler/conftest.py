@@ -177,10 +177,12 @@ class Shown:
         return self
 
     def saved(self, name):
-        """Save, and wait until the page says so."""
+        """Save, and wait until the page says so; an earlier save may have said the same."""
         self.press("Control+s")
         self.page.wait_for_function(
-            "name => document.querySelector('.status').textContent === `Saved ${name}`", arg=name
+            "name => document.querySelector('.status').textContent === `Saved ${name}`"
+            " && document.querySelector('.bar .edited').textContent !== 'edited'",
+            arg=name,
         )
         return self
 

@@ -383,7 +383,7 @@ def test_forms_of_other_tools_become_plain_words_in_one_step(opens, drawn):
     more = (Event("Fame", CATCH, "t", None, FAME), Event("Zero", CATCH, "t", ZEROS))
     shown = opens(pair(codes, {"reliability": "reliable"}, more))
     offer = panel(shown).locator(".convert")
-    assert "The QoS of 3 events has the form of another tool" in offer.inner_text()
+    offer.get_by_text("The QoS of 3 events has the form of another tool").wait_for()
     offer.get_by_role("button", name="Remove the zeros").click()
     shown.page.wait_for_function("() => document.querySelector('.panel .convert').textContent.includes('2 events')")
     offer.get_by_role("button", name="Write them in plain words").click()

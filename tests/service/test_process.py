@@ -584,7 +584,7 @@ def test_deployments_use_options_that_there_are():
 
     variables = {f"CQOS_SERVE_{str(option.name).upper()}" for option in serve.params}
     flags = {flag for option in serve.params for flag in option.opts}
-    for file in (ROOT / "deploy").iterdir():
+    for file in filter(Path.is_file, (ROOT / "deploy").iterdir()):
         text = file.read_text(encoding="utf-8")
         assert set(re.findall(r"CQOS_SERVE_[A-Z_]+", text)) <= variables, file
         if file.suffix in {".yaml", ".service"}:
