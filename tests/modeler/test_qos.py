@@ -309,6 +309,7 @@ def test_verdicts_are_grey_while_the_service_is_away_and_come_back(run_modeler, 
         becomes(shown, incompatible=("In", "Out"))
         assert shown.notice("does not answer").count() == 0
         assert shown.page.locator(".qos-stale").count() == 0
+        shown.page.close()  # it would ask a service that has ended
     finally:
         again.stop()
     assert all("Failed to load resource" in each for each in shown.complaints)

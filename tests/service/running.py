@@ -15,6 +15,7 @@ from cqos_core.remote.client import Client
 
 STARTING_SECONDS = 60
 READY = ("serving", "starting")
+KEPT_SECONDS = 60
 
 
 class Service:
@@ -37,6 +38,7 @@ class Service:
             text=True,
         )
         self.lines: list[dict[str, object]] = []
+        self._asked = 0.0
         self._reader = threading.Thread(target=self._read)
         self._reader.start()
         try:
@@ -72,9 +74,17 @@ class Service:
     def web(self):
         return f"http://{self.addresses['web']}"
 
-    @functools.cached_property
+    @property
     def page(self):
-        """A connection to the browsers' door that is kept, as browsers do."""
+        """A connection to the browsers' door that is kept. Without a call for a minute it opens again: the door closes it soon."""
+        now = time.monotonic()
+        if now - self._asked > KEPT_SECONDS:
+            self._page.close()
+        self._asked = now
+        return self._page
+
+    @functools.cached_property
+    def _page(self):
         return http.client.HTTPConnection(self.addresses["web"], timeout=30)
 
     @property
@@ -93,8 +103,8 @@ class Service:
 
     def stop(self, seconds=30):
         """End it as an operator does; its exit code."""
-        if "page" in vars(self):
-            self.page.close()
+        if "_page" in vars(self):
+            self._page.close()
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
         try:
