@@ -55,6 +55,8 @@ FOLLOWED = (
 PAGES = (*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("examples/*.md"))
 SHELL = re.compile(r"""[|&;<>$*?'"\\]""")
 """What makes a line one for the shell."""
+OUR_OWN = frozenset({"COLUMNS", "CQOS_DEBUG", "FORCE_COLOR", "PYTEST_ADDOPTS"})
+"""Variables of who runs these tests; they would change what the commands of a page print."""
 BLOCK = re.compile(r'^```(?P<kind>\w+)(?: title="(?P<title>[^"]+)")?\n(?P<text>.*?)^```$', re.MULTILINE | re.DOTALL)
 
 
@@ -109,7 +111,7 @@ def execute(command: str, folder: Path, code: int) -> tuple[int, str]:
     site = folder / ".site"
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     python_path = os.pathsep.join(filter(None, [str(site), os.environ.get("PYTHONPATH")]))
-    kept = {name: value for name, value in os.environ.items() if name not in {"COLUMNS", "CQOS_DEBUG", "FORCE_COLOR"}}
+    kept = {name: value for name, value in os.environ.items() if name not in OUR_OWN}
     environment = kept | {"PATH": path, "PYTHONPATH": python_path, "PIP_DISABLE_PIP_VERSION_CHECK": "1"}
     words = command.split()
     if words[0] == "cqos" and not SHELL.search(command):

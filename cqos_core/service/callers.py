@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 from urllib.parse import unquote
 
-from cqos_core.service.refusal import BUSY, CALLER_QUOTA, Refused
+from cqos_core.remote.refusal import BUSY, CALLER_QUOTA, Refused
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping

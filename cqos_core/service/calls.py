@@ -19,8 +19,7 @@ from typing import TYPE_CHECKING, Final
 
 from google.protobuf import json_format
 
-from cqos_core.service import frames
-from cqos_core.service.answers import (
+from cqos_core.remote.answers import (
     METHODS,
     PAIRS,
     answer,
@@ -29,11 +28,12 @@ from cqos_core.service.answers import (
     decode,
     decode_json,
 )
+from cqos_core.remote.refusal import Refused, session_lost, too_much
+from cqos_core.service import frames
 from cqos_core.service.callers import Callers, origin
 from cqos_core.service.observing import Observer, tell
 from cqos_core.service.open_sessions import SESSIONS, OpenSessions
 from cqos_core.service.pool import FailedError, Pool, Sessions
-from cqos_core.service.refusal import Refused, session_lost, too_much
 from cqos_core.service.settings import token_sum
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
-from cqos_core.service.refusal import BUSY, CALLER_QUOTA, Refused
+from cqos_core.remote.refusal import BUSY, CALLER_QUOTA, Refused
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable, Coroutine, Iterable

@@ -20,7 +20,7 @@ from cqos_core.model.problems import CqosError
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from cqos_core.service.refusal import Refused
+    from cqos_core.remote.refusal import Refused
     from cqos_core.service.settings import Settings
 
 log = logging.getLogger("cqos_core.service")

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Final
 
 from google.rpc import status_pb2
 
+from cqos_core.remote.refusal import BUSY, WORKER_LOST, Refused, StatusRefused, no_session, session_lost
 from cqos_core.service import frames
 from cqos_core.service.fair_scheduler import Turns
-from cqos_core.service.refusal import BUSY, WORKER_LOST, Refused, StatusRefused, no_session, session_lost
 from cqos_core.service.worker import METHOD_NAMES
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import grpc
 
 from cqos.v1 import check_pb2, report_pb2, system_pb2
-from cqos_core.service.answers import answer, decode, read_system
+from cqos_core.remote.answers import answer, decode, read_system
 from tests.service.running import serving
 
 if TYPE_CHECKING:

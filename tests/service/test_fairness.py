@@ -15,6 +15,7 @@ import pytest
 
 from cqos.v1 import check_pb2, check_pb2_grpc
 from cqos_core.remote.client import ServiceError
+from cqos_core.remote.refusal import CALLER_QUOTA, Refused
 from cqos_core.service import native
 from cqos_core.service.callers import origin
 from cqos_core.service.calls import Calls
@@ -22,7 +23,6 @@ from cqos_core.service.connections import Connections, Patient
 from cqos_core.service.fair_scheduler import Turns
 from cqos_core.service.frames import ANSWER, ANSWER_JSON
 from cqos_core.service.observing import Observer
-from cqos_core.service.refusal import CALLER_QUOTA, Refused
 from cqos_core.service.settings import Limits, Settings
 from cqos_core.service.web import WebDoor, application
 from tests.benchmarks.attacks import PAIR

@@ -15,8 +15,8 @@ from google.protobuf import json_format
 from google.rpc import error_details_pb2, status_pb2
 
 from cqos.v1 import check_pb2, report_pb2, session_pb2, session_pb2_grpc, system_pb2
-from cqos_core.service.open_models import OpenModel
-from cqos_core.service.refusal import Refused
+from cqos_core.remote.open_models import OpenModel
+from cqos_core.remote.refusal import Refused
 from tests.laws.test_open_documents import content_of, followed
 from tests.service.test_web import call
 

@@ -35,8 +35,8 @@ from cqos_core.model.system import (
 )
 from cqos_core.remote.client import AsyncClient, PairQuestion, RemoteSession, ServiceError, SessionLostError
 from cqos_core.remote.messages import report_message
+from cqos_core.remote.session_answers import EditSession, difference
 from cqos_core.remote.sessions import followed
-from cqos_core.service.sessions import EditSession, difference
 from tests.effort import EXAMPLES
 from tests.test_messages import reports
 from tests.test_session import Editing

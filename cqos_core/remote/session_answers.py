@@ -12,10 +12,10 @@ from cqos.v1 import report_pb2, session_pb2
 from cqos_core.checking.session import Session
 from cqos_core.model.problems import InputError
 from cqos_core.model.system import NAMED, System
+from cqos_core.remote.answers import bounded, decode, read_system, refusal_message, reported
 from cqos_core.remote.messages import change_value
+from cqos_core.remote.refusal import Refused, unfit
 from cqos_core.remote.request_problems import FieldProblem, endpoint_problems, named_problems, part_problems
-from cqos_core.service.answers import bounded, decode, read_system, refusal_message, reported
-from cqos_core.service.refusal import Refused, unfit
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

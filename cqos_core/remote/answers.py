@@ -13,9 +13,10 @@ from google.protobuf.message import DecodeError
 
 from cqos.v1 import catalogue_pb2, check_pb2, report_pb2, session_pb2
 from cqos_core.analysis.differences import compare
-from cqos_core.api import check_pair, explain_pair
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.description import describe, elements_of
+from cqos_core.checking.explanation import explain_pair
+from cqos_core.checking.pair_judge import stated_pairs
 from cqos_core.checking.trial import tried_out
 from cqos_core.importers.source import Source
 from cqos_core.inputs.files import SentFiles
@@ -35,8 +36,8 @@ from cqos_core.remote.messages import (
     to_message,
     unknown_paths,
 )
+from cqos_core.remote.refusal import TOO_LARGE, Refused, too_much, unfit
 from cqos_core.remote.request_problems import FieldProblem, system_problems
-from cqos_core.service.refusal import TOO_LARGE, Refused, too_much, unfit
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -144,14 +145,14 @@ def decode(kind: Any, data: bytes) -> Any:
 
 def list_packs(request: catalogue_pb2.ListPacksRequest, _most: int) -> catalogue_pb2.ListPacksResponse:
     """Say what is installed."""
-    from cqos_core.service.catalogue import packs_message
+    from cqos_core.remote.catalogue import packs_message
 
     return packs_message(request.revision)
 
 
 def get_pack(request: catalogue_pb2.GetPackRequest, _most: int) -> catalogue_pb2.GetPackResponse:
     """Describe one rule pack."""
-    from cqos_core.service.catalogue import pack_message
+    from cqos_core.remote.catalogue import pack_message
 
     pack = load_plugins().pack(request.id)
     if pack is None:
@@ -162,7 +163,7 @@ def get_pack(request: catalogue_pb2.GetPackRequest, _most: int) -> catalogue_pb2
 
 def get_rule(request: catalogue_pb2.GetRuleRequest, _most: int) -> catalogue_pb2.GetRuleResponse:
     """Describe one rule."""
-    from cqos_core.service.catalogue import rule_message
+    from cqos_core.remote.catalogue import rule_message
 
     found = rule_message(request.code, request.revision)
     if found is None:
@@ -175,7 +176,7 @@ def reported(
     report: Report, paths: frozenset[str] = EVERYTHING, least_severe: Severity = Severity.NOTE
 ) -> report_pb2.Report:
     """Return the message of a report, with the versions of what judged."""
-    from cqos_core.service.catalogue import versions
+    from cqos_core.remote.catalogue import versions
 
     message = report_message(report, paths, least_severe)
     if not paths or "versions" in paths:
@@ -256,12 +257,10 @@ def judge(request: check_pb2.CheckPairRequest, path: str = "") -> PairReport:
     """
     if load_plugins().pack(request.protocol) is None:
         raise unfit([no_pack(f"{path}protocol", request.protocol)])
-    return check_pair(
-        request.protocol,
-        {**request.offered, **_lists(request.offered_lists)},
-        {**request.requested, **_lists(request.requested_lists)},
-        dict(request.options),
-        dict(request.topic),
+    pairs = stated_pairs(request.protocol, dict(request.options), dict(request.topic))
+    return pairs.report(
+        pairs.offer({**request.offered, **_lists(request.offered_lists)}),
+        pairs.request({**request.requested, **_lists(request.requested_lists)}),
     )
 
 
