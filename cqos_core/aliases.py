@@ -28,11 +28,14 @@ ROOMS: Final = {
 
 RENAMED: Final = {
     **dict.fromkeys(("expression", "pack", "policy", "rule"), "packs"),
-    "arrivals": "matching.delivery_paths",
+    "arrivals": "paths.delivery_paths",
     "assumed": "matching.assumptions",
-    "detours": "matching.bridge_reachability",
+    "detours": "paths.bridge_reachability",
     "given": "matching.derived_guarantees",
     "importers.editing": "exporters.editing",
+    "matching.bridge_findings": "paths.bridge_findings",
+    "matching.bridge_reachability": "paths.bridge_reachability",
+    "matching.delivery_paths": "paths.delivery_paths",
     "mending": "analysis.system_fixes",
     "misfits": "analysis.runtime_logs",
     "mistakes": "packs.validation",

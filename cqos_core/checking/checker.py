@@ -14,7 +14,6 @@ from cqos_core.checking.partners import partners
 from cqos_core.checking.team import bind_checks, words_asked
 from cqos_core.checking.topic import TopicResult, check_topic
 from cqos_core.matching.assumptions import assumptions
-from cqos_core.matching.bridge_findings import bridge_findings
 from cqos_core.matching.judge import ask
 from cqos_core.matching.pairing import naming_endpoints
 from cqos_core.matching.pipeline import Pipeline
@@ -22,6 +21,7 @@ from cqos_core.model.memory import uncollected
 from cqos_core.model.remarks import core_finding, plural, suggestion
 from cqos_core.model.report import Finding, Report, Severity, Side, Verdict
 from cqos_core.model.spelling import KnownNames
+from cqos_core.paths.bridge_findings import bridge_findings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

@@ -10,7 +10,6 @@ from cqos_core.checking.checker import check_system, participant_findings
 from cqos_core.checking.findings import fact, make, one_per_cause
 from cqos_core.checking.topic import check_topic, refusing, verdict_between
 from cqos_core.matching.assumptions import assumptions
-from cqos_core.matching.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
 from cqos_core.matching.derived_guarantees import derive, faults_between, give, over
 from cqos_core.matching.hops import Hop
 from cqos_core.matching.judge import (
@@ -41,16 +40,17 @@ from cqos_core.model.report import (
 )
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.guarantee import LINK
+from cqos_core.paths.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping, Sequence
 
-    from cqos_core.matching.delivery_paths import Pair
     from cqos_core.matching.derived_guarantees import DerivedGuarantees
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import Assumption, Finding, Report
     from cqos_core.model.system import System
     from cqos_core.packs.rule import Rule
+    from cqos_core.paths.delivery_paths import Pair
     from cqos_core.resolving.resolve import Resolver
     from cqos_core.resolving.resolved import Resolved
 

@@ -12,7 +12,6 @@ from cqos_core.checking.findings import Made, headline, make, shown, sides_of, s
 from cqos_core.checking.team import TeamCheck, team_findings
 from cqos_core.language.evaluate import RuleAnswer
 from cqos_core.language.relation import positions
-from cqos_core.matching.bridge_reachability import connected
 from cqos_core.matching.judge import Violation, judge_pair
 from cqos_core.matching.outline import MOST_COMBINATIONS, Outline, placed, reach
 from cqos_core.matching.pairing import bridges_of
@@ -21,6 +20,7 @@ from cqos_core.matching.topic_shape import judge_shape
 from cqos_core.model.codes import CODES
 from cqos_core.model.report import Finding, Group, Severity, Side, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.paths.bridge_reachability import connected
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
