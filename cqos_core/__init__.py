@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
     from cqos_core.analysis.applying import Edited
     from cqos_core.analysis.differences import Diff, Different, Missing, Named
+    from cqos_core.analysis.pair_judge import PairJudge, PairProfile
     from cqos_core.api import apply, check, check_pair, diff, explain, read
-    from cqos_core.checking.pair_judge import PairJudge, PairProfile
     from cqos_core.checking.session import Session
     from cqos_core.language.values import INFINITE
     from cqos_core.model.changes import Changes, Counts
@@ -90,7 +90,7 @@ _HOMES: Final = {
         "Side",
         "Verdict",
     ),
-    "checking.pair_judge": ("PairJudge", "PairProfile"),
+    "analysis.pair_judge": ("PairJudge", "PairProfile"),
     "checking.session": ("Session",),
     "model.changes": ("Changes", "Counts"),
     "model.system": (

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from os import PathLike
 from typing import TYPE_CHECKING
 
+from cqos_core.analysis.explanation import explain_pair
+from cqos_core.analysis.pair_judge import are_maps, pack_is_there, stated_pairs
 from cqos_core.checking.checker import check_system
-from cqos_core.checking.explanation import explain_pair
-from cqos_core.checking.pair_judge import are_maps, pack_is_there, stated_pairs
 from cqos_core.checking.trial import tried_out
 from cqos_core.inputs.reading import Input, faults, faults_of, read, source_of
 from cqos_core.language.values import INFINITE

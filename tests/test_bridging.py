@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cqos_core.analysis.explanation import explain_pair
 from cqos_core.checking.checker import check_system
-from cqos_core.checking.explanation import explain_pair
 from cqos_core.checking.session import Session
 from cqos_core.language.expression import as_condition, offered, requested
 from cqos_core.language.values import FromPeers

@@ -1,1 +1,4 @@
-"""What is built on checks: differences, known findings, logs of programs, fixes applied to files, runs on middleware."""
+"""What is built on checks: one pair judged or explained, differences, known findings, logs of programs, fixes applied to files.
+
+`pair_judge` judges pairs of plain dictionaries, `explanation.explain_pair` explains one pair of a system. `proving` runs pairs on middleware.
+"""

@@ -1,4 +1,4 @@
-"""Rules over a whole system become findings with fixes: the check itself, its explanation and the session.
+"""Rules over a whole system become findings with fixes: the check itself, and sessions.
 
-`checker.check_system` checks, `explanation.explain_pair` explains, `session.Session` checks again after edits.
+`checker.check_system` checks, `session.Session` checks again after edits.
 """

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from cqos_core.checking.explanation import endpoints_of, explain_pair
+from cqos_core.analysis.explanation import endpoints_of, explain_pair
 from cqos_core.checking.trial import tried_out
 from cqos_core.cli.parameters import color_option, debug_option, form_option, nearest
 from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options

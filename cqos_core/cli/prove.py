@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.analysis.proving.plan import FAULTS, Fault
-from cqos_core.checking.explanation import endpoints_of
 from cqos_core.checking.trial import tried_out
 from cqos_core.cli.explain import ends_of
 from cqos_core.cli.parameters import color_option, debug_option, nearest

@@ -13,10 +13,10 @@ from google.protobuf.message import DecodeError
 
 from cqos.v1 import catalogue_pb2, check_pb2, report_pb2, session_pb2
 from cqos_core.analysis.differences import compare
+from cqos_core.analysis.explanation import explain_pair
+from cqos_core.analysis.pair_judge import stated_pairs
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.description import describe, elements_of
-from cqos_core.checking.explanation import explain_pair
-from cqos_core.checking.pair_judge import stated_pairs
 from cqos_core.checking.trial import tried_out
 from cqos_core.importers.source import Source
 from cqos_core.inputs.files import SentFiles

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import cqos_core as cqos
+from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.checking.checker import check_system
-from cqos_core.checking.explanation import endpoints_of
 from cqos_core.exporters.contract import ExportContext
 from cqos_core.exporters.design import design_of
 from cqos_core.exporters.yaml_form import write

@@ -5,7 +5,7 @@ from dataclasses import fields, is_dataclass, replace
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cqos_core.checking import pair_judge
+from cqos_core.analysis import pair_judge
 from cqos_core.checking.checker import check_system
 from cqos_core.matching import assumptions as assumed
 from cqos_core.matching import judge, verdicts

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 import pytest
 
 import cqos_core as cqos
+from cqos_core.analysis import pair_judge
 from cqos_core.api import explain_pair
-from cqos_core.checking import pair_judge
 from cqos_core.matching.pipeline import context, pair_system
 from cqos_dds.pack import PACK as DDS
 from cqos_mqtt.pack import PACK as MQTT

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from datetime import timedelta
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from cqos_core.checking.explanation import ends_alone, explained
+from cqos_core.analysis.explanation import ends_alone, explained
 from cqos_core.matching.pipeline import Pipeline, SettingValue, as_text, context, pair_end, pair_system
 from cqos_core.matching.verdicts import PairEnd, verdicts_of
 from cqos_core.model.memory import MOST_LETTERS, letters
