@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from cqos_core.bpmn.document import Document, require_bpmn
 from cqos_core.bpmn.endpoints import Endpoints
 from cqos_core.bpmn.events import read_events
+from cqos_core.bpmn.flow import read_flow
 from cqos_core.bpmn.messages import read_messages
 from cqos_core.bpmn.models import outline
 from cqos_core.bpmn.participants import read_participants
@@ -69,9 +70,11 @@ def _read(
     # Columns are found again in the sources; where no lines are wanted, they are not either.
     reading.system.sources[source.name] = source.data if lines else b""
     read_system_words(reading)
-    endpoints = Endpoints(reading, read_participants(reading))
+    pools = read_participants(reading)
+    endpoints = Endpoints(reading, pools)
     read_events(reading, endpoints, read_signals(reading))
     if with_messages:
         read_messages(reading, endpoints)
+    read_flow(reading, endpoints, pools)
     report_unread(reading, endpoints, with_messages=with_messages)
     return reading.system

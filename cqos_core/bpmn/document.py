@@ -64,7 +64,7 @@ _INDEXED = (
     *(COLLABORATION, PARTICIPANT, PROCESS, SIGNAL, MESSAGE, ITEM_DEFINITION, MESSAGE_FLOW, IMPORT),
     CALL_ACTIVITY,
 )
-_ZEEBE_CALL = f"{{{NAMESPACES['zeebe']}}}calledElement"
+ZEEBE_CALL = f"{{{NAMESPACES['zeebe']}}}calledElement"
 
 
 def require_bpmn(root: Element, source: Source) -> None:
@@ -154,7 +154,7 @@ class Document:
         """Return the process of this file that a call activity runs, None where it runs something else."""
         stated = [activity.get("calledElement")]
         for extensions in activity.iterchildren(EXTENSIONS):
-            stated += [each.get("processId") for each in extensions.iterchildren(_ZEEBE_CALL)]
+            stated += [each.get("processId") for each in extensions.iterchildren(ZEEBE_CALL)]
         found = (self.find(PROCESS, reference, activity) for reference in stated if reference)
         return next((process for process in found if process is not None), None)
 

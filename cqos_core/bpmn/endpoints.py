@@ -16,7 +16,7 @@ from cqos_core.bpmn.words import acceptances, extension_children, flag, qos_chil
 from cqos_core.model.system import EVERY_OTHER, Endpoint, ProfileRef, Room, Setting
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from cqos_core.bpmn.lost import Unknown
     from cqos_core.bpmn.participants import Pools
@@ -56,10 +56,21 @@ class Endpoints:
         self._unique = Unique()
         self._elements: dict[str, Element] = {}
         self._used: set[Element] = set()
+        self._ids: dict[Element, tuple[str, ...]] = {}
+        self._copies: dict[str, list[str]] = {}
 
     def has(self, element: Element) -> bool:
         """Say whether endpoints were made of ``element``, or knowingly not made."""
         return element in self._used
+
+    def of(self, element: Element) -> tuple[str, ...]:
+        """Return the ids of the endpoints that were made of ``element``."""
+        return self._ids.get(element, ())
+
+    def of_run(self, mark: Element) -> Iterator[tuple[str, str, tuple[str, ...]]]:
+        """Yield id, tag and ids of the endpoints of each plain event in the place of a ``mark``."""
+        for event in self._reading.document.runs.get(mark, ()):
+            yield event.id, event.tag, (event.id, *self._copies.get(event.id, ()))
 
     def add(self, element: Element, role: Role, meetings: Sequence[EventTopic]) -> None:
         """Add an endpoint of ``element`` for each meeting and each participant that runs its process."""
@@ -82,7 +93,7 @@ class Endpoints:
         for meeting in meetings:
             for number, participant in enumerate(runners):
                 self._add(stated, meeting, participant, is_first=number == 0)
-        ids = [endpoint.id for endpoint in self._reading.system.endpoints[first:]]
+        ids = self._ids[element] = tuple(endpoint.id for endpoint in self._reading.system.endpoints[first:])
         self._reading.system.accept += [
             replace(found, endpoint=name) for found in acceptances(self._reading, children) for name in ids
         ]
@@ -110,7 +121,9 @@ class Endpoints:
             event.participant = runners[0].id
             add(event)
             for other in runners[1:]:
-                add(replace(event, id=self._unique(f"{event.id}@{other.id}"), participant=other.id))
+                copy = self._unique(f"{event.id}@{other.id}")
+                self._copies.setdefault(event.id, []).append(copy)
+                add(replace(event, id=copy, participant=other.id))
 
     def _add(self, stated: Endpoint, meeting: EventTopic, participant: Participant, *, is_first: bool) -> None:
         wanted = stated.id or f"{participant.id}/{stated.role}/{meeting.topic or '-'}"

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 _MOST: Final = 1_000
 """Kinds of events worth reading, one by one; a document with more is read as a whole."""
 _ID: Final = "cqos-event"
+_OF_FLOW: Final = (b"attachedToRef", b"cancelActivity", b"isInterrupting", b"parallelMultiple")
+"""Attributes that say when an event happens: the control flow reads them."""
 # The start tag of the first element; what is before it are comments and instructions, in which no tag begins.
 _FIRST = re.compile(rb"""<[A-Za-z_](?:[^<>"']++|"[^"]*+"|'[^']*+')*+(?<!/)>""")
 _ATTRIBUTE = re.compile(r'([ \t\r\n]++)([\w.:-]++)="([^"]*+)"')
@@ -61,6 +63,8 @@ class Models:
 
         Quantities are set aside: events that differ in them alone are of one kind.
         """
+        if any(each in attributes for each in _OF_FLOW):
+            return None
         quantities: list[str] = []
         words = 0
 
@@ -81,7 +85,7 @@ class Models:
             if len(self._kinds) >= _MOST:
                 return None
             endpoint = self._event(*kind, len(quantities))
-            self._kinds[kind] = None if endpoint is None else Kind(endpoint, self._lines)
+            self._kinds[kind] = None if endpoint is None else Kind(endpoint, self._lines, kind[0])
         found = self._kinds[kind]
         if found is None:
             return None

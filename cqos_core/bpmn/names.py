@@ -10,6 +10,7 @@ from functools import lru_cache
 _INVISIBLE = re.compile("[\u061c\u200b-\u200f\u202a-\u202e\u2060-\u2064\u2066-\u2069\ufeff]")
 _AT_RUN_TIME = re.compile(r"[$#]\{|^=")
 _NOT_COUNTED = re.compile(r"[-_\s]")
+_WHOLE_NUMBER = re.compile(r"0*[1-9]\d{0,5}", re.ASCII)
 _SHOWN = 60
 _LONGEST_NUMBER = 100
 
@@ -49,6 +50,12 @@ def number(text: str) -> Decimal | None:
     except InvalidOperation:
         return None
     return found if found.is_finite() else None
+
+
+def whole_number(text: str | None) -> int | None:
+    """Return the whole number from 1 to 999,999 that a text writes, None where it writes none."""
+    found = _WHOLE_NUMBER.fullmatch((text or "").strip())
+    return int(found[0]) if found else None
 
 
 def same_value(one: str, other: str) -> bool:

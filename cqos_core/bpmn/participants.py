@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
 
-from cqos_core.bpmn.document import CALL_ACTIVITY, COLLABORATION, PARTICIPANT, PROCESS, identity, split
+from cqos_core.bpmn.document import BPMN, CALL_ACTIVITY, COLLABORATION, PARTICIPANT, PROCESS, identity, split
 from cqos_core.bpmn.form import MODEL
 from cqos_core.bpmn.form import PARTICIPANT as FORM
-from cqos_core.bpmn.names import fold, shown
+from cqos_core.bpmn.names import fold, shown, whole_number
 from cqos_core.bpmn.reading import Unique
 from cqos_core.bpmn.words import (
     extension_children,
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import Settings
 
+_MULTIPLICITY: Final = f"{BPMN}participantMultiplicity"
+
 
 @dataclass(slots=True)
 class Pools:
@@ -39,11 +41,15 @@ class Pools:
         by_element: the participant that a ``participant`` element stands for.
         lost: by id of a participant, what nothing reads on its pool, its process or around both, so that any policy of its
             endpoints may be meant.
+        own: the processes that run without being called.
+        several: by id of a participant, how many of it a pool with the mark of several has; None where it does not say.
     """
 
     of_process: dict[Element, list[Participant]]
     by_element: dict[Element, Participant]
     lost: dict[str, list[Unknown]]
+    own: set[Element] = field(default_factory=set)
+    several: dict[str, int | None] = field(default_factory=dict)
 
 
 def read_participants(reading: DiagramReading) -> Pools:
@@ -59,6 +65,8 @@ def read_participants(reading: DiagramReading) -> Pools:
     for element in document.all(PARTICIPANT):
         participant = _add(reading, element, unique)
         found.by_element[element] = participant
+        for mark in element.iterchildren(_MULTIPLICITY):
+            found.several[participant.id] = whole_number(mark.get("maximum"))
         process = _process(reading, element)
         if process is not None:
             found.of_process.setdefault(process, []).append(participant)
@@ -67,11 +75,13 @@ def read_participants(reading: DiagramReading) -> Pools:
     alone = [process for process in document.all(PROCESS) if process not in found.of_process and process not in called]
     for process in alone:
         found.of_process[process] = [_add(reading, process, unique)]
+    found.own.update(found.of_process)
     _hand_on(reading, found.of_process, calls, list(found.of_process))
     for process in document.all(PROCESS):
         runners = found.of_process.get(process)
         if runners is None:  # it and others call each other, and nothing else calls them
             found.of_process[process] = [_add(reading, process, unique)]
+            found.own.add(process)
             _hand_on(reading, found.of_process, calls, [process])
         elif process not in alone:
             _inherit(reading, process, runners)

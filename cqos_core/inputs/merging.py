@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import count
+from itertools import chain, count
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.model.remarks import listed
+from cqos_core.model.report import later
 from cqos_core.model.system import EVERY_OTHER, ImportNote, Place, Profile, Setting, System
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ def merge(systems: Sequence[System]) -> System:
                 _stated_differently(whole, what, whole.severities[rule], level, None, "the first holds")
         whole.notes += system.notes
         whole.sources.update(system.sources)
+    whole.flows = later(lambda: chain.from_iterable(system.flows for system in systems))
     for profile in ambiguous:
         whole.profiles[profile.name] = profile
         message = f"profile `{profile.name}` is {profile.settings[EVERY_OTHER].unknown}; {_OPEN}"

@@ -45,15 +45,17 @@ class Kind:
     Attributes:
         endpoint: one such endpoint, as its importer makes it.
         said: what `Endpoint.said` returns of it.
+        tag: what their elements are.
     """
 
-    __slots__ = ("endpoint", "lines", "said")
+    __slots__ = ("endpoint", "lines", "said", "tag")
 
-    def __init__(self, endpoint: Endpoint, lines: LinesOf) -> None:
+    def __init__(self, endpoint: Endpoint, lines: LinesOf, tag: str) -> None:
         """Take an endpoint that is not changed any more."""
         self.endpoint = endpoint
         self.said = endpoint.said()
         self.lines = lines
+        self.tag = tag
 
 
 class Model:
@@ -65,6 +67,11 @@ class Model:
         """Take ``texts`` in the place of those of the settings of a kind."""
         self._kind = kind
         self._texts = texts
+
+    @property
+    def tag(self) -> str:
+        """What the elements of the endpoints are."""
+        return self._kind.tag
 
     @property
     def said(self) -> Said:
@@ -145,6 +152,11 @@ class PlainEndpoint(Endpoint):
         made = self.model.make(self, name)
         setattr(self, name, made)
         return made
+
+    @property
+    def tag(self) -> str:
+        """What the element is."""
+        return self.model.tag
 
     def said(self) -> Said:
         """See `Endpoint.said`; the model's, until the settings are made and may be changed."""

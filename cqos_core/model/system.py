@@ -1,7 +1,7 @@
 """What importers produce: systems of participants, endpoints, topics and bridges, settings still as text.
 
-Everything here is a plain value. Importers fill it, `resolve` reads it, no other part changes it. Every stated
-thing keeps its `Place`, so that a finding can point at the line it came from.
+Everything here is a plain value. Importers fill it, `resolve` reads it, no other part changes it. Every stated thing keeps its
+`Place`, so that a finding can point at the line.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Final, Literal, TypeVar
 if TYPE_CHECKING:
     from typing_extensions import Self
 
+    from cqos_core.model.flow import ControlFlow
+
 T = TypeVar("T")
 Role = Literal["publisher", "subscriber"]
 PUBLISHER: Role = "publisher"
@@ -22,7 +24,7 @@ MESSAGE: Final = "message"
 """The kind of an endpoint that is one of a topic, and no end of a service or an action."""
 
 
-class _Constant:
+class Constant:
     """What never changes is its own copy."""
 
     __slots__ = ()
@@ -32,7 +34,7 @@ class _Constant:
 
 
 @dataclass(frozen=True, slots=True)
-class Place(_Constant):
+class Place(Constant):
     """Where something was stated.
 
     Attributes:
@@ -76,7 +78,7 @@ class Cases:
 
 
 @dataclass(frozen=True, slots=True)
-class Setting(_Constant):
+class Setting(Constant):
     """One stated value, as text in YAML flow spelling (``reliable``, ``2s``, ``[a, b]``, ``{sec: 2, nsec: 0}``).
 
     Attributes:
@@ -102,7 +104,7 @@ EVERY_OTHER: Final = "*"
 
 
 @dataclass(frozen=True, slots=True)
-class Room(_Constant):
+class Room(Constant):
     """Where a file has room for further settings; the inserter of its format knows how to add them.
 
     Attributes:
@@ -121,7 +123,7 @@ class Room(_Constant):
 
 
 @dataclass(frozen=True, slots=True)
-class Scope(_Constant):
+class Scope(Constant):
     """Which endpoints take a profile where it is named, and what of it.
 
     Attributes:
@@ -156,7 +158,7 @@ EVERYBODY: Final = Scope()
 
 
 @dataclass(frozen=True, slots=True)
-class ProfileRef(_Constant):
+class ProfileRef(Constant):
     """A profile or preset used by name, where it was named, and who takes it there."""
 
     name: str
@@ -368,8 +370,7 @@ class Bridge:
     """Subscribes on one side and publishes on the other, perhaps in another protocol.
 
     Attributes:
-        id: unique in the system.
-        routes: what it carries.
+        id, routes: unique in the system; what it carries.
         carries: what else it carries on beside samples: ``liveliness``, where it ends its publications with their source;
             ``own``, where what it publishes on one side comes back to it there.
     """
@@ -441,6 +442,7 @@ class System:
         options: option settings by pack id: ``{"ros2": {"rmw": Setting("cyclonedds")}}``.
         severities: rule code or name to ``error``, ``warning``, ``note`` or ``off``.
         sources: the files read, in order, with their bytes, from which formatters cut excerpts.
+        flows: the control flow of each file that draws any; made when it is first read.
         partial: it is a part of a system, so an endpoint without partner is no reason for a warning.
         hypothetical: its endpoints were made to try profiles that none uses, so its pairs set no verdict.
     """
@@ -460,6 +462,7 @@ class System:
     severities: dict[str, str] = field(default_factory=dict)
     notes: list[ImportNote] = field(default_factory=list)
     sources: dict[str, bytes] = field(default_factory=dict)
+    flows: tuple[ControlFlow, ...] = ()
     partial: bool = False
     hypothetical: bool = False
 

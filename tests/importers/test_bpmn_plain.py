@@ -73,7 +73,12 @@ ODD_SIGNALS = (
     ),
     *('id="S12" name="inside" f:scope="processInstance"', 'id="S13" name="&amp;"'),
 )
-BETWEEN = ("", "\n", "  ", "<!-- a comment -->", "<!-- <P:signal id='S1' name='one'/> -->", "<?tool data?>")
+BETWEEN = (
+    *('<P:sequenceFlow sourceRef="E0" targetRef="E1"/>', '<P:sequenceFlow sourceRef="E2" targetRef="T"/>'),
+    *("", "\n", "  ", "<!-- a comment -->"),
+    "<!-- <P:signal id='S1' name='one'/> -->",
+    "<?tool data?>",
+)
 ODD_BETWEEN = (
     *(
         "<P:task id='T' qos:depth='1'/>",
