@@ -27,6 +27,8 @@ FLAGS = (
 )
 WAIT = 90_000
 """Milliseconds: other tests take most of the machine meanwhile."""
+SOON = 1_500
+"""Milliseconds after which a person clicks again."""
 
 
 def missing(what) -> NoReturn:
@@ -167,9 +169,16 @@ class Shown:
         return self.page.locator(f'.djs-shape[data-element-id="{name}"] .djs-hit').first
 
     def choose(self, name):
-        """Click a shape."""
-        self.shape(name).click(force=True)
-        return self
+        """Click a shape until it is chosen: for 400 ms after a drag the canvas takes no click."""
+        from playwright.sync_api import TimeoutError as NotSoon
+
+        chosen = f'.djs-element.selected[data-element-id="{name}"]'
+        for _ in range(WAIT // SOON):
+            self.shape(name).click(force=True)
+            with contextlib.suppress(NotSoon):
+                self.page.wait_for_selector(chosen, state="attached", timeout=SOON)
+                return self
+        raise AssertionError(f"{name} cannot be chosen")
 
     def press(self, *keys):
         for key in keys:
