@@ -96,6 +96,46 @@ def built():
     return PAGE
 
 
+NAME = "smart_agriculture.bpmn"
+
+
+@pytest.fixture(scope="session")
+def shared(built, tmp_path_factory):
+    """One `cqos modeler` for all tests of a process that can share it, and the file that it was started with."""
+    file = tmp_path_factory.mktemp("shared") / NAME
+    running = Running(file, folder=file.parent)
+    yield running, file
+    running.stop()
+
+
+@pytest.fixture
+def example(shared):
+    """The file of the shared modeler: the example of the paper."""
+    file = shared[1]
+    shutil.copy(ROOT / "examples" / NAME, file)
+    return file
+
+
+@pytest.fixture
+def opens(shared, show):
+    """Show a diagram, or none, in the shared modeler."""
+
+    def opened(text=None, **options):
+        running, file = shared
+        file.unlink(missing_ok=True)
+        if text is not None:
+            file.write_text(text, encoding="utf-8")
+        return show(running.address, **options)
+
+    return opened
+
+
+@pytest.fixture
+def opened(shared, example, show):
+    """The example of the paper in the shared modeler."""
+    return show(shared[0].address)
+
+
 @pytest.fixture
 def run_modeler(built, tmp_path):
     """Start `cqos modeler` with files."""
@@ -164,17 +204,23 @@ class Shown:
         self.page.wait_for_selector(".djs-element")
         return self
 
+    def close(self):
+        """Close it as a browser does, so that its session ends, too."""
+        for page in self.context.pages:
+            page.evaluate("dispatchEvent(new PageTransitionEvent('pagehide'))")
+        self.context.close()
+
     def shape(self, name):
         """The drawn element of an id."""
         return self.page.locator(f'.djs-shape[data-element-id="{name}"] .djs-hit').first
 
-    def choose(self, name):
+    def choose(self, name, **where):
         """Click a shape until it is chosen: for 400 ms after a drag the canvas takes no click."""
         from playwright.sync_api import TimeoutError as NotSoon
 
         chosen = f'.djs-element.selected[data-element-id="{name}"]'
         for _ in range(WAIT // SOON):
-            self.shape(name).click(force=True)
+            self.shape(name).click(force=True, **where)
             with contextlib.suppress(NotSoon):
                 self.page.wait_for_selector(chosen, state="attached", timeout=SOON)
                 return self
@@ -219,14 +265,6 @@ def show(browser) -> Iterator[object]:
 
     yield shown
     for each in pages:
-        each.context.close()
+        each.close()
     for each in pages:
         assert (each.complaints, each.strangers) == ([], [])
-
-
-@pytest.fixture
-def example(tmp_path):
-    """A copy of the example of the paper."""
-    file = tmp_path / "smart_agriculture.bpmn"
-    shutil.copy(ROOT / "examples" / file.name, file)
-    return file

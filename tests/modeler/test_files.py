@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from cqos_core.service.settings import PAGE
-from tests.modeler.conftest import ROOT, missing
+from tests.modeler.conftest import NAME, ROOT, Running, missing
 from tests.service.running import serving
 
 KEY = "x-cqos-key"
@@ -28,13 +28,28 @@ def ask(running, method, path, body=None, **headers):
         connection.close()
 
 
-@pytest.fixture
-def running(run_modeler, example, tmp_path):
-    (tmp_path / "secret.txt").write_text("secret")
-    return run_modeler(example, "new.bpmn")
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """An example, a link to another file, and a file that is none of the page's."""
+    made = tmp_path_factory.mktemp("named")
+    shutil.copy(ROOT / "examples" / NAME, made)
+    (made / "linked.bpmn").write_text("<linked/>")
+    (made / "linked.bpmn").chmod(0o640)
+    (made / "link.bpmn").symlink_to("linked.bpmn")
+    (made / "secret.txt").write_text("secret")
+    return made
 
 
-def test_files_need_the_key_and_are_those_of_the_command_line(running, example, tmp_path):
+@pytest.fixture(scope="module")
+def running(built, folder):
+    started = Running(folder / NAME, "new.bpmn", "link.bpmn", folder=folder)
+    yield started
+    started.stop()
+
+
+def test_files_need_the_key_and_are_those_of_the_command_line(running, folder):
+    example = folder / NAME
+
     def known(method, path, body=None, **headers):
         return ask(running, method, path, body, x_cqos_key=running.key, **headers)
 
@@ -43,8 +58,8 @@ def test_files_need_the_key_and_are_those_of_the_command_line(running, example, 
         assert ask(running, "PUT", "/files/0", b"", **given)[0] == 403
     assert ask(running, "POST", "/files/key", x_cqos_key="guess")[0] == 403
     _, _, listed = known("GET", "/files")
-    assert [each["name"] for each in json.loads(listed)["files"]] == [example.name, "new.bpmn"]
-    for path in ("/files/2", "/files/-1", "/files/../secret.txt", "/files/secret.txt", "/secret.txt"):
+    assert [each["name"] for each in json.loads(listed)["files"]] == [NAME, "new.bpmn", "link.bpmn"]
+    for path in ("/files/3", "/files/-1", "/files/../secret.txt", "/files/secret.txt", "/secret.txt"):
         assert known("GET", path)[0] == 404
 
     # A read, and what has changed since.
@@ -60,7 +75,7 @@ def test_files_need_the_key_and_are_those_of_the_command_line(running, example, 
     assert known("PUT", "/files/0", b"<again/>", if_match=headers["etag"])[0] == 204
     assert example.read_bytes() == b"<again/>"
     # A file that does not exist: the first save makes it, and no other does.
-    new = tmp_path / "new.bpmn"
+    new = folder / "new.bpmn"
     assert known("GET", "/files/1")[0] == 204
     assert known("PUT", "/files/1", b"<new/>", if_match='"x"')[0] == 412
     assert known("PUT", "/files/1", b"<new/>")[0] == 204
@@ -76,15 +91,12 @@ def umask():
     return mask
 
 
-def test_a_save_keeps_the_permissions_and_the_link(run_modeler, example, tmp_path):
-    link = tmp_path / "link.bpmn"
-    link.symlink_to(example.name)
-    example.chmod(0o640)
-    running = run_modeler(link)
-    _, headers, _ = ask(running, "GET", "/files/0", x_cqos_key=running.key)
-    assert ask(running, "PUT", "/files/0", b"<mine/>", x_cqos_key=running.key, if_match=headers["etag"])[0] == 204
+def test_a_save_keeps_the_permissions_and_the_link(running, folder):
+    link, linked = folder / "link.bpmn", folder / "linked.bpmn"
+    _, headers, _ = ask(running, "GET", "/files/2", x_cqos_key=running.key)
+    assert ask(running, "PUT", "/files/2", b"<mine/>", x_cqos_key=running.key, if_match=headers["etag"])[0] == 204
     assert link.is_symlink()
-    assert (example.read_bytes(), example.stat().st_mode & 0o777) == (b"<mine/>", 0o640)
+    assert (linked.read_bytes(), linked.stat().st_mode & 0o777) == (b"<mine/>", 0o640)
 
 
 def test_the_files_of_the_page_are_compressed_and_guarded(running):

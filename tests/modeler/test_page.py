@@ -3,13 +3,13 @@
 import difflib
 import os
 import re
-import shutil
 
 import pytest
 
-from tests.modeler.conftest import ROOT
+from tests.modeler.conftest import NAME, ROOT
 
 AXE = ROOT / "modeler" / "node_modules" / "axe-core" / "axe.min.js"
+PAPER = ROOT / "examples" / NAME
 REQUEST = "Drone_ThrowReq"
 
 
@@ -17,11 +17,6 @@ def differences(before, after):
     """The lines that differ, with their sign."""
     lines = difflib.unified_diff(before.splitlines(), after.splitlines(), n=0, lineterm="")
     return [line for line in lines if line[:1] in "+-" and not line.startswith(("+++", "---"))]
-
-
-@pytest.fixture
-def opened(run_modeler, show, example):
-    return show(run_modeler(example).address)
 
 
 def test_the_example_of_the_paper_opens_and_is_saved_as_it_was(opened, example):
@@ -76,17 +71,15 @@ def test_an_element_is_drawn_with_the_palette_and_saved_where_it_belongs(opened,
     assert "<bpmn:documentation>The smart agriculture case study" in example.read_text()
 
 
-def test_keyboard_alone_draws_a_publisher(run_modeler, show, tmp_path):
-    file = tmp_path / "new.bpmn"
-    drawn = show(run_modeler(file).address)
+def test_keyboard_alone_draws_a_publisher(opens, shared):
+    drawn = opens()
     drawn.page.locator(".canvas svg").first.focus()
     drawn.press("n", "Enter")  # the first choice publishes
     drawn.page.wait_for_selector('.djs-shape[data-element-id^="Event_"]')
     drawn.press("n", "ArrowDown", "Enter")  # and behind it, a subscriber
     drawn.page.wait_for_function("() => document.querySelectorAll('.djs-shape[data-element-id^=Event_]').length >= 2")
-    drawn.press("k", "Control+s")
-    drawn.page.wait_for_function("() => document.querySelector('.status').textContent === 'Saved new.bpmn'")
-    text = file.read_text()
+    drawn.press("k").saved(NAME)
+    text = shared[1].read_text()
     assert text.count("<bpmn:signalEventDefinition") == 2
     assert text.count("<bpmn:sequenceFlow ") == 1
     assert drawn.page.locator(".djs-shape.selected").count() == 1
@@ -104,9 +97,8 @@ def test_undo_and_redo_show_what_can_be_done(opened):
     assert opened.page.locator(f'[data-element-id="{REQUEST}"]').count() == 0
 
 
-def test_unsaved_work_comes_back_after_a_reload(run_modeler, show, example):
+def test_unsaved_work_comes_back_after_a_reload(opened, example):
     before = example.read_text()
-    opened = show(run_modeler(example).address)
     opened.page.on("dialog", lambda dialog: dialog.accept())
     opened.choose(REQUEST).press("Delete").kept()
     opened.page.reload()
@@ -122,8 +114,7 @@ def test_unsaved_work_comes_back_after_a_reload(run_modeler, show, example):
     assert opened.notice("were recovered").count() == 0
 
 
-def test_work_of_a_tab_that_is_gone_is_offered(run_modeler, show, example):
-    opened = show(run_modeler(example).address)
+def test_work_of_a_tab_that_is_gone_is_offered(opened):
     address = opened.own
     opened.choose(REQUEST).press("Delete").kept()
     opened.page.close()
@@ -174,35 +165,31 @@ def test_the_page_asks_before_changes_are_lost(opened):
 HOSTILE = '"><img src=x onerror="document.title=1"><script>document.title=2</script>'
 
 
-def test_names_are_text_everywhere(run_modeler, show, example):
+def test_names_are_text_everywhere(opens):
     escaped = HOSTILE.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
-    text = example.read_text()
+    text = PAPER.read_text(encoding="utf-8")
     for name in ("Drone", "Take off", "Req weather data"):
         text = text.replace(f'name="{name}"', f'name="{escaped}"')
-    example.write_text(text)
-    opened = show(run_modeler(example).address)
-    for name in ("Drone_TakeOff", REQUEST, "Participant_Drone"):
-        opened.choose(name)
+    opened = opens(text)
+    opened.choose("Drone_TakeOff").choose(REQUEST)
+    opened.choose("Participant_Drone", position={"x": 12, "y": 12})
     opened.page.wait_for_timeout(500)
     assert opened.page.title() == "smart_agriculture.bpmn - C-QoS"
     assert opened.page.locator("img[src=x]").count() == 0
 
 
-def test_another_namespace_of_the_prefix_is_reported_and_corrected_by_a_save(run_modeler, show, example):
-    right = example.read_text()
-    example.write_text(right.replace('xmlns:qos="http://qos"', 'xmlns:qos="http://elsewhere"'))
-    opened = show(run_modeler(example).address)
+def test_another_namespace_of_the_prefix_is_reported_and_corrected_by_a_save(opens, shared):
+    right = PAPER.read_text(encoding="utf-8")
+    opened = opens(right.replace('xmlns:qos="http://qos"', 'xmlns:qos="http://elsewhere"'))
     opened.notice("was bound to http://elsewhere").wait_for()
     assert opened.is_edited
-    opened.saved(example.name)
-    assert example.read_text() == right
+    opened.saved(NAME)
+    assert shared[1].read_text() == right
 
 
-def test_a_file_that_is_no_diagram_is_reported(run_modeler, show, tmp_path):
-    file = tmp_path / "broken.bpmn"
-    file.write_text('<definitions xmlns="http://www.omg.org/spec/BPMN/20100524/MODEL"><process></definitions>')
-    opened = show(run_modeler(file).address)
-    opened.notice("broken.bpmn cannot be opened").wait_for()
+def test_a_file_that_is_no_diagram_is_reported(opens):
+    opened = opens('<definitions xmlns="http://www.omg.org/spec/BPMN/20100524/MODEL"><process></definitions>')
+    opened.notice(f"{NAME} cannot be opened").wait_for()
     assert opened.page.title() == "diagram.bpmn - C-QoS"
 
 
@@ -221,8 +208,8 @@ SIZES = {"laptop": {"width": 1280, "height": 720}, "enlarged": {"width": 640, "h
 
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_every_state_can_be_reached_and_the_mark_of_bpmn_io_is_in_sight(run_modeler, show, example, size, theme):
-    opened = show(run_modeler(example).address, viewport=SIZES[size], color_scheme=theme)
+def test_every_state_can_be_reached_and_the_mark_of_bpmn_io_is_in_sight(opens, size, theme):
+    opened = opens(PAPER.read_text(encoding="utf-8"), viewport=SIZES[size], color_scheme=theme)
     whole = """
         () => {
             const mark = document.querySelector('.bjs-powered-by');
@@ -241,10 +228,10 @@ def test_every_state_can_be_reached_and_the_mark_of_bpmn_io_is_in_sight(run_mode
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_axe_finds_nothing(run_modeler, show, example, theme):
+def test_axe_finds_nothing(opens, theme):
     if not AXE.is_file():
         pytest.skip("axe-core comes with the build of the page")
-    opened = show(run_modeler(example).address, color_scheme=theme)
+    opened = opens(PAPER.read_text(encoding="utf-8"), color_scheme=theme)
     opened.choose(REQUEST)
     opened.page.evaluate(AXE.read_text())
     for state in ("page", "help", "menu"):
@@ -258,11 +245,10 @@ def test_axe_finds_nothing(run_modeler, show, example, theme):
         assert places == [], state
 
 
-def test_the_screenshot_of_the_docs(run_modeler, show, tmp_path):
+def test_the_screenshot_of_the_docs(opens, tmp_path):
     """`CQOS_SCREENSHOTS=1` writes it: pixels depend on the fonts of a machine, so that no test compares them."""
-    file = tmp_path / "smart_agriculture_incompatible.bpmn"
-    shutil.copy(ROOT / "examples" / file.name, file)
-    opened = show(run_modeler(file).address, color_scheme="light")
+    text = (ROOT / "examples" / "smart_agriculture_incompatible.bpmn").read_text(encoding="utf-8")
+    opened = opens(text, color_scheme="light")
     opened.page.locator(".qos-badge", has_text="incompatible").first.wait_for()
     opened.choose(REQUEST)
     opened.page.locator(".panel", has_text="Reliability").wait_for()

@@ -6,7 +6,7 @@ import shutil
 
 import pytest
 
-from tests.modeler.conftest import ROOT, Running
+from tests.modeler.conftest import NAME, ROOT, Running
 from tests.modeler.drawings import BOUNDARY, CATCH, END, START, THROW, Event, Pool, drawing, many, written
 
 STATES = ("compatible", "incompatible", "error", "unknown", "unmatched")
@@ -19,30 +19,21 @@ def pair(offered=None, requested=None, more=(), attributes=""):
     return drawing(Pool("A", (first,)), Pool("B", (Event("In", CATCH, "t", requested), *more)), attributes=attributes)
 
 
-@pytest.fixture(scope="module")
-def drawn(built, tmp_path_factory):
-    """A modeler for most tests, with one file, which they write before they open its page."""
-    file = tmp_path_factory.mktemp("drawn") / "drawn.bpmn"
-    running = Running(file, folder=file.parent)
-    yield running, file
-    running.stop()
+@pytest.fixture
+def checks(opens):
+    """Open a diagram in the shared modeler, and wait for its first verdict."""
+    return lambda text, **options: checked(opens(text, **options))
 
 
 @pytest.fixture
-def opens(drawn, show):
-    """Open a diagram, and wait for its first verdict."""
-
-    def opened(text, **options):
-        running, file = drawn
-        file.write_text(text, encoding="utf-8")
-        return checked(show(running.address, **options))
-
-    return opened
+def paper(checks):
+    return checks((ROOT / "examples" / NAME).read_text(encoding="utf-8"))
 
 
 @pytest.fixture
-def paper(opens):
-    return opens((ROOT / "examples" / "smart_agriculture.bpmn").read_text(encoding="utf-8"))
+def file(shared):
+    """The file of the shared modeler."""
+    return shared[1]
 
 
 def checked(shown):
@@ -112,8 +103,8 @@ def papers_edit(shown):
     field(shown, "Liveliness").select_option("manual_by_topic")
 
 
-def test_the_edit_of_the_paper_is_red_at_two_events_for_two_reasons_and_fixes_make_it_green(paper, drawn):
-    before = drawn[1].read_text()
+def test_the_edit_of_the_paper_is_red_at_two_events_for_two_reasons_and_fixes_make_it_green(paper, file):
+    before = file.read_text()
     papers_edit(paper)
     becomes(paper, incompatible=(THROW_REQUEST, CATCH_REQUEST), compatible=EVENTS[1::2])
     paper.page.wait_for_function("() => document.querySelectorAll('.problem').length === 2")
@@ -130,24 +121,24 @@ def test_the_edit_of_the_paper_is_red_at_two_events_for_two_reasons_and_fixes_ma
     becomes(paper, incompatible=(THROW_REQUEST, CATCH_REQUEST), compatible=EVENTS[1::2])
     paper.press("Control+z", "Control+z")
     becomes(paper, compatible=EVENTS)
-    paper.saved("drawn.bpmn")
-    assert drawn[1].read_text() == before
+    paper.saved(NAME)
+    assert file.read_text() == before
 
 
-def test_a_fix_is_saved_where_it_was_applied_only(paper, drawn):
-    before = drawn[1].read_text()
+def test_a_fix_is_saved_where_it_was_applied_only(paper, file):
+    before = file.read_text()
     papers_edit(paper)
     panel(paper).get_by_role("button", name="Set Reliability to Reliable on Drone").click()
     becomes(paper, incompatible=(THROW_REQUEST, CATCH_REQUEST), compatible=EVENTS[1::2])
-    paper.saved("drawn.bpmn")
-    after = drawn[1].read_text().splitlines()
+    paper.saved(NAME)
+    after = file.read_text().splitlines()
     changed = [new for old, new in zip(before.splitlines(), after, strict=True) if old != new]
     assert len(changed) == 3
     assert all("qos:reliability" in line or "qos:liveliness" in line for line in changed)
 
 
-def test_deleted_pasted_and_renamed_events_are_checked(opens):
-    shown = opens(pair())
+def test_deleted_pasted_and_renamed_events_are_checked(checks):
+    shown = checks(pair())
     becomes(shown, compatible=("In", "Out"))
     shown.choose("In").press("Delete")
     becomes(shown, unmatched=("Out",))
@@ -176,11 +167,11 @@ def test_deleted_pasted_and_renamed_events_are_checked(opens):
     becomes(shown, compatible=("In", "Out"))
 
 
-def test_events_of_all_kinds_and_in_called_processes_have_partners(opens):
+def test_events_of_all_kinds_and_in_called_processes_have_partners(checks):
     called = {"Called": (Event("Deep", START, "deep"),)}
     events = (Event("Start", START, "a"), Event("Border", BOUNDARY, "b"), Event("End", END, "c"))
     others = (Event("A", THROW, "a"), Event("B", END, "b"), Event("C", CATCH, "c"), Event("D", THROW, "deep"))
-    shown = opens(drawing(Pool("One", events, calls="Called"), Pool("Two", others), called=called))
+    shown = checks(drawing(Pool("One", events, calls="Called"), Pool("Two", others), called=called))
     becomes(shown, compatible=("Start", "Border", "End", "A", "B", "C", "D"))
     shown.choose("D")
     assert "One: Deep" in panel(shown).locator(".partners").inner_text()
@@ -191,9 +182,9 @@ def test_events_of_all_kinds_and_in_called_processes_have_partners(opens):
     becomes(shown, incompatible=("Border", "B"), compatible=("Start", "End", "A", "C", "D"))
 
 
-def test_a_fix_says_which_other_pairs_it_changes(opens):
+def test_a_fix_says_which_other_pairs_it_changes(checks):
     more = (Event("Second", CATCH, "t", {"reliability": "reliable"}),)
-    shown = opens(pair({"reliability": "best_effort"}, {"reliability": "best_effort"}, more))
+    shown = checks(pair({"reliability": "best_effort"}, {"reliability": "best_effort"}, more))
     becomes(shown, incompatible=("Out", "Second"), compatible=("In",))
     shown.choose("Out")
     assert panel(shown).locator(".partners li").count() == 2
@@ -206,9 +197,9 @@ def test_a_fix_says_which_other_pairs_it_changes(opens):
     becomes(shown, compatible=("Out", "In", "Second"))
 
 
-def test_the_panel_is_that_of_the_protocol(opens):
+def test_the_panel_is_that_of_the_protocol(checks):
     mqtt = ' qos:protocol="mqtt"'
-    shown = opens(drawing(Pool("A", (Event("Out", THROW, "t"),), mqtt), Pool("B", (Event("In", CATCH, "t"),), mqtt)))
+    shown = checks(drawing(Pool("A", (Event("Out", THROW, "t"),), mqtt), Pool("B", (Event("In", CATCH, "t"),), mqtt)))
     becomes(shown, compatible=("In", "Out"))
     shown.choose("Out")
     assert field(shown, "Reliability").count() == 0
@@ -224,8 +215,8 @@ def test_the_panel_is_that_of_the_protocol(opens):
     assert "of the pool" in panel(shown).locator(".field", has_text="Protocol").inner_text()
 
 
-def test_values_have_defaults_with_their_origin_and_are_refused_at_the_field(opens):
-    shown = opens(pair())
+def test_values_have_defaults_with_their_origin_and_are_refused_at_the_field(checks):
+    shown = checks(pair())
     shown.choose("In")
     depth = panel(shown).locator('[data-policy="depth"]')
     line = depth.locator("input")
@@ -291,10 +282,24 @@ def test_a_pack_in_yaml_appears_in_the_panel(another_pack, run_modeler, show, tm
     assert panel(shown).locator('[data-policy="message_receive_timeout"]').count() == 1
 
 
-def test_verdicts_are_grey_while_the_service_is_away_and_come_back(run_modeler, show, tmp_path):
-    file = written(tmp_path, "drawn.bpmn", pair())
-    running = run_modeler(file)
+FLEET = """cqos: 1
+protocol: ros2
+participants:
+  logger:
+    subscribes:
+      t: {reliability: reliable}
+"""
+
+
+def test_verdicts_of_the_files_of_a_command_are_grey_while_the_service_is_away_and_come_back(
+    run_modeler, show, tmp_path
+):
+    file = written(tmp_path, "drawn.bpmn", pair({"reliability": "best_effort"}, {"reliability": "best_effort"}))
+    running = run_modeler(file, written(tmp_path, "fleet.yaml", FLEET))
     shown = checked(show(running.address))
+    becomes(shown, incompatible=("Out",), compatible=("In",))
+    shown.page.get_by_role("tab", name="Other documents").click()
+    shown.page.get_by_role("button", name="Remove fleet.yaml").click()
     becomes(shown, compatible=("In", "Out"))
     port = re.search(r":(\d+)/", running.page)[1]
     running.stop()
@@ -316,8 +321,8 @@ def test_verdicts_are_grey_while_the_service_is_away_and_come_back(run_modeler, 
     shown.complaints.clear()
 
 
-def test_requirements_and_exceptions_are_entered_and_kept(opens, drawn):
-    shown = opens(pair({"durability": "volatile"}, {"durability": "volatile"}))
+def test_requirements_and_exceptions_are_entered_and_kept(checks, file):
+    shown = checks(pair({"durability": "volatile"}, {"durability": "volatile"}))
     shown.choose("In")
     panel(shown).locator("summary", has_text="Requirements").click()
     need = panel(shown).locator('[data-policy="need.late_join"] input')
@@ -330,8 +335,8 @@ def test_requirements_and_exceptions_are_entered_and_kept(opens, drawn):
     panel(shown).get_by_role("button", name=re.compile("Accept .* here")).click()
     shown.page.locator(".qos-badge", has_text="incompatible, accepted").first.wait_for()
     assert problems(shown) == []
-    shown.saved("drawn.bpmn")
-    text = drawn[1].read_text()
+    shown.saved(NAME)
+    text = file.read_text()
     assert '<qos:need name="late_join" value="1"' in text
     assert 'because="a &#60;b&#62;known&#60;/b&#62; gap"' in text
     panel(shown).locator("summary", has_text="Exceptions").click()
@@ -340,32 +345,21 @@ def test_requirements_and_exceptions_are_entered_and_kept(opens, drawn):
     assert len(problems(shown)) == 1
 
 
-FLEET = """cqos: 1
-protocol: ros2
-participants:
-  logger:
-    subscribes:
-      t: {reliability: reliable}
-"""
-
-
-def test_documents_beside_the_diagram_are_checked_with_it(run_modeler, show, tmp_path):
-    fleet = written(tmp_path, "fleet.yaml", FLEET)
-    text = drawing(Pool("A", (Event("Out", THROW, "t", {"reliability": "best_effort"}),)))
-    shown = checked(show(run_modeler(written(tmp_path, "drawn.bpmn", text), fleet).address))
+def test_documents_beside_the_diagram_are_checked_with_it(checks, tmp_path):
+    shown = checks(drawing(Pool("A", (Event("Out", THROW, "t", {"reliability": "best_effort"}),))))
+    shown.page.get_by_role("tab", name="Other documents").click()
+    files = shown.page.locator('.tab-content input[type="file"]')
+    files.set_input_files(written(tmp_path, "fleet.yaml", FLEET))
     becomes(shown, incompatible=("Out",))
     shown.choose("Out")
     assert "fleet.yaml" in panel(shown).locator(".partners").inner_text()
     elsewhere = panel(shown).locator(".fix", has_text="Edit fleet.yaml to apply it")
     assert elsewhere.count() == 1
-    shown.page.get_by_role("tab", name="Other documents").click()
     card = shown.page.locator(".document")
     assert "logger subscribes to /t" in card.inner_text()
     card.get_by_role("button", name="Remove fleet.yaml").click()
     becomes(shown, unmatched=("Out",))
-    shown.page.locator('.tab-content input[type="file"]').set_input_files(
-        written(tmp_path, "broken.yaml", "cqos: 1\nparticipants: 5\n")
-    )
+    files.set_input_files(written(tmp_path, "broken.yaml", "cqos: 1\nparticipants: 5\n"))
     shown.notice("cannot read broken.yaml").wait_for()
     assert shown.page.locator(".qos-stale").count() == 1
     shown.page.get_by_role("button", name="Remove broken.yaml").click()
@@ -379,18 +373,18 @@ ZEROS = dict.fromkeys(
 FAME = '<qos:policy reliability="1" type="reliability" value="1"/><qos:policy durability="0"/>'
 
 
-def test_forms_of_other_tools_become_plain_words_in_one_step(opens, drawn):
+def test_forms_of_other_tools_become_plain_words_in_one_step(checks, file):
     codes = {**ZEROS, "reliability": "1", "deadline": "2"}
     more = (Event("Fame", CATCH, "t", None, FAME), Event("Zero", CATCH, "t", ZEROS))
-    shown = opens(pair(codes, {"reliability": "reliable"}, more))
+    shown = checks(pair(codes, {"reliability": "reliable"}, more))
     offer = panel(shown).locator(".convert")
     offer.get_by_text("The QoS of 3 events has the form of another tool").wait_for()
     offer.get_by_role("button", name="Remove the zeros").click()
     shown.page.wait_for_function("() => document.querySelector('.panel .convert').textContent.includes('2 events')")
     offer.get_by_role("button", name="Write them in plain words").click()
     offer.wait_for(state="hidden")
-    shown.saved("drawn.bpmn")
-    text = drawn[1].read_text()
+    shown.saved(NAME)
+    text = file.read_text()
     assert "qos:policy" not in text
     assert '="0"' not in text
     assert text.count('qos:reliability="reliable"') == 3
@@ -416,10 +410,10 @@ def test_problems_are_filtered_and_lead_to_the_setting(paper):
     assert 0 < box["y"] < 700
 
 
-def test_names_are_never_markup(opens):
+def test_names_are_never_markup(checks):
     evil = '<img src=x onerror="document.title=1">'
     more = (Event("Other", CATCH, evil),)
-    shown = opens(drawing(Pool("A", (Event("Out", THROW, evil, {"reliability": "best_effort"}),)), Pool("B", more)))
+    shown = checks(drawing(Pool("A", (Event("Out", THROW, evil, {"reliability": "best_effort"}),)), Pool("B", more)))
     shown.choose("Out")
     for tab in ("Topic matrix", "Problems"):
         shown.page.get_by_role("tab", name=tab).click()
@@ -427,8 +421,8 @@ def test_names_are_never_markup(opens):
     assert evil in shown.page.locator(".topic-name").first.text_content()
 
 
-def test_a_thousand_events_are_marked_and_one_edit_changes_two(opens):
-    shown = opens(many(1000))
+def test_a_thousand_events_are_marked_and_one_edit_changes_two(checks):
+    shown = checks(many(1000))
     shown.page.wait_for_function("() => document.querySelectorAll('.qos-badge').length === 1000")
     assert len(marks(shown, "compatible")) == 1000
     reveal(shown, "line1", "Throw_1")
@@ -440,8 +434,8 @@ def test_a_thousand_events_are_marked_and_one_edit_changes_two(opens):
     assert marks(shown, "incompatible") == ["Catch_1", "Throw_1"]
 
 
-def test_a_move_asks_the_service_nothing(opens):
-    shown = opens(pair())
+def test_a_move_asks_the_service_nothing(checks):
+    shown = checks(pair())
     becomes(shown, compatible=("In", "Out"))
     asked = []
     shown.page.on("request", lambda request: asked.append(request.url))
@@ -458,8 +452,8 @@ AXE = ROOT / "modeler" / "node_modules" / "axe-core" / "axe.min.js"
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_panel_problems_and_matrix_have_no_findings_of_axe(opens, scheme):
-    shown = opens((ROOT / "examples" / "smart_agriculture.bpmn").read_text(encoding="utf-8"), color_scheme=scheme)
+def test_panel_problems_and_matrix_have_no_findings_of_axe(checks, scheme):
+    shown = checks((ROOT / "examples" / "smart_agriculture.bpmn").read_text(encoding="utf-8"), color_scheme=scheme)
     papers_edit(shown)
     shown.page.wait_for_selector(".problem")
     for each in shown.page.locator(".panel summary").all():

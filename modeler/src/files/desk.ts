@@ -323,11 +323,14 @@ export class Desk {
     others.forEach((each) => this.offer(each));
     const opened = await Promise.all(this.desktop.named.map(async (place) => ({ place, content: await place.read() })));
     const first = opened.find(({ content }) => content === null || isDiagram(content.bytes));
-    if (own === null && !(first !== undefined && (await this.show(fromPlace(first.place, first.content))))) {
+    const isTried = own === null && first !== undefined;
+    const isShown = isTried && (await this.show(fromPlace(first.place, first.content)));
+    if (own === null && !isShown) {
       await this.show(NOWHERE);
     }
     for (const { place, content } of opened) {
-      if (content !== null && place.id !== this.desktop.diagram.source.place?.id) {
+      const isRefused = isTried && !isShown && place === first.place; // a notice says why
+      if (content !== null && !isRefused && place.id !== this.desktop.diagram.source.place?.id) {
         this.desktop.addCompanion({ name: place.name, bytes: content.bytes });
       }
     }
