@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 from cqos_core.language.expression import definitions
 from cqos_core.language.solve import may_change
 from cqos_core.model.codes import CODES, CodeInfo, find_code
+from cqos_core.model.remarks import listed
 from cqos_core.packs.catalogue import assumed_options, rule_table
 
 if TYPE_CHECKING:
@@ -197,14 +198,20 @@ def _meaning(bound: BoundRule) -> list[str]:
 def _changes(bound: BoundRule) -> tuple[str, ...]:
     """List what can be changed to satisfy the rule, side by side, and what the rule itself advises."""
     changes: dict[str, list[str]] = {}
+    causes: dict[str, str] = {}
     for use in bound.bound.uses:
         policy = bound.bound.vocabulary.policies[use.index]
-        allowed = may_change(policy.name, use.term.scope, bound.rule.fixes)
-        if policy.level == "endpoint" and policy.default is not None and allowed:
+        if not may_change(policy.name, use.term.scope, bound.rule.fixes):
+            continue
+        if policy.derived:
+            causes[policy.name] = listed([f"`{name}`" for name in policy.follows])
+        elif policy.level == "endpoint" and policy.default is not None:
             changes.setdefault(_whose(use, bound), []).append(f"`{policy.name}`")
-    listed = [f"{' or '.join(dict.fromkeys(names))} of the {whose}" for whose, names in changes.items()]
-    change = [f"Change {', or '.join(listed)}."] if listed and bound.rule.kind != "meets" else []
-    return (*change, *([_sentence(bound.rule.help)] if bound.rule.help else []))
+    direct = [f"{' or '.join(dict.fromkeys(names))} of the {whose}" for whose, names in changes.items()]
+    change = [f"Change {', or '.join(direct)}."] if direct else []
+    change += [f"Change what `{name}` follows from: {policies}." for name, policies in causes.items() if policies]
+    said = change if bound.rule.kind != "meets" else []
+    return (*said, *([_sentence(bound.rule.help)] if bound.rule.help else []))
 
 
 def _whose(use: Use, bound: BoundRule) -> str:

@@ -164,6 +164,12 @@ def test_an_unknown_pack(cqos):
     assert "there is no rule pack `rso2`; did you mean `ros2`?" in done.err
 
 
+def test_a_rule_does_not_advise_to_change_what_is_derived(cqos):
+    out = cqos("rule", "MQTT407").out
+    assert "Change `queue_lasts`" not in out
+    assert "Change what `queue_lasts` follows from: `qos`, " in out
+
+
 # --- schema ---
 
 
