@@ -462,17 +462,15 @@ PROGRAMS = (
     ("npm", "npm", "the .proto files are not linted, and the page of the modeler is not built"),
     ("chromium", "chromium", "the page of the modeler is not tried"),
 )
+INCLUDES = Path("/usr/include")
 SYSTEM_FOLDERS = "/usr/sbin:/usr/local/sbin:/opt/homebrew/sbin"
 
 
 def have_programs() -> None:
     """Install the programs and headers that tests need where we may, else say what is left out."""
     for program, package, left_out in PROGRAMS:
-        if (
-            shutil.which(program)
-            or shutil.which(program, path=SYSTEM_FOLDERS)
-            or Path("/usr/include", program).is_file()
-        ):
+        headers = (*INCLUDES.glob(program), *INCLUDES.glob(f"*-linux-*/{program}"))
+        if shutil.which(program) or shutil.which(program, path=SYSTEM_FOLDERS) or headers:
             continue
         apt_get = shutil.which("apt-get")
         if apt_get is not None and os.geteuid() == 0:  # type: ignore[attr-defined,unused-ignore]
