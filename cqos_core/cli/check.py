@@ -102,7 +102,7 @@ class Wishes:
     type=click.Choice([*_SHOW, _NOT_CHECKED]),
     multiple=True,
     help="What text formats print in full, the rest is only counted; warnings (and errors) if not given. Can be "
-    "repeated. The other formats always hold everything.",
+    "repeated. `json`, `jsonl` and `sarif` always hold everything.",
 )
 @click.option(
     "--select",

@@ -51,7 +51,7 @@ def _lines(report: Report, style: Style) -> Iterator[Json]:
         yield {"kind": "finding", **report_form.finding(finding, places.exact)}
 
 
-def dump(document: Json, indent: int | None = None) -> str:
+def dump(document: Json | list[Json], indent: int | None = None) -> str:
     """Return strict JSON that UTF-8 can carry; keys stay in the order they have."""
     text = json.dumps(document, ensure_ascii=False, allow_nan=False, indent=indent)
     # A name from a damaged input may hold half of a character, which UTF-8 cannot write but JSON can escape.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING
 
 from cqos_core.model.excerpt import exact, span
@@ -9,6 +10,7 @@ from cqos_core.model.excerpt import exact, span
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
+    from cqos_core.formatters.style import Style
     from cqos_core.model.excerpt import Excerpt
     from cqos_core.model.report import Finding
     from cqos_core.model.system import Place
@@ -37,3 +39,10 @@ def _places(finding: Finding) -> Iterator[Place]:
         yield from (place for place in candidates if place is not None)
     for remedy in finding.remedies:
         yield from (edit.place for edit in remedy.edits)
+
+
+def relative(source: str, style: Style) -> str:
+    """Return the path of a source, relative below the folder of the run, with slashes, so that it fits the repository."""
+    if style.folder and source.startswith(style.folder.rstrip(os.sep) + os.sep):
+        source = source[len(style.folder.rstrip(os.sep)) + 1 :]
+    return source.replace(os.sep, "/").removeprefix("./")

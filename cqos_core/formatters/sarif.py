@@ -10,7 +10,7 @@ from urllib.parse import quote
 from cqos_core.formatters import wording
 from cqos_core.formatters.fingerprint import fingerprint
 from cqos_core.formatters.json_report import dump
-from cqos_core.formatters.places import Places
+from cqos_core.formatters.places import Places, relative
 from cqos_core.model.encoding import Lines, decode
 
 if TYPE_CHECKING:
@@ -91,10 +91,8 @@ def _reason(rule: Json) -> list[str]:
 
 
 def _uri(source: str, style: Style) -> str:
-    """Return a reference to a file, relative below the folder of the run, so that it fits the repository."""
-    if style.folder and source.startswith(style.folder.rstrip(os.sep) + os.sep):
-        source = source[len(style.folder.rstrip(os.sep)) + 1 :]
-    path = source.replace(os.sep, "/").removeprefix("./")
+    """Return a reference to a file."""
+    path = relative(source, style)
     escaped = quote(path.encode("utf-8", "surrogatepass"))
     if path.startswith("/"):
         return f"file://{escaped}"

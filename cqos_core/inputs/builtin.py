@@ -60,6 +60,9 @@ def register_formatters(register: Callable[[FormatterInfo], None]) -> None:
         ("sarif", "SARIF 2.1.0 for code scanning"),
         ("junit", "JUnit XML for CI dashboards"),
         ("github", "GitHub workflow annotations"),
+        ("gitlab", "GitLab's Code Quality report"),
+        ("rdjson", "reviewdog's diagnostics, for the review of any forge"),
+        ("markdown", "Markdown for the summary of a step or a comment"),
     ):
         module = "json_report" if name in {"json", "jsonl"} else name
         renderer = f"cqos_core.formatters.{module}:render_{name}"

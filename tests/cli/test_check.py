@@ -459,7 +459,7 @@ def test_a_program_gets_one_report_of_everything(cqos):
     assert report["sources"] == ["fits.yaml", "clashes.yaml", "broken.yaml"]
     assert report["counts"]["pairs"] == 2
     assert {"ROS101", "CQ001"} <= {finding["code"] for finding in report["findings"]}
-    for form in ("sarif", "junit", "github", "jsonl"):
+    for form in ("sarif", "junit", "github", "jsonl", "gitlab", "rdjson", "markdown"):
         assert "broken.yaml" in cqos("check", "fits.yaml", "broken.yaml", "--format", form).out
 
 

@@ -18,11 +18,15 @@ from cqos_core.formatters.concise import render_concise
 from cqos_core.formatters.fingerprint import fingerprint
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.github import render_github
+from cqos_core.formatters.gitlab import render_gitlab
 from cqos_core.formatters.json_report import render_json, render_jsonl, report_from_json
 from cqos_core.formatters.junit import render_junit
+from cqos_core.formatters.markdown import render_markdown
+from cqos_core.formatters.rdjson import render_rdjson
 from cqos_core.formatters.sarif import render_sarif
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import clean
+from cqos_core.model.encoding import decode
 from cqos_core.model.report import Assumption, Edit, Fact, Finding, Group, Remedy, Report, Severity, Side, Verdict
 from cqos_core.model.system import Place
 
@@ -147,6 +151,9 @@ RENDERERS = [
     render_sarif,
     render_junit,
     render_github,
+    render_gitlab,
+    render_rdjson,
+    render_markdown,
 ]
 
 
@@ -380,3 +387,67 @@ def test_github_escapes_can_be_undone(text):
     known = {key: unescaped_property(value) for key, _, value in (p.partition("=") for p in properties.split(","))}
     assert known == {"file": text, "line": "1", "col": "1", "title": f"C {text}"}
     assert unescaped(data) == text
+
+
+# --- gitlab, rdjson, markdown ---
+
+
+def stands(report, style):
+    """The findings that formats for reviews have."""
+    return [f for f in report.findings if f.severity.rank <= style.show.rank and f.accepted is None]
+
+
+@for_any(reports, styles)
+def test_gitlab_has_one_issue_with_its_own_fingerprint_for_each_finding(report, style):
+    issues = json.loads(render_gitlab(report, style))
+    assert [issue["check_name"] for issue in issues] == [finding.code for finding in stands(report, style)]
+    assert len({issue["fingerprint"] for issue in issues}) == len(issues)
+    for issue in issues:
+        assert set(issue) == {"description", "check_name", "fingerprint", "severity", "location"}
+        assert issue["severity"] in {"critical", "minor", "info"}
+        assert issue["location"]["lines"]["begin"] >= 1
+
+
+@for_any(reports, styles)
+def test_rdjson_has_one_diagnostic_for_each_finding(report, style):
+    found = json.loads(render_rdjson(report, style))
+    assert [each["code"]["value"] for each in found["diagnostics"]] == [f.code for f in stands(report, style)]
+    for each in found["diagnostics"]:
+        start = each["location"].get("range", {}).get("start", {})
+        assert all(number >= 1 for number in start.values())
+
+
+@for_any(st.text(characters, max_size=8), st.text(characters, max_size=8), texts, st.data())
+def test_a_suggestion_of_rdjson_changes_the_bytes_that_the_fix_changes(before, old, new, data):
+    text = before + old + data.draw(st.text(characters, max_size=8))
+    source = text.encode("utf-8", "surrogateescape")
+    text = decode(source)
+    start = data.draw(st.integers(0, len(text)))
+    end = data.draw(st.integers(start, len(text)))
+    style = Style(sources={"a": source}, replaced=lambda _: {"a": [(start, end, new)]})
+    edit = Edit(Place("a", 1), "x", old, new)
+    remedy = Remedy("publisher", ("p",), "x", new, "configuration", "change it", edits=(edit,))
+    finding = Finding(
+        "C", "n", Severity.ERROR, "m", sides=(Side("topic", (), place=Place("a", 1)),), remedies=(remedy,)
+    )
+    [diagnostic] = json.loads(render_rdjson(Report(Verdict.UNKNOWN, findings=(finding,)), style))["diagnostics"]
+    [suggestion] = diagnostic["suggestions"]
+    data_of = text.encode("utf-8", "surrogatepass")
+    lines = data_of.split(b"\n")
+    at = [
+        sum(len(line) + 1 for line in lines[: place["line"] - 1]) + place["column"] - 1
+        for place in (suggestion["range"]["start"], suggestion["range"]["end"])
+    ]
+    assert data_of[: at[0]] == text[:start].encode("utf-8", "surrogatepass")
+    assert data_of[at[1] :] == text[end:].encode("utf-8", "surrogatepass")
+
+
+@for_any(reports | several, styles)
+def test_markdown_shows_names_as_they_are(report, style):
+    text = render_markdown(report, style)
+    rows = [line for line in text.split("\n") if line.startswith(("| error", "| warning", "| note"))]
+    assert len(rows) == sum(len(stands(part, style)) for part in report.parts or (report,))
+    for row in rows:
+        plain = re.sub(r"</?code>|<br>|&#\d+;", "", row)
+        assert plain.count("|") == 5
+        assert not set(plain) & set("<>&`*_[]~@#!\\")

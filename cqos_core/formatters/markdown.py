@@ -1,0 +1,72 @@
+"""Markdown for the summary of a pipeline's step, or for a comment in a pull request."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.formatters import terminal, wording
+from cqos_core.formatters.places import Places, relative
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from cqos_core.formatters.style import Style
+    from cqos_core.model.report import Finding, Report
+
+_MOST: Final = 200  # findings: a summary of GitHub may have 1 MiB
+# What is markup, a mention, an emoji or an address that becomes a link.
+_SPECIAL = re.compile(r"[\\`*_{}\[\]<>&#|~@!$:]|(?<=www)\.", re.IGNORECASE)
+_NAME = re.compile(r"`([^`]+)`")
+
+
+def render_markdown(report: Report, style: Style) -> str:
+    """Return a heading and a table of findings for each system that was checked by itself."""
+    lines = [line for part in report.parts or (report,) for line in _section(part, style)]
+    if report.parts:
+        total = wording.total(report, style, terminal.paint(color=False))
+        lines = [f"**{_text(total)}**", "", *lines]
+    lines += [f"- {_text(each)}" for each in wording.assumed(report)]
+    return "\n".join(lines).rstrip("\n") + "\n"
+
+
+def _section(report: Report, style: Style) -> Iterator[str]:
+    yield f"### C-QoS: {_text(wording.heading(report) or 'system')}"
+    yield ""
+    yield f"**{report.verdict}**{wording.beside(report)}: {_text(wording.counts(report, style))}"
+    yield ""
+    findings = [each for each in wording.shown(report, style) if each.accepted is None]
+    if findings:
+        yield "| | where | what | what to do |"
+        yield "| - | ----- | ---- | ---------- |"
+        yield from _rows(findings[:_MOST], style)
+        yield ""
+    if len(findings) > _MOST:
+        yield f"{len(findings) - _MOST} more findings are not listed."
+        yield ""
+
+
+def _rows(findings: Sequence[Finding], style: Style) -> Iterator[str]:
+    places = Places(findings, style.sources)
+    for finding in findings:
+        where = ""
+        if finding.place is not None:
+            place = places.exact(finding.place)
+            where = relative(place.source, style) + (f":{place.line}" if place.line is not None else "")
+        code = f"[{_text(finding.code)}]({_address(finding, style)})" if style.documentation else _text(finding.code)
+        advice = "<br>".join(_text(each) for each in wording.helps(finding))
+        yield f"| {finding.severity} {code} | {_text(where)} | {_text(finding.message)} | {advice} |"
+
+
+def _address(finding: Finding, style: Style) -> str:
+    return f"{style.documentation.rstrip('/')}/rules/{finding.code}"
+
+
+def _text(text: str) -> str:
+    """Return a text that Markdown shows as it is; names in backticks become code."""
+    parts = _NAME.split(terminal.clean(text))
+    return "".join(f"<code>{_plain(part)}</code>" if number % 2 else _plain(part) for number, part in enumerate(parts))
+
+
+def _plain(text: str) -> str:
+    return _SPECIAL.sub(lambda found: f"&#{ord(found[0])};", text)
