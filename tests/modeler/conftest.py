@@ -27,6 +27,12 @@ FLAGS = (
 )
 WAIT = 90_000
 """Milliseconds: other tests take most of the machine meanwhile."""
+LISTEN = """() => {
+    const said = window.said = [];
+    const listen = changes => changes.forEach(change => change.addedNodes.forEach(node => said.push(node.textContent)));
+    new MutationObserver(listen).observe(document.querySelector('.status'), { childList: true });
+}"""
+"""Keeps what the status line says from now on."""
 SOON = 1_500
 """Milliseconds after which a person clicks again."""
 
@@ -232,10 +238,11 @@ class Shown:
         return self
 
     def saved(self, name):
-        """Save, and wait until the page says so; an earlier save may have said the same."""
+        """Save, and wait until the page has said so; what it says next may come at once."""
+        self.page.evaluate(LISTEN)
         self.press("Control+s")
         self.page.wait_for_function(
-            "name => document.querySelector('.status').textContent === `Saved ${name}`"
+            "name => window.said.includes(`Saved ${name}`)"
             " && document.querySelector('.bar .edited').textContent !== 'edited'",
             arg=name,
         )
