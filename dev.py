@@ -52,6 +52,8 @@ STAMP = VENV / "cqos-setup.json"  # written when a setup is complete, and only t
 LOG = VENV / "cqos-setup.log"
 WINDOWS = os.name == "nt"
 EXTRAS = ("test", "lint", "web", "metrics", "otel")  # what `test` and `lint` need beyond `demo` and `run`
+if sys.version_info < (3, 13):
+    EXTRAS += ("repair",)  # for newer ones, OR-tools has no wheel beside the protobuf of constraints.txt
 
 CONSTRAINTS = ("constraints.txt", "docs/constraints.txt")
 

@@ -39,6 +39,7 @@ FOLLOWED = (
     "docs/silent-topic.md",
     "docs/ci.md",
     "docs/ros2-files.md",
+    "docs/repair.md",
     "docs/dds.md",
     "docs/dds-xml.md",
     "docs/convert-and-diff.md",

@@ -230,7 +230,7 @@ def _remedy(
     first = groups[0].first
     if policy.level == "endpoint" and role not in policy.roles:
         return []
-    if not all(_takes(members.first, index) for members in groups):
+    if not all(takes(members.first, index) for members in groups):
         return []
     weakens = any(policy.weakens(members.profile.values[index], value) for members in groups)
     changing = changing or groups
@@ -250,7 +250,7 @@ def _remedy(
             members=members,
             policy=policy.name,
             value=text_value,
-            kind="needs_code" if _is_promise(policy, groups[0].profile.values[index], value, role) else "configuration",
+            kind="needs_code" if is_promise(policy, groups[0].profile.values[index], value, role) else "configuration",
             text=remedy_text(role, policy.name, text_value, members, policy.level, _named(first, policy.level)),
             mends=improves,
             breaks=breaks,
@@ -260,7 +260,7 @@ def _remedy(
     ]
 
 
-def _takes(endpoint: Resolved, index: int) -> bool:
+def takes(endpoint: Resolved, index: int) -> bool:
     """Whether another value of a policy changes anything of an endpoint."""
     if endpoint.origin(index)[0] == "ignored by the middleware":
         return False
@@ -269,7 +269,7 @@ def _takes(endpoint: Resolved, index: int) -> bool:
     return not (isinstance(meaning, FromPeers) and meaning.side == "first")  # copied from the first peer
 
 
-def _is_promise(policy: Policy, current: Value, value: Plain, role: str) -> bool:
+def is_promise(policy: Policy, current: Value, value: Plain, role: str) -> bool:
     """Whether the change makes the program promise more than it did: a shorter period, or a stronger kind."""
     if not policy.promise or role != PUBLISHER:
         return False

@@ -77,6 +77,7 @@ def register_commands(register: Callable[[CommandInfo], None]) -> None:
         ("explain", "Explain one publisher and one subscriber, policy by policy."),
         ("prove", "Run pairs on real middleware, before the fix and after it."),
         ("convert", "Write a system in another form: as a design in YAML, as parameters, as code."),
+        ("repair", "Find the smallest set of changes after which nothing is incompatible."),
         ("diff", "Say what two systems say differently about the same topics and endpoints."),
         ("rule", "Say what a rule or code means, why, and what to do."),
         ("packs", "List rule packs, file formats and other plugins."),

@@ -68,13 +68,13 @@ def ask(bound: BoundRule, a: Values, b: Values, signal: Signal = NO_SIGNAL) -> V
 
 def ask_end(bound: BoundRule, profile: QosProfile, role: str) -> Violation | None:
     """Ask one rule of one endpoint; it has nothing to say where that rests on policies that the role does not have."""
-    values = _values_of(bound, profile, role)
+    values = values_of_role(bound, profile, role)
     spoken = ask(bound, values, values)
     silent = bound.absent[role] and spoken is not None and spoken.unknown and spoken.failed is None
     return None if silent else spoken
 
 
-def _values_of(bound: BoundRule, profile: QosProfile, role: str) -> Values:
+def values_of_role(bound: BoundRule, profile: QosProfile, role: str) -> Values:
     """The values of an endpoint, without those of policies that its role does not have."""
     absent = bound.absent[role]
     return (
@@ -284,7 +284,7 @@ def refusing_worlds(profile: QosProfile, role: str, observed: bool) -> frozenset
     return frozenset(
         world
         for bound in _assuming(profile.pack, profile.frame, role, observed)
-        for values in (_values_of(bound, profile, role),)
+        for values in (values_of_role(bound, profile, role),)
         for world, result in _answer(bound, values, values).outcome.worlds
         if result is (bound.rule.kind == "forbids")
     )

@@ -30,6 +30,17 @@ def edits_of(endpoints: Iterable[Resolved], index: int, value: Plain) -> tuple[E
     return tuple(found)
 
 
+def profile_edit(endpoint: Resolved, index: int, value: Plain) -> Edit | None:
+    """Return the edit of the profile that an endpoint takes a value from; None where it takes it from elsewhere."""
+    policy = endpoint.pack.policies[index]
+    if endpoint.endpoint.observed or endpoint.carried is not None or policy.level != ENDPOINT:
+        return None
+    layer = next((each for each in endpoint.layers if index in each.settings), None)
+    if layer is None or not layer.origin.startswith("profile "):
+        return None
+    return _replacing(endpoint, policy, layer, layer.settings[index], value)
+
+
 def _edit(endpoint: Resolved, index: int, value: Plain) -> Edit | None:
     """Return the edit of one endpoint.
 

@@ -1,0 +1,153 @@
+"""What ``cqos repair`` and ``cqos suggest`` have in common: a plan of changes is made, printed, or written to files."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from cqos_core.cli.progress import Progress
+from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, usable
+from cqos_core.cli.streams import colored, emit, say, width, write_bytes
+from cqos_core.formatters.terminal import clean, paint, wrap
+from cqos_core.inputs.files import STDIN
+from cqos_core.model.excerpt import exact
+from cqos_core.model.remarks import plural
+from cqos_core.model.report import Verdict
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from cqos_core.cli.reading import InputReader
+    from cqos_core.model.system import System
+    from cqos_core.planning.search import Change, Plan
+
+_DONE, _OPEN = 0, 1
+_VERSION: Final = 1
+
+
+@dataclass(frozen=True, slots=True)
+class PlanRun:
+    """What the command line says of a plan, beside what the plan is for."""
+
+    paths: tuple[str, ...]
+    reading: ReadingOptions
+    form: str
+    color: str
+    fix: bool
+    show_diff: bool
+
+
+def carry_out(
+    ctx: click.Context,
+    run: PlanRun,
+    make: Callable[[System, Callable[[Mapping[str, bytes]], System], InputReader], Plan],
+    nothing: str,
+) -> int:
+    """Read the paths as one system, make the plan, and print or write it; return the exit code.
+
+    Args:
+        ctx: of the command.
+        run: what the command line says.
+        make: makes the plan of a system, which it may read again with other texts.
+        nothing: what to say where nothing has to change.
+    """
+    if STDIN in run.paths:
+        raise click.UsageError("a plan changes files, and `-` is none.", ctx)
+    reader = prepare(run.reading, run.paths)
+    with Progress("reading") as progress:
+        loaded = reader.load(run.paths, progress.step)
+    if not usable(loaded, run.color):
+        return UNUSABLE
+    files = [path for path, _ in loaded.systems]
+    system = reader.whole([each for _, each in loaded.systems])
+    with Progress("solving"):
+        plan = make(system, lambda texts: reader.again(files, texts), reader)
+    if not plan.before.endpoints:
+        text = "none of its endpoints could be checked, see the findings of `cqos check`"
+        say(text if system.endpoints else "there is no endpoint in it", severity="error", choice=run.color)
+        return UNUSABLE
+    if run.fix and plan.confirmed:
+        for name, data in plan.edited.texts.items():
+            write_bytes(name, data)
+    if run.show_diff:
+        emit(plan.edited.diff())
+    elif run.form == "json":
+        emit(_as_json(plan, written=run.fix and plan.confirmed))
+    else:
+        emit(_as_text(plan, run, nothing))
+    for finding in plan.left if plan.confirmed else ():
+        say(f"{finding.code} stays: {finding.message}", severity="note", choice=run.color)
+    unknown = sum(group.pairs for group in plan.after.groups if group.verdict is Verdict.UNKNOWN)
+    if unknown:
+        say(
+            f"{plural(unknown, 'pair')} unknown, which stay as they are without --decide",
+            severity="note",
+            choice=run.color,
+        )
+    return _DONE if plan.confirmed and not plan.left and (run.fix or not plan.changes) else _OPEN
+
+
+def _as_text(plan: Plan, run: PlanRun, nothing: str) -> str:
+    colors = paint(color=colored(run.color, sys.stdout))
+    if plan.confirmed and not plan.changes:
+        return f"{nothing}\n"
+    lines: list[str] = []
+    if plan.conflict:
+        lines.append(colors("there is no repair: these exclude each other, and none of them can be left out", "title"))
+        for part in plan.conflict:
+            lines += _wrapped(f"- {clean(part)}", "  ")
+        return "\n".join(lines) + "\n"
+    if not plan.confirmed:
+        return f"no plan was confirmed: a check refused each of {plural(plan.tried, 'plan')}; nothing is written\n"
+    at = exact({edit.place for each in plan.changes for edit in each.edits}, plan.edited.before)
+    for change in plan.changes:
+        lines.append(colors(clean(change.text), "title"))
+        lines += _wrapped(clean(_about(change)), "  ")
+        lines += [f"  --> {clean(str(at[edit.place]))}" for edit in change.edits]
+        for reason in change.because:
+            lines += _wrapped(f"because of {clean(reason)}", "  ")
+        lines.append("")
+    done = "written" if run.fix else "not written: --fix writes them, --diff prints them"
+    least = "no repair has less" if plan.proven else "the time was too short to prove that no repair has less"
+    total = f"{plural(len(plan.changes), 'change')} of weight {plan.weight}, {least}; checked again; {done}"
+    lines += _wrapped(total, "")
+    return "\n".join(lines) + "\n"
+
+
+def _wrapped(text: str, indent: str) -> list[str]:
+    return [f"{indent}{line}" for line in wrap(text, width() - len(indent))]
+
+
+def _about(change: Change) -> str:
+    parts = [f"was {change.old}"]
+    if change.kind == "needs_code":
+        parts.append("a promise that the program must keep")
+    if change.weakens:
+        parts.append("weaker than before")
+    if change.shared:
+        parts.append("shared by several endpoints" if len(change.members) > 1 else "stands in a shared place")
+    return "; ".join([*parts, f"weight {change.weight}"])
+
+
+def _as_json(plan: Plan, *, written: bool) -> str:
+    at = exact({edit.place for each in plan.changes for edit in each.edits}, plan.edited.before)
+
+    def change(each: Change) -> dict[str, Any]:
+        edits = [{**asdict(edit), "place": str(at[edit.place])} for edit in each.edits]
+        return {**asdict(each), "edits": edits}
+
+    document = {
+        "version": _VERSION,
+        "confirmed": plan.confirmed,
+        "proven": plan.proven,
+        "weight": plan.weight,
+        "written": written,
+        "changes": [change(each) for each in plan.changes],
+        "conflict": list(plan.conflict),
+        "left": [{"code": each.code, "message": each.message} for each in plan.left] if plan.confirmed else [],
+    }
+    return json.dumps(document, indent=2) + "\n"

@@ -1,0 +1,78 @@
+"""``cqos repair``: the smallest set of changes after which nothing is incompatible, printed or written to the files."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from cqos_core.cli.parameters import color_option, debug_option, form_option
+from cqos_core.cli.plans import PlanRun, carry_out
+from cqos_core.cli.reading import ReadingOptions, reading_options
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from cqos_core.cli.reading import InputReader
+    from cqos_core.model.system import System
+    from cqos_core.planning.search import Plan
+
+
+@click.command(
+    epilog="Exit codes: 0 nothing has to change, or --fix wrote the changes; 1 changes are needed, there is no repair, or errors "
+    "stay that no setting repairs; 2 wrong usage or input that cannot be read; 3 internal error."
+)
+@click.argument("paths", nargs=-1, required=True, metavar="PATH...")
+@click.option(
+    "--keep",
+    metavar="PATTERN",
+    multiple=True,
+    help="Leave these as they are: the id of an endpoint or participant, or a file, as a shell pattern. Can be repeated.",
+)
+@click.option("--decide", is_flag=True, help="Make unknown pairs compatible, too. Without it they may stay unknown.")
+@click.option("--fix", is_flag=True, help="Write the changes to the files. Comments and layout stay.")
+@click.option("--diff", "show_diff", is_flag=True, help="Print what --fix would change, and write nothing.")
+@form_option
+@reading_options
+@color_option
+@debug_option
+@click.pass_context
+def repair(
+    ctx: click.Context,
+    *,
+    paths: tuple[str, ...],
+    keep: tuple[str, ...],
+    decide: bool,
+    fix: bool,
+    show_diff: bool,
+    form: str,
+    reading: ReadingOptions,
+    color: str,
+) -> None:
+    """Find the smallest repair: the changes of least weight after which nothing is incompatible.
+
+    All requirements (`needs:`) hold then, too. A setting weighs less than a promise that the program must keep, one endpoint
+    less than a shared profile, a stronger value less than a weaker one, and a near value less than a far one. C-QoS checks the
+    changed files before it prints or writes anything. Where there is no repair, it prints a conflicting set: without any one
+    part of it, the others can be reached.
+
+    It needs the extra `repair`: pip install 'cqos-core[repair]'.
+
+    \b
+    Examples:
+      cqos repair robot.yaml
+      cqos repair robot.yaml station.bpmn --keep 'station/*' --diff
+      cqos repair robot.yaml --fix
+    """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+
+    def plan(system: System, read: Callable[[Mapping[str, bytes]], System], reader: InputReader) -> Plan:
+        from cqos_core.planning.search import find_repair
+
+        return find_repair(
+            system.sources, read, reader.context, keep=keep, decide=decide, importer=reader.options.importer
+        )
+
+    run = PlanRun(paths, reading, form, color, fix=fix, show_diff=show_diff)
+    ctx.exit(
+        carry_out(ctx, run, plan, "nothing has to change: no pair is incompatible, and no requirement is violated")
+    )

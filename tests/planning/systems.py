@@ -1,0 +1,158 @@
+"""Small random systems as texts, of each protocol, and what a repair of them may do, tried out without any solver."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core import read
+from cqos_core.checking.checker import check_system
+from cqos_core.matching.pipeline import Pipeline, context
+from cqos_core.model.report import Severity
+from cqos_core.model.system import Setting
+from cqos_core.planning.constraints import Goals
+from cqos_core.planning.model import build
+from tests.worlds import POST
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from cqos_core.model.report import Report
+    from cqos_core.model.system import System
+    from cqos_core.planning.model import Model
+    from cqos_core.planning.search import Plan
+
+WHERE: Final = context([POST])
+NAME: Final = "<bytes>"
+
+SETTINGS: Final[Mapping[str, Mapping[str, tuple[str, ...]]]] = {
+    "post": {
+        "care": ("plain", "signed", "insured"),
+        "delay": ("1ms", "1s", "2s"),
+        "sealed": ("true", "false"),
+    },
+    "ros2": {
+        "reliability": ("best_effort", "reliable"),
+        "durability": ("volatile", "transient_local"),
+        "deadline": ("500ms", "1s"),
+        "liveliness": ("automatic", "manual_by_topic"),
+    },
+    "dds": {
+        "reliability.kind": ("best_effort", "reliable"),
+        "durability.kind": ("volatile", "transient_local", "transient"),
+        "deadline.period": ("500ms", "1s"),
+        "ownership.kind": ("shared", "exclusive"),
+        "time_based_filter.minimum_separation": ("600ms", "2s"),
+    },
+    "mqtt": {
+        "qos": ("0", "1", "2"),
+        "retain": ("true", "false"),
+        "message_expiry_interval": ("1s", "60s"),
+    },
+}
+NEEDS: Final[Mapping[str, tuple[str, ...]]] = {
+    "post": (),
+    "ros2": ("latest: true", "late_join: 3", "max_gap: 1s"),
+    "dds": ("latest: true", "late_join: 3", "duplicate_free: true"),
+    "mqtt": ("latest: true", "late_join: 1", "duplicate_free: true"),
+}
+
+
+def system_text(protocol: str, seed: int, publishers: int = 2, subscribers: int = 2) -> bytes:
+    """Return a random system of one topic."""
+    chance = random.Random(f"{protocol} {seed}")  # noqa: S311 - the same systems every time
+    lines = ["cqos: 1", f"protocol: {protocol}", "participants:"]
+    for kind, number in (("publishes", publishers), ("subscribes", subscribers)):
+        for each in range(number):
+            stated = dict(chance.choice([*_settings(protocol, kind)]) for _ in range(chance.randrange(1, 4)))
+            parts = [f"{name}: {value}" for name, value in stated.items()]
+            if kind == "subscribes" and NEEDS[protocol] and chance.random() < (0.9 if protocol == "mqtt" else 0.4):
+                parts.append(f"needs: {{{chance.choice(NEEDS[protocol])}}}")
+            lines += [f"  {kind}_{each}:", f"    {kind}:", f"      t: {{{', '.join(parts)}}}  # the {each}th"]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _settings(protocol: str, kind: str) -> Iterator[tuple[str, str]]:
+    role = "publisher" if kind == "publishes" else "subscriber"
+    pack = WHERE.find_pack(protocol)
+    for name, values in SETTINGS[protocol].items():
+        if role in pack.policy(name).roles:
+            yield from ((name, value) for value in values)
+
+
+def again(texts: Mapping[str, bytes]) -> System:
+    return read(texts[NAME])
+
+
+def is_repaired(before: Report, after: Report) -> bool:
+    """Whether a report has no incompatible pair, no pair that is worse than before, and no new error."""
+    ranks = {(each.publisher, each.subscriber): each.verdict.rank for each in before.pairs}
+    fine = all(
+        each.verdict.rank < 2 and each.verdict.rank <= ranks[each.publisher, each.subscriber] for each in after.pairs
+    )
+    return fine and errors(after) <= errors(before)
+
+
+def errors(report: Report) -> set[tuple[str, str]]:
+    return {
+        (each.code, member)
+        for each in report.findings
+        if each.severity is Severity.ERROR
+        for side in each.sides
+        for member in side.members
+    }
+
+
+def model_of(text: bytes) -> Model:
+    """Return the model of a repair of a whole system."""
+    topics = Pipeline(again({NAME: text}), WHERE).topics
+    return build(topics, [*topics], Goals(), (), lambda _each: True)
+
+
+def cheaper(model: Model, limit: int) -> Iterator[dict[Any, int]]:
+    """Yield every choice of less weight, by place."""
+    places = [*model.slots]
+
+    def further(at: int, weight: int, chosen: dict[Any, int]) -> Iterator[dict[Any, int]]:
+        if at == len(places):
+            if weight < limit:
+                yield chosen
+            return
+        for number, candidate in enumerate(model.slots[places[at]].candidates):
+            if weight + candidate.weight < limit:
+                yield from further(
+                    at + 1, weight + candidate.weight, {**chosen, places[at]: number} if number else chosen
+                )
+
+    yield from further(0, 0, {})
+
+
+def changed(system: System, model: Model, chosen: Mapping[Any, int]) -> System:
+    """Return a system with choices as settings, without any file."""
+    system = replace(system, endpoints=[*system.endpoints], participants=dict(system.participants))
+    for place, number in chosen.items():
+        slot = model.slots[place]
+        setting = Setting(slot.policy.domain.format(slot.candidates[number].value))  # type: ignore[arg-type]
+        ids = {each.id for each in slot.endpoints}
+        if slot.policy.level == "participant":
+            for each in slot.endpoints:
+                owner = system.participants[each.endpoint.participant]
+                system.participants[owner.id] = replace(owner, settings={**owner.settings, slot.policy.name: setting})
+            continue
+        assert slot.policy.level == "endpoint"
+        system.endpoints[:] = [
+            replace(each, settings={**each.settings, slot.policy.name: setting}) if each.id in ids else each
+            for each in system.endpoints
+        ]
+    return system
+
+
+def report_of(system: System) -> Report:
+    return check_system(system, WHERE)
+
+
+def is_confirmed(plan: Plan, text: bytes) -> bool:
+    """Whether the texts of a plan are what it says."""
+    after = report_of(again({NAME: plan.edited.texts.get(NAME, text)}))
+    return is_repaired(report_of(again({NAME: text})), after)

@@ -1,0 +1,74 @@
+"""Law: a repair is checked, and no change of less weight repairs the system; otherwise nothing does."""
+
+from itertools import islice
+
+import pytest
+
+from cqos_core.planning.search import find_repair
+from cqos_core.planning.solver import Task, conflict, solve
+from tests.planning.systems import (
+    NAME,
+    WHERE,
+    again,
+    changed,
+    cheaper,
+    is_confirmed,
+    is_repaired,
+    model_of,
+    report_of,
+    system_text,
+)
+
+MOST_CHOICES = 60
+"""Systems with more choices of less weight than this are left out: all are tried."""
+WITHOUT_REPAIR = 1_300
+
+
+@pytest.mark.parametrize("seed", range(16))
+@pytest.mark.parametrize("protocol", ["post", "ros2", "dds", "mqtt"])
+def test_no_change_of_less_weight_repairs_a_small_system(protocol, seed, solver):
+    text = system_text(protocol, seed, 1 + seed % 2, 1 + seed // 2 % 2)
+    plan = find_repair({NAME: text}, again, WHERE)
+    assert plan.confirmed == (not plan.conflict)
+    if plan.confirmed:
+        assert plan.proven
+        assert is_confirmed(plan, text)
+    system, model = again({NAME: text}), model_of(text)
+    choices = [*islice(cheaper(model, plan.weight if plan.confirmed else WITHOUT_REPAIR), MOST_CHOICES + 1)]
+    if len(choices) <= MOST_CHOICES:
+        before = report_of(system)
+        for chosen in choices:
+            assert not is_repaired(before, report_of(changed(system, model, chosen))), chosen
+
+
+def test_each_part_of_a_conflicting_set_is_needed(solver):
+    system = b"""\
+cqos: 1
+protocol: ros2
+participants:
+  camera: {publishes: {image: {reliability: best_effort, deadline: 1s}}}
+  other: {publishes: {image: {reliability: best_effort}}}
+  viewer: {subscribes: {image: {reliability: reliable, deadline: 1s}}}
+  log: {subscribes: {log: }}
+  talker: {publishes: {log: {reliability: best_effort}}}
+"""
+    plan = find_repair({NAME: system}, again, WHERE, keep=("camera", "other", "viewer"))
+    assert not plan.confirmed
+    assert plan.changes == ()
+    kept = [part for part in plan.conflict if part.startswith("`--keep")]
+    found = [part for part in plan.conflict if part.startswith("ROS")]
+    assert len(found) == 1
+    assert len(kept) == 2, "one for each end of the pair, and none for the others"
+    fewer = find_repair({NAME: system}, again, WHERE, keep=("camera", "other"))
+    assert fewer.confirmed
+
+
+def test_a_conflict_of_the_solver_has_no_part_too_many(solver):
+    task = Task(
+        {place: [0, 1] for place in "abc"},
+        [("never", False), ("fine", True)],
+        {"a": "kept", "b": "kept too"},
+        [("cut", {"a": 1, "b": 1})],
+    )
+    assert conflict(task) == ["never"]
+    assert solve(task) is None
