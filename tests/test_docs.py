@@ -38,6 +38,7 @@ FOLLOWED = (
     "docs/quick-start.md",
     "docs/silent-topic.md",
     "docs/ci.md",
+    "docs/behaviour.md",
     "docs/ros2-files.md",
     "docs/repair.md",
     "docs/dds.md",

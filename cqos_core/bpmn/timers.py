@@ -22,6 +22,7 @@ _DAY: Final = 86_400
 _SECONDS: Final = (365 * _DAY, 28 * _DAY, 7 * _DAY, _DAY, 3_600, 60, 1)
 """Of a year, a month, a week and so on; the shortest that there are."""
 _CYCLE: Final = re.compile(r"R(-?\d{0,9})/(.+)", re.ASCII)
+_DATE: Final = re.compile(r"\d{4}-\d\d-\d\d(?:T\d\d:\d\d(?::\d\d(?:\.\d{1,9})?)?Z?)?", re.ASCII)
 _TEXTS: Final = {f"{BPMN}timeDate": "date", f"{BPMN}timeDuration": "duration", f"{BPMN}timeCycle": "cycle"}
 
 
@@ -34,11 +35,13 @@ def read_timer(definition: Element) -> Timer | None:
     text = "".join(element.itertext()).strip()
     kind = _TEXTS[str(element.tag)]
     if kind == "date":
-        return Timer("date", text=text)
+        return Timer("date", count=1 if _DATE.fullmatch(text) else None, text=text)
     if kind == "duration":
-        return Timer("duration", nanoseconds(text), text=text)
+        wait = nanoseconds(text)
+        open_ended = any(each in text.partition("T")[0] for each in "YM")
+        return Timer("duration", wait, None if open_ended else wait, None if wait is None else 1, text)
     wait, count = _cycle(text)
-    return Timer("cycle", wait, count, text)
+    return Timer("cycle", wait, None, count, text)
 
 
 def nanoseconds(text: str) -> int | None:

@@ -12,6 +12,7 @@ from cqos_core.checking.acceptance import with_acceptances, with_severities
 from cqos_core.checking.findings import Made, merged, of_participants, one_per_cause
 from cqos_core.checking.partners import partners
 from cqos_core.checking.team import bind_checks, words_asked
+from cqos_core.checking.timing import behaviour_findings, with_behaviour
 from cqos_core.checking.topic import TopicResult, check_topic
 from cqos_core.matching.assumptions import assumptions
 from cqos_core.matching.judge import ask
@@ -109,6 +110,8 @@ def assemble(
         [each for result in results.values() for each in result.groups],
         key=lambda each: (each.topic, each.publishers, each.subscribers),
     )
+    if problems and system.flows:
+        made, groups = with_behaviour(made, groups, problems, packs)
     lonely, unmatched = partners(system, results, packs, resolved.endpoints)
     plain = [
         *stated_findings(system, resolved, context, problems),
@@ -286,7 +289,7 @@ class JudgedTopics(NamedTuple):
 
     Attributes:
         teams: the rules of the team, by id of the pack.
-        problems: findings about these rules, and about bridges.
+        problems: findings about these rules, about bridges, and about behaviour.
         excused: the acceptances that name endpoints.
     """
 
@@ -314,4 +317,5 @@ def judge_topics(
         results[key] = judged(key, endpoints, partial(check_topic, endpoints, excused, teams))
     if system.bridges:
         problems += bridge_findings(system, pipeline.hops, pipeline.topics)
+    problems += behaviour_findings(pipeline)
     return JudgedTopics(results, teams, problems, excused)

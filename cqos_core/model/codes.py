@@ -2,7 +2,7 @@
 
 CQ0xx: reading (CQ001-CQ029 in general, CQ030-CQ059 BPMN, CQ060 several files together, CQ061 profiles alone); CQ2xx: settings and
 profiles; CQ4xx: names and meeting; CQ5xx: bridges;
-CQ6xx: accepted exceptions and the team's own rules; CQ7xx: plugins at fault.
+CQ6xx: accepted exceptions and the team's own rules; CQ7xx: plugins at fault; BP1xx: behaviour.
 """
 
 from __future__ import annotations
@@ -10,10 +10,11 @@ from __future__ import annotations
 from typing import Final
 
 from cqos_core.model.code_info import CodeInfo
+from cqos_core.model.codes_of_behaviour import BEHAVIOUR
 from cqos_core.model.codes_of_models import MODEL
 from cqos_core.model.codes_of_reading import READING
 
-CODES: Final[dict[str, CodeInfo]] = {info.code: info for info in (*READING, *MODEL)}
+CODES: Final[dict[str, CodeInfo]] = {info.code: info for info in (*READING, *MODEL, *BEHAVIOUR)}
 _SPELLINGS: Final = {spelling: info for info in CODES.values() for spelling in info.spellings}
 
 

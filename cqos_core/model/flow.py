@@ -40,12 +40,14 @@ class Timer(Constant):
         kind: ``date``: once; ``duration``: once, after a time; ``cycle``: repeatedly, with a time between.
         wait: nanoseconds that pass at least before it fires (duration), or between two times that it fires (cycle). None where the
             text does not fix them: an expression, a date, cron text.
-        count: how often a cycle fires at most; None: no limit is known.
+        due: nanoseconds after which a duration is over for certain; None where that is open, as it is of a month.
+        count: how often it fires at most; None: no limit is known.
         text: as written.
     """
 
     kind: Literal["date", "duration", "cycle"]
     wait: int | None = None
+    due: int | None = None
     count: int | None = None
     text: str = ""
 

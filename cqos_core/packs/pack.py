@@ -24,6 +24,7 @@ from cqos_core.packs.parts import (
     Dialect,
     Known,
     Preset,
+    Timing,
     no_misfits,
     nothing_follows,
     nothing_summed,
@@ -71,6 +72,7 @@ class RulePack:
         derivations: values of a pair that no end states; `cqos explain` shows them.
         proofs: which guarantees were seen under which faults on a running implementation.
         implementation_option: the option, or the policy of brokers, whose value `proofs` name; empty without proofs.
+        timing: which policies say something about time.
         panel: how people see the settings.
         groups: words under which participants may group endpoints that share settings: ``publishers``, ``subscribers``.
         source: where the facts come from.
@@ -99,6 +101,7 @@ class RulePack:
     derivations: tuple[Derivation, ...] = ()
     proofs: tuple[Proof, ...] = ()
     implementation_option: str = ""
+    timing: Timing = field(default_factory=Timing)
     panel: Panel = field(default_factory=Panel)
     groups: tuple[str, ...] = ()
     source: str = ""

@@ -151,6 +151,42 @@ class Derivation:
     doc: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """Which policies say something about time: `cqos_core.checking.timing` compares them with what control flow says.
+
+    Names are those of policies; where the pack has no such policy they are empty. A pair is a policy and those of its values that
+    have the meaning.
+
+    Attributes:
+        gap: the longest time between two samples, offered and requested.
+        lease: the time without a sign of liveliness after which a publisher counts as lost.
+        asserted_on_topic: kinds of liveliness that only samples on the topic assert.
+        asserted_by_participant: those that any sample of the participant asserts.
+        lifespan: how long a sample lives, from when it is published, wherever it is.
+        kept: the durability with which samples are kept for subscribers that come later.
+        certain: the reliability with which these get them.
+        unlimited: the history that keeps all samples.
+        depth: how many samples are kept otherwise.
+        owned: the ownership with which one publisher counts at a time.
+        strength: which publisher that is.
+        period: the fact of topics that says how often samples come.
+    """
+
+    gap: str = ""
+    lease: str = ""
+    asserted_on_topic: tuple[str, tuple[str, ...]] = ("", ())
+    asserted_by_participant: tuple[str, tuple[str, ...]] = ("", ())
+    lifespan: str = ""
+    kept: tuple[str, tuple[str, ...]] = ("", ())
+    certain: tuple[str, tuple[str, ...]] = ("", ())
+    unlimited: tuple[str, tuple[str, ...]] = ("", ())
+    depth: str = ""
+    owned: tuple[str, tuple[str, ...]] = ("", ())
+    strength: str = ""
+    period: str = ""
+
+
 def no_misfits(line: str) -> tuple[Misfit, ...]:  # noqa: ARG001 - the signature of all that read output
     """Read nothing from the output of programs."""
     return ()

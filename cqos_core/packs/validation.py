@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import keyword
 import re
+from dataclasses import fields
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.language.domains import Choice, Count, Duration, is_unit
@@ -52,11 +53,23 @@ def _parts(pack: RulePack) -> Iterator[tuple[tuple[str, ...], str, Iterator[str]
     for name, dialect in pack.dialects.items():
         yield ("dialects", name), f"dialect `{name}`", _dialect(dialect, pack)
     yield ("panel",), "panel", _panel(pack)
+    yield ("timing",), "timing", _timing(pack)
     for convention in pack.conventions:
         for name, text in convention.settings.items():
             yield ("conventions",), f"convention of `{convention.pattern}`", _setting(pack, "topic", name, text)
     for option, value in pack.variants:
         yield (), f"variant of {option} {value}", _option_value(pack, option, value)
+
+
+def _timing(pack: RulePack) -> Iterator[str]:
+    known = {policy.name: policy for policy in pack.policies}
+    for part in fields(pack.timing):
+        stated = getattr(pack.timing, part.name)
+        name, values = (stated, ()) if isinstance(stated, str) else stated
+        if name and name not in known:
+            yield f"`{part.name}` names `{name}`, which is no policy"
+        for value in values if name in known else ():
+            yield from (f"`{part.name}`: {message}" for message in _text(known[name], value))
 
 
 def _those(*said: tuple[object, str]) -> Iterator[str]:

@@ -70,12 +70,12 @@ def test_durations(text, seconds):
 )
 def test_cycles(text, wait, count):
     timer = timer_of(f"<bpmn:timeCycle> {text}\n</bpmn:timeCycle>")
-    assert timer == Timer("cycle", None if wait is None else wait * 10**9, count, text)
+    assert timer == Timer("cycle", None if wait is None else wait * 10**9, None, count, text)
 
 
 def test_other_timers():
-    assert timer_of("<bpmn:timeDuration>PT1S</bpmn:timeDuration>") == Timer("duration", 10**9, None, "PT1S")
-    assert timer_of("<bpmn:timeDate>2026-01-01</bpmn:timeDate>") == Timer("date", text="2026-01-01")
+    assert timer_of("<bpmn:timeDuration>PT1S</bpmn:timeDuration>") == Timer("duration", 10**9, 10**9, 1, "PT1S")
+    assert timer_of("<bpmn:timeDate>2026-01-01</bpmn:timeDate>") == Timer("date", count=1, text="2026-01-01")
     nothing = timer_of("")
     several = timer_of("<bpmn:timeDate>2026-01-01</bpmn:timeDate><bpmn:timeDuration>PT1S</bpmn:timeDuration>")
     assert nothing == several == Timer("cycle")

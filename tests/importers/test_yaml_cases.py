@@ -65,5 +65,5 @@ def test_a_trap_is_a_warning_and_the_rest_is_read(file):
 
 def test_every_code_of_the_reader_has_a_case():
     lines = [line for folder in ("bad", "trap") for file in (CASES / folder).glob("*.txt") for line in expected(file)]
-    of_the_reader = {code for code in CODES if code < "CQ029"}  # that is about what was read
+    of_the_reader = {code for code in CODES if code.startswith("CQ") and code < "CQ029"}  # that is about what was read
     assert {line.split()[0] for line in lines} == of_the_reader

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from cqos_core.packs import NEEDS, Convention, Function, Meeting, RulePack
+from cqos_core.packs import NEEDS, Convention, Function, Meeting, RulePack, Timing
 from cqos_dds import partitions
 from cqos_dds.advice import ADVICE
 from cqos_dds.departures import DEPARTURES
@@ -39,6 +39,21 @@ NOT_CHECKED: Final = (
     "policies that only one implementation has, such as disable_positive_acks",
 )
 
+TIMING: Final = Timing(
+    gap="deadline",
+    lease="liveliness.lease_duration",
+    asserted_on_topic=("liveliness", ("manual_by_topic",)),
+    asserted_by_participant=("liveliness", ("manual_by_participant",)),
+    lifespan="lifespan",
+    kept=("durability", ("transient_local", "transient", "persistent")),
+    certain=("reliability", ("reliable",)),
+    unlimited=("history", ("keep_all",)),
+    depth="history.depth",
+    owned=("ownership", ("exclusive",)),
+    strength="ownership_strength",
+    period="period",
+)
+
 PACK: Final = RulePack(
     id="dds",
     title="DDS",
@@ -54,6 +69,7 @@ PACK: Final = RulePack(
         described="endpoints on one topic name, of one data type where both state it, in one domain and with a partition "
         "in common",
     ),
+    timing=TIMING,
     panel=PANEL,
     not_checked=NOT_CHECKED,
     unaffected=UNAFFECTED,

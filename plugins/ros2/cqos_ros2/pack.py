@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-from cqos_core.packs import NEEDS, Meeting, RulePack
+from cqos_core.packs import NEEDS, Meeting, RulePack, Timing
 from cqos_ros2 import interfaces, names
 from cqos_ros2.conventions import CONVENTIONS
 from cqos_ros2.dialects import DIALECTS
@@ -26,6 +26,19 @@ NOT_CHECKED: Final = (
     "samples sent while endpoints are still discovering each other at start-up",
     "whether executors and callbacks keep up with what arrives",
     "whether different distributions and DDS vendors, which share a wire, agree on every type",
+)
+
+TIMING: Final = Timing(
+    gap="deadline",
+    lease="liveliness_lease_duration",
+    asserted_on_topic=("liveliness", ("manual_by_topic",)),
+    asserted_by_participant=("liveliness", ("manual_by_node",)),
+    lifespan="lifespan",
+    kept=("durability", ("transient_local",)),
+    certain=("reliability", ("reliable",)),
+    unlimited=("history", ("keep_all",)),
+    depth="depth",
+    period="period",
 )
 
 _RAW: Final = RulePack(
@@ -57,6 +70,7 @@ _RAW: Final = RulePack(
     implementation_option="rmw",
     codes=CODES,
     read_log=read_line,
+    timing=TIMING,
     source="ROS 2 documentation, rmw, rmw_dds_common, rmw_zenoh, rclcpp, rclpy, REP 2003",
 )
 

@@ -1,0 +1,175 @@
+"""The control flow of all files as one graph, with what each event throws and catches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+from cqos_core.model.flow import WITHIN
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable, Mapping, Sequence
+
+    from cqos_core.model.flow import ControlFlow, FlowNode, TriggerKind
+
+EndpointKey: TypeAlias = tuple[str, str]
+"""The name of a file and the id of an endpoint in it."""
+ENTERED: Final = frozenset({"process", "subprocess"})
+"""Kinds of nodes whose contents are done once and in order each time that they are entered."""
+
+
+@dataclass(frozen=True, slots=True)
+class Signals:
+    """What endpoints throw to and catch from.
+
+    Attributes:
+        thrown: the topics to which an endpoint publishes.
+        caught: the topics from which an endpoint takes samples.
+        others: topics on which something else may publish than the processes of the model.
+        anything: some publisher has a topic that is not known, so it may publish on all of them.
+    """
+
+    thrown: Mapping[EndpointKey, frozenset[Hashable]]
+    caught: Mapping[EndpointKey, frozenset[Hashable]]
+    others: frozenset[Hashable] = frozenset()
+    anything: bool = False
+
+    def is_open(self, topic: Hashable) -> bool:
+        """Whether something else may publish on a topic than the processes of the model."""
+        return self.anything or topic in self.others
+
+
+@dataclass(slots=True)
+class Graph:
+    """Nodes of all files, by their positions; the lists have one entry for each node.
+
+    Attributes:
+        files: the name of the file of each node.
+        parent: the process or sub-process around a node; of a process the node itself.
+        process: the process around a node.
+        inside: nodes directly in a process or sub-process.
+        after, before: where flows from and to a node lead.
+        boundary: boundary events of an activity.
+        attached: the activity of a boundary event; None for all else.
+        called: the processes that a call activity runs.
+        calls: the call activities that run a process.
+        throws: topics to which a node throws.
+        catches: topics from which a node catches; None where they are not known.
+        drawn: the process around the node draws flows, so that what it does not draw does not happen.
+        called_anywhere: a call activity runs a process whose name is computed.
+    """
+
+    nodes: list[FlowNode] = field(default_factory=list)
+    files: list[str] = field(default_factory=list)
+    parent: list[int] = field(default_factory=list)
+    process: list[int] = field(default_factory=list)
+    inside: list[list[int]] = field(default_factory=list)
+    after: list[list[int]] = field(default_factory=list)
+    before: list[list[int]] = field(default_factory=list)
+    boundary: list[list[int]] = field(default_factory=list)
+    attached: list[int | None] = field(default_factory=list)
+    called: list[list[int]] = field(default_factory=list)
+    calls: list[list[int]] = field(default_factory=list)
+    throws: list[frozenset[Hashable]] = field(default_factory=list)
+    catches: list[frozenset[Hashable] | None] = field(default_factory=list)
+    drawn: list[bool] = field(default_factory=list)
+    thrown_at: dict[Hashable, list[int]] = field(default_factory=dict)
+    caught_at: dict[Hashable, list[int]] = field(default_factory=dict)
+    called_anywhere: bool = False
+
+    def is_entry(self, at: int) -> bool:
+        """Whether a token is put on a node when what is around it begins, without any flow to it."""
+        node = self.nodes[at]
+        if self.before[at] or node.by_event or node.compensates or node.kind in {"process", "boundary", "event_start"}:
+            return False
+        if node.kind == "start":
+            return self.nodes[self.parent[at]].kind != "process" and not self.nodes[self.parent[at]].by_event
+        return not (node.kind == "catch" and any(each.kind == "link" for each in node.triggers))
+
+    def heard(self, at: int) -> TriggerKind:
+        """Return the kind of the triggers for which the endpoints of a node stand; other triggers come from elsewhere."""
+        return "signal" if any(each.kind == "signal" for each in self.nodes[at].triggers) else "message"
+
+    def is_alone(self, at: int) -> bool:
+        """Whether no flow leads to a node or from it."""
+        return not (self.before[at] or self.after[at])
+
+
+def joined(flows: Sequence[ControlFlow], signals: Signals) -> Graph:
+    """Return the graph of all files."""
+    graph = Graph()
+    for flow in flows:
+        _add(graph, flow, signals)
+    _call(graph)
+    for at, node in enumerate(graph.nodes):
+        for topic in graph.throws[at]:
+            graph.thrown_at.setdefault(topic, []).append(at)
+        if node.kind in {"start", "catch", "boundary"}:
+            for topic in graph.catches[at] or ():
+                graph.caught_at.setdefault(topic, []).append(at)
+    return graph
+
+
+def _add(graph: Graph, flow: ControlFlow, signals: Signals) -> None:
+    first = len(graph.nodes)
+    for at, node in enumerate(flow.nodes, first):
+        parent = at if node.parent is None else first + node.parent
+        graph.nodes.append(node)
+        graph.files.append(flow.source)
+        graph.parent.append(parent)
+        graph.process.append(at)
+        graph.attached.append(None if node.attached is None else first + node.attached)
+        for lists in (graph.inside, graph.after, graph.before, graph.boundary, graph.called, graph.calls):
+            lists.append([])
+        keys = [(flow.source, each) for each in node.endpoints]
+        graph.throws.append(frozenset(topic for key in keys for topic in signals.thrown.get(key, ())))
+        known = bool(keys) and all(signals.caught.get(key) for key in keys)
+        graph.catches.append(frozenset(topic for key in keys for topic in signals.caught[key]) if known else None)
+    size = len(graph.nodes)
+    for at in range(first, size):
+        node = graph.nodes[at]
+        if graph.parent[at] != at:
+            graph.inside[graph.parent[at]].append(at)
+        activity = graph.attached[at]
+        if activity is not None:
+            graph.boundary[activity].append(at)
+        if node.calls is not None:
+            graph.called[at].append(first + node.calls)
+    drawing = set()
+    for start, end in flow.flows:
+        graph.after[first + start].append(first + end)
+        graph.before[first + end].append(first + start)
+        drawing |= {first + start, first + end}
+    _find_processes(graph, first, drawing)
+
+
+def _find_processes(graph: Graph, first: int, drawing: set[int]) -> None:
+    """Find the process of each node, and which processes draw flows."""
+    processes = [at for at in range(first, len(graph.nodes)) if graph.nodes[at].kind == "process"]
+    drawn = set()
+    for process in processes:
+        waiting = [process]
+        while waiting:
+            at = waiting.pop()
+            graph.process[at] = process
+            if at in drawing:
+                drawn.add(process)
+            waiting += graph.inside[at] if graph.nodes[at].kind in WITHIN else ()
+    graph.drawn += [graph.process[at] in drawn for at in range(first, len(graph.nodes))]
+
+
+def _call(graph: Graph) -> None:
+    """Join call activities with processes, also with those of other files that have the name."""
+    by_name: dict[str, list[int]] = {}
+    for at, node in enumerate(graph.nodes):
+        if node.kind == "process" and node.id:
+            by_name.setdefault(node.id, []).append(at)
+    for at, node in enumerate(graph.nodes):
+        if node.kind != "call":
+            continue
+        if node.called is None:
+            graph.called_anywhere = True
+        elif node.calls is None:
+            graph.called[at] += by_name.get(node.called, ())
+        for process in graph.called[at]:
+            graph.calls[process].append(at)

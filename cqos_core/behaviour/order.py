@@ -1,0 +1,168 @@
+"""What happens before what, and how long before: in one process by dominance, across processes by signals with one source."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.behaviour.graph import ENTERED
+from cqos_core.behaviour.waiting import Waits, least, timer_wait
+from cqos_core.model.flow import WITHIN
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable, Iterator
+
+    from cqos_core.behaviour.graph import Graph, Signals
+
+_FARTHEST: Final = 6
+"""How many signals an order is followed over."""
+_BUDGET: Final = 40
+"""How many steps altogether, for each node of the model; what takes more is not claimed."""
+
+
+class Order:
+    """The order of the events of all processes."""
+
+    def __init__(self, graph: Graph, signals: Signals) -> None:
+        """Find dominators and least times once."""
+        self._graph = graph
+        self._signals = signals
+        self._waits = Waits(graph)
+        self._size = len(graph.nodes)
+        self._root = 2 * self._size
+        steps = self._steps()
+        self._arrival = least([self._root], lambda at: steps.get(at, ()))
+        self._dominator = _dominators(self._root, steps)
+        self._left = _BUDGET * self._size
+
+    def since(self, first: int, last: int, hops: int = 0) -> int | None:
+        """Return how many nanoseconds pass at least from one event until a token arrives at another; None: no such order is certain.
+
+        The first one happens at most once.
+        """
+        if first == last:
+            return 0
+        if last not in self._arrival or hops > _FARTHEST:
+            return None
+        found: int | None = None
+        for at in self._before(last):
+            if at == first:
+                return self._between(first, last)
+            topic = self.heard(at)
+            if topic is None:
+                continue
+            times = [self.since(first, each, hops + 1) for each in self._graph.thrown_at.get(topic, ())]
+            known = [each for each in times if each is not None]
+            if known and len(known) == len(times):
+                time = min(known) + self._between(at, last)
+                found = time if found is None else max(found, time)
+        return found
+
+    def heard(self, at: int) -> Hashable | None:
+        """Return the one topic without which an event does not happen; None where there is no such topic."""
+        node, topics = self._graph.nodes[at], self._graph.catches[at]
+        if node.kind not in {"start", "catch", "boundary"} or topics is None or len(topics) != 1:
+            return None
+        (topic,) = topics
+        heard = self._graph.heard(at)
+        alone = all(each.kind == heard for each in node.triggers)
+        return topic if alone and not self._signals.is_open(topic) else None
+
+    def _between(self, first: int, last: int) -> int:
+        return self._arrival[last] - self._arrival[first] - timer_wait(self._graph, first)
+
+    def _before(self, at: int) -> Iterator[int]:
+        """Yield the events that have happened before a token arrives at a node, the nearest first."""
+        while (at := self._dominator[at]) != self._root and self._left > 0:
+            self._left -= 1
+            if at < self._size:
+                yield at
+
+    def _steps(self) -> dict[int, list[tuple[int, int]]]:
+        """Return where tokens go: a position beyond those of the nodes is the end of a sub-process."""
+        graph, root = self._graph, self._root
+        steps: dict[int, list[tuple[int, int]]] = {at: [] for at in (*range(self._size), root)}
+        links: dict[tuple[int, str], list[int]] = {}
+        for at, node in enumerate(graph.nodes):
+            if node.kind == "catch":
+                for each in node.triggers:
+                    links.setdefault((graph.process[at], each.link), []).append(at)
+        for at, node in enumerate(graph.nodes):
+            done = at
+            if node.kind in WITHIN and node.kind != "process":
+                done = self._size + at
+                steps.setdefault(done, [])
+                self._enter(at, done, steps)
+            elif node.kind == "process":
+                self._enter(at, None, steps)
+            time = timer_wait(graph, at) if done == at else 0
+            if node.kind == "call":
+                time = self._waits.passing(at)
+            steps[done] += [(following, time) for following in graph.after[at]]
+            steps[at] += [(event, 0) for event in graph.boundary[at]]
+            for each in node.triggers if node.kind in {"throw", "end"} else ():
+                steps[at] += [(to, 0) for to in links.get((graph.process[at], each.link), ()) if each.kind == "link"]
+            loose = node.kind in {"unknown", "event_start", "process"} or node.compensates or not graph.drawn[at]
+            linked = node.kind == "catch" and any(each.kind == "link" for each in node.triggers)
+            if loose or linked or (node.kind == "boundary" and graph.attached[at] is None):
+                steps[root].append((at, 0))
+        return steps
+
+    def _enter(self, around: int, done: int | None, steps: dict[int, list[tuple[int, int]]]) -> None:
+        """Lead from the beginning of a process or a sub-process to what begins in it, and from its ends to its end."""
+        graph, node = self._graph, self._graph.nodes[around]
+        odd = node.kind not in ENTERED or node.least_times < 1 or not graph.inside[around]
+        for at in graph.inside[around]:
+            inner = graph.nodes[at]
+            odd = odd or inner.by_event
+            starts = inner.kind == "start" or inner.by_event or graph.is_entry(at)
+            if starts or node.kind not in ENTERED:
+                steps[around].append((at, 0))
+            if done is not None and not graph.after[at] and not inner.by_event:
+                end = self._size + at if inner.kind in WITHIN else at
+                steps.setdefault(end, []).append((done, 0))
+        if done is not None and odd:
+            steps[around].append((done, 0))
+
+
+def _dominators(root: int, steps: dict[int, list[tuple[int, int]]]) -> dict[int, int]:
+    """Return the nearest dominator of each node that is reached (Cooper, Harvey and Kennedy 2001)."""
+    order: list[int] = []
+    seen = {root}
+    work = [(root, iter(steps[root]))]
+    while work:
+        at, rest = work[-1]
+        for other, _ in rest:
+            if other not in seen:
+                seen.add(other)
+                work.append((other, iter(steps.get(other, ()))))
+                break
+        else:
+            work.pop()
+            order.append(at)
+    rank = {at: number for number, at in enumerate(order)}
+    before: dict[int, list[int]] = {}
+    for at in order:
+        for other, _ in steps.get(at, ()):
+            before.setdefault(other, []).append(at)
+    found = {root: root}
+    changed = True
+    while changed:
+        changed = False
+        for at in reversed(order[:-1]):
+            known = [each for each in before[at] if each in found]
+            nearest = known[0]
+            for each in known[1:]:
+                nearest = _common(nearest, each, found, rank)
+            if found.get(at) != nearest:
+                found[at] = nearest
+                changed = True
+    return found
+
+
+def _common(one: int, other: int, found: dict[int, int], rank: dict[int, int]) -> int:
+    while one != other:
+        while rank[one] < rank[other]:
+            one = found[one]
+        while rank[other] < rank[one]:
+            other = found[other]
+    return one

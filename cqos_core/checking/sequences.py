@@ -1,0 +1,160 @@
+"""Findings about what happens before what: BP106, BP107 and BP113. They are about events that happen at most once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.checking.drawn import THROWN, behaviour_finding, finite, is_one_of, time_text
+from cqos_core.checking.findings import fact
+from cqos_core.language.policy import ENDPOINT
+from cqos_core.model.report import Severity, Side, Verdict
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable, Iterator
+
+    from cqos_core.checking.drawn import Drawn
+    from cqos_core.model.report import Finding
+    from cqos_core.resolving.resolved import Resolved
+
+OPTION: Final = "catch"
+AT_TOKEN, UNBUFFERED, BUFFERED = READINGS = ("at_token", "standing_unbuffered", "standing_buffered")
+"""What becomes of a sample that comes while no token waits for it: values of the option ``bpmn.catch``."""
+_CLOCKS: Final = "the clocks of both devices agree"
+
+
+@dataclass(frozen=True, slots=True)
+class _Once:
+    """A sample that is sent once, certainly before a token waits for it.
+
+    Attributes:
+        age: nanoseconds that it is old at least when the token comes.
+    """
+
+    throw: int
+    catch: int
+    age: int
+
+
+def sequence_findings(drawn: Drawn, reading: str | None) -> list[Finding]:
+    """Report samples that come before a token waits for them; ``reading`` is the option ``bpmn.catch``, where it is stated."""
+    found: list[Finding] = []
+    for once in _sent_before(drawn):
+        for publisher in drawn.ends(once.throw):
+            for subscriber in drawn.ends(once.catch):
+                if _meet(publisher, subscriber):
+                    found += _late(once, publisher, subscriber, reading)
+    found += _timeouts(drawn)
+    return found
+
+
+def _meet(publisher: Resolved, subscriber: Resolved) -> bool:
+    """Whether two ends are on one topic."""
+    return publisher.role == PUBLISHER and subscriber.role == SUBSCRIBER and publisher.key == subscriber.key
+
+
+def _only_throw(drawn: Drawn, topic: Hashable) -> int | None:
+    """Return the one event that publishes on a topic, and does so once at most."""
+    behaviour = drawn.behaviour
+    throws = behaviour.graph.thrown_at.get(topic, [])
+    alone = len(throws) == 1 and not behaviour.signals.is_open(topic)
+    return throws[0] if alone and behaviour.is_once(throws[0]) else None
+
+
+def _sent_before(drawn: Drawn) -> Iterator[_Once]:
+    behaviour = drawn.behaviour
+    for at, node in enumerate(behaviour.graph.nodes):
+        if node.kind != "catch" or not node.endpoints or not behaviour.is_once(at):
+            continue
+        topic = behaviour.order.heard(at)
+        throw = None if topic is None else _only_throw(drawn, topic)
+        age = None if throw is None else behaviour.order.since(throw, at)
+        if throw is not None and age is not None and at in behaviour.reached.arrived:
+            yield _Once(throw, at, age)
+
+
+def _late(once: _Once, publisher: Resolved, subscriber: Resolved, reading: str | None) -> Iterator[Finding]:
+    timing = publisher.pack.timing
+    assumed = [
+        "a process whose start has no trigger runs once in each participant",
+        f"no other program publishes on `{subscriber.shown}`",
+    ]
+    life = finite(publisher, timing.lifespan)
+    sent = f"`{publisher.id}` sends the only sample of `{subscriber.shown}`"
+    if life is not None and life < once.age:
+        message = (
+            f"{sent}, which lives for {time_text(life)}; "
+            f"a token reaches `{subscriber.id}` {time_text(once.age)} later at the earliest"
+        )
+        index = publisher.pack.vocabulary.indices[ENDPOINT, timing.lifespan]
+        life_of = Side(
+            PUBLISHER, (publisher.id,), THROWN, (fact(publisher, publisher.profile, index),), publisher.endpoint.place
+        )
+        yield behaviour_finding("BP106", message, [subscriber], beside=[life_of], assumed=[*assumed, _CLOCKS])
+        return
+    kept = [is_one_of(each, timing.kept) for each in (publisher, subscriber)]
+    certain = [is_one_of(each, timing.certain) for each in (publisher, subscriber)]
+    if not timing.kept[0] or None in kept or None in certain:
+        return
+    # A late joiner that is sent kept samples best effort may still miss them, but not for certain.
+    lost = {AT_TOKEN: not all(kept), UNBUFFERED: True, BUFFERED: False}
+    if reading is not None:
+        lost = {reading: lost[reading]}
+    if not any(lost.values()):
+        return
+    label = {True: Verdict.INCOMPATIBLE, False: Verdict.COMPATIBLE}
+    worlds = {f"bpmn.{OPTION}={name}": label[is_lost] for name, is_lost in lost.items()}
+    names = " and ".join(name for name, is_lost in lost.items() if is_lost)
+    message = f"{sent} before a token waits for it at `{subscriber.id}`, so it never arrives with {names}"
+    policies = [timing.kept[0]]
+    severity = Severity.ERROR if reading is not None else None
+    worlds = {} if reading is not None else worlds
+    yield behaviour_finding(
+        "BP107", message, [subscriber], policies=policies, worlds=worlds, assumed=assumed, severity=severity
+    )
+
+
+def _timeouts(drawn: Drawn) -> Iterator[Finding]:
+    """Report answers that come after the timer of their gateway is due."""
+    behaviour = drawn.behaviour
+    graph = behaviour.graph
+    for gateway, node in enumerate(graph.nodes):
+        if node.kind != "event_based" or len(graph.before[gateway]) != 1 or not behaviour.is_once(gateway):
+            continue
+        (request,) = graph.before[gateway]
+        if any(_only_throw(drawn, topic) != request for topic in graph.throws[request]) or not graph.throws[request]:
+            continue
+        timers = [each.timer for at in graph.after[gateway] for each in graph.nodes[at].triggers]
+        dues = [each.due for each in timers if each is not None and each.due is not None]
+        if not dues or graph.nodes[request].kind != "throw":
+            continue
+        for catch in graph.after[gateway]:
+            wait = _answered(drawn, request, catch) if graph.before[catch] == [gateway] else None
+            if wait is not None and wait > min(dues):
+                yield _timeout(drawn, catch, wait, min(dues))
+
+
+def _answered(drawn: Drawn, request: int, catch: int) -> int | None:
+    """Return how long after a request its answer is sent at the earliest; None where that is open."""
+    order = drawn.behaviour.order
+    topic = order.heard(catch)
+    throws = [] if topic is None else drawn.behaviour.graph.thrown_at.get(topic, [])
+    times = [order.since(request, each) for each in throws]
+    known = [each for each in times if each is not None]
+    return min(known) if known and len(known) == len(times) else None
+
+
+def _timeout(drawn: Drawn, catch: int, wait: int, due: int) -> Finding:
+    ends = drawn.ends(catch)
+    name = drawn.behaviour.graph.nodes[catch].id
+    message = (
+        f"the answer at `{name}` comes {time_text(wait)} after the request at the earliest, "
+        f"but the wait for it ends after {time_text(due)}"
+    )
+    assumed = [
+        "a process whose start has no trigger runs once in each participant",
+        f"no other program publishes on `{ends[0].shown}`",
+        f"the timer is late by less than {time_text(wait - due)}",
+    ]
+    return behaviour_finding("BP113", message, ends, assumed=assumed)

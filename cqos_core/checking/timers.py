@@ -1,0 +1,163 @@
+"""Findings about how often samples come: BP101 to BP105, BP114 and BP115.
+
+A publisher that sends at most a + r·t samples until any time t keeps no gap g with r·g < 1: with gaps of at most g from the first
+sample on, at time t there would be at least (t - t0) / g samples, which is more for a large t.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cqos_core.behaviour.counting import added
+from cqos_core.checking.drawn import behaviour_finding, finite, is_one_of, needed, time_text
+from cqos_core.model.report import Fact, Side
+from cqos_core.model.system import PUBLISHER
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable, Iterable, Iterator, Sequence
+
+    from cqos_core.behaviour import Bound
+    from cqos_core.checking.drawn import Drawn
+    from cqos_core.matching.pairing import TopicKey
+    from cqos_core.model.report import Finding
+    from cqos_core.resolving.resolved import Resolved
+
+MEAN_PERIOD = "mean_period_at_least"
+"""The name of the fact that follows from timers."""
+
+
+def timer_findings(drawn: Drawn) -> list[Finding]:
+    """Report deadlines, leases and requirements that timers exclude."""
+    thrown: dict[tuple[str, TopicKey], list[Resolved]] = {}
+    sending: dict[str, list[Resolved]] = {}
+    for topic, ends in drawn.topics.items():
+        for each in ends:
+            if each.role == PUBLISHER and not each.is_copy:
+                owner = each.participant.participant.id
+                thrown.setdefault((owner, topic), []).append(each)
+                sending.setdefault(owner, []).append(each)
+    found: list[Finding] = []
+    for (owner, _), ends in thrown.items():
+        found += _offered(drawn, ends)
+        found += _manual(drawn, ends, sending[owner])
+    for end, topics in drawn.subscribers():
+        found += _requested(drawn, topics, end)
+    return found
+
+
+def _sent(drawn: Drawn, ends: Sequence[Resolved]) -> Bound | None:
+    """Return how often endpoints are published to; None where something else than a drawn event may do so."""
+    drawn_ends = [each for each in ends if drawn.nodes([each])]
+    return drawn.behaviour.thrown(drawn.nodes(ends)) if len(drawn_ends) == len(ends) else None
+
+
+def _offered(drawn: Drawn, ends: Sequence[Resolved]) -> Iterator[Finding]:
+    """Report an offered gap that is certainly exceeded, and its consequence for exclusive owners."""
+    timing = ends[0].pack.timing
+    gaps = [finite(each, timing.gap) for each in ends]
+    known = [gap for gap in gaps if gap is not None]
+    bound = _sent(drawn, ends)
+    if not known or len(known) != len(gaps) or bound is None or not bound.once or not bound.excludes(max(known)):
+        return
+    subject = _subject(ends)
+    promised = f"offers {timing.gap} {time_text(max(known))}"
+    message = f"{subject} {promised}, but sends {often(bound)}{why(drawn, bound)}"
+    code = "BP101" if bound.rate else "BP103"
+    notes = assumed(bound, max(known))
+    yield behaviour_finding(code, message, ends, policies=[timing.gap], beside=timers_of(drawn, bound), assumed=notes)
+
+
+def _manual(drawn: Drawn, ends: Sequence[Resolved], sending: Sequence[Resolved]) -> Iterator[Finding]:
+    """Report a lease that runs out between two samples, where only these assert liveliness."""
+    timing = ends[0].pack.timing
+    for end in ends:
+        lease = finite(end, timing.lease)
+        on_topic, by_participant = (
+            is_one_of(end, each) for each in (timing.asserted_on_topic, timing.asserted_by_participant)
+        )
+        if lease is None or not (on_topic or by_participant):
+            continue
+        bound = _sent(drawn, ends if on_topic else sending)
+        if bound is None or not bound.once or not bound.excludes(lease):
+            continue
+        where = "" if on_topic else " on all topics"
+        message = (
+            f"{_subject([end])} asserts its liveliness by sending, within {time_text(lease)}, "
+            f"but its participant sends {often(bound)}{where}{why(drawn, bound)}"
+        )
+        notes = [
+            "a publisher asserts its liveliness by sending only",
+            *assumed(bound, lease),
+        ]
+        policies = [timing.asserted_on_topic[0], timing.lease]
+        timers = timers_of(drawn, bound)
+        yield behaviour_finding("BP105", message, [end], policies=policies, beside=timers, assumed=notes)
+        return
+
+
+def _requested(drawn: Drawn, topics: Iterable[Hashable], end: Resolved) -> Iterator[Finding]:
+    """Report a requested gap, or a required one, that all publishers together certainly exceed."""
+    timing = end.pack.timing
+    gap, required = finite(end, timing.gap), needed(end, "max_gap")
+    asked = gap is not None or required is not None
+    bound = added(map(drawn.behaviour.on_topic, topics)) if asked else None
+    if bound is None or not bound.once:
+        return
+    sent = f"but `{end.shown}` gets {often(bound)}{why(drawn, bound)}"
+    timers = timers_of(drawn, bound)
+    if gap is not None and bound.excludes(gap):
+        message = f"{_subject([end])} requests {timing.gap} {time_text(gap)}, {sent}"
+        notes = assumed(bound, gap, outside=end.shown)
+        yield behaviour_finding("BP102", message, [end], policies=[timing.gap], beside=timers, assumed=notes)
+    if required is not None and bound.excludes(required):
+        message = f"{_subject([end])} needs max_gap {time_text(required)}, {sent}"
+        notes = assumed(bound, required, outside=end.shown)
+        yield behaviour_finding("BP114", message, [end], beside=timers, assumed=notes)
+
+
+def _subject(ends: Sequence[Resolved]) -> str:
+    ids = sorted({each.id for each in ends})
+    more = f" (and {len(ids) - 1} more)" if len(ids) > 1 else ""
+    return f"{ends[0].role} `{ids[0]}`{more}"
+
+
+def often(bound: Bound) -> str:
+    """Say how often at most, in words."""
+    period = bound.mean_period
+    if period is not None:
+        return f"at most one sample in {time_text(period)} on average"
+    return f"at most {bound.once} sample{'s' if bound.once > 1 else ''} in all"
+
+
+def why(drawn: Drawn, bound: Bound) -> str:
+    """Say which timers limit a rate."""
+    said = []
+    for at in bound.origins:
+        node = drawn.behaviour.graph.nodes[at]
+        timer = next((each.timer for each in node.triggers if each.timer is not None), None)
+        if timer is not None and timer.wait is not None:
+            does = "fires every" if timer.kind == "cycle" else "delays each turn by"
+            said.append(f"timer `{node.id}` {does} {time_text(timer.wait)}")
+    return f": {' and '.join(said)}" if said else ""
+
+
+def timers_of(drawn: Drawn, bound: Bound) -> list[Side]:
+    """Return the timer that limits a rate, with the mean period as a fact."""
+    period = bound.mean_period
+    if period is None or not bound.origins:
+        return []
+    node = drawn.behaviour.graph.nodes[bound.origins[0]]
+    stated = Fact(MEAN_PERIOD, time_text(period), f"from the timer at {node.id}", node.place)
+    return [Side("timer", (node.id,), "fires here", (stated,), node.place)]
+
+
+def assumed(bound: Bound, gap: int, outside: str = "") -> Iterable[str]:
+    """Return the assumptions that a claim rests on, in words."""
+    longest = max(gap, bound.mean_period or 0)
+    yield f"devices stay up for longer than {time_text(longest)}"
+    if bound.alone:
+        yield "a process whose start has no trigger runs once in each participant"
+    if outside:
+        yield f"no other program publishes on `{outside}`"
+    if bound.signals and not outside:
+        yield "no other program publishes the signals that start processes"

@@ -1,0 +1,63 @@
+"""The cases of behaviour: every example and every silent twin of the findings BP101 to BP118."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+import cqos_core as cqos
+from tests.behaviour.drawing import model
+
+CASES = Path(__file__).with_name("cases")
+
+
+def cases() -> list[Any]:
+    """Return all cases of all files, and their silent twins: the same model with a text replaced."""
+    found = []
+    for file in sorted(CASES.glob("*.yml")):
+        for case in yaml.safe_load(file.read_text(encoding="utf-8")):
+            twins = case.pop("twins", {})
+            found.append(pytest.param(case, id=f"{file.stem}: {case['name']}"))
+            for name, changes in twins.items():
+                rest = {key: value for key, value in case.items() if key not in {"says", "worlds", "pairs"}}
+                twin = {**rest, "expect": changes.pop("expect", []), "verdict": changes.pop("verdict", "compatible")}
+                for old, new in changes.pop("replace", {}).items():
+                    texts = {pool: text.replace(old, new) for pool, text in twin["model"].items()}
+                    assert texts != twin["model"], f"{name}: nothing to replace: {old}"
+                    twin["model"] = texts
+                pools = {**twin["model"], **changes.pop("model", {})}
+                twin |= {**changes, "model": {pool: text for pool, text in pools.items() if text is not None}}
+                found.append(pytest.param(twin, id=f"{file.stem}: {case['name']}: {name}"))
+    return found
+
+
+def reported(report: cqos.Report) -> list[str]:
+    """Return the findings about behaviour as `BP101 warning p`."""
+    return sorted(
+        f"{each.code} {each.severity} {','.join(each.sides[0].members)}"
+        for each in report.findings
+        if each.code.startswith("BP")
+    )
+
+
+@pytest.mark.parametrize("case", cases())
+def test_case(case):
+    text = model(
+        case["model"],
+        protocol=case.get("protocol", "ros2"),
+        external=case.get("external", ()),
+        options=case.get("options", ()),
+    )
+    report = cqos.check(text, importer="bpmn")
+    assert reported(report) == sorted(case.get("expect", []))
+    assert report.verdict == case.get("verdict", "compatible")
+    for code, words in case.get("says", {}).items():
+        assert any(words in str((each.message, each.notes)) for each in report.findings if each.code == code), [
+            each.message for each in report.findings if each.code == code
+        ]
+    assert report.pair_count == case.get("pairs", report.pair_count)
+    worlds = {name.partition("=")[2]: str(v) for each in report.findings for name, v in each.worlds.items()}
+    assert worlds == case.get("worlds", worlds)
