@@ -21,7 +21,7 @@ from cqos_core.bpmn.document import (
 )
 from cqos_core.bpmn.names import fold, is_computed, whole_number
 from cqos_core.bpmn.timers import read_timer
-from cqos_core.model.flow import ControlFlow, FlowNode, Timer, Trigger
+from cqos_core.model.flow import ControlFlow, FlowEnds, FlowNode, FlowRunner, Timer, Trigger
 from cqos_core.model.report import later
 
 if TYPE_CHECKING:
@@ -90,7 +90,9 @@ class _Drawing:
         """Return the graph."""
         for process in self._document.all(PROCESS):
             self._within(process, self._add(process, self._process(process)))
-        drawn = [(self._end(flow, "sourceRef", at), self._end(flow, "targetRef", at)) for flow, at in self._flows]
+        drawn = [
+            FlowEnds(self._end(flow, "sourceRef", at), self._end(flow, "targetRef", at)) for flow, at in self._flows
+        ]
         for at, name in self._attached:
             found = self._by_id.get(name.rpartition(":")[2])
             self._nodes[at] = replace(self._nodes[at], attached=found)
@@ -146,7 +148,7 @@ class _Drawing:
 
     def _process(self, process: Element) -> FlowNode:
         runners = self._pools.of_process[process]
-        participants = tuple((each.id, self._pools.several.get(each.id, 1)) for each in runners)
+        participants = tuple(FlowRunner(each.id, self._pools.several.get(each.id, 1)) for each in runners)
         own = process in self._pools.own
         return FlowNode(identity(process) or "", "process", None, participants=participants, has_pool=own)
 

@@ -18,6 +18,8 @@ _DURATION: Final = re.compile(
     rf"(?:T(?=\d)(?:{_NUMBER}H)?(?:{_NUMBER}M)?(?:{_NUMBER}S)?)?",
     re.ASCII,
 )
+INFINITE: Final = 2**63 - 1
+"""Nanoseconds of the shortest time that is too long to be one."""
 _DAY: Final = 86_400
 _SECONDS: Final = (365 * _DAY, 28 * _DAY, 7 * _DAY, _DAY, 3_600, 60, 1)
 """Of a year, a month, a week and so on; the shortest that there are."""
@@ -50,7 +52,8 @@ def nanoseconds(text: str) -> int | None:
     if found is None:
         return None
     numbers = [Fraction(each.replace(",", ".")) if each else Fraction(0) for each in found.groups()]
-    return int(sum(number * seconds for number, seconds in zip(numbers, _SECONDS, strict=True)) * 10**9)
+    time = int(sum(number * seconds for number, seconds in zip(numbers, _SECONDS, strict=True)) * 10**9)
+    return time if time < INFINITE else None
 
 
 def _cycle(text: str) -> tuple[int | None, int | None]:

@@ -9,6 +9,7 @@ from cqos_core.matching.pipeline import SettingValue, as_text
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
+    from cqos_core.model.flow import ControlFlow
     from cqos_core.model.system import (
         Acceptance,
         Bridge,
@@ -98,6 +99,10 @@ class Edits:
     def set_name(self, name: str) -> None:
         """Set the name of the system in the report."""
         self.edit("set_name", name)
+
+    def set_flows(self, flows: Iterable[ControlFlow]) -> None:
+        """Replace the control flow of the files."""
+        self.edit("set_flows", (*flows,))
 
     def set_notes(self, notes: Iterable[ImportNote]) -> None:
         """Replace the remarks of importers, which become findings."""

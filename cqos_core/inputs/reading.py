@@ -11,6 +11,7 @@ from cqos_core.importers.source import Source, no_files
 from cqos_core.inputs.files import open_file, read_path
 from cqos_core.inputs.loading import GivenSource, load_paths, read_together
 from cqos_core.inputs.merging import merge
+from cqos_core.model.flow import positions_missing
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.spelling import KnownNames
@@ -80,6 +81,8 @@ def faults(system: System) -> list[Problem]:
         if each.id != name:
             found.append(Problem("CQ011", f"participant `{each.id}` is kept under another id, `{name}`", each.place))
         found += _no_settings(f"participant `{name}`", each.settings, each.place)
+    wrong = ((flow.source, positions_missing(flow)) for flow in system.flows)
+    found += [Problem("CQ011", f"control flow of `{name}`: {text}") for name, text in wrong if text is not None]
     return found
 
 

@@ -7,7 +7,7 @@ a sub-process; what is inside them names them as `FlowNode.parent`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 
 from cqos_core.model.system import Constant
 
@@ -66,6 +66,20 @@ class Trigger(Constant):
     link: str = ""
 
 
+class FlowRunner(NamedTuple):
+    """A participant that runs a process, and how many of it there are; None: no limit is known."""
+
+    participant: str
+    several: int | None = 1
+
+
+class FlowEnds(NamedTuple):
+    """The positions of the nodes from and to which a token goes."""
+
+    source: int
+    target: int
+
+
 @dataclass(frozen=True, slots=True)
 class FlowNode(Constant):
     """An event, an activity, a gateway, or a process.
@@ -83,7 +97,7 @@ class FlowNode(Constant):
         called: the name of that process as it is stated; empty where nothing is, None where an engine computes it.
         compensates: it is done only to compensate for something, so no token enters it.
         endpoints: ids of the endpoints that it throws to or catches from, one or more for each participant of its process.
-        participants: of a process: ids of those that run it, each with how many of it there are; None: no limit is known.
+        participants: of a process: those that run it.
         has_pool: of a process: a participant shows it, or no process calls it. A start without trigger then happens by itself.
         label: name for people, or empty.
     """
@@ -102,7 +116,7 @@ class FlowNode(Constant):
     called: str | None = ""
     compensates: bool = False
     endpoints: tuple[str, ...] = ()
-    participants: tuple[tuple[str, int | None], ...] = ()
+    participants: tuple[FlowRunner, ...] = ()
     has_pool: bool = True
     label: str = ""
     place: Place | None = None
@@ -115,9 +129,23 @@ class ControlFlow(Constant):
     Attributes:
         source: name of the file, as places have it. Endpoint ids of nodes are those of endpoints of this file.
         nodes: in no order.
-        flows: positions of the nodes from and to which a token goes.
+        flows: in no order.
     """
 
     source: str
-    nodes: tuple[FlowNode, ...]
-    flows: tuple[tuple[int, int], ...]
+    nodes: tuple[FlowNode, ...] = ()
+    flows: tuple[FlowEnds, ...] = ()
+
+
+def positions_missing(flow: ControlFlow) -> str | None:
+    """Say which position of a graph means nothing: a node is in an earlier one, and names others that are there; None if all do."""
+    size = len(flow.nodes)
+    for at, node in enumerate(flow.nodes):
+        around = None if node.parent is None or not 0 <= node.parent < at else flow.nodes[node.parent]
+        if (around is None) is not (node.kind == "process") or (around and around.kind not in WITHIN):
+            return f"node {at}, `{node.id}`, is in none of the processes and sub-processes before it"
+        if any(each is not None and not 0 <= each < size for each in (node.attached, node.calls)):
+            return f"node {at}, `{node.id}`, names a node that is not there"
+    if any(not 0 <= each < size for ends in flow.flows for each in ends):
+        return "a flow names a node that is not there"
+    return None

@@ -20,7 +20,7 @@ from cqos.v1 import report_pb2, session_pb2, system_pb2
 from cqos_core.analysis import differences
 from cqos_core.checking import description
 from cqos_core.language.domains import Names
-from cqos_core.model import problems, report, system
+from cqos_core.model import flow, problems, report, system
 from cqos_core.model.memory import LONGEST_REMEMBERED
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Severity, Verdict
@@ -41,6 +41,7 @@ _KINDS: Final[Mapping[str, type[Any]]] = {
         (report, "Guarantee GuaranteeCell HopReport"),
         (system, "System Profile ProfileRef Scope Topic Endpoint Overlay Participant Broker Bridge Room Route Bound"),
         (system, "TeamRule Acceptance ImportNote Place"),
+        (flow, "ControlFlow FlowNode Trigger Timer"),
         (problems, "Problem"),
         (description, "DescribedEndpoint DescribedParticipant"),
     )
@@ -56,6 +57,7 @@ _TYPED: Final[Mapping[str, Callable[[str], Any]]] = {
     "Severity": Severity,
     "Side": differences.ComparedSide,
 }
+_TUPLES: Final[Mapping[str, Callable[..., Any]]] = {"FlowRunner": flow.FlowRunner, "FlowEnds": flow.FlowEnds}
 _STATED: Final = "_stated"
 _class_of: Final[Callable[[Descriptor], Any]] = GetMessageClass
 EVERYTHING: Final[frozenset[str]] = frozenset()
@@ -203,6 +205,9 @@ def _item_writer(field: FieldDescriptor, text: _Convert, paths: frozenset[str] =
         return text if field.type == FieldDescriptor.TYPE_STRING else _as_it_is
     if message.name == "NameValue":
         return lambda pair: _named(pair, text)
+    if message.name in _TUPLES:
+        made = _class_of(message)
+        return lambda pair: made(**{name: each for name, each in pair._asdict().items() if each is not None})
     if message.name == "Options":
         written = _setting_text(text)
         return lambda settings: system_pb2.Options(
@@ -445,6 +450,12 @@ def _item_reader(field: FieldDescriptor, annotation: str) -> _Convert:
         return _as_it_is
     if message.name == "NameValue":
         return lambda pair: (pair.name, pair.value)
+    if message.name in _TUPLES:
+        names = [(each.name, each.has_presence) for each in message.fields]
+        made = _TUPLES[message.name]
+        return lambda pair: made(
+            *(getattr(pair, name) if not optional or pair.HasField(name) else None for name, optional in names)
+        )
     if message.name == "Options":
         return lambda options: settings_value(options.settings, options.settings_stated)
     return _reader(_class_of(message))

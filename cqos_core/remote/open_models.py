@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from cqos_core.model.report import Report
     from cqos_core.model.system import Endpoint
 
-_WHOLE = ("name", "protocol", "partial", "hypothetical", "overlays", "checks", "accept", "severities", "notes")
+_WHOLE = ("name", "protocol", "partial", "hypothetical", "overlays", "checks", "accept", "severities", "notes", "flows")
 """Parts of a system that one edit replaces."""
 _NESTED = "values are nested too deep, which is refused"
 
@@ -163,7 +163,9 @@ class OpenModel:
             self._documents = after
             return None
         self._documents = after
-        if any(kind not in {"put_endpoint", "remove_endpoint", "set_notes", "set_name"} for kind, _ in done):
+        if any(
+            kind not in {"put_endpoint", "remove_endpoint", "set_notes", "set_name", "set_flows"} for kind, _ in done
+        ):
             return None
         return [value if kind == "remove_endpoint" else value.id for kind, value in done if kind.endswith("endpoint")]
 

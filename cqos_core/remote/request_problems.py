@@ -7,8 +7,10 @@ from datetime import date
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from cqos.v1 import report_pb2, system_pb2
+from cqos_core.model.flow import positions_missing
 from cqos_core.model.pattern import PatternError, pattern
 from cqos_core.model.system import NAMED
+from cqos_core.remote.messages import from_message
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -126,6 +128,11 @@ def _check(rule: system_pb2.TeamRule) -> _Rows:
         yield f".require[{place}].values", not bound.values, "a value is needed"
 
 
+def _flow(each: system_pb2.ControlFlow) -> _Rows:
+    wrong = positions_missing(from_message(each))
+    return (("", wrong is not None, wrong or ""),)
+
+
 def _accept(each: system_pb2.Acceptance) -> _Rows:
     is_wrong = each.HasField("until") and not _is_date(each.until)
     return (
@@ -143,6 +150,7 @@ def _is_date(text: str) -> bool:
 
 
 _OF_PARTS: Final[Mapping[str, Callable[[Any], _Rows]]] = {
+    "flows": _flow,
     "overlays": lambda each: [(".role", each.role not in (0, *_BOTH_ROLES), _unknown_number(each.role))],
     "checks": _check,
     "accept": _accept,

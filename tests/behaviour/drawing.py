@@ -107,8 +107,10 @@ class _Process:
         return next((each[3:] for each in words if each.startswith("in=")), "")
 
     def _node(self, name: str, kind: str, words: Sequence[str]) -> str:
-        tag, attributes, inner, needs = _TAGS[kind], [f'id="{name}"'], [], []
-        definitions = []
+        tag, attributes = _TAGS[kind], [f'id="{name}"']
+        inner: list[str] = []
+        needs: list[str] = []
+        definitions: list[str] = []
         if kind == "eventsub":
             attributes.append('triggeredByEvent="true"')
         for word in words:

@@ -394,6 +394,7 @@ class Change(_message.Message):
     SET_NAME_FIELD_NUMBER: _builtins.int
     SET_PARTIAL_FIELD_NUMBER: _builtins.int
     SET_HYPOTHETICAL_FIELD_NUMBER: _builtins.int
+    SET_FLOWS_FIELD_NUMBER: _builtins.int
     remove_endpoint: _builtins.str
     """Remove the endpoint with this id."""
     remove_participant: _builtins.str
@@ -464,6 +465,10 @@ class Change(_message.Message):
     def set_protocol(self) -> Global___ProtocolChange:
         """Set the protocol of participants that state none, or leave it open."""
 
+    @_builtins.property
+    def set_flows(self) -> Global___ControlFlowList:
+        """Replace the control flow."""
+
     def __init__(
         self,
         *,
@@ -489,12 +494,13 @@ class Change(_message.Message):
         set_name: _builtins.str = ...,
         set_partial: _builtins.bool = ...,
         set_hypothetical: _builtins.bool = ...,
+        set_flows: Global___ControlFlowList | None = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["change", b"change", "put_bridge", b"put_bridge", "put_broker", b"put_broker", "put_endpoint", b"put_endpoint", "put_participant", b"put_participant", "put_profile", b"put_profile", "put_topic", b"put_topic", "remove_bridge", b"remove_bridge", "remove_broker", b"remove_broker", "remove_endpoint", b"remove_endpoint", "remove_participant", b"remove_participant", "remove_profile", b"remove_profile", "remove_topic", b"remove_topic", "set_accept", b"set_accept", "set_checks", b"set_checks", "set_hypothetical", b"set_hypothetical", "set_name", b"set_name", "set_notes", b"set_notes", "set_option", b"set_option", "set_overlays", b"set_overlays", "set_partial", b"set_partial", "set_protocol", b"set_protocol", "set_severities", b"set_severities"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["change", b"change", "put_bridge", b"put_bridge", "put_broker", b"put_broker", "put_endpoint", b"put_endpoint", "put_participant", b"put_participant", "put_profile", b"put_profile", "put_topic", b"put_topic", "remove_bridge", b"remove_bridge", "remove_broker", b"remove_broker", "remove_endpoint", b"remove_endpoint", "remove_participant", b"remove_participant", "remove_profile", b"remove_profile", "remove_topic", b"remove_topic", "set_accept", b"set_accept", "set_checks", b"set_checks", "set_flows", b"set_flows", "set_hypothetical", b"set_hypothetical", "set_name", b"set_name", "set_notes", b"set_notes", "set_option", b"set_option", "set_overlays", b"set_overlays", "set_partial", b"set_partial", "set_protocol", b"set_protocol", "set_severities", b"set_severities"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["change", b"change", "put_bridge", b"put_bridge", "put_broker", b"put_broker", "put_endpoint", b"put_endpoint", "put_participant", b"put_participant", "put_profile", b"put_profile", "put_topic", b"put_topic", "remove_bridge", b"remove_bridge", "remove_broker", b"remove_broker", "remove_endpoint", b"remove_endpoint", "remove_participant", b"remove_participant", "remove_profile", b"remove_profile", "remove_topic", b"remove_topic", "set_accept", b"set_accept", "set_checks", b"set_checks", "set_hypothetical", b"set_hypothetical", "set_name", b"set_name", "set_notes", b"set_notes", "set_option", b"set_option", "set_overlays", b"set_overlays", "set_partial", b"set_partial", "set_protocol", b"set_protocol", "set_severities", b"set_severities"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["change", b"change", "put_bridge", b"put_bridge", "put_broker", b"put_broker", "put_endpoint", b"put_endpoint", "put_participant", b"put_participant", "put_profile", b"put_profile", "put_topic", b"put_topic", "remove_bridge", b"remove_bridge", "remove_broker", b"remove_broker", "remove_endpoint", b"remove_endpoint", "remove_participant", b"remove_participant", "remove_profile", b"remove_profile", "remove_topic", b"remove_topic", "set_accept", b"set_accept", "set_checks", b"set_checks", "set_flows", b"set_flows", "set_hypothetical", b"set_hypothetical", "set_name", b"set_name", "set_notes", b"set_notes", "set_option", b"set_option", "set_overlays", b"set_overlays", "set_partial", b"set_partial", "set_protocol", b"set_protocol", "set_severities", b"set_severities"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
-    _WhichOneofReturnType_change: _TypeAlias = _typing.Literal["put_endpoint", "remove_endpoint", "put_participant", "remove_participant", "put_profile", "remove_profile", "put_topic", "remove_topic", "put_broker", "set_option", "remove_broker", "put_bridge", "remove_bridge", "set_overlays", "set_checks", "set_accept", "set_severities", "set_notes", "set_protocol", "set_name", "set_partial", "set_hypothetical"]  # noqa: Y015
+    _WhichOneofReturnType_change: _TypeAlias = _typing.Literal["put_endpoint", "remove_endpoint", "put_participant", "remove_participant", "put_profile", "remove_profile", "put_topic", "remove_topic", "put_broker", "set_option", "remove_broker", "put_bridge", "remove_bridge", "set_overlays", "set_checks", "set_accept", "set_severities", "set_notes", "set_protocol", "set_name", "set_partial", "set_hypothetical", "set_flows"]  # noqa: Y015
     _WhichOneofArgType_change: _TypeAlias = _typing.Literal["change", b"change"]  # noqa: Y015
     def WhichOneof(self, oneof_group: _WhichOneofArgType_change) -> _WhichOneofReturnType_change | None: ...
 
@@ -523,6 +529,30 @@ class OverlayList(_message.Message):
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___OverlayList: _TypeAlias = OverlayList  # noqa: Y015
+
+@_typing.final
+class ControlFlowList(_message.Message):
+    """The control flow of all files."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    FLOWS_FIELD_NUMBER: _builtins.int
+    @_builtins.property
+    def flows(self) -> _containers.RepeatedCompositeFieldContainer[_system_pb2.ControlFlow]:
+        """All of them; an empty list removes all."""
+
+    def __init__(
+        self,
+        *,
+        flows: _abc.Iterable[_system_pb2.ControlFlow] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["flows", b"flows"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___ControlFlowList: _TypeAlias = ControlFlowList  # noqa: Y015
 
 @_typing.final
 class TeamRuleList(_message.Message):

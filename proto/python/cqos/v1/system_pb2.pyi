@@ -143,6 +143,7 @@ class System(_message.Message):
     SOURCES_FIELD_NUMBER: _builtins.int
     PARTIAL_FIELD_NUMBER: _builtins.int
     HYPOTHETICAL_FIELD_NUMBER: _builtins.int
+    FLOWS_FIELD_NUMBER: _builtins.int
     name: _builtins.str
     """For the report."""
     protocol: _builtins.str
@@ -203,6 +204,10 @@ class System(_message.Message):
     def sources(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """Names of its sources, for the report."""
 
+    @_builtins.property
+    def flows(self) -> _containers.RepeatedCompositeFieldContainer[Global___ControlFlow]:
+        """The control flow of each file that draws any."""
+
     def __init__(
         self,
         *,
@@ -223,10 +228,11 @@ class System(_message.Message):
         sources: _abc.Iterable[_builtins.str] | None = ...,
         partial: _builtins.bool = ...,
         hypothetical: _builtins.bool = ...,
+        flows: _abc.Iterable[Global___ControlFlow] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "protocol", b"protocol"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "accept", b"accept", "bridges", b"bridges", "brokers", b"brokers", "checks", b"checks", "endpoints", b"endpoints", "hypothetical", b"hypothetical", "name", b"name", "notes", b"notes", "options", b"options", "overlays", b"overlays", "partial", b"partial", "participants", b"participants", "profiles", b"profiles", "protocol", b"protocol", "severities", b"severities", "sources", b"sources", "topics", b"topics"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "accept", b"accept", "bridges", b"bridges", "brokers", b"brokers", "checks", b"checks", "endpoints", b"endpoints", "flows", b"flows", "hypothetical", b"hypothetical", "name", b"name", "notes", b"notes", "options", b"options", "overlays", b"overlays", "partial", b"partial", "participants", b"participants", "profiles", b"profiles", "protocol", b"protocol", "severities", b"severities", "sources", b"sources", "topics", b"topics"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__protocol: _TypeAlias = _typing.Literal["protocol"]  # noqa: Y015
     _WhichOneofArgType__protocol: _TypeAlias = _typing.Literal["_protocol", b"_protocol"]  # noqa: Y015
@@ -1388,3 +1394,291 @@ class ImportNote(_message.Message):
     def WhichOneof(self, oneof_group: _WhichOneofArgType__help) -> _WhichOneofReturnType__help | None: ...
 
 Global___ImportNote: _TypeAlias = ImportNote  # noqa: Y015
+
+@_typing.final
+class ControlFlow(_message.Message):
+    """The processes of one file: what starts, follows, waits and repeats."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    SOURCE_FIELD_NUMBER: _builtins.int
+    NODES_FIELD_NUMBER: _builtins.int
+    FLOWS_FIELD_NUMBER: _builtins.int
+    source: _builtins.str
+    """Name of the file, as places have it."""
+    @_builtins.property
+    def nodes(self) -> _containers.RepeatedCompositeFieldContainer[Global___FlowNode]:
+        """In any order; all positions below are zero-based positions in this list."""
+
+    @_builtins.property
+    def flows(self) -> _containers.RepeatedCompositeFieldContainer[Global___FlowEnds]:
+        """Sequence flows."""
+
+    def __init__(
+        self,
+        *,
+        source: _builtins.str = ...,
+        nodes: _abc.Iterable[Global___FlowNode] | None = ...,
+        flows: _abc.Iterable[Global___FlowEnds] | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["flows", b"flows", "nodes", b"nodes", "source", b"source"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___ControlFlow: _TypeAlias = ControlFlow  # noqa: Y015
+
+@_typing.final
+class FlowEnds(_message.Message):
+    """One sequence flow."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    SOURCE_FIELD_NUMBER: _builtins.int
+    TARGET_FIELD_NUMBER: _builtins.int
+    source: _builtins.int
+    """Position of the node from which a token goes."""
+    target: _builtins.int
+    """Position of the node to which it goes."""
+    def __init__(
+        self,
+        *,
+        source: _builtins.int = ...,
+        target: _builtins.int = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["source", b"source", "target", b"target"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___FlowEnds: _TypeAlias = FlowEnds  # noqa: Y015
+
+@_typing.final
+class FlowNode(_message.Message):
+    """An event, an activity, a gateway, or a process."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    ID_FIELD_NUMBER: _builtins.int
+    KIND_FIELD_NUMBER: _builtins.int
+    PARENT_FIELD_NUMBER: _builtins.int
+    TRIGGERS_FIELD_NUMBER: _builtins.int
+    ALL_TRIGGERS_FIELD_NUMBER: _builtins.int
+    INTERRUPTING_FIELD_NUMBER: _builtins.int
+    ATTACHED_FIELD_NUMBER: _builtins.int
+    BY_EVENT_FIELD_NUMBER: _builtins.int
+    TIMES_FIELD_NUMBER: _builtins.int
+    LEAST_TIMES_FIELD_NUMBER: _builtins.int
+    CALLS_FIELD_NUMBER: _builtins.int
+    CALLED_FIELD_NUMBER: _builtins.int
+    COMPENSATES_FIELD_NUMBER: _builtins.int
+    ENDPOINTS_FIELD_NUMBER: _builtins.int
+    PARTICIPANTS_FIELD_NUMBER: _builtins.int
+    HAS_POOL_FIELD_NUMBER: _builtins.int
+    LABEL_FIELD_NUMBER: _builtins.int
+    PLACE_FIELD_NUMBER: _builtins.int
+    id: _builtins.str
+    """Id of the element; empty if it has none."""
+    kind: _builtins.str
+    """`process`, `start`, `end`, `throw`, `catch`, `boundary`, `task`, `call`, `subprocess`, `adhoc`, `transaction`, `exclusive`,
+    `inclusive`, `parallel`, `complex`, `event_based`, `event_start` or `unknown`.
+    """
+    parent: _builtins.int
+    """Position of the process or sub-process around it; absent for a process."""
+    all_triggers: _builtins.bool
+    """Each trigger is needed."""
+    interrupting: _builtins.bool
+    """A boundary event ends its activity, the start of an event sub-process ends what is around it."""
+    attached: _builtins.int
+    """Position of the activity of a boundary event."""
+    by_event: _builtins.bool
+    """It is an event sub-process."""
+    times: _builtins.int
+    """How often an activity is done for each token at most; absent if no limit is known."""
+    least_times: _builtins.int
+    """How often it is done at least: 0 or 1."""
+    calls: _builtins.int
+    """Position of the process that a call activity runs, if the file has it."""
+    called: _builtins.str
+    """Name of that process; empty if none is stated, absent if it is computed."""
+    compensates: _builtins.bool
+    """It is done only to compensate for something."""
+    has_pool: _builtins.bool
+    """Of a process: it runs without being called."""
+    label: _builtins.str
+    """Name for people."""
+    @_builtins.property
+    def triggers(self) -> _containers.RepeatedCompositeFieldContainer[Global___Trigger]:
+        """Of an event; any of them is enough."""
+
+    @_builtins.property
+    def endpoints(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Ids of its endpoints."""
+
+    @_builtins.property
+    def participants(self) -> _containers.RepeatedCompositeFieldContainer[Global___FlowRunner]:
+        """Of a process: its participants."""
+
+    @_builtins.property
+    def place(self) -> _report_pb2.Place:
+        """Its place."""
+
+    def __init__(
+        self,
+        *,
+        id: _builtins.str = ...,
+        kind: _builtins.str = ...,
+        parent: _builtins.int | None = ...,
+        triggers: _abc.Iterable[Global___Trigger] | None = ...,
+        all_triggers: _builtins.bool = ...,
+        interrupting: _builtins.bool = ...,
+        attached: _builtins.int | None = ...,
+        by_event: _builtins.bool = ...,
+        times: _builtins.int | None = ...,
+        least_times: _builtins.int = ...,
+        calls: _builtins.int | None = ...,
+        called: _builtins.str | None = ...,
+        compensates: _builtins.bool = ...,
+        endpoints: _abc.Iterable[_builtins.str] | None = ...,
+        participants: _abc.Iterable[Global___FlowRunner] | None = ...,
+        has_pool: _builtins.bool = ...,
+        label: _builtins.str = ...,
+        place: _report_pb2.Place | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_attached", b"_attached", "_called", b"_called", "_calls", b"_calls", "_parent", b"_parent", "_times", b"_times", "attached", b"attached", "called", b"called", "calls", b"calls", "parent", b"parent", "place", b"place", "times", b"times"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_attached", b"_attached", "_called", b"_called", "_calls", b"_calls", "_parent", b"_parent", "_times", b"_times", "all_triggers", b"all_triggers", "attached", b"attached", "by_event", b"by_event", "called", b"called", "calls", b"calls", "compensates", b"compensates", "endpoints", b"endpoints", "has_pool", b"has_pool", "id", b"id", "interrupting", b"interrupting", "kind", b"kind", "label", b"label", "least_times", b"least_times", "parent", b"parent", "participants", b"participants", "place", b"place", "times", b"times", "triggers", b"triggers"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    _WhichOneofReturnType__attached: _TypeAlias = _typing.Literal["attached"]  # noqa: Y015
+    _WhichOneofArgType__attached: _TypeAlias = _typing.Literal["_attached", b"_attached"]  # noqa: Y015
+    _WhichOneofReturnType__called: _TypeAlias = _typing.Literal["called"]  # noqa: Y015
+    _WhichOneofArgType__called: _TypeAlias = _typing.Literal["_called", b"_called"]  # noqa: Y015
+    _WhichOneofReturnType__calls: _TypeAlias = _typing.Literal["calls"]  # noqa: Y015
+    _WhichOneofArgType__calls: _TypeAlias = _typing.Literal["_calls", b"_calls"]  # noqa: Y015
+    _WhichOneofReturnType__parent: _TypeAlias = _typing.Literal["parent"]  # noqa: Y015
+    _WhichOneofArgType__parent: _TypeAlias = _typing.Literal["_parent", b"_parent"]  # noqa: Y015
+    _WhichOneofReturnType__times: _TypeAlias = _typing.Literal["times"]  # noqa: Y015
+    _WhichOneofArgType__times: _TypeAlias = _typing.Literal["_times", b"_times"]  # noqa: Y015
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__attached) -> _WhichOneofReturnType__attached | None: ...
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__called) -> _WhichOneofReturnType__called | None: ...
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__calls) -> _WhichOneofReturnType__calls | None: ...
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__parent) -> _WhichOneofReturnType__parent | None: ...
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__times) -> _WhichOneofReturnType__times | None: ...
+
+Global___FlowNode: _TypeAlias = FlowNode  # noqa: Y015
+
+@_typing.final
+class FlowRunner(_message.Message):
+    """A participant that runs a process."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    PARTICIPANT_FIELD_NUMBER: _builtins.int
+    SEVERAL_FIELD_NUMBER: _builtins.int
+    participant: _builtins.str
+    """Id of the participant."""
+    several: _builtins.int
+    """How many of it there are; absent if no limit is known."""
+    def __init__(
+        self,
+        *,
+        participant: _builtins.str = ...,
+        several: _builtins.int | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_several", b"_several", "several", b"several"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_several", b"_several", "participant", b"participant", "several", b"several"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    _WhichOneofReturnType__several: _TypeAlias = _typing.Literal["several"]  # noqa: Y015
+    _WhichOneofArgType__several: _TypeAlias = _typing.Literal["_several", b"_several"]  # noqa: Y015
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__several) -> _WhichOneofReturnType__several | None: ...
+
+Global___FlowRunner: _TypeAlias = FlowRunner  # noqa: Y015
+
+@_typing.final
+class Trigger(_message.Message):
+    """What an event waits for, or what it does."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    KIND_FIELD_NUMBER: _builtins.int
+    TIMER_FIELD_NUMBER: _builtins.int
+    LINK_FIELD_NUMBER: _builtins.int
+    kind: _builtins.str
+    """`signal`, `message`, `timer`, `conditional`, `link`, `error`, `escalation`, `compensation`, `cancel`, `terminate` or `unknown`."""
+    link: _builtins.str
+    """Name of a link."""
+    @_builtins.property
+    def timer(self) -> Global___Timer:
+        """Of a timer."""
+
+    def __init__(
+        self,
+        *,
+        kind: _builtins.str = ...,
+        timer: Global___Timer | None = ...,
+        link: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["timer", b"timer"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["kind", b"kind", "link", b"link", "timer", b"timer"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Trigger: _TypeAlias = Trigger  # noqa: Y015
+
+@_typing.final
+class Timer(_message.Message):
+    """When a timer fires."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    KIND_FIELD_NUMBER: _builtins.int
+    WAIT_FIELD_NUMBER: _builtins.int
+    DUE_FIELD_NUMBER: _builtins.int
+    COUNT_FIELD_NUMBER: _builtins.int
+    TEXT_FIELD_NUMBER: _builtins.int
+    kind: _builtins.str
+    """`date`, `duration` or `cycle`."""
+    wait: _builtins.int
+    """Nanoseconds until it fires, or between two times, at least; absent if the text does not fix them."""
+    due: _builtins.int
+    """Nanoseconds after which a duration is over for certain."""
+    count: _builtins.int
+    """How often it fires at most; absent if no limit is known."""
+    text: _builtins.str
+    """As written."""
+    def __init__(
+        self,
+        *,
+        kind: _builtins.str = ...,
+        wait: _builtins.int | None = ...,
+        due: _builtins.int | None = ...,
+        count: _builtins.int | None = ...,
+        text: _builtins.str = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_count", b"_count", "_due", b"_due", "_wait", b"_wait", "count", b"count", "due", b"due", "wait", b"wait"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_count", b"_count", "_due", b"_due", "_wait", b"_wait", "count", b"count", "due", b"due", "kind", b"kind", "text", b"text", "wait", b"wait"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    _WhichOneofReturnType__count: _TypeAlias = _typing.Literal["count"]  # noqa: Y015
+    _WhichOneofArgType__count: _TypeAlias = _typing.Literal["_count", b"_count"]  # noqa: Y015
+    _WhichOneofReturnType__due: _TypeAlias = _typing.Literal["due"]  # noqa: Y015
+    _WhichOneofArgType__due: _TypeAlias = _typing.Literal["_due", b"_due"]  # noqa: Y015
+    _WhichOneofReturnType__wait: _TypeAlias = _typing.Literal["wait"]  # noqa: Y015
+    _WhichOneofArgType__wait: _TypeAlias = _typing.Literal["_wait", b"_wait"]  # noqa: Y015
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__count) -> _WhichOneofReturnType__count | None: ...
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__due) -> _WhichOneofReturnType__due | None: ...
+    @_typing.overload
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__wait) -> _WhichOneofReturnType__wait | None: ...
+
+Global___Timer: _TypeAlias = Timer  # noqa: Y015
