@@ -14,6 +14,10 @@ import type { Element, Parent, Shape } from 'bpmn-js/lib/model/Types';
 import { button, make } from './layout/dom';
 import { show } from './layout/dialog';
 
+interface DirectEditing {
+  activate(shape: Shape): void;
+}
+
 interface Kind {
   readonly label: string;
   readonly type: string;
@@ -82,8 +86,8 @@ function depthOf(shape: Shape): number {
 export function chooseKind(modeler: Modeler): void {
   const choices = KINDS.map((kind) =>
     button(kind.label, () => {
+      dialog.addEventListener('close', () => add(modeler, kind)); // the focus is back in the diagram then
       dialog.close();
-      add(modeler, kind);
     }),
   );
   const list = make('div', { class: 'kinds' }, ...choices);
@@ -115,6 +119,9 @@ function add(modeler: Modeler, kind: Kind): void {
   selection.select(shape);
   canvas.scrollToElement(shape);
   canvas.focus();
+  if (kind.eventDefinitionType === undefined) {
+    modeler.get<DirectEditing>('directEditing').activate(shape); // its name comes next; a signal event is named by its topic
+  }
 }
 
 function canAppend(modeler: Modeler, source: Element, shape: Shape): boolean {

@@ -6,7 +6,7 @@ import { dress } from './findings/export';
 import { createMarkers } from './findings/markers';
 import { createMatrix } from './findings/matrix';
 import { createProblems } from './findings/problems';
-import { viewOf, type View } from './findings/view';
+import { findingsOf, viewOf, type View } from './findings/view';
 import { counted } from './findings/words';
 import { Severity, Verdict, type Report } from './gen/cqos/v1/report_pb';
 import type { Page } from './page';
@@ -57,9 +57,19 @@ export function startQos(workspace: Workspace, services: Services, catalogue: Ca
       tellVerdict(workspace, view);
     }
   });
-  workspace.onChanged(() => {
+  // Findings that came before their pack have names from files: they get their labels.
+  catalogue.onLoaded(() => {
+    if (view) {
+      problems.show(view);
+      matrix.show(view);
+    }
+  });
+  workspace.onChanged((cause) => {
     panel.update();
     live.changed();
+    if (cause === 'import') {
+      setTimeout(() => tellChecking(workspace, live.state), SOON);
+    }
   });
   workspace.onCompanions(() => {
     beside.show(view);
@@ -88,6 +98,14 @@ async function documentsOf(workspace: Workspace): Promise<Text[]> {
 }
 
 const AWAY = 'service';
+const SOON = 400;
+
+/** Say that the first check of a diagram is still under way. */
+function tellChecking({ regions, document }: Workspace, { phase }: LiveState): void {
+  if (phase === 'checking') {
+    regions.status(`Checking ${document().name}…`, 'busy');
+  }
+}
 
 function tellPhase(workspace: Workspace, { phase, message, problems }: LiveState): void {
   const { regions } = workspace;
@@ -127,11 +145,10 @@ function verdictWords(report: Report): readonly [words: string, kind: StatusKind
 }
 
 function tellVerdict(workspace: Workspace, view: View): void {
-  const { report } = view.checked;
-  const { counts } = report;
-  const errors = Number(counts?.errors ?? 0);
-  const warnings = Number(counts?.warnings ?? 0);
-  const [verdict, kind] = verdictWords(report);
+  const open = findingsOf(view).filter((each) => each.accepted === undefined);
+  const count = (severity: Severity): number => open.filter((each) => each.severity === severity).length;
+  const [errors, warnings] = [count(Severity.ERROR), count(Severity.WARNING)];
+  const [verdict, kind] = verdictWords(view.checked.report);
   const alone = [...view.elements.values()].filter((each) => each.state === 'unmatched').length;
   const found = [
     errors > 0 ? counted(errors, Severity.ERROR) : '',

@@ -193,6 +193,52 @@ def test_a_file_that_is_no_diagram_is_reported(opens):
     assert opened.page.title() == "diagram.bpmn - C-QoS"
 
 
+def test_a_file_without_a_drawing_is_laid_out(opens, shared):
+    paper = re.sub(
+        r"\s*<bpmndi:BPMNDiagram.*</bpmndi:BPMNDiagram>", "", PAPER.read_text(encoding="utf-8"), flags=re.DOTALL
+    )
+    opened = opens(paper)
+    opened.notice("has no drawing").wait_for()
+    opened.page.wait_for_function("() => document.querySelectorAll('.qos-badge-compatible').length === 4")
+    assert opened.page.locator(".djs-shape .djs-visual").count() > 20
+    opened.saved(NAME)
+    changed = differences(paper, shared[1].read_text(encoding="utf-8"))
+    assert all(line.startswith("+") for line in changed)
+    assert len([line for line in changed if "<bpmndi:BPMNEdge " in line]) == 17
+
+
+def test_a_new_diagram_has_no_problems_yet(opens):
+    opened = opens()
+    opened.page.locator(".list-note", has_text="Nothing to check yet").wait_for()
+    assert opened.page.locator(".problem").count() == 0
+    assert opened.page.locator(".status").text_content() == "No pairs yet"
+
+
+DROP = """([name, text]) => {
+    const dataTransfer = new DataTransfer();
+    dataTransfer.items.add(new File([text], name));
+    dispatchEvent(new DragEvent('drop', { dataTransfer, cancelable: true }));
+}"""
+
+
+def test_files_are_chosen_and_dropped_and_offered_again(opens):
+    opened = opens()
+    opened.page.evaluate("() => { delete window.showOpenFilePicker; }")  # no test can answer the dialog of the system
+    with opened.page.expect_file_chooser() as waiting:
+        opened.page.get_by_role("button", name="Open", exact=True).click()
+    waiting.value.set_files(PAPER)
+    opened.page.wait_for_function("() => document.title.startsWith('smart_agriculture.bpmn')")
+    opened.page.wait_for_selector(f'.djs-shape[data-element-id="{REQUEST}"]')
+    other = PAPER.read_text(encoding="utf-8").replace('name="Drone"', 'name="Dropped drone"')
+    opened.page.evaluate(DROP, ["dropped.bpmn", other])
+    opened.page.wait_for_function("() => document.title.startsWith('dropped.bpmn')")
+    opened.page.evaluate(DROP, ["fleet.yaml", "cqos: 1\nprotocol: ros2\nparticipants: {a: {publishes: {t: {}}}}\n"])
+    opened.page.locator(".document", has_text="fleet.yaml").wait_for()
+    opened.page.get_by_role("button", name="Recent files").click()
+    opened.page.get_by_role("menuitem", name="smart_agriculture.bpmn").last.click()
+    opened.page.wait_for_function("() => document.title.startsWith('smart_agriculture.bpmn')")
+
+
 def test_the_drawing_is_exported_without_variables_of_the_page(opened):
     opened.page.get_by_role("button", name="More ways to save").click()
     with opened.page.expect_download() as waiting:

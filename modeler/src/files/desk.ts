@@ -83,13 +83,17 @@ export class Desk {
 
   private async show(source: Source): Promise<boolean> {
     try {
-      const { warnings, rebound } = await this.desktop.diagram.open(source);
-      for (const name of ['import', 'disk', 'rebound']) {
+      const { warnings, rebound, isLaidOut } = await this.desktop.diagram.open(source);
+      for (const name of ['import', 'disk', 'rebound', 'layout']) {
         this.desktop.regions.notice(name, null);
       }
       if (rebound !== null) {
         const text = `In ${source.name} the QoS prefix was bound to ${rebound}. It is bound to the right namespace now; save to keep that.`;
         this.desktop.regions.notice('rebound', { kind: 'info', closable: true, text });
+      }
+      if (isLaidOut) {
+        const text = `${source.name} has no drawing, so its elements were placed here. Save to keep their places.`;
+        this.desktop.regions.notice('layout', { kind: 'info', closable: true, text });
       }
       if (warnings.length > 0) {
         const text = `${source.name} was opened with ${warnings.length} ${warnings.length === 1 ? 'warning' : 'warnings'}: ${warnings[0]}`;

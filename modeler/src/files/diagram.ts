@@ -3,10 +3,11 @@
 import type Modeler from 'bpmn-js/lib/Modeler';
 
 import { definitionsOf } from '../canvas';
-import type { Moddle } from '../moddle';
+import { isDefinitions, type Moddle } from '../moddle';
 import { NEW_DIAGRAM } from '../new_diagram';
 import { decode, encode } from './encoding';
 import { normalise } from './normalise';
+import { layOut, type Maker } from './layout';
 import { isSame, patch } from './patch';
 import type { Place } from './place';
 import { scan } from './xml';
@@ -34,6 +35,8 @@ export interface Imported {
   readonly warnings: readonly string[];
   /** The namespace that the prefix was bound to in the file, if another than the right one. */
   readonly rebound: string | null;
+  /** The file has no drawing, so that elements were placed. */
+  readonly isLaidOut: boolean;
 }
 
 export interface Diagram {
@@ -88,19 +91,21 @@ export function createDiagram(modeler: Modeler, binding: Binding | null, told: (
     const original = normal?.text ?? file;
     const before = state.revision === 0 ? null : await written(modeler);
     let warnings: readonly string[];
+    let laidOut: string | null;
     try {
-      ({ warnings } = await modeler.importXML(source.unsaved ?? original));
+      laidOut = source.unsaved === undefined ? await drawn(modeler, original) : null;
+      ({ warnings } = await modeler.importXML(source.unsaved ?? laidOut ?? original));
     } catch (error) {
       if (before !== null) {
         await modeler.importXML(before);
       }
       throw error;
     }
-    const isAsInFile = source.unsaved === undefined && normal === null;
+    const isAsInFile = source.unsaved === undefined && normal === null && laidOut === null;
     Object.assign(state, { source, original, done: 0, savedAt: isAsInFile ? 0 : -1, revision: state.revision + 1 });
-    state.written = source.unsaved === undefined ? await written(modeler) : await rewritten(modeler, original);
+    state.written = source.unsaved === undefined && laidOut === null ? await written(modeler) : await rewritten(modeler, original);
     told('import');
-    return { warnings: warnings.map(String), rebound: normal?.bound ?? null };
+    return { warnings: warnings.map(String), rebound: normal?.bound ?? null, isLaidOut: laidOut !== null };
   }
 
   async function text(): Promise<string> {
@@ -140,6 +145,16 @@ export function createDiagram(modeler: Modeler, binding: Binding | null, told: (
 
 async function written(modeler: Modeler): Promise<string> {
   return (await modeler.get<Moddle>('moddle').toXML(definitionsOf(modeler), { format: true })).xml;
+}
+
+/** A model with a drawing in place of one that has none; null where there is one, or nothing to draw. */
+async function drawn(modeler: Modeler, text: string): Promise<string | null> {
+  if (/BPMNPlane[\s>/]/.test(text)) {
+    return null;
+  }
+  const moddle = modeler.get<Maker>('moddle');
+  const { rootElement } = await moddle.fromXML(text);
+  return isDefinitions(rootElement) && layOut(moddle, rootElement) > 0 ? (await moddle.toXML(rootElement, { format: true })).xml : null;
 }
 
 /** What bpmn-js writes for a text. */

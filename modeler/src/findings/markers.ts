@@ -29,8 +29,9 @@ interface Mark {
 
 interface Drawn {
   readonly key: string;
-  readonly marker: string;
+  readonly mark: Mark;
   readonly overlay: string;
+  readonly html: HTMLElement;
 }
 
 /** Keep markers and badges of the diagram equal to views. */
@@ -53,21 +54,28 @@ export function createMarkers(page: Page): Markers {
     const old = drawn.get(id);
     if (old) {
       drawn.delete(id);
-      diagram.canvas.removeMarker(id, old.marker);
+      diagram.canvas.removeMarker(id, markerOf(old.mark));
       diagram.overlays.remove(old.overlay);
     }
   }
 
   function add(id: string, mark: Mark, key: string): void {
-    const marker = `qos-${mark.state}`;
-    const html = make('div', { class: `qos-badge qos-badge-${mark.state}`, title: mark.more });
-    html.append(sign(mark.state === 'warning' ? 'warning' : ICONS[mark.state]), make('span', {}, mark.words));
-    diagram.canvas.addMarker(id, marker);
+    const html = make('div');
+    dressBadge(html, mark);
+    diagram.canvas.addMarker(id, markerOf(mark));
     const overlay = diagram.overlays.add(id, 'qos-verdict', {
       position: mark.inside ? { top: 6, left: 36 } : { top: -24, left: -32 },
       html,
     });
-    drawn.set(id, { key, marker, overlay });
+    drawn.set(id, { key, mark, overlay, html });
+  }
+
+  /** Change a badge where it is: a new overlay lays out the whole page. */
+  function change(id: string, old: Drawn, mark: Mark, key: string): void {
+    diagram.canvas.removeMarker(id, markerOf(old.mark));
+    diagram.canvas.addMarker(id, markerOf(mark));
+    dressBadge(old.html, mark);
+    drawn.set(id, { ...old, key, mark });
   }
 
   return {
@@ -84,13 +92,28 @@ export function createMarkers(page: Page): Markers {
       for (const [id, mark] of wanted) {
         const key = JSON.stringify(mark);
         const shape = diagram.registry.get(id);
-        if (shape && drawn.get(id)?.key !== key) {
-          remove(id);
-          add(id, mark, key);
+        const old = drawn.get(id);
+        if (shape && old?.key !== key) {
+          if (old?.mark.inside === mark.inside) {
+            change(id, old, mark, key);
+          } else {
+            remove(id);
+            add(id, mark, key);
+          }
         }
       }
     },
   };
+}
+
+function markerOf({ state }: Mark): string {
+  return `qos-${state}`;
+}
+
+function dressBadge(html: HTMLElement, { state, words, more }: Mark): void {
+  html.className = `qos-badge qos-badge-${state}`;
+  html.title = more;
+  html.replaceChildren(sign(state === 'warning' ? 'warning' : ICONS[state]), make('span', {}, words));
 }
 
 /** The marks of a view, by id of the element. */

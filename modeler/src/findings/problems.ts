@@ -7,7 +7,7 @@ import { nextId } from '../layout/tip';
 import type { Page } from '../page';
 import type { LiveState } from '../service/live';
 import { details, summary } from './cards';
-import type { View } from './view';
+import { findingsOf, type View } from './view';
 import { SEVERITIES, counted, severitySign, severityWord } from './words';
 
 export interface Problems {
@@ -92,13 +92,15 @@ function refusedRow(code: string, message: string, help: string | undefined): HT
 }
 
 function emptyWords(view: View): string {
-  const { report } = view.checked;
-  const hidden = report.findings.some((finding) => finding.accepted === undefined);
+  if (view.endpoints.size === 0) {
+    return 'Nothing to check yet. Events with a signal publish and subscribe: add one that throws a signal, and one that catches it.';
+  }
+  const hidden = findingsOf(view).some((finding) => finding.accepted === undefined);
   return hidden ? 'All findings are hidden by the filter.' : 'No findings.';
 }
 
 function live(view: View, severity: Severity): Finding[] {
-  return view.checked.report.findings.filter((each) => each.severity === severity && each.accepted === undefined);
+  return findingsOf(view).filter((each) => each.severity === severity && each.accepted === undefined);
 }
 
 /** What stays the same of a finding over edits of other things. */

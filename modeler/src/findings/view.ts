@@ -135,6 +135,17 @@ function stateOf(groups: readonly Group[], findings: readonly Finding[]): State 
   return worst === Verdict.COMPATIBLE ? 'compatible' : 'unknown';
 }
 
+/**
+ * The findings to show. A drawing in which nothing publishes or subscribes has just begun: that nothing was compared is no
+ * problem of it.
+ */
+export function findingsOf(view: View): readonly Finding[] {
+  const { findings } = view.checked.report;
+  const isAbout = ({ place, sides }: Finding): boolean =>
+    place?.element !== undefined || sides.some((each) => each.place !== undefined || each.members.length > 0);
+  return view.endpoints.size > 0 ? findings : findings.filter((each) => each.severity === Severity.ERROR || isAbout(each));
+}
+
 /** The state that a verdict of a pair has as words and as icon. */
 export function stateOfVerdict(verdict: Verdict): State {
   if (verdict === Verdict.COMPATIBLE) {

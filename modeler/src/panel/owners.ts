@@ -21,7 +21,7 @@ import { elementsSection } from './elements';
 import { folded } from './folded';
 import { factsOf, settingsSection, type Section, type Subject } from './settings';
 import { topicSection } from './topic';
-import { unknownSection } from './unknown';
+import { unknownAnywhere, unknownSection } from './unknown';
 import { verdictSection } from './verdict';
 
 type Maybe = Section | undefined;
@@ -63,7 +63,7 @@ export function eventSections(page: Page, shape: Shape, pack: Pack | undefined):
 export function poolSections(page: Page, owner: Owner, pack: Pack | undefined): Section[] {
   const kind = DrawnOwnerKind.PARTICIPANT;
   const found = (): string => page.view()?.checked.participants.find((each) => each.place?.element === owner.shape.id)?.protocol ?? '';
-  const sections: Maybe[] = [verdictSection(page, owner.shape.id), protocolSection(page, owner, kind, found)];
+  const sections: Maybe[] = [verdictSection(page, owner.shape.id), protocolSection(page, owner, kind, found), unknownAnywhere(page)];
   if (pack) {
     const { form } = page.catalogue;
     const subject = subjectOf(page, pack, Role.UNSPECIFIED, attributeStore(page.diagram, form, owner), () => []);
@@ -80,7 +80,7 @@ export function modelSections(page: Page, pack: Pack | undefined): Section[] {
   const owner = { shape: page.diagram.canvas.getRootElement(), part: page.diagram.definitions() };
   const kind = DrawnOwnerKind.MODEL;
   const protocol = (): string => [...(page.view()?.endpoints.values() ?? [])].find((each) => each.here)?.endpoint.protocol ?? '';
-  const sections: Maybe[] = [convertSection(page), protocolSection(page, owner, kind, protocol)];
+  const sections: Maybe[] = [convertSection(page), protocolSection(page, owner, kind, protocol), unknownAnywhere(page)];
   if (pack) {
     sections.push(optionsSection(page, pack, owner, kind));
   }

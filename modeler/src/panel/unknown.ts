@@ -10,6 +10,8 @@ import type { Page } from '../page';
 import { packOf } from './convert';
 import type { Section } from './settings';
 
+const NAMED = 6;
+
 /** Make the section, which is there only where something is unknown. */
 export function unknownSection(page: Page, shape: Shape, pack: Pack): Section {
   const element = make('div', { class: 'convert', hidden: true });
@@ -29,11 +31,41 @@ export function unknownSection(page: Page, shape: Shape, pack: Pack): Section {
         button('Remove from this event', () => page.diagram.edit([removal(page, shape, own)])),
       );
       if (all.length > 1) {
-        const steps = (): Step[] => eventsWithUnknown(page).map(([each, unknown]) => removal(page, each, unknown));
-        element.append(button(`Remove from all ${all.length} events`, () => page.diagram.edit(steps())));
+        element.append(button(`Remove from all ${all.length} events`, () => removeAll(page)));
       }
     },
   };
+}
+
+/** Make the section for a pool or the model, whose protocol may have changed for many events. */
+export function unknownAnywhere(page: Page): Section {
+  const element = make('div', { class: 'convert', hidden: true });
+  let drawn: unknown;
+  return {
+    element,
+    fields: [],
+    update() {
+      // Only an answer says which protocol judges an event.
+      const view = page.view();
+      if (view === drawn) {
+        return;
+      }
+      drawn = view;
+      const all = eventsWithUnknown(page);
+      element.hidden = all.length === 0;
+      const names = [...new Set(all.flatMap(([, unknown]) => unknown.map((each) => each.local)))];
+      const events = all.length === 1 ? 'One event states settings that its' : `${all.length} events state settings that their`;
+      const listed = names.slice(0, NAMED).join(', ') + (names.length > NAMED ? ', …' : '');
+      element.replaceChildren(
+        make('p', {}, `${events} protocol does not know: ${listed}.`),
+        button(`Remove them from ${all.length === 1 ? 'this event' : `all ${all.length} events`}`, () => removeAll(page)),
+      );
+    },
+  };
+}
+
+function removeAll(page: Page): void {
+  page.diagram.edit(eventsWithUnknown(page).map(([each, unknown]) => removal(page, each, unknown)));
 }
 
 function unknownOf(page: Page, shape: Shape, pack: Pack): StatedAttribute[] {

@@ -20,7 +20,7 @@ export function verdictSection(page: Page, id: string): Section {
   const findings = make('div', { class: 'cards' });
   const element = make('section', { class: 'standing', 'aria-label': 'Verdict' }, verdict, partners, findings);
   const open = new Map<string, boolean>();
-  let drawn: unknown;
+  let drawn: { view: View; packs: number } | undefined;
 
   function draw(view: View): void {
     const own = view.elements.get(id);
@@ -54,8 +54,9 @@ export function verdictSection(page: Page, id: string): Section {
     update() {
       const view = page.view();
       element.hidden = view === undefined;
-      if (view && view !== drawn) {
-        drawn = view;
+      const packs = page.catalogue.loaded();
+      if (view && (view !== drawn?.view || packs !== drawn.packs)) {
+        drawn = { view, packs };
         draw(view);
       }
     },

@@ -95,6 +95,25 @@ describe('the live check', () => {
     expect(last()?.checked?.report.system).toBe('edited');
   });
 
+  it('writes the documents while it waits, and again after a further edit', async () => {
+    const { services, served } = serve();
+    const asked: string[] = [];
+    const live = startLive(services, () => {
+      asked.push(String(texts[0]?.content));
+      return Promise.resolve([...texts]);
+    });
+    await edit(live, 'one');
+    texts = [{ name: 'a.bpmn', content: 'two' }];
+    live.changed();
+    await vi.advanceTimersByTimeAsync(60);
+    expect(asked).toEqual(['one', 'two']);
+    await edit(live, 'three');
+    expect(asked).toEqual(['one', 'two', 'three']);
+    expect(served.edited).toHaveLength(1);
+    const [request] = served.edited;
+    expect(request?.edit.case === 'documents' && content(request.edit.value.put[0])).toBe('three');
+  });
+
   it('sends several edits within the debounce as one, the latest', async () => {
     const { services, served } = serve();
     const live = start({ services });

@@ -1,0 +1,197 @@
+"""What people come to the page for, each in as many interactions as a person needs: a click, a drag, a field, or a run of keys."""
+
+import re
+from collections import Counter
+
+import cqos_core
+from tests.modeler.conftest import NAME, ROOT
+from tests.modeler.drawings import CATCH, THROW, Event, Pool, drawing
+
+EXAMPLES = ROOT / "examples"
+KINDS = (
+    "Publish",
+    "Subscribe",
+    "Start with",
+    "End with",
+    "Start",
+    "End",
+    "Task",
+    "Exclusive",
+    "Parallel",
+    "Sub",
+    "Pool",
+)
+
+
+class Person:
+    """Someone at the page, and how often they did something."""
+
+    def __init__(self, shown):
+        self.shown, self.page, self.count = shown, shown.page, 0
+        self.panel = self.page.locator(".panel")
+
+    def keys(self, *keys, text=""):
+        """One run of keys, which may end with a text and Enter."""
+        self.count += 1
+        self.shown.press(*keys)
+        if text:
+            self.page.keyboard.type(text)
+            self.page.keyboard.press("Enter")
+
+    def click(self, target, **where):
+        self.count += 1
+        target.click(force=True, **where)
+
+    def choose(self, element, **where):
+        self.count += 1
+        self.shown.choose(element, **where)
+
+    def field(self, label):
+        return self.panel.locator(".field").get_by_label(label, exact=True).first
+
+    def fill(self, label, text):
+        self.count += 1
+        line = self.field(label)
+        line.wait_for()
+        line.fill(text)
+        line.press("Enter")
+
+    def select(self, label, value):
+        self.count += 1
+        self.field(label).select_option(value)
+
+    def add(self, kind, name=""):
+        """Add an element behind the selected one, and type its name."""
+        made = self._added(kind)
+        self.page.wait_for_function("() => document.activeElement.matches('.djs-direct-editing-content')")
+        if name:
+            self.page.keyboard.type(name)
+        self.page.keyboard.press("Enter" if name else "Escape")
+        return made
+
+    def add_signal(self, kind, topic, **qos):
+        made = self._added(kind)
+        self.fill("Topic", topic)
+        for label, value in qos.items():
+            (self.select if label in {"Reliability", "Durability"} else self.fill)(label.replace("_", " "), value)
+        return made
+
+    def _added(self, kind):
+        before = self.ids()
+        self.keys("Control+Enter", *["ArrowDown"] * KINDS.index(kind), "Enter")
+        self.page.wait_for_function(
+            "before => document.querySelectorAll('.djs-shape').length > before", arg=len(before)
+        )
+        (made,) = {each for each in self.ids() - before if not each.endswith("_label")}
+        return made
+
+    def ids(self):
+        return set(self.page.locator(".djs-shape").evaluate_all("all => all.map(each => each.dataset.elementId)"))
+
+    def sees(self, state, count):
+        self.page.wait_for_function(
+            "([state, count]) => document.querySelectorAll(`.qos-badge-${state}`).length === count", arg=[state, count]
+        )
+
+
+def nodes(text):
+    """How many elements of each kind a diagram has."""
+    kinds = r"<bpmn:(startEvent|endEvent|\w*[tT]ask|callActivity|intermediate\w+|\w+Gateway|participant|sequenceFlow) "
+    return Counter("task" if each in {"scriptTask", "callActivity"} else each for each in re.findall(kinds, text))
+
+
+REQUEST = {"Depth": "1", "Reliability": "best_effort", "Deadline": "2", "Lease_duration": "10"}
+RESPONSE = {"Depth": "5", "Deadline": "2", "Lease_duration": "10"}
+
+
+def test_the_case_study_is_drawn_from_nothing(opens, shared):
+    person = Person(opens())
+    person.choose("Participant_1", position={"x": 12, "y": 12})
+    person.keys("e", "Control+a", text="Drone")
+    person.add("Start", "Every six hours")
+    person.add_signal("Publish", "Req weather data", **REQUEST, Lifespan="10")
+    person.add_signal("Subscribe", "Resp weather data", **RESPONSE)
+    person.add("Task", "Evaluate weather data")
+    gateway = person.add("Exclusive", "Weather conditions?")
+    person.add("End", "Adverse weather")
+    person.choose(gateway)
+    person.add("Task", "Take off")
+    split = person.add("Parallel")
+    person.add("Task", "Explore field")
+    join = person.add("Parallel")
+    person.choose(split)
+    person.add("Task", "Capture field images")
+    person.click(person.page.locator('.djs-context-pad [data-action="connect"]'))
+    person.click(person.shown.shape(join))
+    person.choose(join)
+    person.add("Task", "Land")
+    person.add("Task", "Upload data")
+    person.add("End", "Data uploaded")
+    person.add("Pool", "Weather station")
+    person.add_signal("Start with", "Req weather data", **REQUEST)
+    person.add("Task", "Compute weather data")
+    person.add_signal("Publish", "Resp weather data", **RESPONSE, Lifespan="10", Durability="transient_local")
+    person.add("End", "Data sent")
+    person.sees("compatible", 4)
+    assert person.count <= 60
+    person.shown.saved(NAME)
+    drawn, paper = shared[1].read_text(encoding="utf-8"), (EXAMPLES / NAME).read_text(encoding="utf-8")
+    assert nodes(drawn) == nodes(paper)
+    own, theirs = (cqos_core.check(each) for each in (shared[1], EXAMPLES / NAME))
+    assert [(each.topic, each.verdict) for each in own.groups] == [(each.topic, each.verdict) for each in theirs.groups]
+
+
+def test_the_incompatibility_of_the_paper_is_found_and_fixed(opens):
+    text = (EXAMPLES / "smart_agriculture_incompatible.bpmn").read_text(encoding="utf-8")
+    person = Person(opens(text))
+    person.sees("incompatible", 2)
+    person.choose("Station_CatchReq")
+    for _ in range(2):
+        fixes = person.panel.locator(".card[open] .fix-button")
+        words = fixes.first.text_content()
+        person.click(fixes.first)
+        person.page.wait_for_function(
+            "words => document.querySelector('.card[open] .fix-button')?.textContent !== words", arg=words
+        )
+    person.sees("compatible", 4)
+    assert person.count <= 3
+
+
+def test_the_protocol_is_changed_to_mqtt(opens, shared):
+    person = Person(opens((EXAMPLES / NAME).read_text(encoding="utf-8")))
+    person.sees("compatible", 4)
+    person.select("Protocol", "mqtt")
+    person.click(person.panel.get_by_role("button", name="Remove them from all 4 events"))
+    person.sees("compatible", 4)
+    assert person.count <= 2
+    person.shown.saved(NAME)
+    text = shared[1].read_text(encoding="utf-8")
+    assert 'qos:protocol="mqtt"' in text
+    assert "qos:depth" not in text
+
+
+def test_the_reason_why_an_event_has_no_partner_is_found(opens):
+    throw, catch = Event("Out", THROW, "weather"), Event("In", CATCH, "wether")
+    person = Person(opens(drawing(Pool("A", (throw,)), Pool("B", (catch,)))))
+    person.sees("unmatched", 2)
+    person.choose("In")
+    person.panel.locator(".card", has_text="did you mean /weather?").wait_for()
+    person.fill("Topic", "weather")
+    person.sees("compatible", 2)
+    assert person.count <= 2
+
+
+def test_a_file_is_handed_over(opens, tmp_path):
+    person = Person(opens((EXAMPLES / NAME).read_text(encoding="utf-8")))
+    person.page.evaluate("() => { delete window.showSaveFilePicker; }")  # no test can answer the dialog of the system
+    person.choose("Drone_ThrowReq")
+    person.select("Reliability", "reliable")
+    person.click(person.page.get_by_role("button", name="More ways to save"))
+    with person.page.expect_download() as waiting:
+        person.click(person.page.get_by_role("menuitem", name="Save as"))
+    assert person.count <= 4
+    given = tmp_path / waiting.value.suggested_filename
+    waiting.value.save_as(given)
+    assert given.name == NAME
+    assert cqos_core.check(given).verdict.value == "compatible"
+    assert given.read_text(encoding="utf-8").count('qos:reliability="reliable"') == 3
