@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cqos_core.formatters import terminal, wording
-from cqos_core.formatters.places import Places
+from cqos_core.formatters.places import Places, relative
 from cqos_core.model.report import Severity
 
 if TYPE_CHECKING:
@@ -20,22 +20,26 @@ def render_github(report: Report, style: Style) -> str:
     """Return one workflow command per finding that is not accepted, and one line with the verdict and all counts."""
     findings = [finding for finding in wording.shown(report, style) if finding.accepted is None]
     places = Places(findings, style.sources)
-    commands = [_command(finding, places) for finding in findings]
+    commands = [_command(finding, places, style) for finding in findings]
     # No name from an input stands in the last line, which is no command: it could make it one.
     return "\n".join([*commands, f"{report.verdict}{wording.beside(report)}: {wording.counts(report, style)}"]) + "\n"
 
 
-def _command(finding: Finding, places: Places) -> str:
+def _command(finding: Finding, places: Places, style: Style) -> str:
     place = finding.place
-    properties = {} if place is None else _properties(places.exact(place))
+    properties = {} if place is None else _properties(places.exact(place), style)
     properties["title"] = f"{finding.code} {finding.name}"
     text = "\n".join([finding.message, *(f"help: {sentence}" for sentence in wording.helps(finding))])
     listed = ",".join(f"{name}={_property(value)}" for name, value in properties.items())
     return f"::{_COMMANDS[finding.severity]} {listed}::{_data(text)}"
 
 
-def _properties(place: Place) -> dict[str, str]:
-    known = {"file": place.source, "line": place.line, "col": None if place.line is None else place.column}
+def _properties(place: Place, style: Style) -> dict[str, str]:
+    known = {
+        "file": relative(place.source, style),
+        "line": place.line,
+        "col": None if place.line is None else place.column,
+    }
     return {name: str(value) for name, value in known.items() if value is not None}
 
 

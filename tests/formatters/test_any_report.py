@@ -22,6 +22,7 @@ from cqos_core.formatters.gitlab import render_gitlab
 from cqos_core.formatters.json_report import render_json, render_jsonl, report_from_json
 from cqos_core.formatters.junit import render_junit
 from cqos_core.formatters.markdown import render_markdown
+from cqos_core.formatters.places import relative
 from cqos_core.formatters.rdjson import render_rdjson
 from cqos_core.formatters.sarif import render_sarif
 from cqos_core.formatters.style import Style
@@ -385,7 +386,7 @@ def test_github_escapes_can_be_undone(text):
     [command, *_] = render_github(Report(Verdict.UNKNOWN, findings=(finding,)), Style()).split("\n")
     [(_, properties, data)] = COMMAND.findall(command)
     known = {key: unescaped_property(value) for key, _, value in (p.partition("=") for p in properties.split(","))}
-    assert known == {"file": text, "line": "1", "col": "1", "title": f"C {text}"}
+    assert known == {"file": relative(text, Style()), "line": "1", "col": "1", "title": f"C {text}"}
     assert unescaped(data) == text
 
 

@@ -1,0 +1,81 @@
+"""The steps of `action.yml`, run as a runner of GitHub runs them; the installation is that of this test run."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).resolve().parents[1]
+ACTION = yaml.safe_load((ROOT / "action.yml").read_text(encoding="utf-8"))
+STEPS = {step.get("name", step.get("uses")): step for step in ACTION["runs"]["steps"]}
+
+
+@pytest.fixture
+def act(tmp_path):
+    """Run a step with inputs, in a folder with both examples of the paper; code, output, the summary."""
+    work = tmp_path / "work"
+    work.mkdir()
+    for name in ("smart_agriculture.yaml", "smart_agriculture_incompatible.bpmn"):
+        shutil.copy(ROOT / "examples" / name, work)
+    summary = tmp_path / "summary.md"
+
+    def run(name, **inputs):
+        step = STEPS[name]
+        known = {key: value["default"] for key, value in ACTION["inputs"].items()} | inputs
+        given = {
+            key: re.sub(r"\$\{\{ inputs\.([\w-]+) \}\}", lambda found: known[found[1]], text)
+            for key, text in step.get("env", {}).items()
+        }
+        around = {
+            "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+            "GITHUB_STEP_SUMMARY": str(summary),
+            "RUNNER_TEMP": str(tmp_path),
+            "GITHUB_ACTION_PATH": str(ROOT),
+        }
+        command = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"]]
+        done = subprocess.run(command, cwd=work, env=around | given, capture_output=True, text=True, check=False)
+        return done.returncode, done.stdout, summary.read_text(encoding="utf-8") if summary.exists() else ""
+
+    run.work = work
+    return run
+
+
+def test_findings_are_annotations_rows_of_the_summary_and_results(act):
+    code, out, summary = act("Check", sarif="cqos.sarif")
+    assert code == 1
+    assert out.count("::error file=smart_agriculture_incompatible.bpmn,line=") == 2
+    assert summary.count("| error ROS10") == 2
+    results = json.loads((act.work / "cqos.sarif").read_text(encoding="utf-8"))["runs"][0]["results"]
+    assert {"ROS101", "ROS104"} <= {result["ruleId"] for result in results}
+
+
+def test_a_design_that_fits_ends_well(act):
+    code, _, summary = act("Check", paths="smart_agriculture.yaml", arguments="--fail-on warning --no-config")
+    assert code == 0
+    assert "**compatible**" in summary
+    assert not (act.work / "cqos.sarif").exists()
+
+
+def test_inputs_are_never_run(act):
+    code, _, _ = act("Check", paths="$(touch owned) `touch owned`; touch owned")
+    assert code == 2
+    assert not (act.work / "owned").exists()
+
+
+def test_what_cannot_be_read_ends_with_2_and_is_said(act):
+    (act.work / "broken.yaml").write_text("cqos: 1\nparticipants: [", encoding="utf-8")
+    code, out, _ = act("Check")
+    assert code == 2
+    assert "file=broken.yaml" in out
+
+
+def test_the_code_scanning_step_takes_the_file_that_the_check_writes():
+    upload = STEPS["Upload to code scanning"]
+    assert upload["with"]["sarif_file"] == STEPS["Check"]["env"]["SARIF"] == "${{ inputs.sarif }}"
+    assert "inputs.sarif != ''" in upload["if"]
