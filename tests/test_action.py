@@ -17,12 +17,18 @@ STEPS = {step.get("name", step.get("uses")): step for step in ACTION["runs"]["st
 
 
 @pytest.fixture
-def act(tmp_path):
-    """Run a step with inputs, in a folder with both examples of the paper; code, output, the summary."""
-    work = tmp_path / "work"
-    work.mkdir()
+def work(tmp_path):
+    """A folder with both examples of the paper."""
+    folder = tmp_path / "work"
+    folder.mkdir()
     for name in ("smart_agriculture.yaml", "smart_agriculture_incompatible.bpmn"):
-        shutil.copy(ROOT / "examples" / name, work)
+        shutil.copy(ROOT / "examples" / name, folder)
+    return folder
+
+
+@pytest.fixture
+def act(tmp_path, work):
+    """Run a step with inputs in that folder; code, output, the summary."""
     summary = tmp_path / "summary.md"
 
     def run(name, **inputs):
@@ -42,34 +48,33 @@ def act(tmp_path):
         done = subprocess.run(command, cwd=work, env=around | given, capture_output=True, text=True, check=False)
         return done.returncode, done.stdout, summary.read_text(encoding="utf-8") if summary.exists() else ""
 
-    run.work = work
     return run
 
 
-def test_findings_are_annotations_rows_of_the_summary_and_results(act):
+def test_findings_are_annotations_rows_of_the_summary_and_results(act, work):
     code, out, summary = act("Check", sarif="cqos.sarif")
     assert code == 1
     assert out.count("::error file=smart_agriculture_incompatible.bpmn,line=") == 2
     assert summary.count("| error ROS10") == 2
-    results = json.loads((act.work / "cqos.sarif").read_text(encoding="utf-8"))["runs"][0]["results"]
+    results = json.loads((work / "cqos.sarif").read_text(encoding="utf-8"))["runs"][0]["results"]
     assert {"ROS101", "ROS104"} <= {result["ruleId"] for result in results}
 
 
-def test_a_design_that_fits_ends_well(act):
+def test_a_design_that_fits_ends_well(act, work):
     code, _, summary = act("Check", paths="smart_agriculture.yaml", arguments="--fail-on warning --no-config")
     assert code == 0
     assert "**compatible**" in summary
-    assert not (act.work / "cqos.sarif").exists()
+    assert not (work / "cqos.sarif").exists()
 
 
-def test_inputs_are_never_run(act):
+def test_inputs_are_never_run(act, work):
     code, _, _ = act("Check", paths="$(touch owned) `touch owned`; touch owned")
     assert code == 2
-    assert not (act.work / "owned").exists()
+    assert not (work / "owned").exists()
 
 
-def test_what_cannot_be_read_ends_with_2_and_is_said(act):
-    (act.work / "broken.yaml").write_text("cqos: 1\nparticipants: [", encoding="utf-8")
+def test_what_cannot_be_read_ends_with_2_and_is_said(act, work):
+    (work / "broken.yaml").write_text("cqos: 1\nparticipants: [", encoding="utf-8")
     code, out, _ = act("Check")
     assert code == 2
     assert "file=broken.yaml" in out
