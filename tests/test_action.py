@@ -73,7 +73,7 @@ def test_inputs_are_never_run(act, work):
     assert not (work / "owned").exists()
 
 
-def test_what_cannot_be_read_ends_with_2_and_is_said(act, work):
+def test_a_file_that_cannot_be_read_is_an_annotation_and_ends_with_2(act, work):
     (work / "broken.yaml").write_text("cqos: 1\nparticipants: [", encoding="utf-8")
     code, out, _ = act("Check")
     assert code == 2
