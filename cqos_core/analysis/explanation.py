@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from cqos_core.checking.checker import check_system, participant_findings
 from cqos_core.checking.findings import fact, make, one_per_cause
+from cqos_core.checking.timing import UNMET, behaviour_findings
 from cqos_core.checking.topic import check_topic, refusing, verdict_between
 from cqos_core.matching.assumptions import assumptions
 from cqos_core.matching.derived_guarantees import derive, faults_between, give, over
@@ -70,6 +71,14 @@ def ends_alone(pipeline: Pipeline, publisher: str, subscriber: str) -> tuple[Res
 
 def explained(pipeline: Pipeline, publisher: str, subscriber: str) -> PairReport:
     """Explain one pair of a system on its way; see `explain_pair`."""
+    report = _explained(pipeline, publisher, subscriber)
+    found = [each for each in behaviour_findings(pipeline) if {publisher, subscriber} & {*each.endpoints}]
+    excluded = any(each.code in UNMET and subscriber in each.endpoints for each in found)
+    verdict = Verdict.INCOMPATIBLE if excluded else report.verdict
+    return replace(report, verdict=verdict, findings=(*report.findings, *found)) if found else report
+
+
+def _explained(pipeline: Pipeline, publisher: str, subscriber: str) -> PairReport:
     system, where = pipeline.stated, pipeline.where
     pair = _Pair(pipeline, publisher, subscriber)
     if not pipeline.hops:

@@ -44,7 +44,7 @@ class Order:
         if last not in self._arrival or hops > _FARTHEST:
             return None
         found: int | None = None
-        for at in self._before(last):
+        for at in self.before(last):
             if at == first:
                 return self._between(first, last)
             topic = self.heard(at)
@@ -70,7 +70,7 @@ class Order:
     def _between(self, first: int, last: int) -> int:
         return self._arrival[last] - self._arrival[first] - timer_wait(self._graph, first)
 
-    def _before(self, at: int) -> Iterator[int]:
+    def before(self, at: int) -> Iterator[int]:
         """Yield the events that have happened before a token arrives at a node, the nearest first."""
         while (at := self._dominator[at]) != self._root and self._left > 0:
             self._left -= 1

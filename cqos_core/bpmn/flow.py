@@ -223,5 +223,6 @@ def _times(element: Element) -> tuple[int | None, int]:
         cardinality = [each.text for each in loop.iterchildren(_CARDINALITY)]
         foreign = any(split(str(name))[0] for name in loop.attrib) or any(True for _ in loop.iterchildren(EXTENSIONS))
         times = whole_number(cardinality[0]) if len(cardinality) == 1 and not foreign else None
-        return times, 0 if times is None else 1
+        early = any(True for _ in loop.iterchildren(f"{BPMN}completionCondition"))
+        return times, 0 if times is None else 1 if early else times
     return 1, 1

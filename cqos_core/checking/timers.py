@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from cqos_core.behaviour.counting import added
 from cqos_core.checking.drawn import behaviour_finding, finite, is_one_of, needed, time_text
 from cqos_core.model.report import Fact, Side
-from cqos_core.model.system import PUBLISHER
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Iterator, Sequence
@@ -37,9 +37,10 @@ def timer_findings(drawn: Drawn) -> list[Finding]:
                 thrown.setdefault((owner, topic), []).append(each)
                 sending.setdefault(owner, []).append(each)
     found: list[Finding] = []
-    for (owner, _), ends in thrown.items():
+    for (owner, topic), ends in thrown.items():
         found += _offered(drawn, ends)
         found += _manual(drawn, ends, sending[owner])
+        found += _owners(drawn, topic, ends)
     for end, topics in drawn.subscribers():
         found += _requested(drawn, topics, end)
     return found
@@ -65,6 +66,30 @@ def _offered(drawn: Drawn, ends: Sequence[Resolved]) -> Iterator[Finding]:
     code = "BP101" if bound.rate else "BP103"
     notes = assumed(bound, max(known))
     yield behaviour_finding(code, message, ends, policies=[timing.gap], beside=timers_of(drawn, bound), assumed=notes)
+
+
+def _owners(drawn: Drawn, topic: TopicKey, ends: Sequence[Resolved]) -> Iterator[Finding]:
+    """Report that ownership passes on, where the participant of some endpoints is the strongest and keeps no gap."""
+    timing, everybody = ends[0].pack.timing, drawn.on(topic, PUBLISHER)
+    strengths = [finite(each, timing.strength) for each in everybody]
+    gap, bound = finite(ends[0], timing.gap), _sent(drawn, ends)
+    if len(ends) != 1 or len(everybody) == 1 or None in strengths or gap is None or bound is None:
+        return
+    others = [finite(each, timing.strength) or 0 for each in everybody if each is not ends[0]]
+    strongest = (finite(ends[0], timing.strength) or 0) > max(others)
+    owned = all(is_one_of(each, timing.owned) for each in everybody)
+    if not (strongest and owned and bound.once and bound.excludes(gap)):
+        return
+    for end in drawn.on(topic, SUBSCRIBER):
+        if is_one_of(end, timing.owned):
+            message = (
+                f"{_subject([end])} takes samples of the strongest publisher, `{ends[0].id}`, which offers {timing.gap} "
+                f"{time_text(gap)} and sends {often(bound)}, so ownership passes on each time"
+            )
+            policies, notes = [timing.owned[0]], assumed(bound, gap)
+            yield behaviour_finding(
+                "BP115", message, [end], policies=policies, beside=timers_of(drawn, bound), assumed=notes
+            )
 
 
 def _manual(drawn: Drawn, ends: Sequence[Resolved], sending: Sequence[Resolved]) -> Iterator[Finding]:

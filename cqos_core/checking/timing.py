@@ -6,10 +6,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.checking.drawn import Drawn, draws
+from cqos_core.checking.rounds import round_findings
 from cqos_core.checking.sequences import OPTION, READINGS, sequence_findings
 from cqos_core.checking.timers import timer_findings
 from cqos_core.checking.unreachable import unreachable_findings
 from cqos_core.language.policy import TOPIC
+from cqos_core.model.remarks import core_finding
 from cqos_core.model.report import Verdict
 
 if TYPE_CHECKING:
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
 
-_UNMET = frozenset({"BP109", "BP114"})
+UNMET = frozenset({"BP109", "BP114"})
 """Codes of requirements that are certainly not met: the pairs of the subscriber are then incompatible."""
 _GAPS = frozenset({"BP101", "BP103"})
 """Codes of what rules over a stated period also report."""
@@ -31,11 +33,13 @@ def behaviour_findings(pipeline: Pipeline) -> list[Finding]:
     """Report what the control flow of a system says for certain; nothing where it draws none."""
     if not draws(pipeline.system):
         return []
-    drawn = Drawn(pipeline)
+    drawn, reading = Drawn(pipeline), reading_of(pipeline.system)
     return [
+        *_unknown_reading(pipeline.system),
         *unreachable_findings(drawn),
         *timer_findings(drawn),
-        *sequence_findings(drawn, reading_of(pipeline.system)),
+        *sequence_findings(drawn, reading),
+        *round_findings(drawn, reading),
     ]
 
 
@@ -43,7 +47,7 @@ def with_behaviour(
     made: list[Made], groups: list[Group], behaviour: Iterable[Finding], packs: Mapping[str, RulePack]
 ) -> tuple[list[Made], list[Group]]:
     """Return findings without those of rules whose cause behaviour reports already, and groups with what it excludes."""
-    excluded = [each for each in behaviour if each.code in _UNMET]
+    excluded = [each for each in behaviour if each.code in UNMET]
     exceeded = [each for each in behaviour if each.code in _GAPS]
     if excluded:
         groups = [each for group in groups for each in _divided(group, excluded)]
@@ -80,6 +84,14 @@ def _of_gaps(packs: Mapping[str, RulePack]) -> set[str]:
             if asked == {use.index for use in bound.bound.uses}:
                 found.add(bound.rule.code)
     return found
+
+
+def _unknown_reading(system: System) -> list[Finding]:
+    stated = system.options.get("bpmn", {}).get(OPTION)
+    if stated is None or stated.text in READINGS:
+        return []
+    message = f"option `bpmn.{OPTION}` is `{stated.text[:60]}`, which is not known, so each of its values is assumed"
+    return [core_finding("CQ208", message, place=stated.place, help=f"allowed: {', '.join(READINGS)}")]
 
 
 def reading_of(system: System) -> str | None:

@@ -92,7 +92,7 @@ class FlowNode(Constant):
         attached: position of the activity of a boundary event; None elsewhere, and where its file does not have it.
         by_event: it is an event sub-process, which no token enters.
         times: how often the activity, with what is inside or called, is done for each token at most; None: no limit is known.
-        least_times: how often it is done at least: 0 or 1.
+        least_times: how often it is done at least.
         calls: position of the process that a call activity runs; None where that is not in the same file.
         called: the name of that process as it is stated; empty where nothing is, None where an engine computes it.
         compensates: it is done only to compensate for something, so no token enters it.

@@ -171,6 +171,7 @@ class Timing:
         owned: the ownership with which one publisher counts at a time.
         strength: which publisher that is.
         period: the fact of topics that says how often samples come.
+        latched: the fact of topics that says that the last sample is meant for later subscribers.
     """
 
     gap: str = ""
@@ -185,6 +186,7 @@ class Timing:
     owned: tuple[str, tuple[str, ...]] = ("", ())
     strength: str = ""
     period: str = ""
+    latched: str = ""
 
 
 def no_misfits(line: str) -> tuple[Misfit, ...]:  # noqa: ARG001 - the signature of all that read output

@@ -126,7 +126,7 @@ def test_what_a_flow_or_an_id_does_not_tell_is_unknown():
         (
             "<bpmn:multiInstanceLoopCharacteristics><bpmn:loopCardinality>10</bpmn:loopCardinality></bpmn:multiInstanceLoopCharacteristics>",
             10,
-            1,
+            10,
         ),
         (
             "<bpmn:multiInstanceLoopCharacteristics><bpmn:loopCardinality>${n}</bpmn:loopCardinality></bpmn:multiInstanceLoopCharacteristics>",

@@ -52,6 +52,7 @@ TIMING: Final = Timing(
     owned=("ownership", ("exclusive",)),
     strength="ownership_strength",
     period="period",
+    latched="latched",
 )
 
 PACK: Final = RulePack(

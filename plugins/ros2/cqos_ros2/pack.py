@@ -39,6 +39,7 @@ TIMING: Final = Timing(
     unlimited=("history", ("keep_all",)),
     depth="depth",
     period="period",
+    latched="latched",
 )
 
 _RAW: Final = RulePack(

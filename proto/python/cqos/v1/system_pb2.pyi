@@ -1498,7 +1498,7 @@ class FlowNode(_message.Message):
     times: _builtins.int
     """How often an activity is done for each token at most; absent if no limit is known."""
     least_times: _builtins.int
-    """How often it is done at least: 0 or 1."""
+    """How often it is done at least."""
     calls: _builtins.int
     """Position of the process that a call activity runs, if the file has it."""
     called: _builtins.str

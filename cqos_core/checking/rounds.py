@@ -1,0 +1,138 @@
+"""Findings about processes that go round again, and about bursts: BP108, BP109, BP117 and BP118."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cqos_core.checking.drawn import behaviour_finding, finite, is_one_of, needed, time_text
+from cqos_core.checking.sequences import AT_TOKEN, BUFFERED, OPTION
+from cqos_core.language.policy import TOPIC
+from cqos_core.model.report import Verdict
+from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable, Iterator
+
+    from cqos_core.checking.drawn import Drawn
+    from cqos_core.model.report import Finding
+    from cqos_core.resolving.resolved import Resolved
+
+_ONCE = "a process whose start has no trigger runs once in each participant"
+
+
+def round_findings(drawn: Drawn, reading: str | None) -> list[Finding]:
+    """Report answers of earlier rounds, bursts, and samples that are kept for no one; ``reading`` is the option ``bpmn.catch``."""
+    found: list[Finding] = []
+    for at, node in enumerate(drawn.behaviour.graph.nodes):
+        for end in drawn.ends(at):
+            if node.kind in {"start", "catch"} and end.role == SUBSCRIBER:
+                if reading in {None, AT_TOKEN} and node.kind == "catch":
+                    found += _earlier_answer(drawn, at, end, reading)
+                if reading in {None, BUFFERED} and node.kind == "catch":
+                    found += _taken_once(drawn, at, end, reading)
+                if reading not in {None, AT_TOKEN} and node.kind == "start":
+                    found += _kept_for_restarts(drawn, end)
+    return [*found, *_bursts(drawn)]
+
+
+def _partners(drawn: Drawn, end: Resolved) -> list[Resolved]:
+    return drawn.on((end.pack.id, end.key), PUBLISHER)
+
+
+def _worlds(reading: str | None, name: str) -> dict[str, Verdict]:
+    return {f"bpmn.{OPTION}={name}": Verdict.INCOMPATIBLE} if reading is None else {}
+
+
+def _earlier_answer(drawn: Drawn, at: int, end: Resolved, reading: str | None) -> Iterator[Finding]:
+    """Report that a kept answer to an earlier request may be taken, where one timer starts the rounds."""
+    graph, order = drawn.behaviour.graph, drawn.behaviour.order
+    starts = [each for each in graph.inside[graph.process[at]] if graph.nodes[each].kind == "start"]
+    timers = [each.timer for start in starts for each in graph.nodes[start].triggers]
+    topic, publishers = order.heard(at), _partners(drawn, end)
+    if len(timers) != 1 or timers[0] is None or timers[0].kind != "cycle" or not timers[0].wait or topic is None:
+        return
+    requests = {each for throw in order.before(at) for each in graph.throws[throw]}
+    answers = [_started_by(drawn, each) for each in graph.thrown_at.get(topic, ())]
+    timing = end.pack.timing
+    lives = [finite(each, timing.lifespan) for each in publishers]
+    kept = all(is_one_of(each, timing.kept) for each in (end, *publishers))
+    short = any(life is not None and life < timers[0].wait for life in lives)
+    if answers and all(each in requests for each in answers) and kept and not short:
+        message = (
+            f"with {AT_TOKEN}, `{end.id}` may take the answer to an earlier request on `{end.shown}`: both ends keep it, "
+            f"for no less than the {time_text(timers[0].wait)} between two rounds"
+        )
+        worlds = _worlds(reading, AT_TOKEN)
+        yield behaviour_finding("BP108", message, [end], policies=[timing.kept[0]], worlds=worlds)
+
+
+def _started_by(drawn: Drawn, throw: int) -> Hashable | None:
+    """Return the one topic whose samples start the process of a throw."""
+    graph = drawn.behaviour.graph
+    starts = [each for each in graph.inside[graph.process[throw]] if graph.nodes[each].kind == "start"]
+    return drawn.behaviour.order.heard(starts[0]) if len(starts) == 1 else None
+
+
+def _taken_once(drawn: Drawn, at: int, end: Resolved, reading: str | None) -> Iterator[Finding]:
+    """Report a reader whose process takes one sample, beside a writer that keeps all and goes on for ever."""
+    behaviour, timing = drawn.behaviour, end.pack.timing
+    publishers, topic = _partners(drawn, end), behaviour.order.heard(at)
+    bound = None if topic is None else behaviour.on_topic(topic)
+    if bound is None or not bound.rate or not behaviour.is_once(at) or len(drawn.nodes([end])) != 1:
+        return
+    same = [each for each in drawn.on(topic, SUBSCRIBER) if each.participant is end.participant]
+    everything = all(is_one_of(each, timing.unlimited) for each in (end, *publishers))
+    if len(same) == 1 and everything and all(is_one_of(each, timing.certain) for each in (end, *publishers)):
+        message = (
+            f"with {BUFFERED}, `{end.id}` takes one sample of `{end.shown}`, later ones fill its queue, "
+            f"and publisher `{publishers[0].id}` blocks in the end"
+        )
+        policies, worlds = [timing.unlimited[0]], _worlds(reading, BUFFERED)
+        yield behaviour_finding("BP118", message, [end], policies=policies, worlds=worlds, assumed=[_ONCE])
+
+
+def _kept_for_restarts(drawn: Drawn, end: Resolved) -> Iterator[Finding]:
+    """Report samples that are kept for a subscription that exists from the start of its device."""
+    timing, publishers = end.pack.timing, _partners(drawn, end)
+    index = end.pack.vocabulary.indices.get((TOPIC, timing.latched))
+    latched = index is not None and end.profile.values[index] != 0
+    stated = index is not None and end.written(index) is not None
+    if publishers and all(is_one_of(each, timing.kept) for each in (end, *publishers)) and not (latched and stated):
+        message = (
+            f"samples of `{end.shown}` are kept for later subscribers, and `{end.id}` is later only after a restart"
+        )
+        yield behaviour_finding("BP117", message, [end], policies=[timing.kept[0]])
+
+
+def _bursts(drawn: Drawn) -> Iterator[Finding]:
+    """Report requirements that nothing is lost, where more samples are sent at once than the publisher keeps."""
+    for end, topics in drawn.subscribers():
+        if not needed(end, "loss_free"):
+            continue
+        for topic in topics:
+            for publisher in drawn.on(topic, PUBLISHER):
+                timing, depth = publisher.pack.timing, finite(publisher, publisher.pack.timing.depth)
+                size = max((_burst(drawn, each, topic) for each in drawn.nodes([publisher])), default=0)
+                if depth is not None and depth < size and is_one_of(publisher, timing.unlimited) is False:
+                    message = (
+                        f"subscriber `{end.id}` needs loss_free, but publisher `{publisher.id}` sends {size} samples at once "
+                        f"and keeps {depth}"
+                    )
+                    yield behaviour_finding("BP109", message, [end])
+
+
+def _burst(drawn: Drawn, at: int, topic: Hashable) -> int:
+    """Return how many samples of a topic are sent from a throw on, with nothing between that takes time."""
+    graph = drawn.behaviour.graph
+    if at not in drawn.behaviour.reached.fired:
+        return 0
+    size, seen, around = 1, {at}, graph.parent[at]
+    following = graph.after[at]
+    while len(following) == 1 and following[0] not in seen and topic in graph.throws[following[0]]:
+        size += 1
+        seen.add(following[0])
+        following = graph.after[following[0]]
+    inside = {graph.nodes[each].kind for each in graph.inside[around]}
+    node = graph.nodes[around]
+    whole = inside <= {"start", "throw", "end"} and all(len(graph.after[each]) < 2 for each in graph.inside[around])  # noqa: PLR2004
+    return size * node.least_times if whole and node.kind == "subprocess" and not node.by_event else size
