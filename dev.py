@@ -168,7 +168,11 @@ def conformance(_: list[str]) -> int:
     """Run many pairs and all designs on the middleware itself; return 1 if any differs from what C-QoS says."""
     setup(everything=True)
     have_programs()
-    runs = (("proofs", "200", "2026"), ("guarantees", "cyclonedds", "fastdds", "mosquitto"))
+    runs = (
+        ("proofs", "200", "2026"),
+        ("guarantees", "cyclonedds", "fastdds", "mosquitto"),
+        ("second_opinion", "record"),
+    )
     return run_steps(
         [(name, [tool("python"), "-m", f"tests.conformance.{name}", *arguments]) for name, *arguments in runs]
     )
@@ -461,6 +465,8 @@ PROGRAMS = (
     ("g++", "g++", "no pair runs on Fast DDS"),
     ("fastrtps/config.h", "libfastrtps-dev", "no pair runs on Fast DDS"),
     ("mosquitto", "mosquitto", "the MQTT pack is not compared with Mosquitto"),
+    ("spin", "spin", "SPIN gives no second opinion on MQTT"),
+    ("gcc", "gcc", "SPIN gives no second opinion on MQTT"),
     ("npm", "npm", "the .proto files are not linted, and the page of the modeler is not built"),
     ("chromium", "chromium", "the page of the modeler is not tried"),
 )

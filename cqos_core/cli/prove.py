@@ -288,7 +288,7 @@ def timeline(events: Iterable[Event]) -> list[str]:
             growing[key] = [event.number]
             lines.append((event, growing[key]))
     return [
-        f"{event.at:7.3f} s  {event.who:<10}  {event.what.replace('_', ' ')}{f' {_ranges(numbers)}' if numbers else ''}"
+        f"{'' if event.at is None else f'{event.at:7.3f} s  '}{event.who:<10}  {event.what.replace('_', ' ')}{f' {_ranges(numbers)}' if numbers else ''}"
         f"{f': {event.text}' if event.text else ''}"
         for event, numbers in lines
     ]

@@ -16,7 +16,7 @@ from cqos_dds.pack import PACK
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cqos_core.analysis.proving import Outcome
+    from cqos_core.analysis.proving import Event, Outcome
 
 PERIOD: Final = 0.05
 SLACK: Final = 1.0
@@ -200,16 +200,22 @@ def seconds(text: str) -> float:
     return Duration().parse(text) / 1e9
 
 
+def moment(event: Event) -> float:
+    """Return when something happened in a run, which has a clock."""
+    assert event.at is not None
+    return event.at
+
+
 def observed(scenario: Scenario, outcome: Outcome, claim: Mapping[str, str]) -> dict[str, bool]:
     """Whether each guarantee held in a run; those with a number, as much of it as is claimed."""
-    started = [e.at for e in outcome.events if e.who == "subscriber" and e.what == "started"]
-    arrived = [(e.at, e.number) for e in outcome.events if e.what == "arrived" and e.number is not None]
+    started = [moment(e) for e in outcome.events if e.who == "subscriber" and e.what == "started"]
+    arrived = [(moment(e), e.number) for e in outcome.events if e.what == "arrived" and e.number is not None]
     before = [number for at, number in arrived if not started or at < started[0]]
     after = [number for at, number in arrived if started and at >= started[0]]
     numbers = before + after
-    sent = {e.number: e.at for e in outcome.events if e.what == "sent" and e.number is not None}
+    sent = {e.number: moment(e) for e in outcome.events if e.what == "sent" and e.number is not None}
     restarted = scenario.fault == "subscriber_restart"
-    again = next((e.at for e in outcome.events if e.what in {"restored", "started"}), None)
+    again = next((moment(e) for e in outcome.events if e.what in {"restored", "started"}), None)
     held = {
         "latest": bool(sent) and bool(numbers) and max(numbers) == max(sent),
         "loss_free": set(sent) <= set(numbers),
@@ -225,7 +231,7 @@ def observed(scenario: Scenario, outcome: Outcome, claim: Mapping[str, str]) -> 
         held["max_age"] = all(at - sent[n] <= limit + SLACK / 4 for at, n in arrived if n in sent)
     if claim.get("liveness", "none") not in {"none", "unknown"}:
         limit = seconds(claim["liveness"])
-        gone = next((e.at for e in outcome.events if e.what in {"cut", "killed"}), None)
-        noticed = [e.at for e in outcome.events if e.who == "subscriber" and e.what in {"unmatched", "not_alive"}]
+        gone = next((moment(e) for e in outcome.events if e.what in {"cut", "killed"}), None)
+        noticed = [moment(e) for e in outcome.events if e.who == "subscriber" and e.what in {"unmatched", "not_alive"}]
         held["liveness"] = gone is not None and any(gone <= at <= gone + limit + SLACK for at in noticed)
     return held

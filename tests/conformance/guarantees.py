@@ -157,15 +157,15 @@ def document() -> str:
     parts = [INTRODUCTION.format(products=" and ".join([", ".join(products[:-1]), products[-1]]), early=EARLY)]
     for one in recorded.values():
         runs = one["runs"]
-        columns = [column for column in COLUMNS if any(_column(each) == column for each in runs)]
+        columns = [column for column in COLUMNS if any(column_of(each) == column for each in runs)]
         rows = [[word, *(_cell(word, column, runs) for column in columns)] for word in SHOWN]
-        parts += [f"## {one['by']}", _when(one), _table(["guarantee", *_titles(columns)], rows)]
+        parts += [f"## {one['by']}", _when(one), table(["guarantee", *titles(columns)], rows)]
         wrong = [[each["design"], each["fault"], text] for each in runs for text in each["contradicted"]]
         if wrong:
-            parts += ["Departures:", _table(["design", "fault", "what happens"], wrong)]
+            parts += ["Departures:", table(["design", "fault", "what happens"], wrong)]
         designs = dict.fromkeys(each["design"] for each in runs)
         rows = [[name, *(_what(name, column, runs) for column in columns)] for name in designs]
-        parts += ["Samples that arrived:", _table(["design", *_titles(columns)], rows)]
+        parts += ["Samples that arrived:", table(["design", *titles(columns)], rows)]
     return "\n\n".join(part.rstrip() for part in parts) + "\n"
 
 
@@ -178,24 +178,24 @@ def _when(one: Mapping[str, Any]) -> str:
 def seen_in(runs: Iterable[Mapping[str, Any]]) -> set[tuple[str, str]]:
     """Return each guarantee that was given and kept in a run, with its fault; a slow reader is one that stays connected."""
     return {
-        (word, LINK if _column(each) == SLOW else _column(each))
+        (word, LINK if column_of(each) == SLOW else column_of(each))
         for each in runs
         for word in SHOWN
         if each["kept"][word]
     }
 
 
-def _titles(columns: Sequence[str]) -> list[str]:
+def titles(columns: Sequence[str]) -> list[str]:
     return ["connected" if column == LINK else column for column in columns]
 
 
-def _column(one: Mapping[str, Any]) -> str:
+def column_of(one: Mapping[str, Any]) -> str:
     kind: str = one["fault"].partition("=")[0]
     return kind
 
 
 def _cell(word: str, column: str, runs: Sequence[Mapping[str, Any]]) -> str:
-    here = [each for each in runs if _column(each) == column]
+    here = [each for each in runs if column_of(each) == column]
     given = [each for each in here if each["kept"][word] is not None]
     others = [each for each in here if each["kept"][word] is None]
     harmed = sum(word in each["harmed"] for each in others)
@@ -204,11 +204,11 @@ def _cell(word: str, column: str, runs: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _what(design: str, column: str, runs: Sequence[Mapping[str, Any]]) -> str:
-    found = [each["seen"] for each in runs if each["design"] == design and _column(each) == column]
+    found = [each["seen"] for each in runs if each["design"] == design and column_of(each) == column]
     return found[0] if found else ""
 
 
-def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     lines = [header, ["-" * len(name) for name in header], *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 

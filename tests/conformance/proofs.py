@@ -172,13 +172,14 @@ def _row(proof: Proof) -> dict[str, Any]:
 
 def digest(plan: Plan) -> str:
     """Return a text that is the same for equal plans."""
-    return sha256(json.dumps(asdict(plan), sort_keys=True).encode()).hexdigest()[:12]
+    stated = {name: value for name, value in asdict(plan).items() if name != "needs" or value}
+    return sha256(json.dumps(stated, sort_keys=True).encode()).hexdigest()[:12]
 
 
 def replayed(row: Mapping[str, Any]) -> Outcome:
     """Return the outcome of a recorded run, without its timeline."""
-    parts = {name: tuple(row[name]) for name in ("refused", "sent", "arrived")}
-    return Outcome(row["by"], (), row["matched"], not_created=row["not_created"], **parts)
+    refused, sent, arrived = (tuple(row[name]) for name in ("refused", "sent", "arrived"))
+    return Outcome(row["by"], (), row["matched"], sent, arrived, refused, row["not_created"])
 
 
 if __name__ == "__main__":

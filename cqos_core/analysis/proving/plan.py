@@ -73,6 +73,7 @@ class Plan:
         period: seconds between two samples.
         fault: what is injected once some of the samples that are not early have been sent. A slow reader is slow throughout.
         patience: seconds after which the run ends once all samples are sent, whatever is still missing.
+        needs: what the subscriber needs, by word; durations in nanoseconds.
     """
 
     protocol: str
@@ -88,6 +89,7 @@ class Plan:
     period: float = 0.02
     fault: Fault | None = None
     patience: float = 5.0
+    needs: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +97,7 @@ class Event:
     """One line of the timeline.
 
     Attributes:
-        at: seconds since the run began.
+        at: seconds since the run began; None where steps have an order and no time.
         who: ``publisher``, ``subscriber``, ``link`` or ``broker``.
         what: one word: ``created``, ``refused`` (it could not be created), ``crashed``, ``matched``, ``unmatched``, ``incompatible``,
             ``sent``, ``arrived``, ``killed``, ``started``, ``stopped``, ``cut``, ``restored``; packs may add others.
@@ -103,7 +105,7 @@ class Event:
         text: the policy, the reason, or what else there is to say.
     """
 
-    at: float
+    at: float | None
     who: str
     what: str
     number: int | None = None
@@ -127,6 +129,8 @@ class Outcome:
         refused: policies that the middleware named as the reason of not matching.
         sent: the numbers of samples sent, in order.
         arrived: the numbers of samples that the subscriber took, in order, repetitions included.
+        answers: guarantees that all runs keep (true) or some run breaks, where a prover decides that itself; the events are
+            then those of one run for each that is broken.
     """
 
     by: str
@@ -136,6 +140,7 @@ class Outcome:
     arrived: tuple[int, ...] = ()
     refused: tuple[str, ...] = ()
     not_created: Mapping[str, str] = field(default_factory=dict)
+    answers: Mapping[str, bool] = field(default_factory=dict)
 
     @property
     def lost(self) -> tuple[int, ...]:

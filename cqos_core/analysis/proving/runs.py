@@ -12,6 +12,7 @@ from cqos_core.analysis.explanation import explain_pair, settled_pair
 from cqos_core.analysis.proving.plan import End, Fault, NotRunnableError, Plan
 from cqos_core.analysis.system_fixes import with_setting
 from cqos_core.exporters.contract import ExportContext, judged
+from cqos_core.language.domains import Duration
 from cqos_core.language.policy import ENDPOINT, NEED
 from cqos_core.language.values import Depends, is_plain
 from cqos_core.matching.pipeline import with_options
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved
 
+_DURATIONS: Final = ("offline", "max_age", "max_gap", "liveness")
 _ROUNDS: Final = 10
 """Fixes that one pair may take."""
 _SECOND: Final = 1_000_000_000
@@ -135,6 +137,7 @@ def prepare(
         during=during,
         period=seconds,
         fault=fault,
+        needs=_needs(topic),
     )
     survives = tuple(each for each in _needed_faults(topic) if each.kind in prover.faults)
     return Trial(assumed, publisher, subscriber, topic.shown, topic.pack.id, report, plan, prover, name, survives)
@@ -268,6 +271,13 @@ def _needed_faults(topic: MatchedTopic) -> list[Fault]:
     ]
 
 
+def _needs(topic: MatchedTopic) -> dict[str, int]:
+    """Return the values of the subscriber's needs that are stated and known."""
+    values = topic.subscribers[0].profile.values
+    needed = {word: (values[index], nothing) for word, (index, nothing) in topic.pack.needs.items()}
+    return {word: value for word, (value, nothing) in needed.items() if isinstance(value, int) and value != nothing}
+
+
 def _early(topic: MatchedTopic) -> int:
     """Return how many samples are sent before the subscriber starts: as many as it needs of them."""
     index, nothing = topic.pack.needs.get("late_join", (0, None))
@@ -357,6 +367,11 @@ def _changed(
 
 def summary(outcome: Outcome) -> str:
     """Return what happened in one line: ``20 sent, 0 arrived, refused for RELIABILITY``."""
+    if outcome.answers:
+        kept = [word for word, holds in outcome.answers.items() if holds]
+        broken = [word for word, holds in outcome.answers.items() if not holds]
+        said = (("all runs keep", kept), ("some run breaks", broken))
+        return "; ".join(f"{what} {', '.join(words)}" for what, words in said if words)
     parts = [
         (True, f"{len(outcome.sent)} sent, {len(set(outcome.arrived))} arrived"),
         (outcome.repeated, f"{len(outcome.repeated)} more than once"),
@@ -418,10 +433,20 @@ def _broken(trial: Trial, outcome: Outcome) -> list[str]:
     ]
 
 
+def meets_need(word: str, value: str, needed: int | None) -> bool:
+    """Whether what is given meets a need; a word that is no duration is given whole."""
+    if word not in _DURATIONS or needed is None:
+        return True
+    given = Duration().parse(value)
+    return given >= needed if word == "offline" else given <= needed
+
+
 def kept_by(word: str, value: str, plan: Plan, outcome: Outcome) -> bool | None:
     """Return whether a run kept a guarantee; None where a run shows nothing about it, or nothing was guaranteed."""
     if value in {"", "no", "unknown", "none", "0"}:
         return None
+    if outcome.answers:
+        return outcome.answers.get(word) if meets_need(word, value, plan.needs.get(word)) else None
     early = {number for number in outcome.sent if number < plan.early}
     if word == "late_join":
         return len(early & set(outcome.arrived)) >= min(int(value), len(early)) if value.isdigit() and early else None

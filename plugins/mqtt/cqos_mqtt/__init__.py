@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.plugins import ImporterInfo, RulePackInfo, hookimpl
+from cqos_core.plugins import ExporterInfo, ImporterInfo, RulePackInfo, hookimpl
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,6 +25,13 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
         reader = f"cqos_mqtt.importers.{name}:read"
         declines, inserter = _DECLINED.get(name, ""), _INSERTERS.get(name, "")
         register(ImporterInfo(name, summary, suffixes, claim, reader, declines=declines, inserter=inserter))
+
+
+@hookimpl
+def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
+    """Register the model of pairs for SPIN."""
+    summary = "a Promela model of MQTT pairs for SPIN, with an LTL formula for each guarantee"
+    register(ExporterInfo("promela", summary, ".pml", "cqos_mqtt.exporters.promela:write"))
 
 
 _DOCUMENTS = (".yaml", ".yml", ".json")

@@ -8,7 +8,6 @@ from cqos_core.packs import (
     OUTAGE,
     as_condition,
     broker,
-    define,
     gives,
     offered,
     publisher,
@@ -20,7 +19,6 @@ from cqos_mqtt.broker_policies import (
     BROKER_RECEIVE_MAXIMUM,
     INFLIGHT,
     PERSISTENCE,
-    QUEUED_BYTES,
     QUEUES_QOS0,
 )
 from cqos_mqtt.conditions import in_3_1_1
@@ -30,22 +28,18 @@ from cqos_mqtt.connection_policies import (
     STORES_SESSION,
 )
 from cqos_mqtt.endpoint_policies import (
-    BURST_BYTES,
-    BURSTS,
     EXPIRY,
     IS_WILL,
     OVERLAPPING,
-    PACED,
     QOS,
     QUEUE_LASTS,
     RETAIN,
     RETAIN_HANDLING,
     SHARED,
-    WAITING,
-    WAITING_BYTES,
 )
 from cqos_mqtt.guarantee_terms import (
     BRIDGES_OUTAGE,
+    BURST_FITS,
     COMES_BACK,
     CRASHES,
     ENDS,
@@ -73,10 +67,11 @@ from cqos_mqtt.guarantee_terms import (
     TOO_MANY,
     UNSENT,
     UNSTORED,
+    WAITING_FITS,
     WINDOW,
 )
 from cqos_mqtt.policies import PERIOD
-from cqos_mqtt.rules import EFFECTIVE, GRANTED, ROOM
+from cqos_mqtt.rules import EFFECTIVE, GRANTED
 
 ARRIVAL: Final = (
     gives(
@@ -231,9 +226,7 @@ ARRIVAL: Final = (
     ),
     gives(
         "loss_free",
-        ~requested(PACED)
-        | (requested(BURSTS) == 0)
-        | define("burst_fits", (requested(BURSTS) <= ROOM) & (requested(BURST_BYTES) < broker(QUEUED_BYTES))),
+        BURST_FITS,
         code="MQTT706",
         name="burst-overflows-queue",
         because="more may come at once, on all topics of the client together, than the broker keeps for a connected client",
@@ -242,9 +235,7 @@ ARRIVAL: Final = (
     ),
     gives(
         "loss_free",
-        ~requested(PACED)
-        | (requested(WAITING) == 0)
-        | ((requested(WAITING) <= ROOM) & (requested(WAITING_BYTES) < broker(QUEUED_BYTES))),
+        WAITING_FITS,
         code="MQTT707",
         name="slow-subscriber-overflows-queue",
         because="more comes from one take to the next, on all topics of the client together, than the broker keeps for it",
@@ -253,11 +244,11 @@ ARRIVAL: Final = (
     ),
     gives(
         "latest",
-        (offered(QOS) >= "1") & ((GRANTED >= "1") | GETS_RETAINED),
+        (offered(QOS) >= "1") & (GRANTED >= "1"),
         code="MQTT108",
         name="latest-over-qos-0",
-        because="a message of QoS 0 that is lost at a break is not sent again, and the newest may be the one",
-        clause="MQTT 3.1.1, 4.3.1; MQTT 5.0, 4.3.1",
+        because="a message of QoS 0 that a break loses or a full queue drops is not sent again, and the newest may be the one",
+        clause="MQTT 3.1.1, 4.3.1; MQTT 5.0, 4.3.1; seen by running Mosquitto 2.0.11",
     ),
     gives(
         "latest",
@@ -276,6 +267,15 @@ ARRIVAL: Final = (
         because=EXPIRED,
         clause="MQTT 5.0, MQTT-3.3.2-5",
         help="state `taken_every` of the subscription, no longer than the expiry",
+    ),
+    gives(
+        "latest",
+        BURST_FITS & WAITING_FITS,
+        code="MQTT334",
+        name="latest-overflows-queue",
+        because="the broker drops what comes while the queue of a slow client is full, and the newest may be among it",
+        clause=LIMITS,
+        help=SAY + ", or take messages more often",
     ),
     gives(
         "latest",

@@ -18,6 +18,7 @@ from cqos_mqtt.broker_policies import (
     AUTOSAVE,
     BROKER_SESSION_EXPIRY,
     INFLIGHT,
+    QUEUED_BYTES,
 )
 from cqos_mqtt.conditions import in_3_1_1, keeps_session
 from cqos_mqtt.connection_policies import (
@@ -26,14 +27,19 @@ from cqos_mqtt.connection_policies import (
     SESSION_EXPIRY,
 )
 from cqos_mqtt.endpoint_policies import (
+    BURST_BYTES,
+    BURSTS,
     EXPIRY,
     IS_WILL,
+    PACED,
     QOS,
     RETAIN,
     RETAIN_HANDLING,
     SHARED,
+    WAITING,
+    WAITING_BYTES,
 )
-from cqos_mqtt.rules import EFFECTIVE
+from cqos_mqtt.rules import EFFECTIVE, ROOM
 
 GETS_RETAINED: Final = define(
     "gets_retained", offered(RETAIN) & (requested(RETAIN_HANDLING) != "do_not_send") & ~requested(SHARED)
@@ -70,6 +76,18 @@ FEW_AT_ONCE: Final = define(
 )
 NEVER_EXPIRES: Final = define("never_expires", (offered(EXPIRY) == "infinite") | in_3_1_1(publisher))
 TAKEN_IN_TIME: Final = define("taken_in_time", NEVER_EXPIRES | (requested(TAKEN_EVERY) <= offered(EXPIRY)))
+
+BURST_FITS: Final = (
+    ~requested(PACED)
+    | (requested(BURSTS) == 0)
+    | define("burst_fits", (requested(BURSTS) <= ROOM) & (requested(BURST_BYTES) < broker(QUEUED_BYTES)))
+)
+WAITING_FITS: Final = (
+    ~requested(PACED)
+    | (requested(WAITING) == 0)
+    | ((requested(WAITING) <= ROOM) & (requested(WAITING_BYTES) < broker(QUEUED_BYTES)))
+)
+
 
 SHARES: Final = "each message goes to one member of a share group only"
 FORGETS: Final = "the broker loses its sessions and messages when it is restarted without persistence"

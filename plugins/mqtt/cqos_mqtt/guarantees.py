@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Final
 
 from cqos_core.packs import (
+    OUTAGE,
     RELAYED,
     WORDS,
     Unaffected,
@@ -60,9 +61,11 @@ from cqos_mqtt.guarantee_terms import (
     SAVED_AT_ONCE,
     SAVING,
     SAY,
+    SENDER_BRIDGES_OUTAGE,
+    SENDER_COMES_BACK,
 )
 from cqos_mqtt.policies import PERIOD
-from cqos_mqtt.rules import EFFECTIVE
+from cqos_mqtt.rules import EFFECTIVE, GRANTED
 
 OFFLINE: Final = requested(WORDS["offline"].need)
 LATE_JOIN: Final = requested(WORDS["late_join"].need)
@@ -91,6 +94,13 @@ NOTICED_IN_TIME: Final = define(
     (in_3_1_1(publisher) & (KEEP_ALIVE_NOTICED <= 2 * LIVENESS))
     | (~in_3_1_1(publisher) & (WILL_SENT_AFTER <= 2 * LIVENESS)),
 )
+
+# A retained message of QoS 0 that is lost on its way comes again only in a new session: one that goes on need not subscribe again.
+SENT_AGAIN: Final = define("sent_again", (EFFECTIVE >= "1") | ~COMES_BACK)
+LOST_ONCE: Final = (
+    "a retained message of QoS 0 that the break loses is sent again only where the client subscribes again"
+)
+RETAINED_ONCE: Final = "MQTT 3.1.1, 4.3.1 and MQTT-3.3.1-6; MQTT 5.0, 4.3.1, MQTT-3.3.1-9 and MQTT-3.3.1-10"
 
 ABSENCE_AND_TIME: Final = (
     gives(
@@ -163,6 +173,53 @@ ABSENCE_AND_TIME: Final = (
         because="with retain_handling send_if_new a session that goes on is not sent the retained message again",
         clause="MQTT 5.0, MQTT-3.3.1-10",
         fixes=("retain_handling",),
+    ),
+    gives(
+        "late_join",
+        SENT_AGAIN,
+        survives="link_outage",
+        code="MQTT330",
+        name="retained-lost-in-outage",
+        because=LOST_ONCE,
+        clause=RETAINED_ONCE,
+    ),
+    gives(
+        "late_join",
+        SENT_AGAIN,
+        survives="intermediary_restart",
+        code="MQTT331",
+        name="retained-lost-on-its-way",
+        because=LOST_ONCE,
+        clause=RETAINED_ONCE,
+    ),
+    gives(
+        "late_join",
+        NEVER_EXPIRES | (OUTAGE <= offered(EXPIRY)),
+        survives="link_outage",
+        code="MQTT332",
+        name="retained-expires-in-outage",
+        because="the retained message expires during the outage, and no newer one takes its place",
+        clause="MQTT 5.0, MQTT-3.3.2-5",
+    ),
+    gives(
+        "late_join",
+        NEVER_EXPIRES,
+        survives="publisher_restart",
+        doubt=True,
+        code="MQTT333",
+        name="retained-expires-before-publisher-is-back",
+        because="the retained message expires where the publisher is away for longer",
+        clause="MQTT 5.0, MQTT-3.3.2-5",
+        help="publish without `message_expiry_interval`",
+    ),
+    gives(
+        "ordered",
+        (offered(QOS) == "0") | (SENDER_COMES_BACK & SENDER_BRIDGES_OUTAGE),
+        survives="link_outage",
+        code="MQTT708",
+        name="order-in-new-session",
+        because="a library that sends messages again in a new session sends the oldest of them after newer ones have arrived",
+        clause="MQTT 3.1.1, 4.6 and MQTT-4.4.0-1; MQTT 5.0, 4.6 and MQTT-4.4.0-1",
     ),
     gives(
         "offline",
@@ -267,6 +324,14 @@ ABSENCE_AND_TIME: Final = (
         help="state `period` of the topic",
     ),
     gives(
+        "max_gap",
+        (offered(QOS) >= "1") & (GRANTED >= "1"),
+        code="MQTT513",
+        name="gap-over-qos-0",
+        because="a message of QoS 0 that a break loses or a full queue drops is not sent again",
+        clause="MQTT 3.1.1, 4.3.1; MQTT 5.0, 4.3.1; seen by running Mosquitto 2.0.11",
+    ),
+    gives(
         "liveness",
         (publisher(WILL_TOPIC) != "")
         & publisher(WILL_ALLOWED)
@@ -324,15 +389,9 @@ UNAFFECTED: Final = (
     ),
     Unaffected(
         "ordered",
-        ("link_outage", "subscriber_restart", "publisher_restart"),
+        ("subscriber_restart", "publisher_restart"),
         IN_ORDER,
         "MQTT 3.1.1, MQTT-4.6.0-1 to MQTT-4.6.0-4; MQTT 5.0, MQTT-4.6.0-1 to MQTT-4.6.0-4",
-    ),
-    Unaffected(
-        "late_join",
-        ("link_outage", "publisher_restart"),
-        "the broker keeps a retained message, also while no client is connected",
-        "MQTT 3.1.1, 3.1.2.4 and 3.3.1.3; MQTT 5.0, 3.3.1.3 and 4.1",
     ),
     Unaffected("offline", ("subscriber_restart",), "a restart is an absence", "MQTT 3.1.1, 4.1; MQTT 5.0, 4.1"),
     Unaffected("max_age", ("subscriber_restart",), "the broker drops expired messages", "MQTT 5.0, MQTT-3.3.2-5"),

@@ -91,7 +91,7 @@ PACK: Final = RulePack(
     proofs=PROOFS,
     implementation_option=IMPLEMENTATION.name,
     codes=CODES,
-    provers={"mosquitto": "cqos_mqtt.prove.runner:MOSQUITTO"},
+    provers={"mosquitto": "cqos_mqtt.prove.runner:MOSQUITTO", "spin": "cqos_mqtt.promela.spin:SPIN"},
     panel=PANEL,
     source="OASIS MQTT 3.1.1 and 5.0, Sparkplug B 3.0; manuals of the brokers; Mosquitto by running it",
 )

@@ -1,0 +1,1 @@
+"""Writes systems in forms that tools for MQTT read."""

@@ -1,0 +1,189 @@
+"""Writes docs/conformance-spin.md: what SPIN says of each guarantee of MQTT, beside what C-QoS gives and Mosquitto kept.
+
+python -m tests.conformance.second_opinion             write it from what was recorded
+python -m tests.conformance.second_opinion record      first ask SPIN about all designs, and record its answers
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.analysis.proving import Fault
+from cqos_core.analysis.proving.runs import claims, disagreements, meets_need, named, prepare
+from cqos_core.api import read
+from cqos_core.matching.pipeline import context
+from cqos_mqtt.promela.spin import Spin, version
+from tests.conformance.guarantees import COLUMNS, LINK, ROOT, SHOWN, column_of, table, titles
+from tests.conformance.guarantees import RECORDED as RUNS_RECORDED
+from tests.conformance.test_guarantees_mosquitto import BROKER_FAULTS, FAULTS, KEPT, RUNS, design
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+DOCUMENT: Final = ROOT / "docs" / "conformance-spin.md"
+RECORDED: Final = Path(__file__).with_name("second_opinion.json")
+Design = dict[str, Any]
+Case = tuple[str, Design, Fault | None]
+TIMED: Final = ("offline", "max_age", "max_gap", "liveness")
+WORDS: Final = (*SHOWN, *TIMED)
+_AT_ONCE: Final = 2
+
+INTRODUCTION: Final = """# Second opinion of SPIN on MQTT
+
+Written by `python -m tests.conformance.second_opinion`. {by} checks each guarantee of MQTT in all runs of a model. The model has one
+publisher, one broker, one subscriber and one fault, and {messages} messages. It is built from the values of the pair, and not from
+the rules of C-QoS. [Prove it](prove.md#ask-a-model-checker) describes how to ask SPIN about a pair of your own. [Conformance of
+guarantees](conformance-guarantees.md) has the same designs on {mosquitto}.
+"""
+SUMMARY: Final = """A cell says for how many designs the guarantee holds in all runs of the model, of those for which C-QoS gives it. In brackets:
+how many of the other designs have a run that breaks it. `-`: C-QoS gives it to no design. Empty: the model has no such case."""
+EVERY: Final = """Each cell has three answers: whether C-QoS gives the guarantee, whether the recorded run on {mosquitto} kept it (`-`: no such
+run), and whether it holds in all runs of the model."""
+LIMITS: Final = """## Limits of the model
+
+- A message of QoS 0 may be dropped on each of its two ways. The broker sends a retained message of QoS 0 into an empty buffer, so only a
+  break loses it.
+- Only one fault happens, at any time. A fault whose length is not stated lasts one second.
+- Queues are as small as the few messages need: they overflow where the queue of the design overflows. Other topics of the client are not in the
+  model.
+- Latency has no bound. So `max_gap` compares the period and the messages that are missing, and `max_age` the time in the broker.
+- A broker that stops comes back at once. Where Mosquitto departs from the standard, the model follows the standard.
+- Where C-QoS gives less than the model holds, C-QoS lacks a fact or promises less on purpose: it needs `taken_every` where messages
+  expire, it promises nothing about order after a broker has restarted, and it promises no freedom from duplicates over QoS 1."""
+
+
+def _needing(needs: Design, publication: Design, subscription: Design, *more: Design, **broker: Any) -> Design:
+    return design(publication, {**subscription, "needs": needs}, *more, **broker)
+
+
+def _with_will() -> Design:
+    client = {"keep_alive": 10, "will": {"topic": "gone", "qos": 1}}
+    own = _needing({"liveness": "22s"}, {"qos": 1}, {"qos": 1}, client)
+    own["participants"]["s"]["subscribes"]["gone"] = {"qos": 1}
+    return own
+
+
+_EXPIRES: Final = {"qos": 1, "retain": True, "message_expiry_interval": 60}
+TIMED_DESIGNS: Final = {
+    "an absence of 10 s": _needing({"offline": "10s"}, {"qos": 2}, {"qos": 2}, KEPT, KEPT),
+    "an absence of 10 s, new sessions": _needing({"offline": "10s"}, {"qos": 2}, {"qos": 2}),
+    "an age of 60 s": _needing({"max_age": "60s"}, _EXPIRES, {"qos": 1}, KEPT, KEPT),
+    "an age of 59 s": _needing({"max_age": "59s"}, _EXPIRES, {"qos": 1}, KEPT, KEPT),
+    "a gap of 20 ms, QoS 1": _needing({"max_gap": "20ms"}, {"qos": 1}, {"qos": 1}),
+    "a gap of 20 ms, QoS 0": _needing({"max_gap": "20ms"}, {"qos": 0}, {"qos": 0}),
+    "a Will": _with_will(),
+}
+
+
+def cases() -> list[Case]:
+    """Return all designs, each with each fault: those that run on Mosquitto, and those whose needs are times."""
+    faults = (*FAULTS, *BROKER_FAULTS)
+    timed = [(name, own, fault) for name, own in TIMED_DESIGNS.items() for fault in faults]
+    return [*((name, own, fault) for (name, own), fault in RUNS), *timed]
+
+
+def ask(case: Case, spin: Spin) -> dict[str, Any]:
+    """Return what C-QoS gives a design under a fault, and what SPIN says of each guarantee."""
+    name, own, fault = case
+    where = context()
+    system = named(read(json.dumps(own).encode(), importer="yaml"), where)
+    trial = prepare(system, "p/publisher/t", "s/subscriber/t", where, "spin", fault)
+    outcome = spin.prove(trial.plan)
+    given = {
+        word: value
+        for word, value in claims(trial.report, fault).items()
+        if meets_need(word, value, trial.plan.needs.get(word))
+    }
+    return {
+        "design": name,
+        "fault": LINK if fault is None else str(fault),
+        "given": {word: given[word] for word in WORDS if word in given},
+        "holds": dict(outcome.answers),
+        "contradicted": disagreements(trial, outcome, where),
+    }
+
+
+def record(some: Iterable[Case], spin: Spin) -> dict[str, Any]:
+    """Ask about designs, and return what is recorded."""
+    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True)
+    with ThreadPoolExecutor(_AT_ONCE) as pool:
+        runs = list(pool.map(lambda case: ask(case, spin), some))
+    return {
+        "by": f"SPIN {version()}",
+        "commit": commit.stdout.strip(),
+        "date": datetime.now(timezone.utc).date().isoformat(),
+        "messages": spin.messages,
+        "runs": runs,
+    }
+
+
+def document() -> str:
+    """Return the page."""
+    recorded = json.loads(RECORDED.read_text(encoding="utf-8"))
+    runs: list[dict[str, Any]] = recorded["runs"]
+    beside = json.loads(RUNS_RECORDED.read_text(encoding="utf-8"))["mosquitto"]
+    seen = {(each["design"], each["fault"]): each for each in beside["runs"]}
+    given = [(each, word) for each in runs for word in each["holds"] if word in each["given"]]
+    kept = sum(each["holds"][word] for each, word in given)
+    cells = {(word, column): _cell(word, column, runs) for word in WORDS for column in COLUMNS}
+    rows = [[word, *(cells[word, column] for column in COLUMNS)] for word in WORDS]
+    parts = [
+        INTRODUCTION.format(by=recorded["by"], messages=recorded["messages"], mosquitto=beside["by"]),
+        _when(recorded, kept, len(given)),
+        "## Guarantees and faults",
+        SUMMARY,
+        table(["guarantee", *titles(COLUMNS)], rows),
+        "## Every cell",
+        EVERY.format(mosquitto=beside["by"]),
+    ]
+    for column in COLUMNS:
+        here = [each for each in runs if column_of(each) == column]
+        rows = [[each["design"], *(_answers(each, seen, word) for word in WORDS)] for each in here]
+        parts += [f"### {titles([column])[0]}", table(["design", *WORDS], rows)]
+    wrong = [[each["design"], each["fault"], text] for each in runs for text in each["contradicted"]]
+    if wrong:
+        parts += ["## Disagreements", table(["design", "fault", "what differs"], wrong)]
+    return "\n\n".join(part.rstrip() for part in (*parts, LIMITS)) + "\n"
+
+
+def _when(recorded: dict[str, Any], kept: int, given: int) -> str:
+    where = f"{len(recorded['runs'])} models on {recorded['date']}, commit {recorded['commit'][:12]}"
+    return f"{where}. {kept} of {given} guarantees that C-QoS gives hold in all runs of the model."
+
+
+def _cell(word: str, column: str, runs: Iterable[dict[str, Any]]) -> str:
+    here = [each for each in runs if column_of(each) == column and word in each["holds"]]
+    given = [each["holds"][word] for each in here if word in each["given"]]
+    others = [each["holds"][word] for each in here if word not in each["given"]]
+    parts = [
+        f"{sum(given)} of {len(given)}" if given else "-",
+        f"({others.count(False)} of {len(others)})" if others else "",
+    ]
+    return " ".join(part for part in parts if part) if here else ""
+
+
+def _answers(one: dict[str, Any], seen: dict[tuple[str, str], dict[str, Any]], word: str) -> str:
+    """Return what C-QoS, Mosquitto and SPIN say of a guarantee."""
+    if word not in one["holds"]:
+        return ""
+    ran = seen.get((one["design"], one["fault"]))
+    kept = None if ran is None else ran["kept"].get(word)
+    broke = ran is not None and (word in ran["harmed"] if kept is None else not kept)
+    mosquitto = "-" if ran is None or word not in SHOWN else "broke" if broke else "kept"
+    return f"{'yes' if word in one['given'] else 'no'}, {mosquitto}, {'holds' if one['holds'][word] else 'breaks'}"
+
+
+if __name__ == "__main__":
+    wrong = 0
+    if sys.argv[1:] == ["record"]:
+        found = record(cases(), Spin(shows=False))
+        RECORDED.write_text(json.dumps(found, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+        wrong = sum(len(each["contradicted"]) for each in found["runs"])
+    DOCUMENT.write_text(document(), encoding="utf-8")
+    sys.exit(1 if wrong else 0)
