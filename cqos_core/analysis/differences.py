@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
-from cqos_core.checking.findings import fact
 from cqos_core.exporters.contract import ExportContext, judged
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import Depends, is_plain, normalise
 from cqos_core.matching.pairing import bucket
 from cqos_core.matching.peer_values import settled_profiles
 from cqos_core.model.report import TextEnum
+from cqos_core.resolving.facts import fact
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -6,9 +6,9 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from cqos_core.behaviour.findings import UNMET, behaviour_findings
 from cqos_core.checking.checker import check_system, participant_findings
-from cqos_core.checking.findings import fact, make, one_per_cause
-from cqos_core.checking.timing import UNMET, behaviour_findings
+from cqos_core.checking.findings import make, one_per_cause
 from cqos_core.checking.topic import check_topic, refusing, verdict_between
 from cqos_core.matching.assumptions import assumptions
 from cqos_core.matching.derived_guarantees import derive, faults_between, give, over
@@ -42,6 +42,7 @@ from cqos_core.model.report import (
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.guarantee import LINK
 from cqos_core.paths.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
+from cqos_core.resolving.facts import fact
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping, Sequence

@@ -13,8 +13,8 @@ from cqos_core.behaviour.reach import reached
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Sequence
 
-    from cqos_core.behaviour.counting import Bound
-    from cqos_core.behaviour.graph import Graph, Signals
+    from cqos_core.behaviour.counting import Rate
+    from cqos_core.behaviour.graph import Graph, Wiring
     from cqos_core.behaviour.reach import Reached
     from cqos_core.model.flow import ControlFlow
 
@@ -26,7 +26,7 @@ class Behaviour:
         graph: the nodes; all else names them by their positions in it.
     """
 
-    def __init__(self, graph: Graph, signals: Signals) -> None:
+    def __init__(self, graph: Graph, signals: Wiring) -> None:
         """See `analysed`."""
         self.graph = graph
         self.signals = signals
@@ -51,11 +51,11 @@ class Behaviour:
         """What happens before what."""
         return Order(self.graph, self.signals)
 
-    def thrown(self, nodes: Iterable[int]) -> Bound | None:
+    def thrown(self, nodes: Iterable[int]) -> Rate | None:
         """Return how often some nodes throw together."""
         return added(self.counting.throws(at) for at in nodes)
 
-    def on_topic(self, topic: Hashable) -> Bound | None:
+    def on_topic(self, topic: Hashable) -> Rate | None:
         """Return how often samples come on a topic; None where something else than the processes may publish there."""
         return self.counting.of_topic(topic)
 
@@ -65,6 +65,6 @@ class Behaviour:
         return bound is not None and bound.once <= 1 and not bound.rate
 
 
-def analysed(flows: Sequence[ControlFlow], signals: Signals) -> Behaviour:
+def analysed(flows: Sequence[ControlFlow], signals: Wiring) -> Behaviour:
     """Return what the control flow of all files says, where ``signals`` says which endpoints match."""
     return Behaviour(joined(flows, signals), signals)

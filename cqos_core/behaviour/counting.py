@@ -17,14 +17,14 @@ from cqos_core.behaviour.waiting import Waits, timer_wait
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Sequence
 
-    from cqos_core.behaviour.graph import Graph, Signals
+    from cqos_core.behaviour.graph import Graph, Wiring
     from cqos_core.model.flow import Timer
 
 _MOST_ORIGINS: Final = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Bound:
+class Rate:
     """How often something happens at most by a time t, in nanoseconds: ``once + rate * t``.
 
     Attributes:
@@ -39,7 +39,7 @@ class Bound:
     alone: bool = False
     signals: bool = False
 
-    def times(self, factor: int | Fraction) -> Bound:
+    def times(self, factor: int | Fraction) -> Rate:
         """Return the bound of as many at a time."""
         return replace(self, once=self.once * factor, rate=self.rate * factor)
 
@@ -53,12 +53,12 @@ class Bound:
         return int(1 / self.rate) if self.rate else None
 
 
-NEVER: Final = Bound(Fraction(0))
-ONCE: Final = Bound(Fraction(1))
-_ALONE: Final = Bound(Fraction(1), alone=True)
+NEVER: Final = Rate(Fraction(0))
+ONCE: Final = Rate(Fraction(1))
+_ALONE: Final = Rate(Fraction(1), alone=True)
 
 
-def added(bounds: Iterable[Bound | None]) -> Bound | None:
+def added(bounds: Iterable[Rate | None]) -> Rate | None:
     """Return the bound of all together."""
     once, rate, origins, alone, signals = Fraction(0), Fraction(0), dict[int, None](), False, False
     for each in bounds:
@@ -67,16 +67,16 @@ def added(bounds: Iterable[Bound | None]) -> Bound | None:
         once, rate = once + each.once, rate + each.rate
         origins.update(dict.fromkeys(each.origins))
         alone, signals = alone or each.alone, signals or each.signals
-    return Bound(once, rate, tuple(origins)[:_MOST_ORIGINS], alone, signals)
+    return Rate(once, rate, tuple(origins)[:_MOST_ORIGINS], alone, signals)
 
 
-def tightest(bounds: Iterable[Bound | None]) -> Bound | None:
+def tightest(bounds: Iterable[Rate | None]) -> Rate | None:
     """Return the bound of what happens only together with all of them."""
     known = [each for each in bounds if each is not None]
     return min(known, key=lambda each: (each.rate, each.once), default=None)
 
 
-def scaled(bound: Bound | None, factor: int | None) -> Bound | None:
+def scaled(bound: Rate | None, factor: int | None) -> Rate | None:
     """Return the bound of as many at a time, None where that number has no limit."""
     return None if bound is None or factor is None else bound.times(factor)
 
@@ -94,7 +94,7 @@ class Counting:
         bounds: by position of a node how often it happens, or is entered; then those of topics.
     """
 
-    def __init__(self, graph: Graph, signals: Signals) -> None:
+    def __init__(self, graph: Graph, signals: Wiring) -> None:
         """Count once."""
         self._graph = graph
         self._signals = signals
@@ -102,19 +102,19 @@ class Counting:
         self._size = len(graph.nodes)
         self._thrown = [*graph.thrown_at]
         self._topics = {topic: self._size + number for number, topic in enumerate(self._thrown)}
-        self.bounds: list[Bound | None] = [None] * (self._size + len(self._thrown))
+        self.bounds: list[Rate | None] = [None] * (self._size + len(self._thrown))
         for group in components(range(len(self.bounds)), self._depends):
             if len(group) == 1 and group[0] not in self._depends(group[0]):
                 self.bounds[group[0]] = self._count(group[0])
             else:
                 self._turn(group)
 
-    def of_topic(self, topic: Hashable) -> Bound | None:
+    def of_topic(self, topic: Hashable) -> Rate | None:
         """Return how often the processes publish on a topic; None also where something else may, or has to, publish there."""
         at = self._topics.get(topic)
         return None if at is None or self._signals.is_open(topic) else self.bounds[at]
 
-    def throws(self, at: int) -> Bound | None:
+    def throws(self, at: int) -> Rate | None:
         """Return how often a node throws."""
         return scaled(self.bounds[at], self._graph.nodes[at].times)
 
@@ -136,7 +136,7 @@ class Counting:
             return topics if node.triggers else graph.calls[parent]
         return graph.before[at] or [parent]
 
-    def _count(self, at: int) -> Bound | None:
+    def _count(self, at: int) -> Rate | None:
         """Return the bound of what is in no loop, from the bounds of what it depends on."""
         graph = self._graph
         if at >= self._size:
@@ -161,7 +161,7 @@ class Counting:
             return tightest(incoming)
         return None if len(incoming) > 1 and node.kind == "inclusive" else added(incoming)
 
-    def _instances_of(self, at: int) -> Bound | None:
+    def _instances_of(self, at: int) -> Rate | None:
         """Return how often a process or an event sub-process begins."""
         graph = self._graph
         kinds = {graph.nodes[each].kind for each in graph.inside[at]}
@@ -171,7 +171,7 @@ class Counting:
             return added(self.bounds[each] for each in graph.inside[at] if graph.nodes[each].kind == "start")
         return None if graph.nodes[at].by_event else self._untriggered(at)
 
-    def _inside(self, around: int) -> Bound | None:
+    def _inside(self, around: int) -> Rate | None:
         """Return how often what is in a process or a sub-process is begun."""
         node = self._graph.nodes[around]
         return scaled(self.bounds[around], node.times) if node.kind in ENTERED else None
@@ -181,7 +181,7 @@ class Counting:
         several = [each for _, each in self._graph.nodes[process].participants]
         return None if None in several else sum(each for each in several if each is not None)
 
-    def _untriggered(self, process: int) -> Bound | None:
+    def _untriggered(self, process: int) -> Rate | None:
         """Return how often a process begins by itself, or because it is called."""
         graph = self._graph
         if graph.called_anywhere:
@@ -189,7 +189,7 @@ class Counting:
         own = scaled(_ALONE, self._several(process)) if graph.nodes[process].has_pool else NEVER
         return added([own, *(scaled(self.bounds[each], graph.nodes[each].times) for each in graph.calls[process])])
 
-    def _start(self, at: int) -> Bound | None:
+    def _start(self, at: int) -> Rate | None:
         graph, node = self._graph, self._graph.nodes[at]
         parent = graph.parent[at]
         if graph.nodes[parent].by_event:
@@ -200,14 +200,14 @@ class Counting:
             return self._untriggered(parent)
         return self._triggered(at, scaled(ONCE, self._several(parent)))
 
-    def _event(self, at: int, around: Bound | None) -> Bound | None:
+    def _event(self, at: int, around: Rate | None) -> Rate | None:
         """Return how often an event happens while something else is done, which is begun so often."""
         node = self._graph.nodes[at]
         if not node.triggers or not _OUTSIDE.issuperset({each.kind for each in node.triggers}):
             return None
         return around if node.interrupting else self._triggered(at, around)
 
-    def _triggered(self, at: int, each: Bound | None) -> Bound | None:
+    def _triggered(self, at: int, each: Rate | None) -> Rate | None:
         """Return how often an event is triggered that waits as often."""
         if each is None:
             return None
@@ -235,10 +235,10 @@ class Counting:
                 origins = tuple(timers) or entering.origins
                 self.bounds[at] = replace(entering, rate=entering.once / time, origins=origins)
 
-    def _entering(self, group: Sequence[int]) -> Bound | None:
+    def _entering(self, group: Sequence[int]) -> Rate | None:
         """Return how many tokens enter a loop; None where there are more in it than that, or it is not understood."""
         graph, inside = self._graph, set(group)
-        entering: list[Bound | None] = []
+        entering: list[Rate | None] = []
         for at in group:
             if at >= self._size or not graph.drawn[at]:
                 return None
@@ -258,7 +258,7 @@ class Counting:
         return added(entering)
 
 
-def _of_timer(timer: Timer, each: Bound, at: int) -> Bound | None:
+def _of_timer(timer: Timer, each: Rate, at: int) -> Rate | None:
     """Return how often a timer fires that is started as often."""
     if timer.count is not None:
         return each.times(timer.count)

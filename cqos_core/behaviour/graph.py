@@ -19,7 +19,7 @@ ENTERED: Final = frozenset({"process", "subprocess"})
 
 
 @dataclass(frozen=True, slots=True)
-class Signals:
+class Wiring:
     """What endpoints throw to and catch from.
 
     Attributes:
@@ -95,7 +95,7 @@ class Graph:
         return not (self.before[at] or self.after[at])
 
 
-def joined(flows: Sequence[ControlFlow], signals: Signals) -> Graph:
+def joined(flows: Sequence[ControlFlow], signals: Wiring) -> Graph:
     """Return the graph of all files."""
     graph = Graph()
     for flow in flows:
@@ -110,7 +110,7 @@ def joined(flows: Sequence[ControlFlow], signals: Signals) -> Graph:
     return graph
 
 
-def _add(graph: Graph, flow: ControlFlow, signals: Signals) -> None:
+def _add(graph: Graph, flow: ControlFlow, signals: Wiring) -> None:
     first = len(graph.nodes)
     for at, node in enumerate(flow.nodes, first):
         parent = at if node.parent is None else first + node.parent

@@ -11,7 +11,7 @@ from cqos_core.model.flow import WITHIN
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator
 
-    from cqos_core.behaviour.graph import Graph, Signals
+    from cqos_core.behaviour.graph import Graph, Wiring
 
 _FARTHEST: Final = 6
 """How many signals an order is followed over."""
@@ -22,7 +22,7 @@ _BUDGET: Final = 40
 class Order:
     """The order of the events of all processes."""
 
-    def __init__(self, graph: Graph, signals: Signals) -> None:
+    def __init__(self, graph: Graph, signals: Wiring) -> None:
         """Find dominators and least times once."""
         self._graph = graph
         self._signals = signals

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Hashable
     from collections.abc import Set as AbstractSet
 
-    from cqos_core.behaviour.graph import Graph, Signals
+    from cqos_core.behaviour.graph import Graph, Wiring
 
 _WAITING: Final = frozenset({"start", "catch", "boundary"})
 
@@ -34,7 +34,7 @@ class Reached:
     thrown: AbstractSet[Hashable]
 
 
-def reached(graph: Graph, signals: Signals, *, missing: bool) -> Reached:
+def reached(graph: Graph, signals: Wiring, *, missing: bool) -> Reached:
     """Return what may happen; with ``missing``, also what waits for a topic on which nothing publishes."""
     return _Search(graph, signals, missing=missing).run()
 
@@ -42,7 +42,7 @@ def reached(graph: Graph, signals: Signals, *, missing: bool) -> Reached:
 class _Search:
     """One search from all that happens by itself."""
 
-    def __init__(self, graph: Graph, signals: Signals, *, missing: bool) -> None:
+    def __init__(self, graph: Graph, signals: Wiring, *, missing: bool) -> None:
         self._graph = graph
         self._signals = signals
         self._missing = missing

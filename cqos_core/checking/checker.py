@@ -8,11 +8,12 @@ from functools import partial
 from itertools import chain
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from cqos_core.behaviour.findings import behaviour_findings
 from cqos_core.checking.acceptance import with_acceptances, with_severities
+from cqos_core.checking.excluded import with_behaviour
 from cqos_core.checking.findings import Made, merged, of_participants, one_per_cause
 from cqos_core.checking.partners import partners
 from cqos_core.checking.team import bind_checks, words_asked
-from cqos_core.checking.timing import behaviour_findings, with_behaviour
 from cqos_core.checking.topic import TopicResult, check_topic
 from cqos_core.matching.assumptions import assumptions
 from cqos_core.matching.judge import ask

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.checking.findings import fact
 from cqos_core.language.policy import ENDPOINT, NEED
 from cqos_core.language.values import normalise
 from cqos_core.matching.pipeline import Pipeline
+from cqos_core.resolving.facts import fact
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -12,11 +12,11 @@ from cqos_core.matching.judge import verdict_of
 from cqos_core.matching.peer_values import START_ORDER
 from cqos_core.model.report import Fact, Finding, Severity, Side, Verdict, later
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.resolving.facts import fact
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from cqos_core.language.policy import Policy
     from cqos_core.language.vocabulary import Use
     from cqos_core.matching.judge import Violation
     from cqos_core.matching.outline import Outline
@@ -42,35 +42,6 @@ class Made:
     tags: frozenset[int]
     cause: tuple[str, ...] = ()
     guarantee: str = ""
-
-
-def value_text(policy: Policy, value: Value, written: str | None) -> str:
-    """Print a value; what is undetermined is printed as it was written, with what it depends on."""
-    if isinstance(value, (Anything, Depends)):
-        text = "" if written is None else written
-        if isinstance(value, Anything):
-            return text or "unknown"
-        cases: dict[str, list[str]] = {}
-        for name, case in value.cases:
-            cases.setdefault(value_text(policy, case, None), []).append(name)
-        listed = "; ".join(f"{shown} with {', '.join(names)}" for shown, names in cases.items())
-        return f"{text} ({listed})" if text else f"undetermined ({listed})"
-    return policy.format(value)
-
-
-def fact(resolved: Resolved, profile: QosProfile, index: int) -> Fact:
-    """The value of one policy of one endpoint, with its origin and place."""
-    policy = profile.pack.policies[index]
-    origin, place = resolved.origin(index)
-    value = profile.values[index]
-    settled = resolved.profile is not profile and value != resolved.profile.values[index]
-    written = resolved.written(index)
-    return Fact(
-        policy.name,
-        value_text(policy, value, written),
-        f"settled from {written}" if settled else origin,
-        place,
-    )
 
 
 def _is_news(resolved: Resolved, profile: QosProfile, index: int, *, meeting: bool) -> bool:

@@ -322,6 +322,12 @@ def packs_here(files: Iterable[str]) -> list[RulePack]:
 
 def _check_assumption(assumption: Assignment, where: Context, known: Iterable[str]) -> None:
     """Refuse an option that would have no effect; the packs judge the same of what files say as findings."""
+    from cqos_core.behaviour.sequences import OPTION, OWNER, READINGS
+
+    if assumption.owner == OWNER:
+        if assumption.name != OPTION or assumption.value not in READINGS:
+            raise _refused("--option", f"`{assumption}` is no option; allowed: {OWNER}.{OPTION}={'|'.join(READINGS)}")
+        return
     pack = where.find_pack(assumption.owner)
     if pack is None:
         raise _refused("--option", f"there is no rule pack `{assumption.owner}`{nearest(assumption.owner, known)}")

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING
 import pytest
 
 import cqos_core as cqos
-from cqos_core.behaviour import Signals, analysed
+from cqos_core.behaviour.analysis import analysed
+from cqos_core.behaviour.graph import Wiring
 from cqos_core.bpmn import read
 from cqos_core.importers.source import ReadContext, Source
 from cqos_core.model.flow import ControlFlow, FlowEnds, FlowNode, FlowRunner, Timer, Trigger
 from cqos_core.model.problems import InputError
 from tests.behaviour.drawing import model
+from tests.command import run
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -36,7 +38,7 @@ KINDS: tuple[NodeKind, ...] = (
 SECOND = 10**9
 
 
-def random_flow(size: int, seed: int) -> tuple[ControlFlow, Signals]:
+def random_flow(size: int, seed: int) -> tuple[ControlFlow, Wiring]:
     """Return a random graph of some processes with timers, gateways, sub-processes and loops, and signals among its events."""
     random = Random(seed)  # noqa: S311 - the same models each time
     nodes: list[FlowNode] = []
@@ -70,7 +72,7 @@ def random_flow(size: int, seed: int) -> tuple[ControlFlow, Signals]:
                 members.append(at + 1)
             elif random.random() < 0.2:
                 around = process
-    return ControlFlow("x.bpmn", tuple(nodes), tuple(flows)), Signals(thrown, caught)
+    return ControlFlow("x.bpmn", tuple(nodes), tuple(flows)), Wiring(thrown, caught)
 
 
 def _start(random: Random, at: int, process: int, caught: dict[tuple[str, str], frozenset[object]]) -> FlowNode:
@@ -99,7 +101,7 @@ def _node(
     return FlowNode(f"n{at}", kind, around)
 
 
-def calls(flow: ControlFlow, signals: Signals) -> int:
+def calls(flow: ControlFlow, signals: Wiring) -> int:
     """Return how many functions are called by all analyses together."""
     number = 0
 
@@ -246,3 +248,16 @@ def test_a_reading_that_is_not_known_is_reported_and_assumes_all():
     }
     report = cqos.check(model(pools, options=["bpmn.catch=standing"]), importer="bpmn")
     assert {"CQ208", "BP107"} <= {each.code for each in report.findings}
+
+
+def test_the_command_takes_the_reading_as_an_option(tmp_path):
+    pools = {
+        "A": "s: start\n px: throw x\n py: end y\n s -> px -> py",
+        "B": "cy: start y\n cx: catch x\n cy -> cx -> e",
+    }
+    (tmp_path / "x.bpmn").write_bytes(model(pools))
+    codes = {}
+    for reading in ("at_token", "standing_buffered", "standing"):
+        done = run(["check", "x.bpmn", "--option", f"bpmn.catch={reading}"], tmp_path)
+        codes[reading] = done.code
+    assert codes == {"at_token": 1, "standing_buffered": 0, "standing": 2}

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING
 
-from cqos_core.checking.drawn import behaviour_finding
+from cqos_core.behaviour.drawn import behaviour_finding
 from cqos_core.model.report import Severity
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator
 
+    from cqos_core.behaviour.drawn import Drawn
     from cqos_core.behaviour.reach import Reached
-    from cqos_core.checking.drawn import Drawn
     from cqos_core.model.report import Finding
 
 _LONGEST = 6

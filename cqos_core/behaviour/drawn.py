@@ -7,19 +7,20 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.behaviour import Signals, analysed
-from cqos_core.checking.findings import fact
+from cqos_core.behaviour.analysis import analysed
+from cqos_core.behaviour.graph import Wiring
 from cqos_core.language.domains import Duration
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import INFINITE
 from cqos_core.model.codes import CODES
 from cqos_core.model.report import Finding, Severity, Side
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.resolving.facts import fact
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 
-    from cqos_core.behaviour import Behaviour
+    from cqos_core.behaviour.analysis import Behaviour
     from cqos_core.behaviour.graph import EndpointKey
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Pipeline
@@ -42,7 +43,7 @@ class Drawn:
     def __init__(self, pipeline: Pipeline) -> None:
         """Find out which nodes throw to and catch from which endpoints."""
         self.topics: Mapping[TopicKey, Sequence[Resolved]] = pipeline.topics
-        self._names = _Names(pipeline.system)
+        self._names = _DrawnNames(pipeline.system)
         self._ends: dict[EndpointKey, list[Resolved]] = {}
         for each in pipeline.endpoints:
             key = self._names.key(each)
@@ -50,7 +51,7 @@ class Drawn:
                 self._ends.setdefault(key, []).append(each)
         self.behaviour: Behaviour = analysed(pipeline.system.flows, self._signals(pipeline))
 
-    def _signals(self, pipeline: Pipeline) -> Signals:
+    def _signals(self, pipeline: Pipeline) -> Wiring:
         thrown: dict[EndpointKey, set[Hashable]] = {}
         caught: dict[EndpointKey, set[Hashable]] = {}
         others: set[Hashable] = set()
@@ -63,7 +64,7 @@ class Drawn:
                     (thrown if each.role == PUBLISHER else caught).setdefault(key, set()).add(topic)
         known = {each.stated_id for each in pipeline.endpoints if each.key is not None}
         anything = any(each.role == PUBLISHER and each.id not in known for each in pipeline.system.endpoints)
-        return Signals(
+        return Wiring(
             {key: frozenset(topics) for key, topics in thrown.items()},
             {key: frozenset(topics) for key, topics in caught.items()},
             frozenset(others),
@@ -99,7 +100,7 @@ class Drawn:
             yield from ((each, topics) for each in ends if topics and each.role == SUBSCRIBER)
 
 
-class _Names:
+class _DrawnNames:
     """Tells which endpoint of a file a resolved one is: several files may use one id."""
 
     def __init__(self, system: System) -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.checking.drawn import behaviour_finding, finite, is_one_of, needed, time_text
-from cqos_core.checking.sequences import AT_TOKEN, BUFFERED, OPTION
+from cqos_core.behaviour.drawn import behaviour_finding, finite, is_one_of, needed, time_text
+from cqos_core.behaviour.sequences import AT_TOKEN, BUFFERED, OPTION, OWNER
 from cqos_core.language.policy import TOPIC
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
@@ -13,7 +13,7 @@ from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator
 
-    from cqos_core.checking.drawn import Drawn
+    from cqos_core.behaviour.drawn import Drawn
     from cqos_core.model.report import Finding
     from cqos_core.resolving.resolved import Resolved
 
@@ -40,7 +40,7 @@ def _partners(drawn: Drawn, end: Resolved) -> list[Resolved]:
 
 
 def _worlds(reading: str | None, name: str) -> dict[str, Verdict]:
-    return {f"bpmn.{OPTION}={name}": Verdict.INCOMPATIBLE} if reading is None else {}
+    return {f"{OWNER}.{OPTION}={name}": Verdict.INCOMPATIBLE} if reading is None else {}
 
 
 def _earlier_answer(drawn: Drawn, at: int, end: Resolved, reading: str | None) -> Iterator[Finding]:

@@ -5,19 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.checking.drawn import THROWN, behaviour_finding, finite, is_one_of, time_text
-from cqos_core.checking.findings import fact
+from cqos_core.behaviour.drawn import THROWN, behaviour_finding, finite, is_one_of, time_text
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.report import Severity, Side, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
+from cqos_core.resolving.facts import fact
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator
 
-    from cqos_core.checking.drawn import Drawn
+    from cqos_core.behaviour.drawn import Drawn
     from cqos_core.model.report import Finding
     from cqos_core.resolving.resolved import Resolved
 
+OWNER: Final = "bpmn"
 OPTION: Final = "catch"
 AT_TOKEN, UNBUFFERED, BUFFERED = READINGS = ("at_token", "standing_unbuffered", "standing_buffered")
 """What becomes of a sample that comes while no token waits for it: values of the option ``bpmn.catch``."""
@@ -104,7 +105,7 @@ def _late(once: _Once, publisher: Resolved, subscriber: Resolved, reading: str |
     if not any(lost.values()):
         return
     label = {True: Verdict.INCOMPATIBLE, False: Verdict.COMPATIBLE}
-    worlds = {f"bpmn.{OPTION}={name}": label[is_lost] for name, is_lost in lost.items()}
+    worlds = {f"{OWNER}.{OPTION}={name}": label[is_lost] for name, is_lost in lost.items()}
     names = " and ".join(name for name, is_lost in lost.items() if is_lost)
     message = f"{sent} before a token waits for it at `{subscriber.id}`, so it never arrives with {names}"
     policies = [timing.kept[0]]

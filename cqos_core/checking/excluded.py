@@ -1,46 +1,23 @@
-"""What control flow says about the settings of a system: findings about behaviour, and requirements that it excludes."""
+"""What findings about behaviour do to others: one cause is reported once, and a requirement that is excluded is not met."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from cqos_core.checking.drawn import Drawn, draws
-from cqos_core.checking.rounds import round_findings
-from cqos_core.checking.sequences import OPTION, READINGS, sequence_findings
-from cqos_core.checking.timers import timer_findings
-from cqos_core.checking.unreachable import unreachable_findings
-from cqos_core.language.policy import TOPIC
-from cqos_core.model.remarks import core_finding
+from cqos_core.behaviour.findings import UNMET
+from cqos_core.language.policy import ENDPOINT, TOPIC
 from cqos_core.model.report import Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from cqos_core.checking.findings import Made
-    from cqos_core.matching.pipeline import Pipeline
     from cqos_core.model.report import Finding, Group
-    from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
 
-UNMET = frozenset({"BP109", "BP114"})
-"""Codes of requirements that are certainly not met: the pairs of the subscriber are then incompatible."""
 _GAPS = frozenset({"BP101", "BP103"})
 """Codes of what rules over a stated period also report."""
-
-
-def behaviour_findings(pipeline: Pipeline) -> list[Finding]:
-    """Report what the control flow of a system says for certain; nothing where it draws none."""
-    if not draws(pipeline.system):
-        return []
-    drawn, reading = Drawn(pipeline), reading_of(pipeline.system)
-    return [
-        *_unknown_reading(pipeline.system),
-        *unreachable_findings(drawn),
-        *timer_findings(drawn),
-        *sequence_findings(drawn, reading),
-        *round_findings(drawn, reading),
-    ]
 
 
 def with_behaviour(
@@ -79,22 +56,8 @@ def _of_gaps(packs: Mapping[str, RulePack]) -> set[str]:
     found = set()
     for pack in packs.values():
         indices, timing = pack.vocabulary.indices, pack.timing
-        asked = {indices.get(("endpoint", timing.gap)), indices.get((TOPIC, timing.period))}
+        asked = {indices.get((ENDPOINT, timing.gap)), indices.get((TOPIC, timing.period))}
         for bound in pack.bound_rules:
             if asked == {use.index for use in bound.bound.uses}:
                 found.add(bound.rule.code)
     return found
-
-
-def _unknown_reading(system: System) -> list[Finding]:
-    stated = system.options.get("bpmn", {}).get(OPTION)
-    if stated is None or stated.text in READINGS:
-        return []
-    message = f"option `bpmn.{OPTION}` is `{stated.text[:60]}`, which is not known, so each of its values is assumed"
-    return [core_finding("CQ208", message, place=stated.place, help=f"allowed: {', '.join(READINGS)}")]
-
-
-def reading_of(system: System) -> str | None:
-    """Return what the option ``bpmn.catch`` says, None where it says nothing that is known."""
-    stated = system.options.get("bpmn", {}).get(OPTION)
-    return stated.text if stated is not None and stated.text in READINGS else None

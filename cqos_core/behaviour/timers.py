@@ -9,15 +9,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cqos_core.behaviour.counting import added
-from cqos_core.checking.drawn import behaviour_finding, finite, is_one_of, needed, time_text
+from cqos_core.behaviour.drawn import behaviour_finding, finite, is_one_of, needed, time_text
 from cqos_core.model.report import Fact, Side
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Iterator, Sequence
 
-    from cqos_core.behaviour import Bound
-    from cqos_core.checking.drawn import Drawn
+    from cqos_core.behaviour.counting import Rate
+    from cqos_core.behaviour.drawn import Drawn
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.model.report import Finding
     from cqos_core.resolving.resolved import Resolved
@@ -46,7 +46,7 @@ def timer_findings(drawn: Drawn) -> list[Finding]:
     return found
 
 
-def _sent(drawn: Drawn, ends: Sequence[Resolved]) -> Bound | None:
+def _sent(drawn: Drawn, ends: Sequence[Resolved]) -> Rate | None:
     """Return how often endpoints are published to; None where something else than a drawn event may do so."""
     drawn_ends = [each for each in ends if drawn.nodes([each])]
     return drawn.behaviour.thrown(drawn.nodes(ends)) if len(drawn_ends) == len(ends) else None
@@ -146,7 +146,7 @@ def _subject(ends: Sequence[Resolved]) -> str:
     return f"{ends[0].role} `{ids[0]}`{more}"
 
 
-def often(bound: Bound) -> str:
+def often(bound: Rate) -> str:
     """Say how often at most, in words."""
     period = bound.mean_period
     if period is not None:
@@ -154,7 +154,7 @@ def often(bound: Bound) -> str:
     return f"at most {bound.once} sample{'s' if bound.once > 1 else ''} in all"
 
 
-def why(drawn: Drawn, bound: Bound) -> str:
+def why(drawn: Drawn, bound: Rate) -> str:
     """Say which timers limit a rate."""
     said = []
     for at in bound.origins:
@@ -166,7 +166,7 @@ def why(drawn: Drawn, bound: Bound) -> str:
     return f": {' and '.join(said)}" if said else ""
 
 
-def timers_of(drawn: Drawn, bound: Bound) -> list[Side]:
+def timers_of(drawn: Drawn, bound: Rate) -> list[Side]:
     """Return the timer that limits a rate, with the mean period as a fact."""
     period = bound.mean_period
     if period is None or not bound.origins:
@@ -176,7 +176,7 @@ def timers_of(drawn: Drawn, bound: Bound) -> list[Side]:
     return [Side("timer", (node.id,), "fires here", (stated,), node.place)]
 
 
-def assumed(bound: Bound, gap: int, outside: str = "") -> Iterable[str]:
+def assumed(bound: Rate, gap: int, outside: str = "") -> Iterable[str]:
     """Return the assumptions that a claim rests on, in words."""
     longest = max(gap, bound.mean_period or 0)
     yield f"devices stay up for longer than {time_text(longest)}"
