@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cqos_core.analysis.applying import Edited
     from cqos_core.analysis.differences import Diff, Different, Missing, Named
     from cqos_core.analysis.pair_judge import PairJudge, PairProfile
-    from cqos_core.api import apply, check, check_pair, diff, explain, read
+    from cqos_core.api import apply, check, check_pair, diff, explain, read, repair, suggest
     from cqos_core.checking.session import Session
     from cqos_core.language.values import INFINITE
     from cqos_core.model.changes import Changes, Counts
@@ -64,10 +64,12 @@ if TYPE_CHECKING:
         TeamRule,
         Topic,
     )
+    from cqos_core.planning.search import Plan, PlannedChange
 
 _HOMES: Final = {
     "analysis.applying": ("Edited",),
-    "api": ("apply", "check", "check_pair", "diff", "explain", "read"),
+    "api": ("apply", "check", "check_pair", "diff", "explain", "read", "repair", "suggest"),
+    "planning.search": ("Plan", "PlannedChange"),
     "analysis.differences": ("Diff", "Different", "Missing", "Named"),
     "language.policy": ("INFINITE",),
     "model.problems": ("ConditionError", "CqosError", "InputError", "PackError", "Problem", "SentenceError"),
@@ -152,6 +154,8 @@ __all__ = [
     "PairReport",
     "Participant",
     "Place",
+    "Plan",
+    "PlannedChange",
     "PolicyComparison",
     "Problem",
     "Profile",
@@ -176,6 +180,8 @@ __all__ = [
     "diff",
     "explain",
     "read",
+    "repair",
+    "suggest",
 ]
 
 

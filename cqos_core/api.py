@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from os import PathLike
+from os import PathLike, fspath
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cqos_core.analysis.explanation import explain_pair
 from cqos_core.analysis.pair_judge import are_maps, pack_is_there, stated_pairs
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.trial import tried_out
+from cqos_core.inputs.loading import load_paths
+from cqos_core.inputs.merging import merge
 from cqos_core.inputs.reading import Input, faults, faults_of, read, source_of
 from cqos_core.language.values import INFINITE
 from cqos_core.matching.pipeline import (
@@ -25,12 +28,13 @@ from cqos_core.model.system import System
 from cqos_core.plugins import Plugins
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from cqos_core.analysis.applying import Edited
     from cqos_core.analysis.differences import Diff
     from cqos_core.model.report import PairReport, Remedy, Report
     from cqos_core.packs.pack import RulePack
+    from cqos_core.planning.search import Plan
 
 
 def check(
@@ -91,6 +95,97 @@ def apply(inputs: Input | Sequence[Input], fixes: Iterable[Remedy | Edit], *, im
             source = source_of(each, position)
             sources[source.name] = source.data
     return apply_edits(sources, edits, importer)
+
+
+def repair(
+    inputs: Input | Sequence[Input],
+    *,
+    keep: Sequence[str] = (),
+    decide: bool = False,
+    importer: str | None = None,
+    protocol: str | None = None,
+    options: Mapping[str, Mapping[str, SettingValue]] | None = None,
+    packs: Iterable[RulePack] = (),
+) -> Plan:
+    """Find the changes of least weight after which no pair is incompatible and all requirements hold.
+
+    >>> plan = repair("system.yaml", keep=["lidar/*"])
+    >>> [change.text for change in plan.changes]
+    >>> plan.edited.write()
+
+    Args:
+        inputs: paths or bytes, one or several; together they are one system.
+        keep: shell patterns of endpoints, participants and files that stay as they are.
+        decide: unknown pairs have to become compatible, too.
+        importer: read all inputs with this importer.
+        protocol: pack id for participants that state none.
+        options: by pack id, laid over those of the inputs.
+        packs: further rule packs beside the installed ones.
+
+    Returns:
+        The plan with its new texts, checked again; or a conflicting set. Nothing is written until `Edited.write` is called.
+
+    Raises:
+        InputError: an input cannot be read.
+        CqosError: OR-tools is not installed (extra ``repair``), or found no answer in time.
+    """
+    from cqos_core.planning.search import find_repair
+
+    packs = list(packs)
+    where = context(packs, protocol)
+    sources, again = _texts_of(inputs, importer, protocol, _by_pack(options or {}, where, packs), where)
+    return find_repair(sources, again, where, keep=keep, decide=decide, importer=importer)
+
+
+def suggest(
+    inputs: Input | Sequence[Input],
+    *,
+    importer: str | None = None,
+    protocol: str | None = None,
+    options: Mapping[str, Mapping[str, SettingValue]] | None = None,
+    packs: Iterable[RulePack] = (),
+) -> Plan:
+    """Find the weakest settings that meet all requirements, for endpoints that state no settings; see `repair`.
+
+    Raises:
+        InputError: an input cannot be read.
+        CqosError: OR-tools is not installed (extra ``repair``), or found no answer in time.
+    """
+    from cqos_core.planning.suggestion import find_suggestion
+
+    packs = list(packs)
+    where = context(packs, protocol)
+    sources, again = _texts_of(inputs, importer, protocol, _by_pack(options or {}, where, packs), where)
+    return find_suggestion(sources, again, where, importer=importer)
+
+
+def _texts_of(
+    inputs: Input | Sequence[Input],
+    importer: str | None,
+    protocol: str | None,
+    options: Mapping[str, Mapping[str, SettingValue]],
+    where: Context,
+) -> tuple[Mapping[str, bytes], Callable[[Mapping[str, bytes]], System]]:
+    """Return the texts of inputs, by name, and what reads them again with other texts."""
+    from cqos_core.analysis.applying import read_texts
+
+    each = [inputs] if isinstance(inputs, (str, bytes, PathLike, System)) else list(inputs)
+    if any(isinstance(one, System) for one in each):
+        raise TypeError("a plan changes texts: give paths or bytes, no System")
+    sources = dict(read(*each, importer=importer, protocol=protocol).sources)
+    names: list[str] = []
+    for position, one in enumerate(each):
+        if isinstance(one, (str, PathLike)) and Path(one).is_dir():
+            names += [path for path, _ in load_paths([fspath(one)], importer, protocol=protocol).systems]
+        else:
+            names.append(source_of(each, position).name)
+            sources.setdefault(names[-1], source_of(each, position).data)
+
+    def again(texts: Mapping[str, bytes]) -> System:
+        systems = read_texts(names, {**sources, **texts}, importer, protocol=protocol)
+        return with_options(tried_out(merge(systems), protocol), options, where)
+
+    return sources, again
 
 
 def diff(
@@ -206,5 +301,7 @@ __all__ = [
     "faults",
     "faults_of",
     "read",
+    "repair",
+    "suggest",
     "with_options",
 ]

@@ -131,6 +131,8 @@ def read_texts(
     """
 
     def opener(name: str, relative_to: str) -> Source:
+        if name in texts and name.startswith("<bytes"):
+            return Source(name, texts[name])
         source = open_file(name, relative_to)
         return replace(source, data=texts.get(source.name, source.data))
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
-    from cqos_core.planning.search import Change, Plan
+    from cqos_core.planning.search import Plan, PlannedChange
 
 _DONE, _OPEN = 0, 1
 _VERSION: Final = 1
@@ -41,11 +41,20 @@ class PlanRun:
     show_diff: bool
 
 
+@dataclass(frozen=True, slots=True)
+class PlanWords:
+    """What a command says where nothing has to change, where nothing can, and of a plan that is proven."""
+
+    nothing: str
+    impossible: str
+    least: str
+
+
 def carry_out(
     ctx: click.Context,
     run: PlanRun,
     make: Callable[[System, Callable[[Mapping[str, bytes]], System], InputReader], Plan],
-    nothing: str,
+    words: PlanWords,
 ) -> int:
     """Read the paths as one system, make the plan, and print or write it; return the exit code.
 
@@ -53,7 +62,7 @@ def carry_out(
         ctx: of the command.
         run: what the command line says.
         make: makes the plan of a system, which it may read again with other texts.
-        nothing: what to say where nothing has to change.
+        words: of the command.
     """
     if STDIN in run.paths:
         raise click.UsageError("a plan changes files, and `-` is none.", ctx)
@@ -78,7 +87,7 @@ def carry_out(
     elif run.form == "json":
         emit(_as_json(plan, written=run.fix and plan.confirmed))
     else:
-        emit(_as_text(plan, run, nothing))
+        emit(_as_text(plan, run, words))
     for finding in plan.left if plan.confirmed else ():
         say(f"{finding.code} stays: {finding.message}", severity="note", choice=run.color)
     unknown = sum(group.pairs for group in plan.after.groups if group.verdict is Verdict.UNKNOWN)
@@ -91,13 +100,13 @@ def carry_out(
     return _DONE if plan.confirmed and not plan.left and (run.fix or not plan.changes) else _OPEN
 
 
-def _as_text(plan: Plan, run: PlanRun, nothing: str) -> str:
+def _as_text(plan: Plan, run: PlanRun, words: PlanWords) -> str:
     colors = paint(color=colored(run.color, sys.stdout))
     if plan.confirmed and not plan.changes:
-        return f"{nothing}\n"
+        return f"{words.nothing}\n"
     lines: list[str] = []
     if plan.conflict:
-        lines.append(colors("there is no repair: these exclude each other, and none of them can be left out", "title"))
+        lines.append(colors(words.impossible, "title"))
         for part in plan.conflict:
             lines += _wrapped(f"- {clean(part)}", "  ")
         return "\n".join(lines) + "\n"
@@ -112,7 +121,10 @@ def _as_text(plan: Plan, run: PlanRun, nothing: str) -> str:
             lines += _wrapped(f"because of {clean(reason)}", "  ")
         lines.append("")
     done = "written" if run.fix else "not written: --fix writes them, --diff prints them"
-    least = "no repair has less" if plan.proven else "the time was too short to prove that no repair has less"
+    least = words.least if plan.proven else f"the time was too short to prove that {words.least}"
+    for cost in plan.costs:
+        lines += _wrapped(clean(cost), "")
+    lines += [""] if plan.costs else []
     total = f"{plural(len(plan.changes), 'change')} of weight {plan.weight}, {least}; checked again; {done}"
     lines += _wrapped(total, "")
     return "\n".join(lines) + "\n"
@@ -122,7 +134,7 @@ def _wrapped(text: str, indent: str) -> list[str]:
     return [f"{indent}{line}" for line in wrap(text, width() - len(indent))]
 
 
-def _about(change: Change) -> str:
+def _about(change: PlannedChange) -> str:
     parts = [f"was {change.old}"]
     if change.kind == "needs_code":
         parts.append("a promise that the program must keep")
@@ -136,7 +148,7 @@ def _about(change: Change) -> str:
 def _as_json(plan: Plan, *, written: bool) -> str:
     at = exact({edit.place for each in plan.changes for edit in each.edits}, plan.edited.before)
 
-    def change(each: Change) -> dict[str, Any]:
+    def change(each: PlannedChange) -> dict[str, Any]:
         edits = [{**asdict(edit), "place": str(at[edit.place])} for edit in each.edits]
         return {**asdict(each), "edits": edits}
 
@@ -148,6 +160,7 @@ def _as_json(plan: Plan, *, written: bool) -> str:
         "written": written,
         "changes": [change(each) for each in plan.changes],
         "conflict": list(plan.conflict),
+        "costs": list(plan.costs),
         "left": [{"code": each.code, "message": each.message} for each in plan.left] if plan.confirmed else [],
     }
     return json.dumps(document, indent=2) + "\n"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cqos_core.cli.parameters import color_option, debug_option, form_option
-from cqos_core.cli.plans import PlanRun, carry_out
+from cqos_core.cli.plans import PlanRun, PlanWords, carry_out
 from cqos_core.cli.reading import ReadingOptions, reading_options
 
 if TYPE_CHECKING:
@@ -16,6 +16,13 @@ if TYPE_CHECKING:
     from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
     from cqos_core.planning.search import Plan
+
+
+_WORDS = PlanWords(
+    nothing="nothing has to change: no pair is incompatible, and no requirement is violated",
+    impossible="there is no repair: these exclude each other, and none of them can be left out",
+    least="no repair has less",
+)
 
 
 @click.command(
@@ -73,6 +80,4 @@ def repair(
         )
 
     run = PlanRun(paths, reading, form, color, fix=fix, show_diff=show_diff)
-    ctx.exit(
-        carry_out(ctx, run, plan, "nothing has to change: no pair is incompatible, and no requirement is violated")
-    )
+    ctx.exit(carry_out(ctx, run, plan, _WORDS))

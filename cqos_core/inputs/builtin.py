@@ -78,6 +78,7 @@ def register_commands(register: Callable[[CommandInfo], None]) -> None:
         ("prove", "Run pairs on real middleware, before the fix and after it."),
         ("convert", "Write a system in another form: as a design in YAML, as parameters, as code."),
         ("repair", "Find the smallest set of changes after which nothing is incompatible."),
+        ("suggest", "Find the weakest settings that meet the requirements of endpoints without settings."),
         ("diff", "Say what two systems say differently about the same topics and endpoints."),
         ("rule", "Say what a rule or code means, why, and what to do."),
         ("packs", "List rule packs, file formats and other plugins."),

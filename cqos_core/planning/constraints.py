@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from cqos_core.language.relation import positions
@@ -89,7 +89,7 @@ class Goals:
 
     decide: bool = False
     severities: frozenset[str] = frozenset({"error"})
-    excused: Collection[tuple[str, str]] = field(default=frozenset())
+    excused: Collection[tuple[str, str]] = frozenset()
 
 
 def constraints_of(topic: MatchedTopic, goals: Goals) -> Iterator[Constraint]:

@@ -100,7 +100,11 @@ class Model:
 
 
 def build(
-    topics: Topics, active: Iterable[TopicKey], goals: Goals, keep: Sequence[str], may: Callable[[Resolved], bool]
+    topics: Topics,
+    active: Iterable[TopicKey],
+    goals: Goals,
+    keep: Sequence[str] = (),
+    may: Callable[[Resolved, int], bool] = lambda _endpoint, _index: True,
 ) -> Model:
     """Build the model of some topics.
 
@@ -109,7 +113,7 @@ def build(
         active: the topics to take into the model.
         goals: what the repair is for.
         keep: patterns of what stays as it is.
-        may: whether an endpoint may change at all.
+        may: whether a policy of an endpoint may change, by its index.
     """
     drafts = _relevant([each for key in active for each in constraints_of(settled(topics[key]), goals)])
     pools = _pools(drafts)
@@ -139,7 +143,7 @@ Pools = dict[tuple[str, str, int], set["Plain"]]
 
 
 def _relevant(drafts: Sequence[Constraint]) -> list[Constraint]:
-    """Return the constraints that a repair may touch: they share changeable policies with broken ones, directly or in turn."""
+    """Return the constraints that changes may touch: they share changeable policies with broken ones, directly or in turn."""
     reading = [({(end.profile.pack.id, use.index) for end, use in changeable(each)}, each) for each in drafts]
     found: set[tuple[str, int]] = set()
     waiting = [policies for policies, each in reading if each.broken]
@@ -188,7 +192,7 @@ class _Stated:
     topics: Topics
     pools: Pools
     keep: Sequence[str]
-    may: Callable[[Resolved], bool]
+    may: Callable[[Resolved, int], bool]
     found: dict[tuple[str, int], list[Statement]] = field(default_factory=dict)
     owners: dict[Hashable, set[str]] = field(default_factory=dict)
 
@@ -200,18 +204,17 @@ class _Stated:
             self.indices.setdefault((pack, topic), []).append(index)
         for endpoints in self.topics.values():
             for endpoint in endpoints:
-                if endpoint.carried is None and self.may(endpoint):
+                if endpoint.carried is None:
                     self._note(endpoint)
 
     def _note(self, endpoint: Resolved) -> None:
         for index in self.indices_of(endpoint):
-            if (
-                endpoint.pack.policies[index].level == ENDPOINT
-                and endpoint.role not in endpoint.pack.policies[index].roles
-            ):
+            policy = endpoint.pack.policies[index]
+            absent = policy.level == ENDPOINT and endpoint.role not in policy.roles
+            if absent or not self.may(endpoint, index):
                 continue
             values = self.pools[endpoint.pack.id, endpoint.shown, index]
-            known = spellable(endpoint.pack.policies[index], values, [endpoint.profile.values[index]])
+            known = spellable(policy, values, [endpoint.profile.values[index]])
             stated = self.found.setdefault((endpoint.id, index), [])
             for each in statements(endpoint, index, known):
                 same = next((other for other in stated if other.place == each.place), None)

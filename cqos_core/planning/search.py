@@ -27,13 +27,17 @@ if TYPE_CHECKING:
     from cqos_core.model.report import Edit, Finding, Report
     from cqos_core.model.system import Role, System
     from cqos_core.planning.slots import Slot
+    from cqos_core.resolving.resolved import Resolved
 
 _ROUNDS: Final = 200
 """So many plans are checked before C-QoS says that it found no repair that a check confirms."""
 
 
+_ENOUGH: Final = "no requirement needs more"
+
+
 @dataclass(frozen=True, slots=True)
-class Change:
+class PlannedChange:
     """One change of a plan.
 
     Attributes:
@@ -73,9 +77,10 @@ class Plan:
         tried: how many plans were checked.
         edited: the texts.
         before, after: reports of the texts.
+        costs: what is known of the cost of the changes.
     """
 
-    changes: tuple[Change, ...]
+    changes: tuple[PlannedChange, ...]
     weight: int
     confirmed: bool
     proven: bool
@@ -84,6 +89,7 @@ class Plan:
     edited: Edited
     before: Report
     after: Report
+    costs: tuple[str, ...] = ()
 
     @property
     def left(self) -> tuple[Finding, ...]:
@@ -91,28 +97,11 @@ class Plan:
         return tuple(each for each in self.after.findings if each.severity is Severity.ERROR and each.accepted is None)
 
 
-class Search(NamedTuple):
-    """How to search.
-
-    Attributes:
-        goals: what the changes are for.
-        keep: shell patterns of endpoints, participants and files that stay as they are.
-        may: whether an endpoint may change.
-        from_scratch: all topics are looked at, and the weights are those of values rather than of changes.
-    """
-
-    goals: Goals = Goals()
-    keep: Sequence[str] = ()
-
-
-class _Checked(NamedTuple):
+class CheckedSystem(NamedTuple):
     """A system with its report and its endpoints by topic."""
 
     pipeline: Pipeline
     report: Report
-
-
-Read = "Callable[[Mapping[str, bytes]], System]"
 
 
 def find_repair(
@@ -137,17 +126,19 @@ def find_repair(
     Raises:
         CqosError: OR-tools is not installed, or found no answer in time.
     """
-    before = _checked(read(sources), context)
-    goals = Goals(decide=decide, excused=_excused(before.report))
+    before = checked(read(sources), context)
+    goals = Goals(decide=decide, excused=accepted_of(before.report))
     active = [key for key in before.pipeline.topics if _is_broken(key, before, decide=decide)]
-    return _Repair(sources, read, context, importer, before, goals, keep, active).search()
+    return Search(sources, read, context, importer, before, goals, active, keep).run()
 
 
-def _checked(system: System, context: Context) -> _Checked:
-    return _Checked(Pipeline(system, context), check_system(system, context))
+def checked(system: System, context: Context) -> CheckedSystem:
+    """Check a system."""
+    return CheckedSystem(Pipeline(system, context), check_system(system, context))
 
 
-def _excused(report: Report) -> frozenset[tuple[str, str]]:
+def accepted_of(report: Report) -> frozenset[tuple[str, str]]:
+    """Return the codes of accepted findings with the endpoints that they name."""
     accepted = (each for each in report.findings if each.accepted is not None)
     return frozenset((each.code, member) for each in accepted for member in each.endpoints)
 
@@ -158,7 +149,7 @@ def _bad(report: Report, *, decide: bool) -> set[str]:
     return {group.topic for group in report.groups if group.verdict.rank > worst.rank}
 
 
-def _is_broken(key: TopicKey, checked: _Checked, *, decide: bool) -> bool:
+def _is_broken(key: TopicKey, checked: CheckedSystem, *, decide: bool) -> bool:
     endpoints = checked.pipeline.topics[key]
     names = {each.shown for each in endpoints}
     ids = {each.id for each in endpoints}
@@ -169,17 +160,29 @@ def _is_broken(key: TopicKey, checked: _Checked, *, decide: bool) -> bool:
 
 
 @dataclass(slots=True)
-class _Repair:
+class Search:
+    """A search for changes of texts.
+
+    Attributes:
+        sources: the texts, by name.
+        read: reads texts as one system.
+        importer: reads all texts, if given.
+        before: the system as it is.
+        active: the topics in the model; those that a check finds in trouble are added.
+        may: whether a policy of an endpoint may change, by its index.
+    """
+
     sources: Mapping[str, bytes]
     read: Callable[[Mapping[str, bytes]], System]
     context: Context
     importer: str | None
-    before: _Checked
+    before: CheckedSystem
     goals: Goals
-    keep: Sequence[str]
     active: list[TopicKey]
+    keep: Sequence[str] = ()
+    may: Callable[[Resolved, int], bool] = lambda _endpoint, _index: True
 
-    def search(self) -> Plan:
+    def run(self) -> Plan:
         """Solve and check, until a check confirms a plan or none is left."""
         cuts: list[tuple[Hashable, Mapping[Hashable, int]]] = []
         refused: dict[Hashable, str] = {}
@@ -204,11 +207,11 @@ class _Repair:
         return self._plan((), 0, _ROUNDS)
 
     def _model(self) -> Model:
-        return build(self.before.pipeline.topics, self.active, self.goals, self.keep, lambda _each: True)
+        return build(self.before.pipeline.topics, self.active, self.goals, self.keep, self.may)
 
     def _plan(
         self,
-        changes: tuple[Change, ...],
+        changes: tuple[PlannedChange, ...],
         weight: int,
         tried: int,
         edited: Edited | None = None,
@@ -232,7 +235,7 @@ class _Repair:
             before if after is None else after,
         )
 
-    def _applied(self, changes: Sequence[Change]) -> Edited:
+    def _applied(self, changes: Sequence[PlannedChange]) -> Edited:
         return apply_edits(self.sources, (edit for each in changes for edit in each.edits), self.importer)
 
     def _widened(self, objections: Iterable[tuple[Hashable, str, object]]) -> bool:
@@ -246,17 +249,17 @@ class _Repair:
         self.active += keys
         return bool(keys)
 
-    def _changes(self, model: Model, chosen: Mapping[Hashable, int]) -> tuple[Change, ...]:
+    def _changes(self, model: Model, chosen: Mapping[Hashable, int]) -> tuple[PlannedChange, ...]:
         made = []
         for place, number in chosen.items():
             slot, new = model.slots[place], model.slots[place].candidates[number]
             without = {other: at for other, at in chosen.items() if other != place}
-            broken = dict.fromkeys(_reason(each) for each in _violated(model, without, slot))
+            broken = dict.fromkeys(_reason(each) for each in _violated(model, without, slot)) or (_ENOUGH,)
             members = tuple(sorted({each.id for end, _ in slot.readers for each in end.endpoints}))
             end, index = slot.readers[0]
             value = slot.policy.domain.format(new.value)  # type: ignore[arg-type]
             made.append(
-                Change(
+                PlannedChange(
                     text=_text(slot, value, members),
                     policy=slot.policy.name,
                     old=slot.policy.format(end.profile.values[index]),
@@ -281,7 +284,7 @@ class _Repair:
             places = {place for place in chosen if edit in model.slots[place].candidates[chosen[place]].edits}
             return None, [(("edit", "", str(edit.place)), f"{edit.place} cannot be edited: {reason}", places)]
         try:
-            after = _checked(self.read({**self.sources, **edited.texts}), self.context)
+            after = checked(self.read({**self.sources, **edited.texts}), self.context)
         except InputError as error:
             return None, [(("read", ""), f"the changed texts cannot be read: {error}", set())]
         found: dict[Hashable, tuple[str, set[Hashable]]] = {}
@@ -290,7 +293,7 @@ class _Repair:
             found[code, topic] = (text, set() if whole else model.topics.get(topic, set()))
         return after.report, [(name, *rest) for name, rest in found.items()]
 
-    def _faults(self, after: _Checked) -> Iterable[tuple[str, str, str]]:
+    def _faults(self, after: CheckedSystem) -> Iterable[tuple[str, str, str]]:
         """Yield what is not as it has to be: code, topic and words."""
         before, report = self.before.report, after.report
         ranks = {
@@ -299,29 +302,19 @@ class _Repair:
             for p in each.publishers
             for s in each.subscribers
         }
+        names = {each.shown for key in self.active for each in self.before.pipeline.topics[key]}
         allowed = Verdict.COMPATIBLE if self.goals.decide else Verdict.UNKNOWN
         for group in report.groups:
             was = max(ranks.get((p, s, group.topic), 0) for p in group.publishers for s in group.subscribers)
-            excused = any((code, each) in self.goals.excused for code in group.codes for each in group.subscribers)
-            if (group.verdict.rank > allowed.rank or group.verdict.rank > was) and not excused:
-                code = next(iter(group.codes), "")
-                yield (
-                    code,
-                    group.topic,
-                    f"{code}: `{group.publishers[0]}` and `{group.subscribers[0]}` on `{group.topic}` are {group.verdict}",
-                )
-        known = {
-            (each.code, member)
-            for each in before.findings
-            if each.severity is Severity.ERROR
-            for member in _members(each)
-        }
+            limit = min(was, allowed.rank) if group.topic in names else was
+            accepted = any((code, each) in self.goals.excused for code in group.codes for each in group.subscribers)
+            if group.verdict.rank > limit and not accepted:
+                code, ends = next(iter(group.codes), ""), f"`{group.publishers[0]}` and `{group.subscribers[0]}`"
+                yield code, group.topic, f"{code}: {ends} on `{group.topic}` are {group.verdict}"
+        known = {(each.code, member) for each in before.findings for member in _members(each)}
         for each in report.findings:
-            if (
-                each.severity is Severity.ERROR
-                and each.accepted is None
-                and not known.issuperset((each.code, m) for m in _members(each))
-            ):
+            loud = each.severity.value in self.goals.severities and each.accepted is None
+            if loud and not known.issuperset((each.code, member) for member in _members(each)):
                 yield each.code, each.topic or "", f"{each.code}: {each.message}"
         if self.keep and _kept(after, self.keep) != _kept(self.before, self.keep):
             yield PINNED, "", f"the change reaches endpoints that --keep {' --keep '.join(self.keep)} names"
@@ -331,7 +324,7 @@ def _members(finding: Finding) -> list[str]:
     return [member for side in finding.sides for member in side.members]
 
 
-def _kept(checked: _Checked, keep: Sequence[str]) -> dict[str, object]:
+def _kept(checked: CheckedSystem, keep: Sequence[str]) -> dict[str, object]:
     return {each.id: each.profile for each in checked.pipeline.endpoints if pin_of(each, keep)}
 
 

@@ -38,6 +38,8 @@ class Weights(NamedTuple):
     """A request rather than an offer: of two equal changes, the publisher's comes first."""
     step: int = 2
     """Each further value between the old and the new one, at most `_FARTHEST` times."""
+    strongest: int = 1
+    """Of a policy with an order, the strongest value that there is."""
     other_default: int = 5
     """Of values without order, one that the standard does not prefer."""
     shared: int = 150
@@ -249,4 +251,7 @@ def _distance(slot: Slot, current: Sequence[object], value: Plain, values: Seque
         for other in current
         if isinstance(other, int)
     ]
-    return weights.step * min(max(between, default=0), _FARTHEST)
+    strongest = bool(slot.policy.stronger) and value == (
+        domain.highest if slot.policy.stronger == "higher" else domain.lowest
+    )
+    return weights.step * min(max(between, default=0), _FARTHEST) + weights.strongest * strongest

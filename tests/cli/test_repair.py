@@ -123,3 +123,22 @@ def test_what_cannot_be_planned_is_refused(cqos, files):
     done = cqos("repair", "a.yaml")
     assert done.code == 2
     assert "could be checked" in done.err
+
+
+def test_settings_from_requirements_are_written(cqos, files):
+    text = """\
+cqos: 1
+protocol: ros2
+participants:
+  a: {publishes: {t: }}  # not chosen yet
+  b: {subscribes: {t: {needs: {late_join: 3, latest: true}}}}
+"""
+    (files / "a.yaml").write_text(text, encoding="utf-8")
+    printed = cqos("suggest", "a.yaml")
+    assert printed.code == 1
+    assert "no weaker settings meet the requirements" in printed.out
+    assert (files / "a.yaml").read_text(encoding="utf-8") == text
+    assert cqos("suggest", "--fix", "a.yaml").code == 0
+    assert "# not chosen yet" in (files / "a.yaml").read_text(encoding="utf-8")
+    assert cqos("check", "--fail-on", "warning", "a.yaml").code == 0
+    assert cqos("suggest", "a.yaml").code == 0

@@ -107,7 +107,7 @@ def errors(report: Report) -> set[tuple[str, str]]:
 def model_of(text: bytes) -> Model:
     """Return the model of a repair of a whole system."""
     topics = Pipeline(again({NAME: text}), WHERE).topics
-    return build(topics, [*topics], Goals(), (), lambda _each: True)
+    return build(topics, [*topics], Goals())
 
 
 def cheaper(model: Model, limit: int) -> Iterator[dict[Any, int]]:

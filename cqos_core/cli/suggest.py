@@ -1,0 +1,72 @@
+"""``cqos suggest``: the weakest settings that meet all requirements, printed or written to the files."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import click
+
+from cqos_core.cli.parameters import color_option, debug_option, form_option
+from cqos_core.cli.plans import PlanRun, PlanWords, carry_out
+from cqos_core.cli.reading import ReadingOptions, reading_options
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from cqos_core.cli.reading import InputReader
+    from cqos_core.model.system import System
+    from cqos_core.planning.search import Plan
+
+_WORDS = PlanWords(
+    nothing="nothing to suggest: no endpoint without settings has a requirement that needs any",
+    impossible="no settings meet all requirements: these exclude each other, and none of them can be left out",
+    least="no weaker settings meet the requirements",
+)
+
+
+@click.command(
+    epilog="Exit codes: 0 nothing has to be stated, or --fix wrote the settings; 1 settings are suggested, or none meet the "
+    "requirements; 2 wrong usage or input that cannot be read; 3 internal error."
+)
+@click.argument("paths", nargs=-1, required=True, metavar="PATH...")
+@click.option("--fix", is_flag=True, help="Write the settings to the files. Comments and layout stay.")
+@click.option("--diff", "show_diff", is_flag=True, help="Print what --fix would change, and write nothing.")
+@form_option
+@reading_options
+@color_option
+@debug_option
+@click.pass_context
+def suggest(
+    ctx: click.Context,
+    *,
+    paths: tuple[str, ...],
+    fix: bool,
+    show_diff: bool,
+    form: str,
+    reading: ReadingOptions,
+    color: str,
+) -> None:
+    """Find the weakest settings that meet all requirements, for endpoints that state no settings.
+
+    A subscriber says in `needs:` what its application requires. C-QoS finds settings for it and for the publishers on its
+    topic, as far as these state none. It checks the changed files before it prints or writes anything.
+
+    It needs the extra `repair`: pip install 'cqos-core[repair]'.
+
+    \b
+    Examples:
+      cqos suggest robot.yaml
+      cqos suggest robot.yaml --fix
+    """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+
+    def plan(system: System, read: Callable[[Mapping[str, bytes]], System], reader: InputReader) -> Plan:
+        from cqos_core.planning.suggestion import costs, find_suggestion
+
+        found = find_suggestion(system.sources, read, reader.context, importer=reader.options.importer)
+        if found.confirmed and found.changes:
+            changed = read({**found.edited.before, **found.edited.texts})
+            return replace(found, costs=costs(found, changed, reader.context))
+        return found
+
+    ctx.exit(carry_out(ctx, PlanRun(paths, reading, form, color, fix=fix, show_diff=show_diff), plan, _WORDS))

@@ -1,0 +1,65 @@
+"""Measures repairs of random systems: ``python -m tests.planning.measure``. docs/repair.md has its figures."""
+
+from __future__ import annotations
+
+import random
+import sys
+import time
+from typing import TYPE_CHECKING, Final
+
+from cqos_core.planning.search import find_repair
+from tests.planning.systems import NAME, NEEDS, SETTINGS, WHERE, again
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+SIZES: Final = (10, 50, 100, 200, 500)
+PER_TOPIC: Final = 10
+PER_PARTICIPANT: Final = 5
+
+
+def text_of(protocol: str, size: int, seed: int = 1) -> bytes:
+    """Return a random system with ``size`` endpoints, ten on each topic, half of them with settings from four profiles."""
+    chance = random.Random(f"{protocol} {size} {seed}")  # noqa: S311 - the same systems every time
+    policies = {name: values for name, values in SETTINGS[protocol].items() if "filter" not in name}
+
+    def settings(number: int) -> str:
+        chosen = chance.sample([*policies], number)
+        return ", ".join(f"{name}: {chance.choice(policies[name])}" for name in chosen)
+
+    lines = ["cqos: 1", f"protocol: {protocol}", "profiles:"]
+    lines += [f"  p{number}: {{{settings(2)}}}" for number in range(4)]
+    lines.append("participants:")
+    by: dict[int, dict[str, list[str]]] = {}
+    for number in range(size):
+        topic, place = divmod(number, PER_TOPIC)
+        kind = "publishes" if place < PER_TOPIC // 2 else "subscribes"
+        stated = f"{{profile: p{chance.randrange(4)}}}" if chance.random() < 0.5 else f"{{{settings(2)}}}"
+        if protocol == "mqtt" and kind == "subscribes" and chance.random() < 0.3:
+            stated = f"{stated[:-1]}, needs: {{{chance.choice(NEEDS[protocol])}}}}}"
+        owner = place * 100 + topic // PER_PARTICIPANT
+        by.setdefault(owner, {}).setdefault(kind, []).append(f"      t{topic}: {stated}")
+    for owner, kinds in by.items():
+        lines.append(f"  node{owner}:")
+        for kind, listed in kinds.items():
+            lines += [f"    {kind}:", *listed]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def rows() -> Iterator[str]:
+    """Yield one row of the table for each system."""
+    find_repair({NAME: text_of("ros2", 10)}, again, WHERE)  # loads the solver
+    for protocol in sys.argv[1:] or ("ros2", "dds", "mqtt"):
+        for size in SIZES:
+            text = text_of(protocol, size)
+            began = time.process_time()
+            plan = find_repair({NAME: text}, again, WHERE)
+            took = time.process_time() - began
+            bad = sum(each.pairs for each in plan.before.groups if each.verdict.value == "incompatible")
+            proven = "yes" if plan.proven else "no repair" if plan.conflict else "no"
+            yield f"| {protocol} | {size} | {bad} | {len(plan.changes)} | {proven} | {took:.2f} s |"
+
+
+if __name__ == "__main__":
+    for row in rows():
+        print(row, flush=True)  # noqa: T201 - a command of developers
