@@ -65,6 +65,13 @@ def problems(shown):
     return shown.page.locator(".problem .code").all_text_contents()
 
 
+def errors(shown):
+    """Codes of errors in the list of problems."""
+    return (
+        shown.page.locator(".problem", has=shown.page.locator(".severity-error")).locator(".code").all_text_contents()
+    )
+
+
 def panel(shown):
     return shown.page.locator(".panel")
 
@@ -90,7 +97,8 @@ EVENTS = (THROW_REQUEST, "Drone_CatchResp", CATCH_REQUEST, "Station_ThrowResp")
 def test_the_example_of_the_paper_is_compatible(paper):
     becomes(paper, compatible=EVENTS)
     assert "Compatible: 2 of 2 pairs" in paper.page.locator(".status").text_content()
-    assert problems(paper) == []
+    # The paper's own timing: a deadline of 2 s, and a timer that fires every six hours.
+    assert {each[:2] for each in problems(paper)} <= {"BP"}
     badges = paper.page.locator(".qos-badge")
     assert set(badges.all_text_contents()) == {"compatible"}
     assert badges.locator("svg").count() == len(EVENTS)
@@ -107,14 +115,14 @@ def test_the_edit_of_the_paper_is_red_at_two_events_for_two_reasons_and_fixes_ma
     before = file.read_text()
     papers_edit(paper)
     becomes(paper, incompatible=(THROW_REQUEST, CATCH_REQUEST), compatible=EVENTS[1::2])
-    paper.page.wait_for_function("() => document.querySelectorAll('.problem').length === 2")
-    assert problems(paper) == ["ROS101", "ROS104"]
+    paper.page.wait_for_function("() => document.querySelectorAll('.problem .severity-error').length === 2")
+    assert errors(paper) == ["ROS101", "ROS104"]
     sides = panel(paper).locator(".card").first.locator(".side")
     assert sides.all_inner_texts()[0].split()[:4] == ["Offered", "Reliability", "Best", "effort"]
     assert sides.all_inner_texts()[1].split()[:3] == ["Requested", "Reliability", "Reliable"]
     panel(paper).locator(".card summary", has_text="Liveliness").click()
     panel(paper).get_by_role("button", name="Set Liveliness to Automatic on Weather station").click()
-    paper.page.wait_for_function("() => document.querySelectorAll('.problem').length === 1")
+    paper.page.wait_for_function("() => document.querySelectorAll('.problem .severity-error').length === 1")
     panel(paper).get_by_role("button", name="Set Reliability to Best effort on Weather station").click()
     becomes(paper, compatible=EVENTS)
     paper.press("Control+z", "Control+z")
@@ -395,7 +403,7 @@ def test_forms_of_other_tools_become_plain_words_in_one_step(checks, file):
 
 def test_problems_are_filtered_and_lead_to_the_setting(paper):
     papers_edit(paper)
-    paper.page.wait_for_function("() => document.querySelectorAll('.problem').length === 2")
+    paper.page.wait_for_function("() => document.querySelectorAll('.problem .severity-error').length === 2")
     paper.page.get_by_role("button", name=re.compile("notes")).click()
     assert len(problems(paper)) > 2
     paper.page.get_by_role("button", name=re.compile("errors")).click()
@@ -456,9 +464,7 @@ def test_panel_problems_and_matrix_have_no_findings_of_axe(checks, scheme):
     shown = checks((ROOT / "examples" / "smart_agriculture.bpmn").read_text(encoding="utf-8"), color_scheme=scheme)
     papers_edit(shown)
     shown.page.wait_for_selector(".problem")
-    for each in shown.page.locator(".panel summary").all():
-        if each.is_visible():
-            each.click()
+    shown.page.evaluate("() => document.querySelectorAll('.panel details').forEach(each => { each.open = true; })")
     shown.page.locator(".problem-line").first.click()
     shown.page.evaluate(AXE.read_text(encoding="utf-8"))
     for tab in ("Problems", "Topic matrix", "Other documents"):

@@ -179,7 +179,9 @@ export function nameOf(view: View, id: string): { readonly label: string; readon
     return { label: participant?.label || id, owner: '' };
   }
   const owner = view.checked.participants.find((each) => each.id === endpoint.participant);
-  return { label: endpoint.label || endpoint.id, owner: owner?.label || owner?.id || '' };
+  // The id of an endpoint of another document is made of its participant, role and topic.
+  const plain = endpoint.place?.element === undefined ? endpoint.topic : endpoint.id;
+  return { label: endpoint.label || plain || endpoint.id, owner: owner?.label || owner?.id || '' };
 }
 
 /** The same in one text. */

@@ -50,7 +50,9 @@ export function policyOf(pack: Pack | undefined, name: string): Policy | undefin
 /** A value with its label and its policy: `Reliability: Best effort`. */
 export function factText(pack: Pack | undefined, fact: Pick<Fact, 'policy' | 'value'>): { label: string; value: string } {
   const policy = policyOf(pack, fact.policy);
-  return { label: policy?.label || fact.policy, value: policy ? valueLabel(policy, fact.value) : fact.value };
+  // Facts that no policy holds, such as the time between two samples, have a name only.
+  const plain = fact.policy.replaceAll('_', ' ');
+  return { label: policy?.label || plain.charAt(0).toUpperCase() + plain.slice(1), value: policy ? valueLabel(policy, fact.value) : fact.value };
 }
 
 /** What a fix does, for its button. */

@@ -39,7 +39,7 @@ export function unknownSection(page: Page, shape: Shape, pack: Pack): Section {
 
 /** Make the section for a pool or the model, whose protocol may have changed for many events. */
 export function unknownAnywhere(page: Page): Section {
-  const element = make('div', { class: 'convert', hidden: true });
+  const element = make('div');
   let drawn: unknown;
   return {
     element,
@@ -52,16 +52,21 @@ export function unknownAnywhere(page: Page): Section {
       }
       drawn = view;
       const all = eventsWithUnknown(page);
-      element.hidden = all.length === 0;
-      const names = [...new Set(all.flatMap(([, unknown]) => unknown.map((each) => each.local)))];
-      const events = all.length === 1 ? 'One event states settings that its' : `${all.length} events state settings that their`;
-      const listed = names.slice(0, NAMED).join(', ') + (names.length > NAMED ? ', …' : '');
-      element.replaceChildren(
-        make('p', {}, `${events} protocol does not know: ${listed}.`),
-        button(`Remove them from ${all.length === 1 ? 'this event' : `all ${all.length} events`}`, () => removeAll(page)),
-      );
+      element.replaceChildren(...(all.length === 0 ? [] : [offer(page, all)]));
     },
   };
+}
+
+function offer(page: Page, all: readonly [Shape, StatedAttribute[]][]): HTMLElement {
+  const names = [...new Set(all.flatMap(([, unknown]) => unknown.map((each) => each.local)))];
+  const events = all.length === 1 ? 'One event states settings that its' : `${all.length} events state settings that their`;
+  const listed = names.slice(0, NAMED).join(', ') + (names.length > NAMED ? ` and ${names.length - NAMED} more` : '');
+  return make(
+    'div',
+    { class: 'convert' },
+    make('p', {}, `${events} protocol does not know: ${listed}.`),
+    button(`Remove them from ${all.length === 1 ? 'this event' : `all ${all.length} events`}`, () => removeAll(page)),
+  );
 }
 
 function removeAll(page: Page): void {
