@@ -6,7 +6,8 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from cqos_core.behaviour.findings import UNMET, behaviour_findings
+from cqos_core.behaviour.findings import UNMET, drawn_by, findings_of
+from cqos_core.behaviour.timers import mean_periods
 from cqos_core.checking.checker import check_system, participant_findings
 from cqos_core.checking.findings import make, one_per_cause
 from cqos_core.checking.topic import check_topic, refusing, verdict_between
@@ -72,11 +73,18 @@ def ends_alone(pipeline: Pipeline, publisher: str, subscriber: str) -> tuple[Res
 
 def explained(pipeline: Pipeline, publisher: str, subscriber: str) -> PairReport:
     """Explain one pair of a system on its way; see `explain_pair`."""
-    report = _explained(pipeline, publisher, subscriber)
-    found = [each for each in behaviour_findings(pipeline) if {publisher, subscriber} & {*each.endpoints}]
+    report, drawn = _explained(pipeline, publisher, subscriber), drawn_by(pipeline)
+    if drawn is None:
+        return report
+    behaviour = findings_of(drawn, pipeline.system)
+    found = [each for each in behaviour if {publisher, subscriber} & {*each.endpoints}]
     excluded = any(each.code in UNMET and subscriber in each.endpoints for each in found)
-    verdict = Verdict.INCOMPATIBLE if excluded else report.verdict
-    return replace(report, verdict=verdict, findings=(*report.findings, *found)) if found else report
+    return replace(
+        report,
+        verdict=Verdict.INCOMPATIBLE if excluded else report.verdict,
+        findings=(*report.findings, *found),
+        derived=(*report.derived, *mean_periods(drawn, publisher, subscriber)),
+    )
 
 
 def _explained(pipeline: Pipeline, publisher: str, subscriber: str) -> PairReport:

@@ -22,11 +22,20 @@ UNMET = frozenset({"BP109", "BP114"})
 
 def behaviour_findings(pipeline: Pipeline) -> list[Finding]:
     """Report what the control flow of a system says for certain; nothing where it draws none."""
-    if not draws(pipeline.system):
-        return []
-    drawn, reading = Drawn(pipeline), reading_of(pipeline.system)
+    drawn = drawn_by(pipeline)
+    return [] if drawn is None else findings_of(drawn, pipeline.system)
+
+
+def drawn_by(pipeline: Pipeline) -> Drawn | None:
+    """Return what the control flow of a system says; None where it draws none."""
+    return Drawn(pipeline) if draws(pipeline.system) else None
+
+
+def findings_of(drawn: Drawn, system: System) -> list[Finding]:
+    """Report what control flow says about the settings of a system."""
+    reading = reading_of(system)
     return [
-        *_unknown_reading(pipeline.system),
+        *_unknown_reading(system),
         *unreachable_findings(drawn),
         *timer_findings(drawn),
         *sequence_findings(drawn, reading),

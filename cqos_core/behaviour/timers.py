@@ -186,3 +186,23 @@ def assumed(bound: Rate, gap: int, outside: str = "") -> Iterable[str]:
         yield f"no other program publishes on `{outside}`"
     if bound.signals and not outside:
         yield "no other program publishes the signals that start processes"
+
+
+def mean_periods(drawn: Drawn, publisher: str, subscriber: str) -> tuple[tuple[str, str], ...]:
+    """Return the least mean period of a publisher's participant on its topic, and of all samples of a subscriber, with their timers."""
+    found = []
+    for ends in drawn.topics.values():
+        own = [each for each in ends if each.id == publisher and not each.is_copy]
+        owner = own[0].participant.participant.id if own else None
+        sending = [each for each in ends if each.role == PUBLISHER and each.participant.participant.id == owner]
+        found += [(f"{MEAN_PERIOD} of what `{owner}` publishes", _sent(drawn, sending))] if own else []
+    found += [
+        (f"{MEAN_PERIOD} of what `{subscriber}` gets", added(map(drawn.behaviour.on_topic, topics)))
+        for end, topics in drawn.subscribers()
+        if end.id == subscriber
+    ]
+    return tuple(
+        (name, f"{time_text(rate.mean_period)}{why(drawn, rate)}")
+        for name, rate in found
+        if rate is not None and rate.mean_period is not None and rate.origins
+    )

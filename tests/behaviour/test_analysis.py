@@ -199,6 +199,10 @@ def test_explain_has_the_findings_of_its_pair():
     pair = cqos.explain(model(TIMED), publisher="p", subscriber="c")
     assert codes(pair) == {"BP101", "BP102", "BP114"}
     assert pair.verdict == "incompatible"
+    assert pair.derived == (
+        ("mean_period_at_least of what `A` publishes", "6h: timer `s` fires every 6h"),
+        ("mean_period_at_least of what `c` gets", "6h: timer `s` fires every 6h"),
+    )
 
 
 def test_what_is_stated_of_the_period_is_reported_once():

@@ -51,8 +51,18 @@ def lint(service, kept, tmp_path):
     return run
 
 
-def test_the_paper_s_example_is_clean(lint):
-    assert lint(EXAMPLES / "smart_agriculture.bpmn", "plugin:cqos/recommended") == (0, "")
+def test_the_paper_s_example_has_warnings_about_its_timer_only(lint):
+    code, said = lint(EXAMPLES / "smart_agriculture.bpmn", "plugin:cqos/recommended")
+    assert code == 0
+    reported = {(line.split()[0], line.rpartition("(")[2][:5]) for line in said.splitlines() if "(BP" in line}
+    throws, catches = ("Drone_ThrowReq", "Station_ThrowResp"), ("Station_CatchReq", "Drone_CatchResp")
+    timer = {("Drone_Start", "BP101"), ("Drone_Start", "BP102")}
+    assert reported == {*((each, "BP101") for each in throws), *((each, "BP102") for each in catches)} | timer
+    assert said.count(" warning ") == said.count("(BP10")
+    assert lint(EXAMPLES / "smart_agriculture.bpmn", {"cqos/warning": ["warn", {"ignore": ["BP101", "BP102"]}]}) == (
+        0,
+        "",
+    )
 
 
 def test_the_incompatible_pair_is_reported_at_both_events(lint):
