@@ -64,12 +64,12 @@ if TYPE_CHECKING:
         TeamRule,
         Topic,
     )
-    from cqos_core.planning.search import Plan, PlannedChange
+    from cqos_core.planning.search import PlannedChange, RepairPlan
 
 _HOMES: Final = {
     "analysis.applying": ("Edited",),
     "api": ("apply", "check", "check_pair", "diff", "explain", "read", "repair", "suggest"),
-    "planning.search": ("Plan", "PlannedChange"),
+    "planning.search": ("RepairPlan", "PlannedChange"),
     "analysis.differences": ("Diff", "Different", "Missing", "Named"),
     "language.policy": ("INFINITE",),
     "model.problems": ("ConditionError", "CqosError", "InputError", "PackError", "Problem", "SentenceError"),
@@ -154,13 +154,13 @@ __all__ = [
     "PairReport",
     "Participant",
     "Place",
-    "Plan",
     "PlannedChange",
     "PolicyComparison",
     "Problem",
     "Profile",
     "ProfileRef",
     "Remedy",
+    "RepairPlan",
     "Report",
     "Room",
     "Route",

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from cqos_core.analysis.differences import Diff
     from cqos_core.model.report import PairReport, Remedy, Report
     from cqos_core.packs.pack import RulePack
-    from cqos_core.planning.search import Plan
+    from cqos_core.planning.search import RepairPlan
 
 
 def check(
@@ -106,7 +106,7 @@ def repair(
     protocol: str | None = None,
     options: Mapping[str, Mapping[str, SettingValue]] | None = None,
     packs: Iterable[RulePack] = (),
-) -> Plan:
+) -> RepairPlan:
     """Find the changes of least weight after which no pair is incompatible and all requirements hold.
 
     >>> plan = repair("system.yaml", keep=["lidar/*"])
@@ -144,7 +144,7 @@ def suggest(
     protocol: str | None = None,
     options: Mapping[str, Mapping[str, SettingValue]] | None = None,
     packs: Iterable[RulePack] = (),
-) -> Plan:
+) -> RepairPlan:
     """Find the weakest settings that meet all requirements, for endpoints that state no settings; see `repair`.
 
     Raises:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
-    from cqos_core.planning.search import Plan, PlannedChange
+    from cqos_core.planning.search import PlannedChange, RepairPlan
 
 _DONE, _OPEN = 0, 1
 _VERSION: Final = 1
@@ -53,7 +53,7 @@ class PlanWords:
 def carry_out(
     ctx: click.Context,
     run: PlanRun,
-    make: Callable[[System, Callable[[Mapping[str, bytes]], System], InputReader], Plan],
+    make: Callable[[System, Callable[[Mapping[str, bytes]], System], InputReader], RepairPlan],
     words: PlanWords,
 ) -> int:
     """Read the paths as one system, make the plan, and print or write it; return the exit code.
@@ -100,7 +100,7 @@ def carry_out(
     return _DONE if plan.confirmed and not plan.left and (run.fix or not plan.changes) else _OPEN
 
 
-def _as_text(plan: Plan, run: PlanRun, words: PlanWords) -> str:
+def _as_text(plan: RepairPlan, run: PlanRun, words: PlanWords) -> str:
     colors = paint(color=colored(run.color, sys.stdout))
     if plan.confirmed and not plan.changes:
         return f"{words.nothing}\n"
@@ -145,7 +145,7 @@ def _about(change: PlannedChange) -> str:
     return "; ".join([*parts, f"weight {change.weight}"])
 
 
-def _as_json(plan: Plan, *, written: bool) -> str:
+def _as_json(plan: RepairPlan, *, written: bool) -> str:
     at = exact({edit.place for each in plan.changes for edit in each.edits}, plan.edited.before)
 
     def change(each: PlannedChange) -> dict[str, Any]:

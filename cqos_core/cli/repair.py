@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
-    from cqos_core.planning.search import Plan
+    from cqos_core.planning.search import RepairPlan
 
 
 _WORDS = PlanWords(
@@ -72,7 +72,7 @@ def repair(
       cqos repair robot.yaml --fix
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
 
-    def plan(system: System, read: Callable[[Mapping[str, bytes]], System], reader: InputReader) -> Plan:
+    def plan(system: System, read: Callable[[Mapping[str, bytes]], System], reader: InputReader) -> RepairPlan:
         from cqos_core.planning.search import find_repair
 
         return find_repair(

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
-    from cqos_core.planning.search import Plan
+    from cqos_core.planning.search import RepairPlan
 
 _WORDS = PlanWords(
     nothing="nothing to suggest: no endpoint without settings has a requirement that needs any",
@@ -60,7 +60,7 @@ def suggest(
       cqos suggest robot.yaml --fix
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
 
-    def plan(system: System, read: Callable[[Mapping[str, bytes]], System], reader: InputReader) -> Plan:
+    def plan(system: System, read: Callable[[Mapping[str, bytes]], System], reader: InputReader) -> RepairPlan:
         from cqos_core.planning.suggestion import costs, find_suggestion
 
         found = find_suggestion(system.sources, read, reader.context, importer=reader.options.importer)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(slots=True, eq=False)
-class End:
+class ChangingEnd:
     """Endpoints of one topic that have the same values and change together.
 
     Attributes:
@@ -61,8 +61,8 @@ class Constraint:
 
     bound: BoundRule
     topic: str
-    first: End
-    second: End
+    first: ChangingEnd
+    second: ChangingEnd
     wanted: Wanted
     broken: bool
 
@@ -96,7 +96,7 @@ def constraints_of(topic: MatchedTopic, goals: Goals) -> Iterator[Constraint]:
     """Yield the constraints of one settled topic, whose groups are its ends."""
     pack = topic.pack
     offering, requesting = (
-        [End(each.profile, each.observed, each.endpoints) for each in side]
+        [ChangingEnd(each.profile, each.observed, each.endpoints) for each in side]
         for side in (topic.publishers, topic.subscribers)
     )
     for end in (*offering, *requesting):
@@ -111,7 +111,7 @@ def constraints_of(topic: MatchedTopic, goals: Goals) -> Iterator[Constraint]:
                     yield found
 
 
-def _asked_of(bound: BoundRule, end: End, goals: Goals) -> bool:
+def _asked_of(bound: BoundRule, end: ChangingEnd, goals: Goals) -> bool:
     if bound.rule.severity not in goals.severities or (bound.rule.creation and end.observed):
         return False
     return bound.role in {None, end.first.role} and end.first.carried is None
@@ -127,7 +127,9 @@ def _rules_of_pair(publisher: QosProfile, subscriber: QosProfile, goals: Goals) 
             yield bound
 
 
-def _constraint(bound: BoundRule, topic: MatchedTopic, first: End, second: End, goals: Goals) -> Constraint | None:
+def _constraint(
+    bound: BoundRule, topic: MatchedTopic, first: ChangingEnd, second: ChangingEnd, goals: Goals
+) -> Constraint | None:
     """Return the constraint of one rule; None where it is left as it is."""
     found = Constraint(bound, topic.shown, first, second, Wanted(bound.rule.kind != "forbids", lenient=False), False)
     answer = ask(bound, *found.values)
@@ -151,12 +153,12 @@ def _constraint(bound: BoundRule, topic: MatchedTopic, first: End, second: End, 
     return Constraint(bound, topic.shown, first, second, lenient, broken)
 
 
-def _is_excused(bound: BoundRule, ends: tuple[End, End], goals: Goals) -> bool:
+def _is_excused(bound: BoundRule, ends: tuple[ChangingEnd, ChangingEnd], goals: Goals) -> bool:
     code = bound.rule.code
     return any((code, endpoint.id) in goals.excused for end in ends for endpoint in end.endpoints)
 
 
-def ends_of(constraint: Constraint) -> tuple[tuple[str, End], ...]:
+def ends_of(constraint: Constraint) -> tuple[tuple[str, ChangingEnd], ...]:
     """Return the roles of a constraint with their ends, each end once."""
     if constraint.first is constraint.second:
         return ((constraint.first.first.role, constraint.first),)

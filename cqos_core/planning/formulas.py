@@ -2,7 +2,7 @@
 
 A condition is taken apart at ``&``, ``|`` and ``~``. What remains reads few values. The checker's own answer for each combination of
 these values is a table. There is no second meaning of any operation. A formula allows a combination only if the checker gives the
-wanted answer. The exception are values that follow from others in a way that only a check of the whole system shows (`Source.loose`).
+wanted answer. The exception are values that follow from others in a way that only a check of the whole system shows (`ReadValues.loose`).
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def any_of(parts: Sequence[Formula]) -> Formula:
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class ReadValues:
     """Where a condition reads the values of one end.
 
     Attributes:
@@ -107,14 +107,15 @@ class Source:
     loose: Mapping[int, Variable]
 
 
-def formula_of(bound: BoundCondition, first: Source, second: Source, wanted: Wanted) -> Formula:
+def formula_of(bound: BoundCondition, first: ReadValues, second: ReadValues, wanted: Wanted) -> Formula:
     """Return when a condition certainly gives an answer, or with a lenient wish, when it does not certainly give the other."""
     read = [(second if use.second else first).values[use.index] for use in bound.uses]
     worlds = worlds_of(read) or [{}]
     parts = []
     for world in worlds:
         sides = tuple(
-            Source(settled(side.values, world, bound.indices), side.variables, side.loose) for side in (first, second)
+            ReadValues(settled(side.values, world, bound.indices), side.variables, side.loose)
+            for side in (first, second)
         )
         parts.append(
             _Translation(bound.vocabulary, sides[0], sides[1], wanted.lenient).of(bound.condition, wanted.answer)
@@ -136,8 +137,8 @@ _MOST_ANSWERS: Final = 50_000
 @dataclass(frozen=True, slots=True)
 class _Translation:
     vocabulary: Vocabulary
-    first: Source
-    second: Source
+    first: ReadValues
+    second: ReadValues
     lenient: bool
 
     def of(self, node: Node, answer: bool) -> Formula:  # noqa: FBT001 - a truth value

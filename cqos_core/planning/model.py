@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import FromPeers
 from cqos_core.matching.peer_values import settled
-from cqos_core.planning.constraints import End, constraints_of, ends_of
-from cqos_core.planning.formulas import Source, Variable, formula_of
+from cqos_core.planning.constraints import ChangingEnd, constraints_of, ends_of
+from cqos_core.planning.formulas import ReadValues, Variable, formula_of
 from cqos_core.planning.slots import (
     Slot,
     changeable,
@@ -55,7 +55,7 @@ def _named(names: Sequence[str], patterns: Sequence[str]) -> str:
 
 
 @dataclass(slots=True, eq=False)
-class Model:
+class RepairModel:
     """What the solver is asked about.
 
     Attributes:
@@ -67,8 +67,8 @@ class Model:
 
     constraints: list[Constraint]
     slots: dict[Hashable, Slot] = field(default_factory=dict)
-    variables: dict[End, dict[int, Variable]] = field(default_factory=dict)
-    loose: dict[End, dict[int, Variable]] = field(default_factory=dict)
+    variables: dict[ChangingEnd, dict[int, Variable]] = field(default_factory=dict)
+    loose: dict[ChangingEnd, dict[int, Variable]] = field(default_factory=dict)
     topics: dict[str, set[Hashable]] = field(default_factory=dict)
 
     def task(self, cuts: Sequence[tuple[Hashable, Mapping[Hashable, int]]] = ()) -> Task:
@@ -87,10 +87,10 @@ class Model:
         }
         return Task(weights, formulas, pins, cuts)
 
-    def _source(self, constraint: Constraint, end: End, side: int) -> Source:
-        return Source(constraint.values[side], self.variables.get(end, {}), self.loose.get(end, {}))
+    def _source(self, constraint: Constraint, end: ChangingEnd, side: int) -> ReadValues:
+        return ReadValues(constraint.values[side], self.variables.get(end, {}), self.loose.get(end, {}))
 
-    def value(self, end: End, index: int, chosen: Mapping[Hashable, int]) -> Plain | None:
+    def value(self, end: ChangingEnd, index: int, chosen: Mapping[Hashable, int]) -> Plain | None:
         """Return what choices set a value to; None where they leave it as it is."""
         variable = self.variables.get(end, {}).get(index)
         for place in variable.places if variable is not None else ():
@@ -105,7 +105,7 @@ def build(
     goals: Goals,
     keep: Sequence[str] = (),
     may: Callable[[Resolved, int], bool] = lambda _endpoint, _index: True,
-) -> Model:
+) -> RepairModel:
     """Build the model of some topics.
 
     Args:
@@ -117,8 +117,8 @@ def build(
     """
     drafts = _relevant([each for key in active for each in constraints_of(settled(topics[key]), goals)])
     pools = _pools(drafts)
-    stated = _Stated(topics, pools, keep, may)
-    parts: dict[End, list[End]] = {}
+    stated = _Places(topics, pools, keep, may)
+    parts: dict[ChangingEnd, list[ChangingEnd]] = {}
     for end in dict.fromkeys(end for each in drafts for _, end in ends_of(each)):
         parts[end] = stated.parts(end)
     constraints = [
@@ -127,7 +127,7 @@ def build(
         for first in parts[each.first]
         for second in ([first] if each.first is each.second else parts[each.second])
     ]
-    model = Model(constraints)
+    model = RepairModel(constraints)
     _fill(model, stated)
     _loosen(model)
     for each in constraints:
@@ -186,7 +186,7 @@ def _computes(constraint: Constraint) -> bool:
 
 
 @dataclass(eq=False)
-class _Stated:
+class _Places:
     """Where the values of endpoints may be stated; equal endpoints of a topic are parts of one end."""
 
     topics: Topics
@@ -234,7 +234,7 @@ class _Stated:
             return True
         return len(self.owners[statement.place]) > 1
 
-    def parts(self, end: End) -> list[End]:
+    def parts(self, end: ChangingEnd) -> list[ChangingEnd]:
         """Return the parts of an end: what shares other places than the rest, or is kept, is a part of its own."""
         by: dict[Hashable, list[Resolved]] = {}
         for each in end.endpoints:
@@ -245,9 +245,9 @@ class _Stated:
             )
             alone = each.id if self.times[each.id] > 1 else ""
             by.setdefault((shared, alone, pin_of(each, self.keep)), []).append(each)
-        return [End(end.profile, end.observed, members) for members in by.values()]
+        return [ChangingEnd(end.profile, end.observed, members) for members in by.values()]
 
-    def places(self, end: End, index: int) -> list[tuple[Hashable, bool, dict[Plain, tuple[Edit, ...]]]]:
+    def places(self, end: ChangingEnd, index: int) -> list[tuple[Hashable, bool, dict[Plain, tuple[Edit, ...]]]]:
         """Return the places that state a value for an end, the nearest first: each with its edits by value."""
         found: list[tuple[Hashable, bool, dict[Plain, tuple[Edit, ...]]]] = []
         for depth, first in enumerate(self.found.get((end.first.id, index), ())):
@@ -261,10 +261,10 @@ class _Stated:
         return found
 
 
-def _fill(model: Model, stated: _Stated) -> None:
+def _fill(model: RepairModel, stated: _Places) -> None:
     """Make the slots and variables of a model."""
     edits: dict[Hashable, dict[Plain, tuple[Edit, ...]]] = {}
-    read: dict[End, dict[int, list[Hashable]]] = {}
+    read: dict[ChangingEnd, dict[int, list[Hashable]]] = {}
     for end in dict.fromkeys(end for each in model.constraints for _, end in ends_of(each)):
         for index in stated.indices_of(end.first):
             for place, shared, by_value in stated.places(end, index):
@@ -291,7 +291,7 @@ def _variable(places: Sequence[Hashable], slots: Sequence[Slot]) -> Variable:
     return Variable(tuple(places), tuple(values), numbers)
 
 
-def _loosen(model: Model) -> None:
+def _loosen(model: RepairModel) -> None:
     """Note what else may change values: those that are copied from others, and those that follow from several."""
     everything = tuple(model.slots)
     by_policy: dict[str, list[Hashable]] = {}
@@ -317,6 +317,6 @@ def _loosen(model: Model) -> None:
         model.loose[end] = {index: Variable(places, any_change=True) for index, places in found.items() if places}
 
 
-def candidate(model: Model, place: Hashable, number: int) -> Candidate:
+def candidate(model: RepairModel, place: Hashable, number: int) -> Candidate:
     """Return a candidate by the number of the choice."""
     return model.slots[place].candidates[number]

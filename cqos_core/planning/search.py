@@ -16,7 +16,7 @@ from cqos_core.model.problems import InputError
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.planning.constraints import Constraint, Goals, ends_of
-from cqos_core.planning.model import PINNED, Model, build, pin_of
+from cqos_core.planning.model import PINNED, RepairModel, build, pin_of
 from cqos_core.planning.solver import conflict, solve
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ class PlannedChange:
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class RepairPlan:
     """What came of a search for changes.
 
     Attributes:
@@ -112,7 +112,7 @@ def find_repair(
     keep: Sequence[str] = (),
     decide: bool = False,
     importer: str | None = None,
-) -> Plan:
+) -> RepairPlan:
     """Find the changes of least weight after which no pair is incompatible and all requirements hold.
 
     Args:
@@ -182,7 +182,7 @@ class Search:
     keep: Sequence[str] = ()
     may: Callable[[Resolved, int], bool] = lambda _endpoint, _index: True
 
-    def run(self) -> Plan:
+    def run(self) -> RepairPlan:
         """Solve and check, until a check confirms a plan or none is left."""
         cuts: list[tuple[Hashable, Mapping[Hashable, int]]] = []
         refused: dict[Hashable, str] = {}
@@ -191,7 +191,7 @@ class Search:
             task = model.task(cuts)
             found = solve(task)
             if found is None:
-                words = _Words(model, refused)
+                words = _ConflictWords(model, refused)
                 return self._plan((), 0, tried - 1, conflict=tuple(words.of(name) for name in conflict(task)))
             changes = self._changes(model, found.chosen)
             edited = self._applied(changes)
@@ -206,7 +206,7 @@ class Search:
                 cuts.append((name, {place: found.chosen.get(place, 0) for place in places or model.slots}))
         return self._plan((), 0, _ROUNDS)
 
-    def _model(self) -> Model:
+    def _model(self) -> RepairModel:
         return build(self.before.pipeline.topics, self.active, self.goals, self.keep, self.may)
 
     def _plan(
@@ -219,11 +219,11 @@ class Search:
         *,
         proven: bool = False,
         conflict: tuple[str, ...] = (),
-    ) -> Plan:
+    ) -> RepairPlan:
         confirmed = after is not None
         nothing = Edited(dict(self.sources), {})
         before = self.before.report
-        return Plan(
+        return RepairPlan(
             changes,
             weight,
             confirmed,
@@ -249,7 +249,7 @@ class Search:
         self.active += keys
         return bool(keys)
 
-    def _changes(self, model: Model, chosen: Mapping[Hashable, int]) -> tuple[PlannedChange, ...]:
+    def _changes(self, model: RepairModel, chosen: Mapping[Hashable, int]) -> tuple[PlannedChange, ...]:
         made = []
         for place, number in chosen.items():
             slot, new = model.slots[place], model.slots[place].candidates[number]
@@ -276,7 +276,7 @@ class Search:
         return tuple(sorted(made, key=lambda each: (each.members, each.policy)))
 
     def _objections(
-        self, edited: Edited, chosen: Mapping[Hashable, int], model: Model
+        self, edited: Edited, chosen: Mapping[Hashable, int], model: RepairModel
     ) -> tuple[Report | None, list[tuple[Hashable, str, set[Hashable]]]]:
         """Read and check new texts; return the report, and what speaks against them: a name, words, and the places in question."""
         if edited.left:
@@ -328,7 +328,7 @@ def _kept(checked: CheckedSystem, keep: Sequence[str]) -> dict[str, object]:
     return {each.id: each.profile for each in checked.pipeline.endpoints if pin_of(each, keep)}
 
 
-def _violated(model: Model, chosen: Mapping[Hashable, int], slot: Slot) -> Iterable[Constraint]:
+def _violated(model: RepairModel, chosen: Mapping[Hashable, int], slot: Slot) -> Iterable[Constraint]:
     """Yield the constraints over readers of a slot that some choices leave open or violate."""
     readers = {id(end) for end, _ in slot.readers}
     for each in model.constraints:
@@ -339,7 +339,7 @@ def _violated(model: Model, chosen: Mapping[Hashable, int], slot: Slot) -> Itera
             yield each
 
 
-def _answer(model: Model, constraint: Constraint, chosen: Mapping[Hashable, int]) -> bool | None:
+def _answer(model: RepairModel, constraint: Constraint, chosen: Mapping[Hashable, int]) -> bool | None:
     """Return what the rule of a constraint answers after choices."""
     sides = []
     for end, values in zip((constraint.first, constraint.second), constraint.values, strict=True):
@@ -374,10 +374,10 @@ def _text(slot: Slot, value: str, members: tuple[str, ...]) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class _Words:
+class _ConflictWords:
     """Puts the parts of a conflicting set into words."""
 
-    model: Model
+    model: RepairModel
     refused: Mapping[Hashable, str]
 
     def of(self, name: Hashable) -> str:

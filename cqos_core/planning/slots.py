@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from cqos_core.language.vocabulary import Use
     from cqos_core.model.report import Edit
     from cqos_core.packs.pack import RulePack
-    from cqos_core.planning.constraints import Constraint, End
+    from cqos_core.planning.constraints import ChangingEnd, Constraint
     from cqos_core.resolving.resolved import Resolved
 
 LEVELS: Final = (ENDPOINT, "participant", BROKER, TOPIC)
@@ -86,7 +86,7 @@ class Slot:
     policy: Policy
     shared: bool
     endpoints: list[Resolved]
-    readers: list[tuple[End, int]] = field(default_factory=list)
+    readers: list[tuple[ChangingEnd, int]] = field(default_factory=list)
     pin: str = ""
     candidates: tuple[Candidate, ...] = (NO_CHANGE,)
 
@@ -101,7 +101,7 @@ class Slot:
         return tuple(each.value for each in self.candidates)
 
 
-def changeable(constraint: Constraint) -> Iterator[tuple[End, Use]]:
+def changeable(constraint: Constraint) -> Iterator[tuple[ChangingEnd, Use]]:
     """Yield the ends and terms of a rule whose values a repair may change because of it."""
     bound = constraint.bound
     pack, fixes = constraint.first.profile.pack, bound.rule.fixes

@@ -8,7 +8,7 @@ from cqos_core.analysis.explanation import explain_pair
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.system import SUBSCRIBER
 from cqos_core.planning.constraints import Goals
-from cqos_core.planning.search import Plan, Search, accepted_of, checked
+from cqos_core.planning.search import RepairPlan, Search, accepted_of, checked
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -24,7 +24,7 @@ def find_suggestion(
     context: Context,
     *,
     importer: str | None = None,
-) -> Plan:
+) -> RepairPlan:
     """Find the weakest settings that meet all requirements, for endpoints that state no settings.
 
     These are the subscribers with requirements, the publishers on their topics, and what their participants leave unstated.
@@ -43,7 +43,7 @@ def find_suggestion(
     active = [key for key, endpoints in topics.items() if _asks(endpoints)]
     accepted = accepted_of(before.report)
 
-    def plan(*severities: str) -> Plan:
+    def plan(*severities: str) -> RepairPlan:
         goals = Goals(decide=True, severities=frozenset(severities), excused=accepted)
         return Search(sources, read, context, importer, before, goals, [*active], may=_is_open).run()
 
@@ -80,7 +80,7 @@ def _is_open(endpoint: Resolved, index: int) -> bool:
 _WORDS: Final = frozenset({"yes", "no", "unknown", "none"})
 
 
-def costs(plan: Plan, system: System, context: Context) -> tuple[str, ...]:
+def costs(plan: RepairPlan, system: System, context: Context) -> tuple[str, ...]:
     """Return what is known of the cost of a plan: for each pair of changed endpoints the bounds of its guarantees.
 
     Args:

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
     from cqos_core.model.report import Report
     from cqos_core.model.system import System
-    from cqos_core.planning.model import Model
-    from cqos_core.planning.search import Plan
+    from cqos_core.planning.model import RepairModel
+    from cqos_core.planning.search import RepairPlan
 
 WHERE: Final = context([POST])
 NAME: Final = "<bytes>"
@@ -104,13 +104,13 @@ def errors(report: Report) -> set[tuple[str, str]]:
     }
 
 
-def model_of(text: bytes) -> Model:
+def model_of(text: bytes) -> RepairModel:
     """Return the model of a repair of a whole system."""
     topics = Pipeline(again({NAME: text}), WHERE).topics
     return build(topics, [*topics], Goals())
 
 
-def cheaper(model: Model, limit: int) -> Iterator[dict[Any, int]]:
+def cheaper(model: RepairModel, limit: int) -> Iterator[dict[Any, int]]:
     """Yield every choice of less weight, by place."""
     places = [*model.slots]
 
@@ -128,7 +128,7 @@ def cheaper(model: Model, limit: int) -> Iterator[dict[Any, int]]:
     yield from further(0, 0, {})
 
 
-def changed(system: System, model: Model, chosen: Mapping[Any, int]) -> System:
+def changed(system: System, model: RepairModel, chosen: Mapping[Any, int]) -> System:
     """Return a system with choices as settings, without any file."""
     system = replace(system, endpoints=[*system.endpoints], participants=dict(system.participants))
     for place, number in chosen.items():
@@ -152,7 +152,7 @@ def report_of(system: System) -> Report:
     return check_system(system, WHERE)
 
 
-def is_confirmed(plan: Plan, text: bytes) -> bool:
+def is_confirmed(plan: RepairPlan, text: bytes) -> bool:
     """Whether the texts of a plan are what it says."""
     after = report_of(again({NAME: plan.edited.texts.get(NAME, text)}))
     return is_repaired(report_of(again({NAME: text})), after)
