@@ -42,6 +42,7 @@ FOLLOWED: tuple[str, ...] = (
     "docs/behaviour.md",
     "docs/ros2-files.md",
     "docs/repair.md",
+    "docs/ros2-launch.md",
     "docs/dds.md",
     "docs/dds-xml.md",
     "docs/convert-and-diff.md",

@@ -19,4 +19,5 @@ def test_derived_docs_do_not_drift():
 def test_every_command_of_ours_is_documented():
     text = (ROOT / "docs" / "command.md").read_text(encoding="utf-8")
     ours = [name for name, info in load_plugins().commands.items() if info.command.startswith("cqos_core.")]
-    assert re.findall(r"<!-- help: cqos ([\w-]+) -->", text) == ours
+    documented = re.findall(r"<!-- help: cqos ([\w-]+) -->", text)
+    assert [name for name in documented if name in ours] == ours

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cqos_core.plugins import ExporterInfo, ImporterInfo, RulePackInfo, hookimpl
+from cqos_core.plugins import CommandInfo, ExporterInfo, ImporterInfo, RulePackInfo, hookimpl
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -34,6 +34,12 @@ def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
     """Register the forms that ROS 2 reads."""
     for name, summary, suffix, settings in _WRITTEN:
         register(ExporterInfo(name, summary, suffix, f"cqos_ros2.exporters.{name}:write", settings))
+
+
+@hookimpl
+def register_commands(register: Callable[[CommandInfo], None]) -> None:
+    """Register what reads workspaces of ROS 2."""
+    register(CommandInfo("launch", "Print what a ROS 2 launch file would start.", "cqos_ros2.launch.command:launch"))
 
 
 _DECLINED = {

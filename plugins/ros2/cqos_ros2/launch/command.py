@@ -1,0 +1,82 @@
+"""``cqos launch``: what a launch file would start, without ROS 2."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import click
+
+from cqos_core.cli.parameters import AssignmentType, debug_option, form_option, nearest
+from cqos_core.cli.progress import Progress
+from cqos_core.cli.streams import emit
+from cqos_core.importers.source import VARIABLES
+
+if TYPE_CHECKING:
+    from cqos_core.cli.parameters import Assignment
+
+
+@click.command(
+    epilog="Exit codes: 0 read, also where something is not known; 1 nothing starts, and something could not be read; "
+    "2 wrong usage, or the file cannot be found; 3 internal error."
+)
+@click.argument("file")
+@click.option(
+    "--launch-arg",
+    "arguments",
+    metavar="NAME:=VALUE",
+    multiple=True,
+    help="The value of a launch argument. Can be repeated.",
+)
+@click.option(
+    "--workspace",
+    metavar="DIR",
+    help="The folder whose packages are looked up; without it, `src` or the repository above FILE, or the working directory.",
+)
+@click.option(
+    "--define",
+    "variables",
+    type=AssignmentType("NAME=VALUE", "TURTLEBOT3_MODEL=burger", VARIABLES),
+    multiple=True,
+    help="A variable of the environment. Can be repeated.",
+)
+@form_option
+@debug_option
+@click.pass_context
+def launch(
+    ctx: click.Context,
+    *,
+    file: str,
+    arguments: tuple[str, ...],
+    workspace: str | None,
+    variables: tuple[Assignment, ...],
+    form: str,
+) -> None:
+    """Print what a ROS 2 launch file would start.
+
+    FILE is a path or PACKAGE:FILE. C-QoS reads launch files in Python, XML and YAML as text, with what they include, and executes nothing.
+
+    \b
+    Examples:
+      cqos launch src/my_robot_bringup/launch/robot.launch.py
+      cqos launch nav2_bringup:bringup_launch.py --workspace ~/ws/src
+      cqos launch robot.launch.xml --launch-arg sim:=true --format json
+    """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
+    from cqos_ros2.launch.entry_point import argument, entry_point
+    from cqos_ros2.launch.running import launch as read_launch
+    from cqos_ros2.launch.shown import as_data, as_text
+
+    given = dict(map(argument, arguments))
+    with Progress("reading"):
+        packages, path = entry_point(file, workspace)
+        found = read_launch(packages, path, given, {each.name: each.value for each in variables})
+    unused = [name for name in given if name not in found.arguments]
+    if unused and found.arguments:
+        message = f"the launch declares no argument `{unused[0]}`{nearest(unused[0], found.arguments)}"
+        raise click.BadParameter(message, param_hint="'--launch-arg'")
+    if form == "json":
+        emit(json.dumps(as_data(found, packages), indent=2, ensure_ascii=False) + "\n")
+    else:
+        emit(as_text(found, packages))
+    if found.remarks and not found.instances:
+        ctx.exit(1)
