@@ -88,5 +88,7 @@ def _through(hub: int, steps: Mapping[int, Sequence[tuple[int, int]]]) -> dict[i
         for other, time in following:
             reverse[other].append((at, time))
     there, back = least([hub], steps.__getitem__), least([hub], reverse.__getitem__)
-    turn = min(there[at] + time for at, time in reverse[hub])
-    return {at: there[at] + back[at] if at != hub else turn for at in steps}
+    turn = min((there[at] + time for at, time in reverse[hub] if at in there), default=0)
+    # What no token goes round through depends on the hub in another way: nothing is known of it.
+    both = {at: there[at] + back[at] if at in there and at in back else 0 for at in steps}
+    return both | {hub: turn}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from random import Random
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 import pytest
 
@@ -13,7 +13,18 @@ from cqos_core.behaviour.analysis import analysed
 from cqos_core.behaviour.graph import Wiring
 from cqos_core.bpmn import read
 from cqos_core.importers.source import ReadContext, Source
-from cqos_core.model.flow import ControlFlow, FlowEnds, FlowNode, FlowRunner, Timer, Trigger
+from cqos_core.model.flow import (
+    WITHIN,
+    ControlFlow,
+    EventKind,
+    FlowEnds,
+    FlowNode,
+    FlowRunner,
+    NodeKind,
+    Timer,
+    Trigger,
+    TriggerKind,
+)
 from cqos_core.model.problems import InputError
 from tests.behaviour.drawing import model
 from tests.command import run
@@ -21,7 +32,6 @@ from tests.command import run
 if TYPE_CHECKING:
     from types import FrameType
 
-    from cqos_core.model.flow import NodeKind
 
 KINDS: tuple[NodeKind, ...] = (
     "task",
@@ -265,3 +275,45 @@ def test_the_command_takes_the_reading_as_an_option(tmp_path):
         done = run(["check", "x.bpmn", "--option", f"bpmn.catch={reading}"], tmp_path)
         codes[reading] = done.code
     assert codes == {"at_token": 1, "standing_buffered": 0, "standing": 2}
+
+
+def any_flow(seed: int) -> tuple[ControlFlow, Wiring]:
+    """Return a graph of any nodes with any flows between them, such as no modeler draws and a client may send."""
+    random = Random(seed)  # noqa: S311 - the same graphs each time
+    nodes: list[FlowNode] = []
+    thrown: dict[tuple[str, str], frozenset[object]] = {}
+    caught: dict[tuple[str, str], frozenset[object]] = {}
+    for at in range(random.randint(2, 40)):
+        kind: NodeKind = "process" if at == 0 else random.choice(get_args(NodeKind))
+        around = [position for position, node in enumerate(nodes) if node.kind in WITHIN]
+        timer = Timer("duration", random.choice((None, 0, SECOND)), SECOND, random.choice((None, 1)))
+        triggers = [Trigger(each, timer if each == "timer" else None) for each in get_args(TriggerKind)]
+        topics = frozenset({f"t{random.randint(0, 3)}"})
+        (thrown if kind in {"throw", "end", "task"} else caught)["x.bpmn", f"n{at}"] = topics
+        nodes.append(
+            FlowNode(
+                f"n{at}",
+                kind,
+                None if kind == "process" else random.choice(around),
+                tuple(random.sample(triggers, random.randint(0, 2))) if kind in get_args(EventKind) else (),
+                interrupting=random.random() < 0.7,
+                attached=random.randrange(at) if kind == "boundary" else None,
+                by_event=kind == "subprocess" and random.random() < 0.3,
+                times=random.choice((1, 2, None)),
+                calls=0 if kind == "call" else None,
+                endpoints=random.choice(((), (f"n{at}",))),
+                participants=(FlowRunner("A", random.choice((1, None))),) if kind == "process" else (),
+                has_pool=random.random() < 0.8,
+            )
+        )
+    ends = [FlowEnds(random.randrange(len(nodes)), random.randrange(len(nodes))) for _ in range(len(nodes))]
+    return ControlFlow("x.bpmn", tuple(nodes), tuple(ends)), Wiring(thrown, caught)
+
+
+def test_any_graph_is_analysed():
+    for seed in range(400):
+        flow, wiring = any_flow(seed)
+        behaviour = analysed([flow], wiring)
+        assert behaviour.reached_alone.fired <= behaviour.reached.fired, seed
+        assert len(behaviour.counting.bounds) >= len(flow.nodes), seed
+        assert behaviour.order.since(0, 0) == 0, seed
