@@ -51,9 +51,9 @@ VENV = ROOT / ".venv"
 STAMP = VENV / "cqos-setup.json"  # written when a setup is complete, and only then
 LOG = VENV / "cqos-setup.log"
 WINDOWS = os.name == "nt"
-EXTRAS = ("test", "lint", "web", "metrics", "otel")  # what `test` and `lint` need beyond `demo` and `run`
-if sys.version_info < (3, 13):
-    EXTRAS += ("repair",)  # for newer ones, OR-tools has no wheel beside the protobuf of constraints.txt
+# For newer Pythons, OR-tools has no wheel beside the protobuf of constraints.txt.
+SOLVER = ("repair",) if sys.version_info < (3, 13) else ()
+EXTRAS = ("test", "lint", "web", "metrics", "otel", *SOLVER)  # what `test` and `lint` need beyond `demo` and `run`
 
 CONSTRAINTS = ("constraints.txt", "docs/constraints.txt")
 

@@ -158,12 +158,14 @@ class FormatterInfo:
         for_people: read in a terminal, beside what stands on standard error, which has the inputs that could not be
             read. For all others these are findings of the report. Where several systems were checked, the report has
             them all as its ``parts``.
+        gives_way: a plugin may take its name: plugins had that name before C-QoS.
     """
 
     name: str
     summary: str
     renderer: str
     for_people: bool = False
+    gives_way: bool = False
 
     def load(self) -> Callable[[Report, Style], str]:
         """Import the renderer."""
@@ -415,7 +417,8 @@ def _register(plugins: Plugins, origin: Origin, module: Any) -> None:
         for info in infos:
             _refuse_malformed(kind, info)
             owner = "it itself" if (kind.name, info.name) in taken else None
-            if info.name in getattr(plugins, kind.name):
+            present = getattr(plugins, kind.name).get(info.name)
+            if present is not None and not getattr(present, "gives_way", False):
                 owner = plugins.owner(kind.name, info.name)
             if owner is not None:
                 raise CqosError(f"it registers {kind.noun} `{info.name}`, which {owner} already provides")

@@ -1,4 +1,4 @@
-"""The steps of `action.yml`, run as a runner of GitHub runs them; the installation is that of this test run."""
+"""The steps of `action.yml`, run as a runner of GitHub runs them; the installation is that of this test run. And the hook of pre-commit."""
 
 import json
 import os
@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 import yaml
+
+from cqos_core.plugins import load_plugins
 
 ROOT = Path(__file__).resolve().parents[1]
 ACTION = yaml.safe_load((ROOT / "action.yml").read_text(encoding="utf-8"))
@@ -84,3 +86,12 @@ def test_the_code_scanning_step_takes_the_file_that_the_check_writes():
     upload = STEPS["Upload to code scanning"]
     assert upload["with"]["sarif_file"] == STEPS["Check"]["env"]["SARIF"] == "${{ inputs.sarif }}"
     assert "inputs.sarif != ''" in upload["if"]
+
+
+def test_the_hook_of_pre_commit_sees_files_of_every_format_and_brings_every_pack():
+    [hook] = yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text(encoding="utf-8"))
+    for importer in load_plugins().importers.values():
+        for suffix in importer.suffixes:
+            assert re.search(hook["files"], f"folder/name{suffix}"), f"{importer.name}: {suffix}"
+    packs = {f"./plugins/{each.name}" for each in (ROOT / "plugins").iterdir() if (each / "pyproject.toml").is_file()}
+    assert {*hook["additional_dependencies"]} == packs - {"./plugins/all"}

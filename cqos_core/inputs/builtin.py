@@ -66,7 +66,8 @@ def register_formatters(register: Callable[[FormatterInfo], None]) -> None:
     ):
         module = "json_report" if name in {"json", "jsonl"} else name
         renderer = f"cqos_core.formatters.{module}:render_{name}"
-        register(FormatterInfo(name, summary, renderer, for_people=name in {"full", "concise"}))
+        people, plugins_have_it = name in {"full", "concise"}, name == "markdown"
+        register(FormatterInfo(name, summary, renderer, for_people=people, gives_way=plugins_have_it))
 
 
 @hookimpl

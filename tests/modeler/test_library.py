@@ -85,7 +85,7 @@ def test_the_example_of_the_readme_compiles_and_shows_verdicts(package, browser)
         shown = Shown(browser, page)
         try:
             shown.page.wait_for_selector(".qos-incompatible")
-            assert shown.page.inner_text("#status") == "Incompatible: 1 of 2 pairs, 2 errors"
+            assert shown.page.inner_text("#status") == "Incompatible: 1 of 2 pairs, 2 errors, 4 warnings"
             assert shown.page.locator(".qos-badge-incompatible").count() == 2
             shown.page.click("[data-element-id=Drone_ThrowReq]")
             shown.page.wait_for_selector("#panel >> text=Reliability")
