@@ -173,9 +173,8 @@ def conformance(_: list[str]) -> int:
         ("guarantees", "cyclonedds", "fastdds", "mosquitto"),
         ("second_opinion", "record"),
     )
-    return run_steps(
-        [(name, [tool("python"), "-m", f"tests.conformance.{name}", *arguments]) for name, *arguments in runs]
-    )
+    steps = [(name, [tool("python"), "-m", f"tests.conformance.{name}", *arguments]) for name, *arguments in runs]
+    return run_steps([*steps, ("behaviour", [tool("python"), "-m", "tests.oracle.record", "10000", "200"])])
 
 
 def bench(arguments: list[str]) -> int:

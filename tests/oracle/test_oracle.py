@@ -1,0 +1,59 @@
+"""Random runs of the simulator contradict no finding about behaviour: of all cases, and of random models."""
+
+from __future__ import annotations
+
+import os
+from random import Random
+
+import pytest
+
+from tests.behaviour.drawing import model
+from tests.behaviour.test_cases import cases
+from tests.oracle.checks import CHECKED, Oracle, holds, possible_faults
+from tests.oracle.random_models import random_model
+from tests.oracle.record import DOCUMENT, document, drawn
+
+LONG = os.environ.get("CQOS_HYPOTHESIS") == "explore"
+RUNS = 10_000 if LONG else 12
+MODELS = 1_000 if LONG else 12
+
+
+@pytest.mark.explored
+def test_no_run_of_a_case_contradicts_a_finding():
+    wrong, seen = [], set()
+    for each in cases():
+        oracle = drawn(each.values[0])
+        for number in range(RUNS if oracle.claims else 0):
+            log = oracle.run(number)
+            answers = {claim: holds(claim, log) for claim in oracle.claims}
+            wrong += [f"{each.id}: {claim}: run {number}" for claim, answer in answers.items() if answer is False]
+            seen |= {claim.code for claim, answer in answers.items() if answer}
+    assert wrong == []
+    assert seen >= {"BP101", "BP102", "BP103", "BP110", "BP111", "BP112"}
+
+
+@pytest.mark.explored
+def test_no_run_of_a_random_model_contradicts_a_finding():
+    wrong, claims = [], 0
+    for seed in range(MODELS):
+        oracle = Oracle(model(random_model(Random(seed))))  # noqa: S311
+        claims += len(oracle.claims)
+        for number in range(RUNS if oracle.claims else 0):
+            log = oracle.run(number)
+            wrong += [f"model {seed}: {claim}: run {number}" for claim in oracle.claims if holds(claim, log) is False]
+    assert wrong == []
+    assert claims > MODELS / 3
+
+
+def test_the_simulator_shows_a_contradiction_where_there_is_one():
+    """A claim that is wrong on purpose: a throw that the model reaches never fires, by this claim."""
+    oracle = Oracle(model({"A": "s: start\n p: end x\n s -> p", "B": "c: start x"}))
+    never = oracle.claim("BP111", ("p",))
+    assert never is not None
+    assert never in possible_faults(oracle)
+    assert holds(never, oracle.run(0)) is False
+    assert set(CHECKED) >= {"BP101", "BP110"}
+
+
+def test_the_page_is_what_was_recorded():
+    assert DOCUMENT.read_text(encoding="utf-8") == document(), "run: python -m tests.oracle.record"
