@@ -375,6 +375,30 @@ def test_documents_beside_the_diagram_are_checked_with_it(checks, tmp_path):
     assert shown.page.locator(".qos-stale").count() == 0
 
 
+def test_a_recording_a_profile_file_and_an_asyncapi_document_bring_partners(checks):
+    topics = {"ros2": "/imu/data", "dds": "alarm", "mqtt": "farm/weather"}
+    domain = {"dds": ' qos:domain="3"'}
+    pools = [
+        Pool(name, (Event(f"In_{name}", CATCH, topic),), f' qos:protocol="{name}"{domain.get(name, "")}')
+        for name, topic in topics.items()
+    ]
+    shown = checks(drawing(*pools))
+    becomes(shown, unmatched=[f"In_{name}" for name in topics])
+    shown.page.get_by_role("tab", name="Other documents").click()
+    designs = ROOT / "tests" / "decisive" / "designs"
+    files = [
+        ROOT / "examples" / "robot_directory" / "bag" / "metadata.yaml",
+        designs / "press_dds.xml",
+        designs / "weather_asyncapi" / "station.yaml",
+    ]
+    shown.page.locator('.tab-content input[type="file"]').set_input_files(files)
+    shown.page.wait_for_function("() => document.querySelectorAll('.document').length === 3")
+    shown.page.locator(".qos-unmatched").first.wait_for(state="detached")
+    for name, file in zip(topics, files, strict=True):
+        shown.choose(f"In_{name}")
+        assert file.name in panel(shown).locator(".partners").inner_text()
+
+
 ZEROS = dict.fromkeys(
     ("history", "depth", "reliability", "durability", "deadline", "lifespan", "liveliness", "leaseDuration"), "0"
 )
