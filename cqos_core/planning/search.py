@@ -17,6 +17,7 @@ from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.planning.constraints import Constraint, Goals, ends_of
 from cqos_core.planning.model import PINNED, RepairModel, build, pin_of
+from cqos_core.planning.slots import changeable
 from cqos_core.planning.solver import conflict, solve
 
 if TYPE_CHECKING:
@@ -392,11 +393,11 @@ class _ConflictWords:
             f"`{second.first.id}`" if first is second else f"`{second.first.id}` and its publisher `{first.first.id}`"
         )
         required = f" (needs {rule.guarantee})" if rule.guarantee else ""
-        unchangeable = [each.first.id for each in dict.fromkeys((first, second)) if not self.model.variables.get(each)]
-        fixed = (
-            f"; no file has a place to change {' or '.join(f'`{each}`' for each in unchangeable)}"
-            if unchangeable
-            else ""
+        fixed = dict.fromkeys(
+            f"{use.term.name} of `{end.first.id}`"
+            for end, use in changeable(constraint)
+            if use.index not in self.model.variables.get(end, {})
         )
-        text = f"{rule.code}{required}: {ends} on `{constraint.topic}`: {rule.because}{fixed}"
+        where = f"; no file has a place to change {', '.join(fixed)}" if fixed else ""
+        text = f"{rule.code}{required}: {ends} on `{constraint.topic}`: {rule.because}{where}"
         return f"{text} ({rule.help})" if rule.help else text

@@ -142,3 +142,23 @@ participants:
     assert "# not chosen yet" in (files / "a.yaml").read_text(encoding="utf-8")
     assert cqos("check", "--fail-on", "warning", "a.yaml").code == 0
     assert cqos("suggest", "a.yaml").code == 0
+
+
+def test_a_conflict_names_the_setting_that_has_no_place(cqos, files):
+    text = (EXAMPLES / "mixed" / "weather_station.yaml").read_text(encoding="utf-8")
+    (files / "w.yaml").write_text(
+        text.replace("needs: {latest: true,", "needs: {late_join: 1, latest: true,"), encoding="utf-8"
+    )
+    done = cqos("repair", "w.yaml")
+    assert done.code == 1
+    words = " ".join(done.out.split())
+    assert "no file has a place to change durability of `mqtt_client/publisher/resp_weather_data`" in words
+
+
+def test_a_path_over_a_bridge_is_repaired_on_both_protocols(cqos, files):
+    text = (EXAMPLES / "mixed" / "weather_station.yaml").read_text(encoding="utf-8")
+    weak = text.replace("reliability: reliable", "reliability: best_effort").replace(" qos: 1,", " qos: 0,")
+    (files / "w.yaml").write_text(weak.replace("qos: 1}", "qos: 0}"), encoding="utf-8")
+    assert cqos("check", "w.yaml").code == 1
+    assert cqos("repair", "--fix", "w.yaml").code == 0
+    assert cqos("check", "w.yaml").code == 0
