@@ -16,7 +16,7 @@ from cqos_ros2.launch.python_names import (
     Walk,
     written,
 )
-from cqos_ros2.launch.values import Either, Unknown, When, either, first_unknown, otherwise
+from cqos_ros2.launch.values import Either, Unknown, When, either, first_unknown
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -183,7 +183,7 @@ def _branch(node: ast.If, frame: Frame, walk: Walk, returns: _Returns) -> Flow:
     if not isinstance(held, Either):
         _forget([node], frame, walk)
         return ""
-    left: list[Guards] = []
+    stays: list[Guards] = []
     flows: set[Flow] = set()
     for guards, each in held.cases:
         start = len(walk.guards)
@@ -191,16 +191,14 @@ def _branch(node: ast.If, frame: Frame, walk: Walk, returns: _Returns) -> Flow:
         flow = _run(node.body if each else node.orelse, frame, walk, returns)
         del walk.guards[start:]
         flows.add(flow)
-        if flow:
-            left.append(guards)
-    if flows == {"return"}:
-        return "return"
-    if flows & {"break", "continue"}:
-        walk.guards += left[0] and next(iter(otherwise(left[0])))
-    elif left:
-        # What follows is only reached where none of the branches that returned was taken.
-        for guards in left:
-            walk.guards += next(iter(otherwise(guards)))
+        if not flow:
+            stays.append(guards)
+    if len(flows) == 1 and "" not in flows:
+        return flows.pop()
+    if len(flows) > 1:
+        # What follows is only reached where no branch that leaves was taken.
+        here = Unknown("", frame.place(node), f"{written(node.test)} ({frame.path.rpartition('/')[2]}:{node.lineno})")
+        walk.guards += stays[0] if len(stays) == 1 else (here.guard("true").negated(),)
     return ""
 
 

@@ -224,6 +224,30 @@ def test_an_opaque_function_on_an_argument_without_value_keeps_both_branches(pyt
     assert [guards(each) for each in found.instances] == [["mode is not none"]]
 
 
+@pytest.mark.parametrize(
+    ("test", "expected"),
+    [
+        ("a == 'x'", ["a is not x"]),
+        ("a == 'x' or b == 'y'", ["a is not x", "b is not y"]),
+        ("a == 'x' and b == 'y'", ["a == 'x' and b == 'y' (bot.launch.py:22) is not true"]),
+        ("not a == 'x'", ["a is x"]),
+    ],
+)
+def test_what_follows_an_undecided_return_is_reached_where_no_branch_left(python_launch, test, expected):
+    found = python_launch(f"""
+        def setup(context):
+            a = LaunchConfiguration('a').perform(context)
+            b = LaunchConfiguration('b').perform(context)
+            if {test}:
+                return []
+            return [Node(package='p', executable='e')]
+
+        arguments = [DeclareLaunchArgument('a'), DeclareLaunchArgument('b')]
+        return LaunchDescription([*arguments, OpaqueFunction(function=setup)])
+        """)
+    assert [guards(each) for each in found.instances] == [expected]
+
+
 def test_scopes_namespaces_and_what_leaks(python_launch):
     found = python_launch("""
         return LaunchDescription([
