@@ -48,6 +48,7 @@ FOLLOWED: tuple[str, ...] = (
     "docs/convert-and-diff.md",
     "docs/library.md",
     "docs/guarantees.md",
+    "docs/time-and-budgets.md",
     "docs/mqtt.md",
     "docs/paper.md",
     "docs/conditions.md",

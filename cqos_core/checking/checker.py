@@ -24,6 +24,7 @@ from cqos_core.model.remarks import core_finding, plural, suggestion
 from cqos_core.model.report import Finding, Report, Severity, Side, Verdict
 from cqos_core.model.spelling import KnownNames
 from cqos_core.paths.bridge_findings import bridge_findings
+from cqos_core.paths.chain_findings import chain_findings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -290,7 +291,7 @@ class JudgedTopics(NamedTuple):
 
     Attributes:
         teams: the rules of the team, by id of the pack.
-        problems: findings about these rules, about bridges, and about behaviour.
+        problems: findings about these rules, and about bridges, chains and behaviour.
         excused: the acceptances that name endpoints.
     """
 
@@ -318,5 +319,7 @@ def judge_topics(
         results[key] = judged(key, endpoints, partial(check_topic, endpoints, excused, teams))
     if system.bridges:
         problems += bridge_findings(system, pipeline.hops, pipeline.topics)
+    if system.chains:
+        problems += chain_findings(pipeline)
     problems += behaviour_findings(pipeline)
     return JudgedTopics(results, teams, problems, excused)

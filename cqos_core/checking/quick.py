@@ -1,8 +1,8 @@
 """The quick way of an edit: one endpoint is resolved, and its topics are judged.
 
-It is open where an endpoint has to do with its own topic only. No bridge or overlay reaches it, and no order of start is stated.
-No control flow leads from topic to topic, no pack lets values follow from all endpoints, and resolving reported nothing. All else
-takes the general way.
+It is open where an endpoint has to do with its own topic only. No bridge, overlay, chain or link reaches it, and no order of start is
+stated. No control flow leads from topic to topic, no pack lets values follow from all endpoints, and resolving reported nothing. All
+else takes the general way.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def is_quick(pipeline: Pipeline) -> bool:
     system, resolver = pipeline.stated, pipeline.resolver
     packs = resolver.result.packs
     return not (
-        (system.overlays or system.bridges or system.hypothetical or system.flows)
+        (system.overlays or system.bridges or system.hypothetical or system.flows or system.chains or system.links)
         or (resolver.unjudged or resolver.clashes or resolver.completed)
         or any(each.meeting.match is not None for each in packs.values())
         or any(each.wire is not None and each.wire.protocol in packs for each in packs.values())

@@ -24,6 +24,7 @@ from cqos_core.formatters.json_report import render_json
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import clean, paint
 from cqos_core.inputs.files import STDIN
+from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Group, Report, Severity
 from cqos_core.model.report_form import assumed
@@ -55,13 +56,21 @@ _VERDICT = _HEADER.index("verdict")
     help="Explain what running programs print when they discover an endpoint that does not fit; `-` is standard input. "
     "With paths, by the pairs of that system; the exit code is 1 if there is any such line.",
 )
+@click.option("--chains", is_flag=True, help="Show how old data is at each step of the chains of the system.")
 @reading_options
 @form_option
 @color_option
 @debug_option
 @click.pass_context
 def explain(
-    ctx: click.Context, *, arguments: tuple[str, ...], log: str | None, reading: ReadingOptions, form: str, color: str
+    ctx: click.Context,
+    *,
+    arguments: tuple[str, ...],
+    log: str | None,
+    chains: bool,
+    reading: ReadingOptions,
+    form: str,
+    color: str,
 ) -> None:
     """Explain one publisher and one subscriber, policy by policy.
 
@@ -75,6 +84,7 @@ def explain(
       cqos explain system.yaml lidar/publisher/scan nav/subscriber/scan
       cqos explain model.bpmn Drone_ThrowReq Station_CatchReq --option ros2.rmw=zenoh
       cqos explain --log node.log system.yaml                what do the programs complain of?
+      cqos explain --chains system.yaml                      how old is data at the end of each chain?
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     if log is not None:
         from cqos_core.cli.explain_log import explain_log
@@ -82,10 +92,15 @@ def explain(
         explain_log(ctx, log=log, paths=arguments, reading=reading, form=form, color=color)
     if not arguments:
         raise click.UsageError("Missing argument 'PATH...'.", ctx)
-    paths, ids = _split(arguments)
+    paths, ids = (arguments, ()) if chains else _split(arguments)
     reader = prepare(reading, paths)
     system, loaded = reader.one(paths, color, partly=True)
     system = tried_out(system, reader.protocol)
+    if chains:
+        from cqos_core.cli.explain_time import explain_chains
+
+        emit(explain_chains(Pipeline(system, reader.context), form, width()))
+        ctx.exit(UNUSABLE if loaded.problems else _OK)
     endpoints = endpoints_of(system, reader.context)
     if not ids:
         emit(_endpoints_as_json(endpoints) if form == "json" else _endpoints_as_text(endpoints, color))

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
         TeamRule,
         Topic,
     )
+    from cqos_core.model.timing import Chain, Link
 
 _TRUE: Final = Raw("true")
 _SHOWN_SOURCES: Final = 10
@@ -110,6 +111,8 @@ class _SystemFile:
             "participants": self._participants(),
             "brokers": {name: _broker(each) for name, each in system.brokers.items()},
             "bridges": {name: _bridge(each) for name, each in system.bridges.items()},
+            "chains": {name: _chain(each) for name, each in system.chains.items()},
+            "links": {name: _link(each) for name, each in system.links.items()},
         }
         document = Block(head, apart=True)
         document.entries |= {
@@ -276,6 +279,21 @@ def _topic(topic: Topic) -> Node:
 
 def _bridge(bridge: Bridge) -> Node:
     return _stated({"routes": [_route(each) for each in bridge.routes], "carries": _listed(bridge.carries)})
+
+
+def _chain(chain: Chain) -> Node:
+    steps: list[Node] = [
+        _stated({"at": _text(each.at), "topic": _optional(each.topic), **_settings(each.settings)})
+        if each.topic or each.settings
+        else _text(each.at)
+        for each in chain.steps
+    ]
+    return {"steps": steps, **_settings(chain.settings)}
+
+
+def _link(link: Link) -> Node:
+    members = {"participants": _texts(link.participants), "topics": _listed(link.topics)}
+    return _stated({**members, **_settings(link.settings)})
 
 
 def _route(route: Route) -> Node:

@@ -13,6 +13,7 @@ from cqos_core.importers.forms import Form, Key, ListOf, MapOf, Member, OneOrMor
 from cqos_core.importers.instances import InstancesShape
 from cqos_core.importers.shapes import EXPRESSION, FLAG, FLAT_SETTING, SETTING, TEXT, TEXTS, Scalar, one_of
 from cqos_core.importers.team_rules import ACCEPTANCE, CHECK
+from cqos_core.importers.timing import CHAINS, LINKS
 from cqos_core.importers.tree import whole_number
 
 if TYPE_CHECKING:
@@ -262,6 +263,8 @@ DOCUMENT: Final = Form(
         PARTICIPANTS,
         BROKERS,
         BRIDGES,
+        CHAINS,
+        LINKS,
         CHECKS,
         ACCEPT,
         SEVERITIES,

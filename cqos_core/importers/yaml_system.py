@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from cqos_core.importers.instances import Multiplier, TooManyError
 from cqos_core.importers.reading import collect, shown
 from cqos_core.importers.team_rules import acceptance, team_rule
+from cqos_core.importers.timing import chains_and_links
 from cqos_core.importers.yaml_documents import Loader
 from cqos_core.importers.yaml_form import (
     ACCEPT,
@@ -264,7 +265,7 @@ class _Builder:
     # What has a name
 
     def named(self, entry: Entry) -> None:
-        """Take profiles, topics, brokers and bridges."""
+        """Take profiles, topics, brokers, bridges, chains and links."""
         for name, profile in (entry.get(PROFILES) or {}).items():
             stated = Profile(name, profile.value.settings, _profiles(profile.value), profile.place)
             self.add("profile", name, stated, self.system.profiles)
@@ -273,15 +274,14 @@ class _Builder:
             about = Topic(name, topic.value.settings, external, topic.value.get(PROTOCOL), topic.place)
             self.add("topic", name, about, self.system.topics)
         for name, broker in (entry.get(BROKERS) or {}).items():
-            protocol = self.protocol(broker.value, entry)
-            found = Broker(
-                name, protocol, broker.value.settings, _profiles(broker.value), broker.place, room=Room(broker.place)
-            )
+            made, room = broker.value, Room(broker.place)
+            found = Broker(name, self.protocol(made, entry), made.settings, _profiles(made), broker.place, room=room)
             self.add("broker", name, found, self.system.brokers)
         for name, bridge in (entry.get(BRIDGES) or {}).items():
-            routes = tuple(_route(route) for route in bridge.value.get(ROUTES) or ())
-            carries = bridge.value.get(CARRIES) or []
-            self.add("bridge", name, Bridge(name, routes, tuple(carries), bridge.place), self.system.bridges)
+            routes, carries = map(_route, bridge.value.get(ROUTES) or ()), bridge.value.get(CARRIES) or ()
+            self.add("bridge", name, Bridge(name, (*routes,), (*carries,), bridge.place), self.system.bridges)
+        for kind, plan in chains_and_links(entry):
+            self.add(kind, plan.name, plan, getattr(self.system, f"{kind}s"))
 
     def add(
         self,
@@ -316,7 +316,7 @@ class _Builder:
         for participant in foreign.participants.values():
             own = participant.protocol or foreign.protocol
             participant.protocol = None if own == system.protocol else own
-        for kind in ("profile", "topic", "broker", "bridge", "participant"):
+        for kind in ("profile", "topic", "broker", "bridge", "chain", "link", "participant"):
             among = getattr(system, f"{kind}s")
             for name, stated in getattr(foreign, f"{kind}s").items():
                 if self.claim(kind, name, stated.place or Place("")):

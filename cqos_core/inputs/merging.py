@@ -47,6 +47,7 @@ def merge(systems: Sequence[System]) -> System:
                 if known is not stated:
                     join(whole, known, stated)
         whole.profiles.update(system.profiles)
+        _join_plans(whole, system)
         for pack, settings in system.options.items():
             whole.options.setdefault(pack, {}).update(settings)
         whole.overlays += system.overlays
@@ -68,6 +69,16 @@ def merge(systems: Sequence[System]) -> System:
     protocols = {system.protocol for system in systems}
     whole.protocol = protocols.pop() if len(protocols) == 1 else None
     return whole
+
+
+def _join_plans(whole: System, system: System) -> None:
+    """Take chains and links; the first of a name holds."""
+    for what in ("chain", "link"):
+        known = getattr(whole, f"{what}s")
+        for name, each in getattr(system, f"{what}s").items():
+            if replace(known.setdefault(name, each), place=None) != replace(each, place=None):
+                message = f"{what} `{name}` is stated differently in two files; the first holds"
+                whole.notes.append(ImportNote("CQ060", "warning", message, each.place))
 
 
 def _tell_brokers_apart(systems: Sequence[System]) -> None:

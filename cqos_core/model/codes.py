@@ -2,7 +2,7 @@
 
 CQ0xx: reading (CQ001-CQ029 in general, CQ030-CQ059 BPMN, CQ060 several files together, CQ061 profiles alone); CQ2xx: settings and
 profiles; CQ4xx: names and meeting; CQ5xx: bridges;
-CQ6xx: accepted exceptions and the team's own rules; CQ7xx: plugins at fault; BP1xx: behaviour.
+CQ6xx: accepted exceptions and the team's own rules; CQ7xx: plugins at fault; CQ8xx: chains and budgets; BP1xx: behaviour.
 """
 
 from __future__ import annotations

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
     from cqos_core.model.flow import ControlFlow
+    from cqos_core.model.timing import Chain, Link
 
 T = TypeVar("T")
 Role = Literal["publisher", "subscriber"]
@@ -39,8 +40,7 @@ class Place(Constant):
 
     Attributes:
         source: file path as given by the caller, or a name such as ``<bytes>``.
-        line, column: one-based; None where the format has none. `column` may be None beside a known line:
-            importers that can only find it by rescanning leave it to the formatter (`cqos_core.model.excerpt`).
+        line, column: one-based; None where the format has none. `cqos_core.model.excerpt` finds a column that is None.
         element: id of the model element (BPMN element id, modeler id), or None.
         path: dotted path of the property inside the document or element (``participants.drone.publishes``,
             ``qos:reliability``), or None.
@@ -183,8 +183,7 @@ class Topic:
 
     Attributes:
         name: as written.
-        settings: topic facts as text: ``type``, ``keyed``, ``period``, ``size``, ``latched`` and whatever a pack declares
-            at topic level.
+        settings: topic facts as text: ``type``, ``keyed``, ``period``, ``size`` and what else a pack declares for topics.
         external: participants outside this system publish or subscribe here, so a missing partner is no finding.
         protocol: limits the entry to one protocol; None means any.
     """
@@ -305,8 +304,7 @@ class Participant:
     Attributes:
         id: unique in the system.
         protocol: pack id, or None for the system's.
-        settings: participant-level settings as text: connection fields and per-participant options that a pack
-            declares (``rmw``, ``domain``, ``namespace``, ``broker`` …), by the name they were written with.
+        settings: connection fields and options that a pack declares (``rmw``, ``domain``), by the name they were written with.
         remap: topic renames, from → to, as written.
         starts_after: ids of participants that are up before this one.
         room: as that of endpoints.
@@ -463,6 +461,8 @@ class System:
     notes: list[ImportNote] = field(default_factory=list)
     sources: dict[str, bytes] = field(default_factory=dict)
     flows: tuple[ControlFlow, ...] = ()
+    chains: dict[str, Chain] = field(default_factory=dict)
+    links: dict[str, Link] = field(default_factory=dict)
     partial: bool = False
     hypothetical: bool = False
 

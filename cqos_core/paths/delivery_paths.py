@@ -51,7 +51,7 @@ class Arrivals:
             for way in begun:
                 last = way[-1] if way else None
                 for name, pair in self._pairs(last.target if isinstance(last, Hop) else publisher).items():
-                    if passing is not None and self._passes(pair) not in passing:
+                    if passing is not None and self.passes(pair) not in passing:
                         continue
                     if len(known := found.setdefault(name, [])) < _MOST:
                         known.append([*way, pair])
@@ -78,9 +78,9 @@ class Arrivals:
             found = self._met[publisher.id] = {pair[1].id: pair for pair in self._meeting.pairs(publisher)}
         return found
 
-    def _passes(self, pair: Pair) -> bool | None:
+    def passes(self, pair: Pair) -> bool | None:
         """Whether samples pass between two that meet, and over other ways too; None where it is not known."""
-        publisher, subscriber = (self._profile(each) for each in pair)
+        publisher, subscriber = (self.profile(each) for each in pair)
         if any(subscriber.values[index] == value for index, value in subscriber.pack.one_way):
             return False
         refusals = [
@@ -92,7 +92,7 @@ class Arrivals:
             return False
         return None if refusals else True
 
-    def _profile(self, endpoint: Resolved) -> QosProfile:
+    def profile(self, endpoint: Resolved) -> QosProfile:
         """The values of an endpoint, those from its peers too."""
         beside = self._meeting.beside(endpoint)
         found = self._settled.get(id(beside))

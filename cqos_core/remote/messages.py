@@ -20,7 +20,7 @@ from cqos.v1 import report_pb2, session_pb2, system_pb2
 from cqos_core.analysis import differences
 from cqos_core.checking import description
 from cqos_core.language.domains import Names
-from cqos_core.model import flow, problems, report, system
+from cqos_core.model import flow, problems, report, system, timing
 from cqos_core.model.memory import LONGEST_REMEMBERED
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.report import Severity, Verdict
@@ -42,6 +42,7 @@ _KINDS: Final[Mapping[str, type[Any]]] = {
         (system, "System Profile ProfileRef Scope Topic Endpoint Overlay Participant Broker Bridge Room Route Bound"),
         (system, "TeamRule Acceptance ImportNote Place"),
         (flow, "ControlFlow FlowNode Trigger Timer"),
+        (timing, "Chain ChainStep Link"),
         (problems, "Problem"),
         (description, "DescribedEndpoint DescribedParticipant"),
     )

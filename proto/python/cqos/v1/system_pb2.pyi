@@ -144,6 +144,8 @@ class System(_message.Message):
     PARTIAL_FIELD_NUMBER: _builtins.int
     HYPOTHETICAL_FIELD_NUMBER: _builtins.int
     FLOWS_FIELD_NUMBER: _builtins.int
+    CHAINS_FIELD_NUMBER: _builtins.int
+    LINKS_FIELD_NUMBER: _builtins.int
     name: _builtins.str
     """For the report."""
     protocol: _builtins.str
@@ -208,6 +210,14 @@ class System(_message.Message):
     def flows(self) -> _containers.RepeatedCompositeFieldContainer[Global___ControlFlow]:
         """The control flow of each file that draws any."""
 
+    @_builtins.property
+    def chains(self) -> _containers.RepeatedCompositeFieldContainer[Global___Chain]:
+        """Paths that data takes through several participants."""
+
+    @_builtins.property
+    def links(self) -> _containers.RepeatedCompositeFieldContainer[Global___Link]:
+        """Links of limited capacity."""
+
     def __init__(
         self,
         *,
@@ -229,16 +239,222 @@ class System(_message.Message):
         partial: _builtins.bool = ...,
         hypothetical: _builtins.bool = ...,
         flows: _abc.Iterable[Global___ControlFlow] | None = ...,
+        chains: _abc.Iterable[Global___Chain] | None = ...,
+        links: _abc.Iterable[Global___Link] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "protocol", b"protocol"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "accept", b"accept", "bridges", b"bridges", "brokers", b"brokers", "checks", b"checks", "endpoints", b"endpoints", "flows", b"flows", "hypothetical", b"hypothetical", "name", b"name", "notes", b"notes", "options", b"options", "overlays", b"overlays", "partial", b"partial", "participants", b"participants", "profiles", b"profiles", "protocol", b"protocol", "severities", b"severities", "sources", b"sources", "topics", b"topics"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_protocol", b"_protocol", "accept", b"accept", "bridges", b"bridges", "brokers", b"brokers", "chains", b"chains", "checks", b"checks", "endpoints", b"endpoints", "flows", b"flows", "hypothetical", b"hypothetical", "links", b"links", "name", b"name", "notes", b"notes", "options", b"options", "overlays", b"overlays", "partial", b"partial", "participants", b"participants", "profiles", b"profiles", "protocol", b"protocol", "severities", b"severities", "sources", b"sources", "topics", b"topics"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__protocol: _TypeAlias = _typing.Literal["protocol"]  # noqa: Y015
     _WhichOneofArgType__protocol: _TypeAlias = _typing.Literal["_protocol", b"_protocol"]  # noqa: Y015
     def WhichOneof(self, oneof_group: _WhichOneofArgType__protocol) -> _WhichOneofReturnType__protocol | None: ...
 
 Global___System: _TypeAlias = System  # noqa: Y015
+
+@_typing.final
+class Chain(_message.Message):
+    """A path that data takes through several participants, and the requirements at its end."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    @_typing.final
+    class SettingsEntry(_message.Message):
+        DESCRIPTOR: _descriptor.Descriptor
+
+        KEY_FIELD_NUMBER: _builtins.int
+        VALUE_FIELD_NUMBER: _builtins.int
+        key: _builtins.str
+        value: _builtins.str
+        def __init__(
+            self,
+            *,
+            key: _builtins.str = ...,
+            value: _builtins.str = ...,
+        ) -> None: ...
+        _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+        def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+        _ClearFieldArgType: _TypeAlias = _typing.Literal["key", b"key", "value", b"value"]  # noqa: Y015
+        def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+        def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+    NAME_FIELD_NUMBER: _builtins.int
+    STEPS_FIELD_NUMBER: _builtins.int
+    SETTINGS_FIELD_NUMBER: _builtins.int
+    SETTINGS_STATED_FIELD_NUMBER: _builtins.int
+    PLACE_FIELD_NUMBER: _builtins.int
+    name: _builtins.str
+    """Unique in the system."""
+    @_builtins.property
+    def steps(self) -> _containers.RepeatedCompositeFieldContainer[Global___ChainStep]:
+        """From the source of the data to its last use."""
+
+    @_builtins.property
+    def settings(self) -> _containers.ScalarMap[_builtins.str, _builtins.str]:
+        """`max_age` and `max_gap`."""
+
+    @_builtins.property
+    def settings_stated(self) -> _containers.RepeatedCompositeFieldContainer[Global___StatedSetting]:
+        """Place of each."""
+
+    @_builtins.property
+    def place(self) -> _report_pb2.Place:
+        """Its place."""
+
+    def __init__(
+        self,
+        *,
+        name: _builtins.str = ...,
+        steps: _abc.Iterable[Global___ChainStep] | None = ...,
+        settings: _abc.Mapping[_builtins.str, _builtins.str] | None = ...,
+        settings_stated: _abc.Iterable[Global___StatedSetting] | None = ...,
+        place: _report_pb2.Place | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["name", b"name", "place", b"place", "settings", b"settings", "settings_stated", b"settings_stated", "steps", b"steps"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Chain: _TypeAlias = Chain  # noqa: Y015
+
+@_typing.final
+class ChainStep(_message.Message):
+    """One step of a chain."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    @_typing.final
+    class SettingsEntry(_message.Message):
+        DESCRIPTOR: _descriptor.Descriptor
+
+        KEY_FIELD_NUMBER: _builtins.int
+        VALUE_FIELD_NUMBER: _builtins.int
+        key: _builtins.str
+        value: _builtins.str
+        def __init__(
+            self,
+            *,
+            key: _builtins.str = ...,
+            value: _builtins.str = ...,
+        ) -> None: ...
+        _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+        def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+        _ClearFieldArgType: _TypeAlias = _typing.Literal["key", b"key", "value", b"value"]  # noqa: Y015
+        def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+        def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+    AT_FIELD_NUMBER: _builtins.int
+    TOPIC_FIELD_NUMBER: _builtins.int
+    SETTINGS_FIELD_NUMBER: _builtins.int
+    SETTINGS_STATED_FIELD_NUMBER: _builtins.int
+    PLACE_FIELD_NUMBER: _builtins.int
+    at: _builtins.str
+    """Id of a participant or of an endpoint."""
+    topic: _builtins.str
+    """The topic on which data arrives from the step before; absent if there is only one."""
+    @_builtins.property
+    def settings(self) -> _containers.ScalarMap[_builtins.str, _builtins.str]:
+        """`latency`, `waits` and `takes`: ranges such as `<=20ms`."""
+
+    @_builtins.property
+    def settings_stated(self) -> _containers.RepeatedCompositeFieldContainer[Global___StatedSetting]:
+        """Place of each."""
+
+    @_builtins.property
+    def place(self) -> _report_pb2.Place:
+        """Its place."""
+
+    def __init__(
+        self,
+        *,
+        at: _builtins.str = ...,
+        topic: _builtins.str | None = ...,
+        settings: _abc.Mapping[_builtins.str, _builtins.str] | None = ...,
+        settings_stated: _abc.Iterable[Global___StatedSetting] | None = ...,
+        place: _report_pb2.Place | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["_topic", b"_topic", "place", b"place", "topic", b"topic"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_topic", b"_topic", "at", b"at", "place", b"place", "settings", b"settings", "settings_stated", b"settings_stated", "topic", b"topic"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    _WhichOneofReturnType__topic: _TypeAlias = _typing.Literal["topic"]  # noqa: Y015
+    _WhichOneofArgType__topic: _TypeAlias = _typing.Literal["_topic", b"_topic"]  # noqa: Y015
+    def WhichOneof(self, oneof_group: _WhichOneofArgType__topic) -> _WhichOneofReturnType__topic | None: ...
+
+Global___ChainStep: _TypeAlias = ChainStep  # noqa: Y015
+
+@_typing.final
+class Link(_message.Message):
+    """A link of limited capacity between some participants and all others."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    @_typing.final
+    class SettingsEntry(_message.Message):
+        DESCRIPTOR: _descriptor.Descriptor
+
+        KEY_FIELD_NUMBER: _builtins.int
+        VALUE_FIELD_NUMBER: _builtins.int
+        key: _builtins.str
+        value: _builtins.str
+        def __init__(
+            self,
+            *,
+            key: _builtins.str = ...,
+            value: _builtins.str = ...,
+        ) -> None: ...
+        _HasFieldArgType: _TypeAlias = _Never  # noqa: Y015
+        def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+        _ClearFieldArgType: _TypeAlias = _typing.Literal["key", b"key", "value", b"value"]  # noqa: Y015
+        def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+        def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+    NAME_FIELD_NUMBER: _builtins.int
+    PARTICIPANTS_FIELD_NUMBER: _builtins.int
+    TOPICS_FIELD_NUMBER: _builtins.int
+    SETTINGS_FIELD_NUMBER: _builtins.int
+    SETTINGS_STATED_FIELD_NUMBER: _builtins.int
+    PLACE_FIELD_NUMBER: _builtins.int
+    name: _builtins.str
+    """Unique in the system."""
+    @_builtins.property
+    def participants(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Patterns of the ids of the participants on one side of it."""
+
+    @_builtins.property
+    def topics(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Patterns of the topics that it carries; all if empty."""
+
+    @_builtins.property
+    def settings(self) -> _containers.ScalarMap[_builtins.str, _builtins.str]:
+        """`rate`, `loss`, `mtu` and `round_trip`."""
+
+    @_builtins.property
+    def settings_stated(self) -> _containers.RepeatedCompositeFieldContainer[Global___StatedSetting]:
+        """Place of each."""
+
+    @_builtins.property
+    def place(self) -> _report_pb2.Place:
+        """Its place."""
+
+    def __init__(
+        self,
+        *,
+        name: _builtins.str = ...,
+        participants: _abc.Iterable[_builtins.str] | None = ...,
+        topics: _abc.Iterable[_builtins.str] | None = ...,
+        settings: _abc.Mapping[_builtins.str, _builtins.str] | None = ...,
+        settings_stated: _abc.Iterable[Global___StatedSetting] | None = ...,
+        place: _report_pb2.Place | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["place", b"place"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["name", b"name", "participants", b"participants", "place", b"place", "settings", b"settings", "settings_stated", b"settings_stated", "topics", b"topics"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___Link: _TypeAlias = Link  # noqa: Y015
 
 @_typing.final
 class Options(_message.Message):

@@ -1,0 +1,91 @@
+"""``cqos explain --chains``: what is certain of times, as text and as JSON."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.cli.tables import table
+from cqos_core.formatters.terminal import clean
+from cqos_core.paths.chains import chain_times
+from cqos_core.paths.time_ranges import DURATION
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from cqos_core.matching.pipeline import Pipeline
+    from cqos_core.paths.chains import ChainTimes, StepTimes
+    from cqos_core.paths.time_ranges import TimeRange
+
+_WORDS: Final[Mapping[bool | None, str]] = {True: "holds", False: "does not hold", None: "is open"}
+_JSON_WORDS: Final[Mapping[bool | None, str]] = {True: "yes", False: "no", None: "unknown"}
+_STEPS: Final = ("step", "topic", "latency", "waits", "takes", "age after it")
+
+
+def explain_chains(pipeline: Pipeline, form: str, columns: int) -> str:
+    """Return all chains of a system with the times of their steps, as text or as JSON."""
+    found = chain_times(pipeline)
+    if form == "json":
+        return json.dumps({"version": 1, "chains": [_chain_as_json(each) for each in found]}, indent=2) + "\n"
+    if not found:
+        return "there are no chains\n"
+    return "\n".join("\n".join(_chain_as_text(each, columns)) + "\n" for each in found)
+
+
+def _chain_as_text(times: ChainTimes, columns: int) -> Iterator[str]:
+    yield f"chain {clean(times.chain.name)}"
+    for name in times.limits or {}:
+        known = "" if times.faults else f": {times.age if name == 'max_age' else _gap(times)}"
+        yield f"  {name} {clean(times.chain.settings[name].text)} {_WORDS[times.holds(name)]}{known}"
+    for fault in times.faults:
+        yield f"  {clean(fault.message)}"
+    if times.steps:
+        yield ""
+        yield from table(_STEPS, [_row(each) for each in times.steps], columns)
+    remarks = dict.fromkeys(reason for each in times.steps for reason in (*each.missing, *each.gap_missing))
+    promises = dict.fromkeys(promise for each in times.steps for promise in each.assumed)
+    lines = [*(f"open: {clean(each)}" for each in remarks), *(f"assumed: {clean(each)}" for each in promises)]
+    if lines:
+        yield ""
+        yield from lines
+
+
+def _gap(times: ChainTimes) -> str:
+    least = f", at least {DURATION.format(times.gap.low)}" if times.gap.low else ""
+    return (f"at most {DURATION.format(times.gap.high)}" if times.gap.high is not None else "no upper bound") + least
+
+
+def _row(step: StepTimes) -> tuple[str, ...]:
+    topic = " over ".join((clean(step.topic), *map(clean, step.bridges)))
+    if not step.topic:
+        return clean(step.at), "", "", "", str(step.takes), str(step.age)
+    return clean(step.at), topic, str(step.latency), str(step.waits), str(step.takes), str(step.age)
+
+
+def _chain_as_json(times: ChainTimes) -> dict[str, Any]:
+    return {
+        "name": times.chain.name,
+        "requirements": [
+            {"word": name, "limit": DURATION.format(limit), "holds": _JSON_WORDS[times.holds(name)]}
+            for name, limit in (times.limits or {}).items()
+        ],
+        "age": _bounds(times.age),
+        "gap": _bounds(times.gap),
+        "faults": [each.message for each in times.faults],
+        "steps": [
+            {
+                "at": each.at,
+                "topic": each.topic or None,
+                "bridges": [*each.bridges],
+                **{name: _bounds(getattr(each, name)) for name in ("latency", "waits", "takes", "age")},
+                "missing": [*each.missing, *each.gap_missing],
+                "assumed": [*each.assumed],
+            }
+            for each in times.steps
+        ],
+    }
+
+
+def _bounds(known: TimeRange) -> dict[str, str | None]:
+    high = None if known.high is None else DURATION.format(known.high)
+    return {"at_least": DURATION.format(known.low), "at_most": high}
