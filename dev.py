@@ -172,6 +172,7 @@ def conformance(_: list[str]) -> int:
         ("proofs", "200", "2026"),
         ("guarantees", "cyclonedds", "fastdds", "mosquitto"),
         ("second_opinion", "record"),
+        ("budgets",),
     )
     steps = [(name, [tool("python"), "-m", f"tests.conformance.{name}", *arguments]) for name, *arguments in runs]
     return run_steps([*steps, ("behaviour", [tool("python"), "-m", "tests.oracle.record", "10000", "200"])])

@@ -24,6 +24,7 @@ from cqos_core.model.remarks import core_finding, plural, suggestion
 from cqos_core.model.report import Finding, Report, Severity, Side, Verdict
 from cqos_core.model.spelling import KnownNames
 from cqos_core.paths.bridge_findings import bridge_findings
+from cqos_core.paths.budget_findings import budget_findings
 from cqos_core.paths.chain_findings import chain_findings
 
 if TYPE_CHECKING:
@@ -291,7 +292,7 @@ class JudgedTopics(NamedTuple):
 
     Attributes:
         teams: the rules of the team, by id of the pack.
-        problems: findings about these rules, and about bridges, chains and behaviour.
+        problems: findings about these rules, and about bridges, chains, links and behaviour.
         excused: the acceptances that name endpoints.
     """
 
@@ -321,5 +322,7 @@ def judge_topics(
         problems += bridge_findings(system, pipeline.hops, pipeline.topics)
     if system.chains:
         problems += chain_findings(pipeline)
+    if system.links:
+        problems += budget_findings(pipeline)
     problems += behaviour_findings(pipeline)
     return JudgedTopics(results, teams, problems, excused)

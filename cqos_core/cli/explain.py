@@ -57,6 +57,7 @@ _VERDICT = _HEADER.index("verdict")
     "With paths, by the pairs of that system; the exit code is 1 if there is any such line.",
 )
 @click.option("--chains", is_flag=True, help="Show how old data is at each step of the chains of the system.")
+@click.option("--budgets", is_flag=True, help="Show how much goes over links, and how much histories keep.")
 @reading_options
 @form_option
 @color_option
@@ -68,6 +69,7 @@ def explain(
     arguments: tuple[str, ...],
     log: str | None,
     chains: bool,
+    budgets: bool,
     reading: ReadingOptions,
     form: str,
     color: str,
@@ -84,7 +86,7 @@ def explain(
       cqos explain system.yaml lidar/publisher/scan nav/subscriber/scan
       cqos explain model.bpmn Drone_ThrowReq Station_CatchReq --option ros2.rmw=zenoh
       cqos explain --log node.log system.yaml                what do the programs complain of?
-      cqos explain --chains system.yaml                      how old is data at the end of each chain?
+      cqos explain --chains --budgets system.yaml            how old is data, and how much is it?
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     if log is not None:
         from cqos_core.cli.explain_log import explain_log
@@ -92,14 +94,12 @@ def explain(
         explain_log(ctx, log=log, paths=arguments, reading=reading, form=form, color=color)
     if not arguments:
         raise click.UsageError("Missing argument 'PATH...'.", ctx)
-    paths, ids = (arguments, ()) if chains else _split(arguments)
+    paths, ids = (arguments, ()) if chains or budgets else _split(arguments)
     reader = prepare(reading, paths)
     system, loaded = reader.one(paths, color, partly=True)
     system = tried_out(system, reader.protocol)
-    if chains:
-        from cqos_core.cli.explain_time import explain_chains
-
-        emit(explain_chains(Pipeline(system, reader.context), form, width()))
+    if chains or budgets:
+        emit(_time(Pipeline(system, reader.context), form, chains=chains, budgets=budgets))
         ctx.exit(UNUSABLE if loaded.problems else _OK)
     endpoints = endpoints_of(system, reader.context)
     if not ids:
@@ -114,7 +114,6 @@ def explain(
             say(f"`cqos explain {' '.join(paths)}` lists all {len(endpoints)} endpoints", choice=color)
         ctx.exit(UNUSABLE)
     pair = explain_pair(system, ends[0].id, ends[1].id, reader.context)
-    report = _report(pair, *ends)
     stdout_style = Style(
         show=Severity.NOTE,
         color=colored(color, sys.stdout),
@@ -122,8 +121,14 @@ def explain(
         sources=system.sources,
         tool_version=version("cqos-core"),
     )
-    emit((_as_json if form == "json" else _as_text)(pair, report, ends, stdout_style))
+    emit((_as_json if form == "json" else _as_text)(pair, report := _report(pair, *ends), ends, stdout_style))
     ctx.exit(UNUSABLE if loaded.problems else _FINDINGS if report.fails() else _OK)
+
+
+def _time(pipeline: Pipeline, form: str, *, chains: bool, budgets: bool) -> str:
+    from cqos_core.cli.explain_time import explain_time
+
+    return explain_time(pipeline, form, width(), chains=chains, budgets=budgets)
 
 
 def _split(arguments: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -1,12 +1,14 @@
-"""``cqos explain --chains``: what is certain of times, as text and as JSON."""
+"""``cqos explain --chains`` and ``--budgets``: what is certain of times and loads, as text and as JSON."""
 
 from __future__ import annotations
 
 import json
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.cli.explain_budgets import budgets_as_json, budgets_as_text
 from cqos_core.cli.tables import table
 from cqos_core.formatters.terminal import clean
+from cqos_core.paths.budgets import budgets as budgets_of
 from cqos_core.paths.chains import chain_times
 from cqos_core.paths.time_ranges import DURATION
 
@@ -22,14 +24,20 @@ _JSON_WORDS: Final[Mapping[bool | None, str]] = {True: "yes", False: "no", None:
 _STEPS: Final = ("step", "topic", "latency", "waits", "takes", "age after it")
 
 
-def explain_chains(pipeline: Pipeline, form: str, columns: int) -> str:
-    """Return all chains of a system with the times of their steps, as text or as JSON."""
-    found = chain_times(pipeline)
+def explain_time(pipeline: Pipeline, form: str, columns: int, *, chains: bool, budgets: bool) -> str:
+    """Return chains with the times of their steps, and what links carry, as text or as JSON."""
+    found = chain_times(pipeline) if chains else None
+    spent = budgets_of(pipeline) if budgets else None
     if form == "json":
-        return json.dumps({"version": 1, "chains": [_chain_as_json(each) for each in found]}, indent=2) + "\n"
-    if not found:
-        return "there are no chains\n"
-    return "\n".join("\n".join(_chain_as_text(each, columns)) + "\n" for each in found)
+        parts: dict[str, Any] = {} if found is None else {"chains": [_chain_as_json(each) for each in found]}
+        parts |= {} if spent is None else {"budgets": budgets_as_json(spent)}
+        return json.dumps({"version": 1, **parts}, indent=2) + "\n"
+    texts = [] if found is None else ["\n".join((*_chain_as_text(each, columns), "")) for each in found]
+    if found == []:
+        texts = ["there are no chains\n"]
+    if spent is not None:
+        texts.append("\n".join((*budgets_as_text(spent, columns), "")))
+    return "\n".join(texts)
 
 
 def _chain_as_text(times: ChainTimes, columns: int) -> Iterator[str]:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
         TeamRule,
         Topic,
     )
-    from cqos_core.model.timing import Chain, Link
+    from cqos_core.model.timing import Chain, StatedLink
 
 _TRUE: Final = Raw("true")
 _SHOWN_SOURCES: Final = 10
@@ -291,7 +291,7 @@ def _chain(chain: Chain) -> Node:
     return {"steps": steps, **_settings(chain.settings)}
 
 
-def _link(link: Link) -> Node:
+def _link(link: StatedLink) -> Node:
     members = {"participants": _texts(link.participants), "topics": _listed(link.topics)}
     return _stated({**members, **_settings(link.settings)})
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.importers.forms import Form, Key, ListOf, MapOf
 from cqos_core.importers.shapes import FLAT_SETTING, TEXT, TEXTS
-from cqos_core.model.timing import CHAIN_LIMITS, LINK_FACTS, STEP_TIMES, Chain, ChainStep, Link
+from cqos_core.model.timing import CHAIN_LIMITS, LINK_FACTS, STEP_TIMES, Chain, ChainStep, StatedLink
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -70,7 +70,7 @@ CHAINS: Final = Key(
 LINKS: Final = Key("links", MapOf(LINK, "a map of links"), "Links of limited capacity, by name.")
 
 
-def chains_and_links(document: Entry) -> Iterator[tuple[str, Chain | Link]]:
+def chains_and_links(document: Entry) -> Iterator[tuple[str, Chain | StatedLink]]:
     """Yield the chains and links that a document states, each with what it is."""
     for name, member in (document.get(CHAINS) or {}).items():
         entry = member.value
@@ -83,7 +83,7 @@ def chains_and_links(document: Entry) -> Iterator[tuple[str, Chain | Link]]:
         participants, topics = (
             tuple(each.text for each in link.value.get(key) or ()) for key in (MEMBERS, LINK_TOPICS)
         )
-        yield "link", Link(name, participants, topics, _stated(link.value, _FACTS), link.place)
+        yield "link", StatedLink(name, participants, topics, _stated(link.value, _FACTS), link.place)
 
 
 def _stated(entry: Entry, keys: tuple[Key[Any], ...]) -> Settings:

@@ -355,4 +355,27 @@ MODEL: Final = (
         "A bound that no fact gives is never taken as met.",
         help="state what is missing; where all is stated, the worst case is over the limit",
     ),
+    CodeInfo(
+        "CQ811",
+        "invalid-link",
+        "error",
+        "A link has a value that cannot be read.",
+        "C-QoS takes the value as not stated until it is corrected.",
+    ),
+    CodeInfo(
+        "CQ812",
+        "link-overloaded",
+        "error",
+        "The samples that certainly go over a link in one direction are more than it carries.",
+        "Queues before the link grow until samples are dropped or come too late. Headers and copies come on top.",
+        help="publish less often or smaller samples, or let fewer topics go over the link",
+    ),
+    CodeInfo(
+        "CQ813",
+        "link-nearly-overloaded",
+        "warning",
+        "With headers and a copy for each receiver, the samples that go over a link are more than it carries.",
+        "Whether it is overloaded depends on multicast and on how samples are put together.",
+        help="publish less often or smaller samples, or let fewer topics go over the link",
+    ),
 )

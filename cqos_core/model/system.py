@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
     from cqos_core.model.flow import ControlFlow
-    from cqos_core.model.timing import Chain, Link
+    from cqos_core.model.timing import Chain, StatedLink
 
 T = TypeVar("T")
 Role = Literal["publisher", "subscriber"]
@@ -462,7 +462,7 @@ class System:
     sources: dict[str, bytes] = field(default_factory=dict)
     flows: tuple[ControlFlow, ...] = ()
     chains: dict[str, Chain] = field(default_factory=dict)
-    links: dict[str, Link] = field(default_factory=dict)
+    links: dict[str, StatedLink] = field(default_factory=dict)
     partial: bool = False
     hypothetical: bool = False
 

@@ -52,7 +52,7 @@ class Chain:
 
 
 @dataclass(frozen=True, slots=True)
-class Link:
+class StatedLink:
     """A link of limited capacity between some participants and all others.
 
     Attributes:

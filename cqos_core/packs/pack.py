@@ -14,6 +14,7 @@ from cqos_core.language.vocabulary import Function, Vocabulary
 from cqos_core.model.problems import PackError
 from cqos_core.packs import catalogue
 from cqos_core.packs.bound_rule import BoundRule, bound_rules
+from cqos_core.packs.costs import Costs
 from cqos_core.packs.guarantee import WORDS, unstated
 from cqos_core.packs.meeting import Meeting, Wire
 from cqos_core.packs.panel import Panel
@@ -73,6 +74,7 @@ class RulePack:
         proofs: which guarantees were seen under which faults on a running implementation.
         implementation_option: the option, or the policy of brokers, whose value `proofs` name; empty without proofs.
         timing: which policies say something about time.
+        costs: what samples cost in bytes, on the wire and in histories.
         panel: how people see the settings.
         groups: words under which participants may group endpoints that share settings: ``publishers``, ``subscribers``.
         source: where the facts come from.
@@ -102,6 +104,7 @@ class RulePack:
     proofs: tuple[Proof, ...] = ()
     implementation_option: str = ""
     timing: Timing = field(default_factory=Timing)
+    costs: Costs = field(default_factory=Costs)
     panel: Panel = field(default_factory=Panel)
     groups: tuple[str, ...] = ()
     source: str = ""

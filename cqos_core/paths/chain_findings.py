@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from cqos_core.matching.pipeline import Pipeline
     from cqos_core.model.report import Finding
-    from cqos_core.paths.chains import ChainTimes, Fault, StepTimes
+    from cqos_core.paths.chains import ChainFault, ChainTimes, StepTimes
 
 _EXCEEDED: Final = {"max_age": "CQ803", "max_gap": "CQ804"}
 
@@ -36,7 +36,7 @@ def _of_chain(times: ChainTimes) -> Iterator[Finding]:
         yield _open(times, open_ones)
 
 
-def _fault(fault: Fault) -> Finding:
+def _fault(fault: ChainFault) -> Finding:
     severity = Severity.WARNING if fault.apart and not fault.broken else None
     code = "CQ802" if fault.apart else "CQ801"
     return core_finding(code, fault.message, place=fault.place, help=fault.help, severity=severity)

@@ -30,7 +30,7 @@ _PERIOD: Final = "period"
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class ChainFault:
     """Why nothing can be said of a chain: a name or a value that is wrong, or a step that nothing reaches.
 
     Attributes:
@@ -92,7 +92,7 @@ class ChainTimes:
     age: TimeRange = ANY_TIME
     gap: TimeRange = ANY_TIME
     limits: Mapping[str, int] | None = None
-    faults: tuple[Fault, ...] = ()
+    faults: tuple[ChainFault, ...] = ()
 
     def holds(self, limit: str) -> bool | None:
         """Whether ``max_age`` or ``max_gap`` certainly holds, True, or certainly not, False; None where that is open."""
@@ -150,19 +150,19 @@ class _Follower:
         faults = [*_unreadable(chain)]
         if len(chain.steps) < 2:  # noqa: PLR2004 - a source and a use
             message = f"chain `{chain.name}` has {len(chain.steps)} step, and a path has at least two"
-            faults.append(Fault(message, chain.place))
+            faults.append(ChainFault(message, chain.place))
         known = {*self.system.participants, *self.of}
         for step in chain.steps:
             if step.at not in known:
                 message = f"chain `{chain.name}` names `{step.at}`, which is neither a participant nor an endpoint"
-                faults.append(Fault(message, step.place, suggestion(step.at, self.system.participants)))
+                faults.append(ChainFault(message, step.place, suggestion(step.at, self.system.participants)))
         if faults:
             return ChainTimes(chain, faults=tuple(faults))
         limits = {name: DURATION.parse(setting.text) for name, setting in chain.settings.items() if not setting.unknown}
         steps = [_first(chain.steps[0])]
         for before, step in zip(chain.steps, chain.steps[1:], strict=False):
             found = self.step(chain, before, step, last=step is chain.steps[-1])
-            if isinstance(found, Fault):
+            if isinstance(found, ChainFault):
                 return ChainTimes(chain, tuple(steps), limits=limits, faults=(found,))
             age = steps[-1].age.plus(found.latency).plus(found.waits).plus(found.takes)
             steps.append(replace(found, age=age))
@@ -171,7 +171,7 @@ class _Follower:
         gap = TimeRange(last.gap.low, last.gap.plus(varying).high)
         return ChainTimes(chain, tuple(steps), last.age, gap, limits)
 
-    def step(self, chain: Chain, before: ChainStep, step: ChainStep, *, last: bool) -> StepTimes | Fault:
+    def step(self, chain: Chain, before: ChainStep, step: ChainStep, *, last: bool) -> StepTimes | ChainFault:
         """Return what is certain of one step, its age left out."""
         ways = [*self.ways(before, step)]
         if not ways:
@@ -180,11 +180,11 @@ class _Follower:
         if len(topics) > 1:
             listed = ", ".join(f"`{each}`" for each in topics)
             message = f"chain `{chain.name}`: data gets from `{before.at}` to `{step.at}` on several topics: {listed}"
-            return Fault(message, step.place, f"state `topic` of step `{step.at}`")
+            return ChainFault(message, step.place, f"state `topic` of step `{step.at}`")
         arriving = [arrival for way in ways if (arrival := self.arrival(way)).passes is not False]
         if not arriving:
             message = f"chain `{chain.name}`: no pair from `{before.at}` to `{step.at}` is compatible"
-            return Fault(message, step.place, broken=True, reported=True)
+            return ChainFault(message, step.place, broken=True, reported=True)
         return _step_times(step, topics[0], arriving, last=last)
 
     def ways(self, before: ChainStep, step: ChainStep) -> Iterator[Way]:
@@ -207,7 +207,7 @@ class _Follower:
             return own
         return [each for each in self.of[named[0].endpoint.participant] if each.role == role]
 
-    def apart(self, chain: Chain, before: ChainStep, step: ChainStep) -> Fault:
+    def apart(self, chain: Chain, before: ChainStep, step: ChainStep) -> ChainFault:
         """Say that nothing gets from one step to the next; in a part of a system that is not certain."""
         on = f" on topic `{step.topic}`" if step.topic else ""
         message = f"chain `{chain.name}`: nothing that `{before.at}` publishes reaches `{step.at}`{on}"
@@ -218,7 +218,7 @@ class _Follower:
         )
         certain = not (self.system.partial or outside or unjudged)
         advice = "connect the two, or name the steps between them"
-        return Fault(message, step.place, advice, apart=True, broken=certain)
+        return ChainFault(message, step.place, advice, apart=True, broken=certain)
 
     def arrival(self, way: Way) -> _Arrival:
         """Return what a way gives."""
@@ -247,20 +247,20 @@ class _Follower:
         return value if isinstance(value, int) and is_plain(value) and 0 < value < INFINITE else None
 
 
-def _unreadable(chain: Chain) -> Iterator[Fault]:
+def _unreadable(chain: Chain) -> Iterator[ChainFault]:
     """Yield a fault for each value that is none."""
     for step in chain.steps:
         for name, setting in step.settings.items():
             if isinstance(fault := _range_of(setting), InvalidValueError):
                 message = f"chain `{chain.name}`: `{name}` of step `{step.at}` cannot be read: {fault.message}"
-                yield Fault(message, setting.place, fault.advice())
+                yield ChainFault(message, setting.place, fault.advice())
     for name, setting in chain.settings.items():
         if not setting.unknown:
             try:
                 DURATION.parse(setting.text)
             except InvalidValueError as error:
                 message = f"chain `{chain.name}`: `{name}` cannot be read: {error.message}"
-                yield Fault(message, setting.place, error.advice())
+                yield ChainFault(message, setting.place, error.advice())
 
 
 def _range_of(setting: Setting | None) -> TimeRange | InvalidValueError:

@@ -42,13 +42,14 @@ _KINDS: Final[Mapping[str, type[Any]]] = {
         (system, "System Profile ProfileRef Scope Topic Endpoint Overlay Participant Broker Bridge Room Route Bound"),
         (system, "TeamRule Acceptance ImportNote Place"),
         (flow, "ControlFlow FlowNode Trigger Timer"),
-        (timing, "Chain ChainStep Link"),
+        (timing, "Chain ChainStep"),
         (problems, "Problem"),
         (description, "DescribedEndpoint DescribedParticipant"),
     )
     for name in names.split()
 } | {
     "Diff": differences.Diff,
+    "Link": timing.StatedLink,
     "MissingEndpoint": differences.Missing,
     "DifferentValue": differences.Different,
     "ComparedEndpoint": differences.Named,

@@ -7,6 +7,7 @@ from typing import Final
 from cqos_core.packs import NEEDS, Convention, Function, Meeting, RulePack, Timing
 from cqos_dds import partitions
 from cqos_dds.advice import ADVICE
+from cqos_dds.costs import COSTS
 from cqos_dds.departures import DEPARTURES
 from cqos_dds.dialects import DIALECTS
 from cqos_dds.evidence import PROOFS
@@ -71,6 +72,7 @@ PACK: Final = RulePack(
         "in common",
     ),
     timing=TIMING,
+    costs=COSTS,
     panel=PANEL,
     not_checked=NOT_CHECKED,
     unaffected=UNAFFECTED,

@@ -8,6 +8,7 @@ from typing import Final
 from cqos_core.packs import NEEDS, Meeting, RulePack, Timing
 from cqos_ros2 import interfaces, names
 from cqos_ros2.conventions import CONVENTIONS
+from cqos_ros2.costs import COSTS
 from cqos_ros2.dialects import DIALECTS
 from cqos_ros2.evidence import PROOFS
 from cqos_ros2.guarantees import GUARANTEES, UNAFFECTED
@@ -81,5 +82,6 @@ PACK: Final = replace(
     policies=(*POLICIES, *NEEDS),
     rules=(*RULES, *GUARANTEES),
     variants={("comparison", "rmw"): _RAW},
+    costs=COSTS,
     panel=PANEL,
 )

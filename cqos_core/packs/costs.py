@@ -1,0 +1,89 @@
+"""What samples of a protocol cost: the bytes that an implementation puts around them, and how many an endpoint keeps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cqos_core.language.expression import Condition
+    from cqos_core.language.policy import Policy
+
+
+@dataclass(frozen=True, slots=True)
+class Framing:
+    """How one implementation sends a sample; all sizes in bytes.
+
+    Attributes:
+        value: of `RulePack.implementation_option`: ``cyclonedds``.
+        packet: headers of each packet, those of IP and transport with them.
+        sample: what comes once with every sample.
+        whole: what comes with a sample that one packet carries.
+        fragment: what comes with each packet of a sample that needs several.
+        undivided: the most bytes of sample and `encapsulation` that are sent in one packet.
+        part: the most of them in each packet where they need several; they are divided evenly.
+        encapsulation: the part of `sample` that is divided with it.
+        confirmed: when the following are sent too.
+        last, other: with the last packet of a sample, and with each other one.
+        source: where the figures come from.
+    """
+
+    value: str
+    packet: int
+    sample: int
+    whole: int
+    fragment: int
+    undivided: int
+    part: int
+    encapsulation: int
+    confirmed: Condition
+    last: int
+    other: int
+    source: str
+
+    def packet_sizes(self, size: int, *, confirmed: bool) -> tuple[tuple[int, int], ...]:
+        """Return the sizes of the packets of a sample of ``size`` bytes, each with how many there are."""
+        first, last = self.packet + self.sample - self.encapsulation, self.last if confirmed else 0
+        needed = size + self.encapsulation
+        if needed <= self.undivided:
+            return ((first + self.whole + needed + last, 1),)
+        count = -(-needed // self.part)
+        piece = -(-needed // count)
+        other = self.packet + self.fragment + piece + (self.other if confirmed else 0)
+        rest = self.packet + self.fragment + needed - (count - 1) * piece + last
+        sizes = ((other + first - self.packet, 1), (other, count - 2), (rest, 1))
+        return tuple((each, many) for each, many in sizes if many)
+
+
+@dataclass(frozen=True, slots=True)
+class Store:
+    """How many samples an endpoint keeps at most.
+
+    Attributes:
+        when: over the values of the endpoint, written as those of a publisher.
+        samples: the policy with the number.
+        each_instance: it holds for each instance.
+    """
+
+    when: Condition
+    samples: Policy
+    each_instance: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Costs:
+    """What samples of a protocol cost.
+
+    Attributes:
+        keyed: the fact of a topic that it has several instances; None: no topic has.
+        instances: the policy with the most instances that an endpoint keeps.
+        framings: by implementation.
+        stores: the first one that holds counts.
+        thinned: when a publisher may send fewer samples to a subscriber than it publishes; None: never.
+    """
+
+    keyed: Policy | None = None
+    instances: Policy | None = None
+    framings: tuple[Framing, ...] = ()
+    stores: tuple[Store, ...] = ()
+    thinned: Condition | None = None

@@ -1,0 +1,43 @@
+"""What is reported of links: values that cannot be read, and loads that are more than a link carries."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cqos_core.model.remarks import core_finding, listed
+from cqos_core.paths.budgets import budgets
+from cqos_core.paths.link_facts import rate_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from cqos_core.matching.pipeline import Pipeline
+    from cqos_core.model.report import Finding
+    from cqos_core.paths.budgets import LinkLoad
+
+
+def budget_findings(pipeline: Pipeline) -> list[Finding]:
+    """Report links that are certainly overloaded, or perhaps. Verdicts of pairs stay as they are."""
+    found = budgets(pipeline)
+    return [
+        *(core_finding("CQ811", each.message, place=each.place, help=each.help) for each in found.faults),
+        *(finding for load in found.loads for finding in _of_load(load)),
+    ]
+
+
+def _of_load(load: LinkLoad) -> Iterator[Finding]:
+    rate, link = load.facts.rate, load.link
+    if rate is None:
+        return
+    where = f"{'to' if load.inward else 'from'} {listed([f'`{each}`' for each in link.participants], 3)}"
+    carries = f"and it carries {rate_text(rate)}"
+    topics = listed([f"`{name}`" for name in sorted({each.topic for each in load.streams})], 5)
+    if load.certain > rate:
+        message = f"link `{link.name}`: samples {where} take at least {rate_text(load.certain)}, {carries}: {topics}"
+        yield core_finding("CQ812", message, place=link.settings["rate"].place)
+    elif load.likely is not None and load.likely > rate:
+        message = (
+            f"link `{link.name}`: samples {where} take {rate_text(load.certain)} without headers and "
+            f"{rate_text(load.likely)} with headers and a copy for each receiver, {carries}: {topics}"
+        )
+        yield core_finding("CQ813", message, place=link.settings["rate"].place)

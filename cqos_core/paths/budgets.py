@@ -1,0 +1,296 @@
+"""Budgets: the bytes that topics bring about, on the wire and in histories, from stated periods and sizes.
+
+What no fact states is left out of a certain sum, and makes the sum a lower bound.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from math import ceil
+from typing import TYPE_CHECKING, Any, Final
+
+from cqos_core.language.binding import bind
+from cqos_core.language.values import INFINITE, is_plain
+from cqos_core.matching.derived_guarantees import give
+from cqos_core.matching.hops import Meetings
+from cqos_core.model.system import PUBLISHER
+from cqos_core.paths.delivery_paths import Arrivals
+from cqos_core.paths.link_facts import LinkFacts, facts_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from cqos_core.language.expression import Condition
+    from cqos_core.language.values import Value
+    from cqos_core.matching.pipeline import Pipeline
+    from cqos_core.model.timing import StatedLink
+    from cqos_core.packs.costs import Framing
+    from cqos_core.paths.link_facts import LinkFault
+    from cqos_core.resolving.resolved import QosProfile, Resolved
+
+_SECOND: Final = 1_000_000_000
+_IP: Final = 20
+_UNIT: Final = 8  # the offset of an IP fragment counts units of 8 bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Stream:
+    """What one publisher sends to subscribers that get it, or may get it.
+
+    Attributes:
+        size: bytes of a sample.
+        per_second: samples of one instance in a second.
+        single: the topic certainly has one instance.
+        framing: how its implementation sends, where that is known.
+        confirmed: samples are sent with what a reliable connection needs; None where that is not known.
+        receivers: participants that certainly get all of it; `perhaps`: those that may, or get a part.
+        unconfirmed: participants to which a lost sample is not sent again.
+        late: samples that a late joiner gets, by its participant.
+    """
+
+    publisher: str
+    participant: str
+    topic: str
+    names: frozenset[str]
+    size: int
+    per_second: float
+    single: bool
+    framing: Framing | None
+    confirmed: bool | None
+    receivers: frozenset[str]
+    perhaps: frozenset[str]
+    unconfirmed: frozenset[str] = frozenset()
+    late: tuple[tuple[str, int], ...] = ()
+
+    @property
+    def payload(self) -> float:
+        """Bytes of samples in a second, of one instance."""
+        return self.size * self.per_second
+
+    def packets(self, mtu: int | None) -> int | None:
+        """Return how many IP packets a sample takes; None where the implementation is not known."""
+        return None if self.framing is None else sum(many * _cuts(size, mtu) for size, many in self._sizes())
+
+    def bytes_of_sample(self, mtu: int | None) -> int | None:
+        """Return how many bytes of IP packets a sample takes, confirmations of readers left out."""
+        if self.framing is None:
+            return None
+        return sum(many * (size + _IP * (_cuts(size, mtu) - 1)) for size, many in self._sizes())
+
+    def wire(self, mtu: int | None = None) -> float | None:
+        """Return the bytes of IP packets in a second, of one instance and to one receiver."""
+        each = self.bytes_of_sample(mtu)
+        return None if each is None else each * self.per_second
+
+    def _sizes(self) -> Sequence[tuple[int, int]]:
+        return (
+            () if self.framing is None else self.framing.packet_sizes(self.size, confirmed=self.confirmed is not False)
+        )
+
+
+def _cuts(size: int, mtu: int | None) -> int:
+    """Into how many IP packets a datagram is cut."""
+    if mtu is None or size <= mtu or mtu < _IP + _UNIT:
+        return 1
+    return ceil((size - _IP) / ((mtu - _IP) // _UNIT * _UNIT))
+
+
+@dataclass(frozen=True, slots=True)
+class History:
+    """How much an endpoint keeps at most; ``size`` in bytes, None where nothing limits it."""
+
+    endpoint: str
+    topic: str
+    samples: int | None
+    size: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class LinkLoad:
+    """What goes over a link in one direction, in bytes a second.
+
+    Attributes:
+        link: which one.
+        facts: what is stated of it.
+        inward: to its participants, else from them.
+        certain: the samples that certainly go over it, once each and without headers.
+        likely: with headers, one copy for each receiver; None where an implementation is not known, or a number of instances.
+        streams: what that is.
+        lost: of best-effort topics, the part of samples that the link loses.
+        catching_up: for a late joiner, by topic, seconds until it has got what is kept for it at the least.
+    """
+
+    link: StatedLink
+    facts: LinkFacts
+    inward: bool
+    certain: float
+    likely: float | None
+    streams: tuple[Stream, ...]
+    lost: tuple[tuple[str, float], ...] = ()
+    catching_up: tuple[tuple[str, float], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Budgets:
+    """The budgets of a system."""
+
+    streams: tuple[Stream, ...]
+    histories: tuple[History, ...]
+    loads: tuple[LinkLoad, ...]
+    faults: tuple[LinkFault, ...]
+
+    def sent(self, participant: str) -> float:
+        """Return the bytes of samples that a participant publishes in a second, once each."""
+        return sum(each.payload for each in self.streams if each.participant == participant)
+
+    def received(self, participant: str) -> float:
+        """Return the bytes of samples that a participant gets in a second."""
+        return sum(each.payload for each in self.streams if participant in each.receivers)
+
+
+def budgets(pipeline: Pipeline) -> Budgets:
+    """Return what follows from the periods and sizes of a system."""
+    arrivals, meeting = Arrivals(pipeline.hops, pipeline.topics), Meetings(pipeline.topics)
+    publishers = [each for each in pipeline.endpoints if each.role == PUBLISHER]
+    streams = tuple(stream for each in publishers if (stream := _stream(each, meeting, arrivals)) is not None)
+    histories = tuple(kept for each in pipeline.endpoints if (kept := _history(each, arrivals)) is not None)
+    links = [facts_of(link) for _, link in sorted(pipeline.system.links.items())]
+    known = {each.participant for each in streams}.union(*(each.receivers | each.perhaps for each in streams))
+    loads = [
+        load
+        for facts in links
+        for inward in (True, False)
+        if (load := _load(facts, streams, known, inward=inward)).streams
+    ]
+    faults = tuple(fault for facts in links for fault in facts.faults)
+    return Budgets(streams, histories, tuple(loads), faults)
+
+
+def _value(profile: QosProfile, level: str, name: str) -> Any:
+    """Return a plain value; None for any other."""
+    index = profile.pack.find(level, name)
+    value: Value = profile.values[index] if index is not None else ""
+    return value if index is not None and is_plain(value) else None
+
+
+def _stream(publisher: Resolved, meeting: Meetings, arrivals: Arrivals) -> Stream | None:
+    """Return what a publisher sends; None where its period or size is not stated."""
+    profile = arrivals.profile(publisher)
+    period, size = _value(profile, "topic", "period"), _value(profile, "topic", "size")
+    if not (isinstance(period, int) and isinstance(size, int) and 0 < period < INFINITE and 0 < size < INFINITE):
+        return None
+    framing = _framing(profile)
+    certain: set[str] = set()
+    perhaps: set[str] = set()
+    confirming: dict[str, bool | None] = {}
+    late: dict[str, int] = {}
+    for pair in meeting.pairs(publisher):
+        passes, other = arrivals.passes(pair), pair[1].endpoint.participant
+        if passes is False:
+            continue
+        reader = arrivals.profile(pair[1])
+        thinned = profile.pack.costs.thinned
+        (certain if passes and (thinned is None or _holds(thinned, profile, reader) is False) else perhaps).add(other)
+        if framing is not None:
+            confirming[other] = _holds(framing.confirmed, profile, reader)
+        kept = next((each.value for each in give(profile, reader) if each.word.name == "late_join"), None)
+        if kept:
+            late[other] = max(late.get(other, 0), kept)
+    answers = {*confirming.values()}
+    confirmed = True if True in answers else None if None in answers else False
+    return Stream(
+        publisher.id,
+        publisher.endpoint.participant,
+        publisher.shown,
+        frozenset(filter(None, (publisher.shown, publisher.key, publisher.endpoint.topic))),
+        size,
+        _SECOND / period,
+        _is_single(profile),
+        framing,
+        confirmed,
+        frozenset(certain),
+        frozenset(perhaps - certain),
+        frozenset(name for name, each in confirming.items() if each is False),
+        tuple(sorted(late.items())),
+    )
+
+
+def _holds(condition: Condition, publisher: QosProfile, subscriber: QosProfile) -> bool | None:
+    return bind(condition, publisher.pack.vocabulary).judge(publisher.values, subscriber.values).result
+
+
+def _is_single(profile: QosProfile) -> bool:
+    keyed = profile.pack.costs.keyed
+    return keyed is None or _value(profile, "topic", keyed.name) == 0
+
+
+def _framing(profile: QosProfile) -> Framing | None:
+    """Return how the implementation of an endpoint sends, where that is known."""
+    pack = profile.pack
+    index = pack.find("option", pack.implementation_option) if pack.implementation_option else None
+    if index is None or not is_plain(profile.values[index]):
+        return None
+    name = pack.policies[index].format(profile.values[index])
+    return next((each for each in pack.costs.framings if each.value == name), None)
+
+
+def _history(endpoint: Resolved, arrivals: Arrivals) -> History | None:
+    """Return how much an endpoint keeps at most; None where the size of its samples is not stated."""
+    profile, costs = arrivals.profile(endpoint), endpoint.pack.costs
+    size = _value(profile, "topic", "size")
+    values, vocabulary = profile.values, profile.pack.vocabulary
+    store = next((each for each in costs.stores if bind(each.when, vocabulary).judge(values, values).result), None)
+    if store is None or not isinstance(size, int) or endpoint.is_copy:
+        return None
+    samples = _value(profile, store.samples.level, store.samples.name)
+    if store.each_instance and not _is_single(profile):
+        most = None if costs.instances is None else _value(profile, costs.instances.level, costs.instances.name)
+        samples = samples * most if isinstance(samples, int) and most and most < INFINITE else None
+    limited = isinstance(samples, int) and samples < INFINITE
+    return History(endpoint.id, endpoint.shown, samples if limited else None, samples * size if limited else None)
+
+
+def _load(facts: LinkFacts, streams: Sequence[Stream], known: set[str], *, inward: bool) -> LinkLoad:
+    """Add up what goes over a link in one direction."""
+    link = facts.link
+    inside = {name for name in known if any(fnmatchcase(name, each) for each in link.participants)}
+    there = inside if inward else known - inside
+    over = [
+        replace(each, receivers=each.receivers & there, perhaps=each.perhaps & there)
+        for each in streams
+        if each.participant not in there
+        and (not link.topics or any(fnmatchcase(name, want) for name in each.names for want in link.topics))
+    ]
+    over = [each for each in over if each.receivers or each.perhaps]
+    # A period is that of a topic: several publishers may share it, some of them on this side.
+    shared = {each.topic for each in streams if each.participant in there}
+    certain = sum({each.topic: each.payload for each in over if each.receivers and each.topic not in shared}.values())
+    wires = [
+        None if each.wire(facts.mtu) is None or not each.single else (each.wire(facts.mtu) or 0) * _copies(each)
+        for each in over
+    ]
+    likely = None if None in wires else sum(each for each in wires if each is not None)
+    return LinkLoad(
+        link, facts, inward, certain, likely, tuple(over), tuple(_lost(over, facts)), tuple(_late(over, facts, there))
+    )
+
+
+def _copies(stream: Stream) -> int:
+    return len(stream.receivers | stream.perhaps)
+
+
+def _lost(streams: Sequence[Stream], facts: LinkFacts) -> Iterator[tuple[str, float]]:
+    """Yield of each best-effort topic the part of samples that is lost: one lost packet loses the sample."""
+    for each in streams:
+        packets = each.packets(facts.mtu)
+        if facts.loss and packets is not None and each.unconfirmed & (each.receivers | each.perhaps):
+            yield each.topic, 1 - (1 - facts.loss) ** packets
+
+
+def _late(streams: Sequence[Stream], facts: LinkFacts, there: set[str]) -> Iterator[tuple[str, float]]:
+    """Yield how many seconds pass at the least until a late joiner has what is kept for it."""
+    for each in streams:
+        most = max((count for name, count in each.late if name in there), default=0)
+        if most and facts.rate:
+            yield each.topic, most * each.size / facts.rate + (facts.round_trip or 0) / _SECOND

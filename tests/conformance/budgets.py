@@ -1,0 +1,125 @@
+"""Writes docs/conformance-budgets.md: traffic and memory as computed, and as measured on Cyclone DDS on loopback.
+
+python -m tests.conformance.budgets    measure all cases, and write the page
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from importlib.metadata import version
+from itertools import product
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from cqos_core.api import read
+from cqos_core.matching.pipeline import Pipeline, context
+from cqos_core.paths.budgets import budgets
+
+ROOT: Final = Path(__file__).resolve().parents[2]
+DOCUMENT: Final = ROOT / "docs" / "conformance-budgets.md"
+LOOPBACK: Final = 65_536
+ALLOWED: Final = 0.1
+KINDS: Final = ("best_effort", "reliable")
+SIZES: Final = (500, 8_000, 28_000, 60_000)
+DESIGN: Final = """
+cqos: 1
+protocol: dds
+options: {{dds: {{implementation: cyclonedds}}}}
+topics: {{budget: {{period: 20ms, size: {size}, keyed: false}}}}
+participants:
+  a: {{publishes: {{budget: {{reliability: {reliability}, depth: {depth}}}}}}}
+  b: {{subscribes: {{budget: {{reliability: {reliability}}}}}}}
+"""
+_NAMESPACE: Final = ("unshare", "--map-root-user", "--net")
+_SCRIPT: Final = """
+ip link set lo up mtu {mtu} multicast on && ip route add 239.0.0.0/8 dev lo || exit 9
+{reader} & {writer}
+wait
+"""
+
+
+class Case(NamedTuple):
+    """One run: ``history`` measures what a writer keeps, the others what a sample takes on the wire."""
+
+    kind: str
+    size: int
+    mtu: int = LOOPBACK
+    samples: int = 100
+
+
+CASES: Final = (
+    *(Case(kind, size, mtu) for kind, size, mtu in product(KINDS, SIZES, (LOOPBACK, 1_500))),
+    Case("history", 100_000, samples=400),
+    Case("history", 20_000, samples=2_000),
+)
+FEW: Final = (Case("reliable", 8_000, samples=40), Case("best_effort", 60_000, 1_500, 40))
+
+
+def missing() -> str | None:
+    """Say what is needed to measure, where it is not there."""
+    if shutil.which("unshare") is None or shutil.which("ip") is None:
+        return "unshare and ip (util-linux, iproute2) are needed"
+    tried = subprocess.run([*_NAMESPACE, "ip", "link", "set", "lo", "up"], capture_output=True, check=False)
+    return None if tried.returncode == 0 else "this user may not make a network namespace"
+
+
+def computed(case: Case) -> float:
+    """Return what C-QoS computes: bytes of a sample on the wire, or in the history of the writer."""
+    reliability = "best_effort" if case.kind == "best_effort" else "reliable"
+    text = DESIGN.format(size=case.size, reliability=reliability, depth=case.samples)
+    found = budgets(Pipeline(read(text.encode()), context()))
+    if case.kind == "history":
+        return (found.histories[0].size or 0) / case.samples
+    return found.streams[0].bytes_of_sample(case.mtu) or 0
+
+
+def measured(case: Case) -> float:
+    """Return what was measured, in the same unit."""
+
+    def end(role: str) -> str:
+        return f"{sys.executable} -m tests.conformance.budget_run {role} {case.kind} {case.size} {case.samples}"
+
+    script = _SCRIPT.format(mtu=case.mtu, reader="true" if case.kind == "history" else end("read"), writer=end("write"))
+    command = [*_NAMESPACE, "sh", "-c", script]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=90)
+    wire, memory = map(float, done.stdout.split())
+    return memory if case.kind == "history" else wire
+
+
+def row(case: Case) -> str:
+    """Return the row of the page for one case."""
+    expected, found = computed(case), measured(case)
+    return (
+        f"| {case.kind} | {case.size:,} | {case.mtu:,} | {expected:,.0f} | {found:,.0f} | {found / expected - 1:+.1%} |"
+    )
+
+
+def main() -> int:
+    """Measure all cases and write the page."""
+    lacking = missing()
+    if lacking is not None:
+        sys.stderr.write(f"budgets are not measured: {lacking}\n")
+        return 0
+    rows = [row(case) for case in CASES]
+    DOCUMENT.write_text(
+        f"""# Conformance of budgets
+
+Written by `python -m tests.conformance.budgets` from runs on Cyclone DDS {version("cyclonedds")}: one writer and one reader on the loopback
+interface of a network namespace of their own. The bytes are those of IP packets for each sample, as the kernel counts them. `history` is
+the memory of a writer that keeps its last samples, divided by their number. [Time and budgets](time-and-budgets.md) says how C-QoS
+computes the figures.
+
+| kind | size of a sample | MTU | computed | measured | difference |
+| ---- | ---------------- | --- | -------- | -------- | ---------- |
+"""
+        + "\n".join(rows)
+        + "\n",
+        encoding="utf-8",
+    )
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
