@@ -27,13 +27,13 @@ Json = dict[str, Any]
 def render_rdjson(report: Report, style: Style) -> str:
     """Return one diagnostic for each finding that is not accepted, with its fix where that changes one place in the file of the finding."""
     findings = [finding for finding in wording.shown(report, style) if finding.accepted is None]
-    writer = _Writer(Places(findings, style.sources), style, next(iter(report.sources), ""))
+    writer = _Diagnostics(Places(findings, style.sources), style, next(iter(report.sources), ""))
     listed = [writer.diagnostic(each, fixed=number < _MOST_FIXED) for number, each in enumerate(findings)]
     address = {"url": style.documentation} if style.documentation else {}
     return dump({"source": {"name": "C-QoS", **address}, "diagnostics": listed}, indent=2) + "\n"
 
 
-class _Writer:
+class _Diagnostics:
     """Writes diagnostics of one report; those without a place are about the file ``whole``."""
 
     def __init__(self, places: Places, style: Style, whole: str) -> None:
