@@ -13,7 +13,8 @@ SLIPS = [
     # What is written instead of what, and where which need is lost.
     ("topic: req_weather_data, reliability: reliable", "topic: req_weather_data, reliability: best_effort", "ROS504"),
     ("topic: field/weather/request, qos: 1", "topic: field/weather/request, qos: 0", "MQTT101"),
-    ("topic: field/weather/answer, qos: 1", "topic: field/weather/answer, qos: 0", ""),  # it is retained: read again
+    # It is retained, but a session that goes on does not read it again.
+    ("topic: field/weather/answer, qos: 1", "topic: field/weather/answer, qos: 0", "MQTT108"),
     ("message_expiry_interval: 120", "message_expiry_interval: 241", "MQTT502"),
     (", lifespan: 1min", "", "ROS519"),
     (

@@ -85,7 +85,7 @@ BURST_FITS: Final = (
 WAITING_FITS: Final = (
     ~requested(PACED)
     | (requested(WAITING) == 0)
-    | ((requested(WAITING) <= ROOM) & (requested(WAITING_BYTES) < broker(QUEUED_BYTES)))
+    | define("waiting_fits", (requested(WAITING) <= ROOM) & (requested(WAITING_BYTES) < broker(QUEUED_BYTES)))
 )
 
 
