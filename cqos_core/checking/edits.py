@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         TeamRule,
         Topic,
     )
+    from cqos_core.model.timing import Chain, StatedLink
 
 
 class Edits:
@@ -83,6 +84,22 @@ class Edits:
     def remove_bridge(self, bridge_id: str) -> None:
         """Remove a bridge."""
         self.edit("remove_bridge", bridge_id)
+
+    def put_chain(self, chain: Chain) -> None:
+        """Add a chain, or replace the one of its name."""
+        self.edit("put_chain", chain)
+
+    def remove_chain(self, name: str) -> None:
+        """Remove a chain."""
+        self.edit("remove_chain", name)
+
+    def put_link(self, link: StatedLink) -> None:
+        """Add a link, or replace the one of its name."""
+        self.edit("put_link", link)
+
+    def remove_link(self, name: str) -> None:
+        """Remove a link."""
+        self.edit("remove_link", name)
 
     def set_overlays(self, overlays: Iterable[Overlay]) -> None:
         """Replace the settings that are laid over those of endpoints."""

@@ -496,5 +496,13 @@ def copied(value: T) -> T:
     return replace(value, **{name: copied(getattr(value, name)) for name in parts})  # type: ignore[type-var]
 
 
-NAMED: Final = {"participants": "id", "profiles": "name", "topics": "name", "brokers": "id", "bridges": "id"}
+NAMED: Final = {
+    "participants": "id",
+    "profiles": "name",
+    "topics": "name",
+    "brokers": "id",
+    "bridges": "id",
+    "chains": "name",
+    "links": "name",
+}
 """The entries of a system that have a name, and the attribute with the name."""

@@ -60,7 +60,7 @@ def _repeated(entries: Iterable[Any], key: str) -> _Rows:
 
 
 def named_problems(message: Any, path: str) -> Iterator[FieldProblem]:
-    """Yield what is wrong with a participant, profile, topic, broker or bridge."""
+    """Yield what is wrong with a participant, profile, topic, broker, bridge, chain or link."""
     key = _NEEDED.get(type(message))
     if key is not None:
         said = f"{'an id' if key == 'id' else 'a name'} is needed"
@@ -74,6 +74,8 @@ _NEEDED: Final[Mapping[type[Any], str]] = {
     system_pb2.Participant: "id",
     system_pb2.Profile: "name",
     system_pb2.Bridge: "id",
+    system_pb2.Chain: "name",
+    system_pb2.Link: "name",
 }
 
 

@@ -33,6 +33,7 @@ from cqos_core.model.system import (
     TeamRule,
     Topic,
 )
+from cqos_core.model.timing import Chain, ChainStep, StatedLink
 from cqos_core.remote.client import AsyncClient, PairQuestion, RemoteSession, ServiceError, SessionLostError
 from cqos_core.remote.messages import report_message
 from cqos_core.remote.session_answers import EditSession, difference
@@ -96,6 +97,12 @@ EDITS = [
     lambda s: s.set_rules(checks=[DEEP, TeamRule("odd", (), (Bound("dpeth", "exactly", ("5",)),), "misspelt")]),
     lambda s: s.set_rules(accept=[Acceptance("deep", "known", "t", None, "9999-01-01")], severities={"CQ401": "error"}),
     lambda s: s.set_overlays([Overlay("laid over", {"depth": Setting("7")}, "subscriber", "t")]),
+    lambda s: s.put_topic(Topic("t", {"period": Setting("10ms"), "size": Setting("1000")})),
+    lambda s: s.put_chain(Chain("fast", (ChainStep("a"), ChainStep("b")), {"max_age": Setting("1ms")})),
+    lambda s: s.put_link(StatedLink("radio", ("b",), (), {"rate": Setting("1kbit/s")})),
+    lambda s: s.remove_chain("fast"),
+    lambda s: s.remove_link("radio"),
+    lambda s: s.remove_topic("t"),
     lambda s: s.set_notes([ImportNote("CQ005", "warning", "as a file says")]),
     lambda s: s.set_name("another"),
     lambda s: s.set_partial(True),

@@ -395,6 +395,10 @@ class Change(_message.Message):
     SET_PARTIAL_FIELD_NUMBER: _builtins.int
     SET_HYPOTHETICAL_FIELD_NUMBER: _builtins.int
     SET_FLOWS_FIELD_NUMBER: _builtins.int
+    PUT_CHAIN_FIELD_NUMBER: _builtins.int
+    REMOVE_CHAIN_FIELD_NUMBER: _builtins.int
+    PUT_LINK_FIELD_NUMBER: _builtins.int
+    REMOVE_LINK_FIELD_NUMBER: _builtins.int
     remove_endpoint: _builtins.str
     """Remove the endpoint with this id."""
     remove_participant: _builtins.str
@@ -413,6 +417,10 @@ class Change(_message.Message):
     """Whether the system is a part, so that an endpoint without partner is no reason for a warning."""
     set_hypothetical: _builtins.bool
     """Whether the endpoints only try profiles that no endpoint uses, so that their pairs set no verdict."""
+    remove_chain: _builtins.str
+    """Remove the chain of this name."""
+    remove_link: _builtins.str
+    """Remove the link of this name."""
     @_builtins.property
     def put_endpoint(self) -> _system_pb2.Endpoint:
         """Add an endpoint, or replace the one with its id."""
@@ -469,6 +477,14 @@ class Change(_message.Message):
     def set_flows(self) -> Global___ControlFlowList:
         """Replace the control flow."""
 
+    @_builtins.property
+    def put_chain(self) -> _system_pb2.Chain:
+        """Add a chain, or replace the one of its name."""
+
+    @_builtins.property
+    def put_link(self) -> _system_pb2.Link:
+        """Add a link, or replace the one of its name."""
+
     def __init__(
         self,
         *,
@@ -495,12 +511,16 @@ class Change(_message.Message):
         set_partial: _builtins.bool = ...,
         set_hypothetical: _builtins.bool = ...,
         set_flows: Global___ControlFlowList | None = ...,
+        put_chain: _system_pb2.Chain | None = ...,
+        remove_chain: _builtins.str = ...,
+        put_link: _system_pb2.Link | None = ...,
+        remove_link: _builtins.str = ...,
     ) -> None: ...
-    _HasFieldArgType: _TypeAlias = _typing.Literal["change", b"change", "put_bridge", b"put_bridge", "put_broker", b"put_broker", "put_endpoint", b"put_endpoint", "put_participant", b"put_participant", "put_profile", b"put_profile", "put_topic", b"put_topic", "remove_bridge", b"remove_bridge", "remove_broker", b"remove_broker", "remove_endpoint", b"remove_endpoint", "remove_participant", b"remove_participant", "remove_profile", b"remove_profile", "remove_topic", b"remove_topic", "set_accept", b"set_accept", "set_checks", b"set_checks", "set_flows", b"set_flows", "set_hypothetical", b"set_hypothetical", "set_name", b"set_name", "set_notes", b"set_notes", "set_option", b"set_option", "set_overlays", b"set_overlays", "set_partial", b"set_partial", "set_protocol", b"set_protocol", "set_severities", b"set_severities"]  # noqa: Y015
+    _HasFieldArgType: _TypeAlias = _typing.Literal["change", b"change", "put_bridge", b"put_bridge", "put_broker", b"put_broker", "put_chain", b"put_chain", "put_endpoint", b"put_endpoint", "put_link", b"put_link", "put_participant", b"put_participant", "put_profile", b"put_profile", "put_topic", b"put_topic", "remove_bridge", b"remove_bridge", "remove_broker", b"remove_broker", "remove_chain", b"remove_chain", "remove_endpoint", b"remove_endpoint", "remove_link", b"remove_link", "remove_participant", b"remove_participant", "remove_profile", b"remove_profile", "remove_topic", b"remove_topic", "set_accept", b"set_accept", "set_checks", b"set_checks", "set_flows", b"set_flows", "set_hypothetical", b"set_hypothetical", "set_name", b"set_name", "set_notes", b"set_notes", "set_option", b"set_option", "set_overlays", b"set_overlays", "set_partial", b"set_partial", "set_protocol", b"set_protocol", "set_severities", b"set_severities"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["change", b"change", "put_bridge", b"put_bridge", "put_broker", b"put_broker", "put_endpoint", b"put_endpoint", "put_participant", b"put_participant", "put_profile", b"put_profile", "put_topic", b"put_topic", "remove_bridge", b"remove_bridge", "remove_broker", b"remove_broker", "remove_endpoint", b"remove_endpoint", "remove_participant", b"remove_participant", "remove_profile", b"remove_profile", "remove_topic", b"remove_topic", "set_accept", b"set_accept", "set_checks", b"set_checks", "set_flows", b"set_flows", "set_hypothetical", b"set_hypothetical", "set_name", b"set_name", "set_notes", b"set_notes", "set_option", b"set_option", "set_overlays", b"set_overlays", "set_partial", b"set_partial", "set_protocol", b"set_protocol", "set_severities", b"set_severities"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["change", b"change", "put_bridge", b"put_bridge", "put_broker", b"put_broker", "put_chain", b"put_chain", "put_endpoint", b"put_endpoint", "put_link", b"put_link", "put_participant", b"put_participant", "put_profile", b"put_profile", "put_topic", b"put_topic", "remove_bridge", b"remove_bridge", "remove_broker", b"remove_broker", "remove_chain", b"remove_chain", "remove_endpoint", b"remove_endpoint", "remove_link", b"remove_link", "remove_participant", b"remove_participant", "remove_profile", b"remove_profile", "remove_topic", b"remove_topic", "set_accept", b"set_accept", "set_checks", b"set_checks", "set_flows", b"set_flows", "set_hypothetical", b"set_hypothetical", "set_name", b"set_name", "set_notes", b"set_notes", "set_option", b"set_option", "set_overlays", b"set_overlays", "set_partial", b"set_partial", "set_protocol", b"set_protocol", "set_severities", b"set_severities"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
-    _WhichOneofReturnType_change: _TypeAlias = _typing.Literal["put_endpoint", "remove_endpoint", "put_participant", "remove_participant", "put_profile", "remove_profile", "put_topic", "remove_topic", "put_broker", "set_option", "remove_broker", "put_bridge", "remove_bridge", "set_overlays", "set_checks", "set_accept", "set_severities", "set_notes", "set_protocol", "set_name", "set_partial", "set_hypothetical", "set_flows"]  # noqa: Y015
+    _WhichOneofReturnType_change: _TypeAlias = _typing.Literal["put_endpoint", "remove_endpoint", "put_participant", "remove_participant", "put_profile", "remove_profile", "put_topic", "remove_topic", "put_broker", "set_option", "remove_broker", "put_bridge", "remove_bridge", "set_overlays", "set_checks", "set_accept", "set_severities", "set_notes", "set_protocol", "set_name", "set_partial", "set_hypothetical", "set_flows", "put_chain", "remove_chain", "put_link", "remove_link"]  # noqa: Y015
     _WhichOneofArgType_change: _TypeAlias = _typing.Literal["change", b"change"]  # noqa: Y015
     def WhichOneof(self, oneof_group: _WhichOneofArgType_change) -> _WhichOneofReturnType_change | None: ...
 
