@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from cqos_ros2.launch.entities import Action, Sub
@@ -10,10 +11,24 @@ from cqos_ros2.launch.python_names import FileText
 from cqos_ros2.launch.scope import absolute, inner_namespace, place_of
 from cqos_ros2.launch.started import Instance, MadeFile, ParameterFile, ParameterValues
 from cqos_ros2.launch.substitutions import condition
-from cqos_ros2.launch.values import Either, Joined, Unknown, When, cases, either, first_unknown, lift, shown
+from cqos_ros2.launch.values import (
+    Either,
+    Joined,
+    Unknown,
+    When,
+    both,
+    cases,
+    either,
+    first_unknown,
+    lift,
+    only_where,
+    replaced,
+    shown,
+    where_held,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from cqos_core.model.system import Place
     from cqos_ros2.launch.scope import Scope
@@ -111,7 +126,7 @@ def _process(action: Action, run: Running) -> None:
     command = action.fields.get("cmd")
     words = command if isinstance(command, (list, tuple)) else [command]
     instance = _instance(action, "process", run)
-    instance.arguments = [run.perform(word) for _, word in _pairs(words)]
+    instance.arguments = [only_where(guards, run.perform(word)) for guards, word in _pairs(words)]
     run.found.instances.append(instance)
 
 
@@ -140,8 +155,8 @@ def _node(action: Action, kind: InstanceKind, run: Running) -> Instance:
     node.name = None if name is None else run.perform(name)
     own = fields.get("namespace", fields.get("node_namespace"))
     node.namespace = absolute(inner_namespace(run.scope.namespace, run.perform(own)))
-    node.remaps = [*run.scope.remaps, *_remaps(fields.get("remappings"), run, node)]
-    node.parameters += [*run.scope.parameters, *parameters(fields.get("parameters"), run, node.place)]
+    node.remaps = [*_remaps_around(run), *_remaps(fields.get("remappings"), run, node)]
+    node.parameters += [*_parameters_around(run), *parameters(fields.get("parameters"), run, node.place)]
     for field in ("arguments", "ros_arguments"):
         _command_line(fields.get(field), field == "ros_arguments", node, run)
     node.environment = {
@@ -153,6 +168,29 @@ def _node(action: Action, kind: InstanceKind, run: Running) -> Instance:
     return node
 
 
+def _remaps_around(run: Running) -> Iterator[tuple[Text, Text]]:
+    for source, target in run.scope.remaps:
+        held = where_held(source, run.scope.guards)
+        if held is not None:
+            yield held, target
+
+
+def _parameters_around(run: Running) -> Iterator[Parameters]:
+    guards = run.scope.guards
+    for each in run.scope.parameters:
+        if isinstance(each, ParameterFile):
+            path = where_held(each.path, guards)
+            if path is not None:
+                yield replace(each, path=path)
+        elif isinstance(each, ParameterValues):
+            held = {name: (value, where_held(value, guards)) for name, value in each.values.items()}
+            there = {name: now for name, (before, now) in held.items() if now is not None or before is None}
+            if there or not held:
+                yield replace(each, values=there)
+        else:
+            yield each
+
+
 def _variables(fields: dict[str, Any], run: Running) -> dict[str, Any]:
     stated = fields.get("additional_env") or fields.get("env")
     return {str(name): run.perform(value) for name, value in stated.items()} if isinstance(stated, dict) else {}
@@ -161,8 +199,9 @@ def _variables(fields: dict[str, Any], run: Running) -> dict[str, Any]:
 def _remaps(stated: Any, run: Running, node: Instance) -> Iterator[tuple[Text, Text]]:
     for guards, rule in _rules(stated):
         if isinstance(rule, (list, tuple)) and len(rule) == 2:  # noqa: PLR2004 - from and to
-            source = run.perform(rule[0])
-            yield source if not guards else either([(guards, source)]), run.perform(rule[1])
+            source = only_where(guards, run.perform(rule[0]))
+            if source is not None:
+                yield source, run.perform(rule[1])
         else:
             cause = first_unknown(rule) or Unknown("a remap that is no pair", node.place)
             yield cause, cause
@@ -182,8 +221,9 @@ def parameters(stated: Any, run: Running, place: Place) -> Iterator[Parameters]:
     """Yield the parameters of a node in order: files, values, and what is not known."""
     for guards, each in _flat(stated):
         if isinstance(each, dict):
-            values = {name: value if not guards else either([(guards, value)]) for name, value in _dotted(each, run)}
-            yield ParameterValues(values, place)
+            values = {name: only_where(guards, value) for name, value in _dotted(each, run)}
+            if both((), guards) is not None:
+                yield ParameterValues(values, place)
         elif isinstance(each, Action) and each.kind in {"Parameter", "ParameterValue"}:
             name = run.perform(each.fields.get("name"))
             value = parameter_value(each.fields.get("value"), run)
@@ -195,9 +235,9 @@ def parameters(stated: Any, run: Running, place: Place) -> Iterator[Parameters]:
                 held = condition(run.perform(each.fields.get("allow_substs", "false")), place) is True
                 inner = each.fields.get("param_file")
                 path = run.perform(inner)
-            yield ParameterFile(
-                path if not guards else either([(guards, path)]), held, getattr(each, "place", None) or place
-            )
+            path = only_where(guards, path)
+            if path is not None:
+                yield ParameterFile(path, held, getattr(each, "place", None) or place)
         else:
             yield first_unknown(each) or Unknown("parameters of another kind", place)
 
@@ -240,21 +280,26 @@ def _typed(text: Any) -> Any:
 
 def _command_line(stated: Any, ros: bool, node: Instance, run: Running) -> None:  # noqa: FBT001 - which of two fields it is
     """Take in a command line: `-r`, `-p` and `--params-file` after ``--ros-args``, the rest as arguments."""
-    words: list[Any] = []
-    for _, value in cases(stated):
+    for guards, value in cases(stated):
         listed = value if isinstance(value, (list, tuple)) else [] if value is None else [value]
-        words += [run.perform(word) for _, word in _pairs(listed)]
+        words = [((*guards, *own), run.perform(word)) for own, word in _pairs(listed)]
+        _words(words, ros, node)
+
+
+def _words(words: Sequence[tuple[Guards, Any]], ros: bool, node: Instance) -> None:  # noqa: FBT001 - as above
+    """Take in the words of one alternative of a command line, each with its guards."""
     at = 0
     while at < len(words):
-        word, following = words[at], words[at + 1] if at + 1 < len(words) else None
+        guards, word = words[at]
+        following = words[at + 1][1] if at + 1 < len(words) else None
         at += 1
-        if word in {"--ros-args", "--"} if isinstance(word, str) else False:
+        if isinstance(word, str) and word in {"--ros-args", "--"}:
             ros = word == "--ros-args"
         elif ros and isinstance(word, str) and word in _ROS_OPTIONS and following is not None:
-            _ros_option(_ROS_OPTIONS[word], following, node)
+            _ros_option(_ROS_OPTIONS[word], following, guards, node)
             at += 1
-        else:
-            node.arguments.append(word)
+        elif both((), guards) is not None:
+            node.arguments.append(only_where(guards, word))
 
 
 _ROS_OPTIONS: Final = {
@@ -266,9 +311,11 @@ _ROS_OPTIONS: Final = {
 }
 
 
-def _ros_option(option: str, value: Any, node: Instance) -> None:
+def _ros_option(option: str, value: Any, guards: Guards, node: Instance) -> None:
+    if both((), guards) is None:
+        return
     if option == "file":
-        node.parameters.append(ParameterFile(value, False, node.place))
+        node.parameters.append(ParameterFile(only_where(guards, value), False, node.place))
         return
     name, equals, rest = value.partition(":=") if isinstance(value, str) else ("", "", "")
     if not equals:
@@ -278,10 +325,10 @@ def _ros_option(option: str, value: Any, node: Instance) -> None:
         else:
             node.parameters.append(cause)
     elif option == "param":
-        node.parameters.append(ParameterValues({name: plain_text(rest)}, node.place))
+        node.parameters.append(ParameterValues({name: only_where(guards, plain_text(rest))}, node.place))
     elif name in {"__node", "__name"}:
-        node.name = rest
+        node.name = replaced(node.name, rest, guards)
     elif name == "__ns":
-        node.namespace = rest
+        node.namespace = replaced(node.namespace, rest, guards)
     else:
-        node.remaps.append((name, rest))
+        node.remaps.append((only_where(guards, name), rest))

@@ -179,10 +179,13 @@ def _parameter(tag: Tag) -> dict[str, Any]:
     if inner:
         value: Any = {name: each for child in inner for name, each in _parameter(child).items()}
     else:
-        value = Action(
-            "ParameterValue", {"value": tag.text("value"), "value_type": tag.attributes.get("type")}, tag.place
-        )
+        value = _value(tag)
     return {tag.attributes.get("name", ""): value}
+
+
+def _value(tag: Tag) -> Action:
+    """Return the value of a parameter, which has the type that its text has in YAML unless one is stated."""
+    return Action("ParameterValue", {"value": tag.text("value"), "value_type": tag.attributes.get("type")}, tag.place)
 
 
 def _node(kind: str) -> Callable[[Tag], _Made]:
@@ -243,11 +246,11 @@ _TAGS: Final[dict[str, Callable[[Tag], _Made]]] = {
     "reset-env": lambda _tag: ("ResetEnvironment", {}),
     "ros-timer": _nested("ROSTimer", period="period"),
     "set-env": _plain("SetEnvironmentVariable", name="name", value="value"),
-    "set-parameter": _plain("SetParameter", name="name", value="value"),
+    "set-parameter": lambda tag: ("SetParameter", {"name": tag.text("name"), "value": _value(tag)}),
     "set-parameters-from-file": _plain("SetParametersFromFile", filename="filename"),
     "set-remap": _plain("SetRemap", src="from", dst="to"),
     "set-ros-log-dir": lambda _tag: ("SetROSLogDir", {}),
-    "set-use-sim-time": _plain("SetUseSimTime", value="value"),
+    "set-use-sim-time": lambda tag: ("SetUseSimTime", {"value": _value(tag)}),
     "shutdown": lambda _tag: ("Shutdown", {}),
     "timer": _nested("TimerAction", period="period"),
     "unset-env": _plain("UnsetEnvironmentVariable", name="name"),

@@ -13,7 +13,19 @@ from cqos_ros2.launch.python_statements import call_function, parsed, run_module
 from cqos_ros2.launch.scope import Scope, place_of
 from cqos_ros2.launch.started import Argument, Launched, ParameterFile, ParameterValues, Remark
 from cqos_ros2.launch.substitutions import condition, perform
-from cqos_ros2.launch.values import Either, Unknown, When, both, cases, first_unknown, lift, replaced, shown, under
+from cqos_ros2.launch.values import (
+    Either,
+    Unknown,
+    When,
+    both,
+    cases,
+    first_unknown,
+    lift,
+    only_where,
+    replaced,
+    shown,
+    under,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -357,13 +369,14 @@ def _parameter(run: Launch, action: Action) -> None:
     name = run.perform(action.fields.get("name"))
     place = place_of(action.place)
     if action.kind == "SetParametersFromFile":
-        run.scope.parameters.append(ParameterFile(run.perform(action.fields.get("filename")), False, place))
+        path = only_where(run.scope.guards, run.perform(action.fields.get("filename")))
+        run.scope.parameters.append(ParameterFile(path, False, place))
         return
     if action.kind == "SetUseSimTime":
         name = "use_sim_time"
     from cqos_ros2.launch.instances import parameter_value
 
-    value = parameter_value(action.fields.get("value"), run)
+    value = only_where(run.scope.guards, parameter_value(action.fields.get("value"), run))
     run.scope.parameters.append(ParameterValues({name if isinstance(name, str) else "?": value}, place))
 
 
@@ -391,7 +404,8 @@ def _reset(run: Launch, action: Action) -> None:
 
 
 def _remap(run: Launch, action: Action) -> None:
-    run.scope.remaps.append((run.perform(action.fields.get("src")), run.perform(action.fields.get("dst"))))
+    source = only_where(run.scope.guards, run.perform(action.fields.get("src")))
+    run.scope.remaps.append((source, run.perform(action.fields.get("dst"))))
 
 
 def _configured(run: Launch, action: Action) -> Any:

@@ -147,6 +147,28 @@ def _same(one: Any, other: Any) -> bool:
     return one is other or (plain and bool(one == other))
 
 
+def only_where(guards: Guards, value: Any) -> Any:
+    """Return a value that is there where ``guards`` hold and nowhere else; None where they exclude each other."""
+    if not guards:
+        return value
+    found = ((both((), (*guards, *inner)), each) for inner, each in cases(value))
+    there = tuple((held, each) for held, each in found if held is not None)
+    return Either(there) if there else None
+
+
+def where_held(value: Any, guards: Guards) -> Any:
+    """Return what `only_where` made, as it is where ``guards`` hold; None where they exclude it."""
+    if not isinstance(value, Either):
+        return value
+    known = set(guards)
+    left = tuple(
+        (tuple(g for g in each if g not in known), v) for each, v in value.cases if both(guards, each) is not None
+    )
+    if len(left) == 1 and not left[0][0]:
+        return left[0][1]
+    return Either(left) if left else None
+
+
 def under(value: Any, guards: Guards) -> Any:
     """Return a value as it is where ``guards`` hold: alternatives that they exclude are gone."""
     if not isinstance(value, Either):
