@@ -160,6 +160,7 @@ ELSEWHERE = {
     **dict.fromkeys((f"CQ{number}" for number in range(801, 806)), "of chains: tests/test_chains.py"),
     **dict.fromkeys((f"CQ{number}" for number in range(811, 814)), "of links: tests/test_budgets.py"),
     "CQ606": "of baselines: tests/test_baseline.py",
+    "CQ607": "of comments: tests/importers/test_inline_exceptions.py",
     "CQ702": "of importers: tests/cli/test_plugins.py",
 }
 

@@ -68,19 +68,31 @@ class Accepting:
         return one, excuses
 
     def said(self, used: Collection[int]) -> list[Finding]:
-        """Report the entries that excuse nothing; ``used`` are the positions of those that do."""
+        """Report the entries that excuse nothing; ``used`` are the positions of those that do.
+
+        What stands in one place for several endpoints is one entry.
+        """
         found = []
+        done = {self._entry(index) for index in used}
         for index, each in enumerate(self._acceptances):
+            entry = self._entry(index)
+            if entry in done:
+                continue
+            done.add(entry)
             if self._find_rule(each.rule) is None:
                 message = f"`accept` names rule `{each.rule}`, which no installed pack has"
                 found.append(core_finding("CQ603", message, place=each.place))
             elif index not in self._valid:
                 message = f"the acceptance of {each.rule} ({each.because}) expired on {each.until}"
                 found.append(core_finding("CQ602", message, place=each.place))
-            elif index not in used:
+            else:
                 message = f"the acceptance of {each.rule} ({each.because}) matches no finding"
                 found.append(core_finding("CQ601", message, place=each.place))
         return found
+
+    def _entry(self, index: int) -> tuple[object, str]:
+        each = self._acceptances[index]
+        return (index if each.place is None else each.place), each.rule
 
 
 def with_acceptances(

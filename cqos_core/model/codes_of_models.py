@@ -259,7 +259,7 @@ MODEL: Final = (
         "CQ601",
         "unused-acceptance",
         "warning",
-        "An entry of `accept` matches no finding.",
+        "An entry of `accept`, or a comment `# cqos: ignore[…]`, matches no finding.",
         "What it excused is gone, or its names are misspelt.",
         help="take it away, so that it cannot hide something new",
     ),
@@ -300,6 +300,14 @@ MODEL: Final = (
         "The file given as a baseline is none.",
         "Nothing in it can be taken as known.",
         help="write it anew with `cqos check --write-baseline`",
+    ),
+    CodeInfo(
+        "CQ607",
+        "unusable-exception",
+        "warning",
+        "A comment `# cqos: ignore[…]` accepts nothing: it names no rule, gives no reason, or stands beside nothing.",
+        "The findings that it is about still count.",
+        help="write `# cqos: ignore[CODE] reason` behind the setting, endpoint or topic that it is about",
     ),
     CodeInfo(
         "CQ701",
