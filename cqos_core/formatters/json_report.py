@@ -159,7 +159,7 @@ def _flag(found: Any, path: str) -> bool:  # noqa: ARG001 - older reports lack i
 
 _verdict = _one_of(Verdict)
 _COUNTS: Final = {"endpoints": _number, "topics": _number, "unmatched": _number, "hypothetical": _number}
-_LATER: Final = frozenset({"unmatched", "hypothetical", "assumed", "more_codes", "edits"})
+_LATER: Final = frozenset({"unmatched", "hypothetical", "assumed", "more_codes", "edits", "costs"})
 """Keys that older reports lack."""
 _KEYS: Final[dict[type, dict[str, _Take]]] = {
     Report: {
@@ -222,6 +222,7 @@ _KEYS: Final[dict[type, dict[str, _Take]]] = {
         "breaks": _number,
         "weakens": _flag,
         "edits": _many(Edit),
+        "costs": _texts,
     },
     Edit: {"place": _one(Place), "attribute": _text, "old": _optional(_text), "new": _text},
     Place: {

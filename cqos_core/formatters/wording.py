@@ -96,6 +96,7 @@ def _remarks(remedy: Remedy) -> str:
         remarks.append("the program must keep this promise")
     if remedy.breaks:
         remarks.append(f"makes {plural(remedy.breaks, 'other pair')} worse")
+    remarks += remedy.costs
     return "; ".join(remarks)
 
 

@@ -186,6 +186,7 @@ class Remedy:
         text: the change in words: ``offer `reliable` on drone/req_weather``.
         weakens: it promises or demands less than the design does now; such remedies come last.
         edits: the change as new texts; none where no file states the endpoints, or its format has no place for it.
+        costs: memory and traffic that it multiplies, one sentence each.
     """
 
     role: Role
@@ -198,6 +199,7 @@ class Remedy:
     breaks: int | None = 0
     weakens: bool = False
     edits: tuple[Edit, ...] = ()
+    costs: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -142,6 +142,7 @@ def _remedy(remedy: Remedy, exact: Exact) -> Json:
         "breaks": remedy.breaks,
         "weakens": remedy.weakens,
         "edits": [_edit(edit, exact) for edit in remedy.edits],
+        **({"costs": list(remedy.costs)} if remedy.costs else {}),
     }
 
 

@@ -27,6 +27,7 @@ from cqos.v1 import (
     catalogue_pb2_grpc,
     check_pb2,
     check_pb2_grpc,
+    plan_pb2,
     session_pb2,
     session_pb2_grpc,
 )
@@ -49,6 +50,7 @@ from cqos_core.remote.requests import (
     Written,
     asked_of_report,
     document_request,
+    documents_of,
     input_fields,
     metadata,
     pair_answer,
@@ -305,6 +307,44 @@ class _Service:
             request,
             lambda response: Written(response.text, response.expressed, tuple(response.notes)),
         )
+
+    @_call
+    def suggest(
+        self,
+        *files: File,
+        importer: str | None = None,
+        protocol: str | None = None,
+        options: OptionValues | None = None,
+    ) -> _Call[plan_pb2.Plan]:
+        """Return the weakest settings that meet all requirements; see `cqos_core.suggest`.
+
+        Raises:
+            InputError: a file cannot be read or understood.
+            ServiceError: the service has no solver, or there is no answer.
+        """
+        documents = documents_of(files, importer, protocol, options or {})
+        request = check_pb2.SuggestRequest(documents=documents)
+        return _Call(self._checks.Suggest, request, lambda response: response.plan)
+
+    @_call
+    def repair(
+        self,
+        *files: File,
+        keep: Sequence[str] = (),
+        decide: bool = False,
+        importer: str | None = None,
+        protocol: str | None = None,
+        options: OptionValues | None = None,
+    ) -> _Call[plan_pb2.Plan]:
+        """Return the smallest repair; see `cqos_core.repair`.
+
+        Raises:
+            InputError: a file cannot be read or understood.
+            ServiceError: the service has no solver, or there is no answer.
+        """
+        documents = documents_of(files, importer, protocol, options or {})
+        request = check_pb2.RepairRequest(documents=documents, keep=keep, decide=decide)
+        return _Call(self._checks.Repair, request, lambda response: response.plan)
 
     @_call
     def packs(self) -> _Call[catalogue_pb2.ListPacksResponse]:

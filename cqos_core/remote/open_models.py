@@ -19,8 +19,9 @@ from cqos_core.model.problems import InputError
 from cqos_core.model.report import Severity
 from cqos_core.model.system import NAMED, System
 from cqos_core.plugins import load_plugins
-from cqos_core.remote.answers import decode, least_severe, paths_of, read_documents, read_system, refusal_message
+from cqos_core.remote.answers import decode, least_severe, paths_of, refusal_message
 from cqos_core.remote.catalogue import versions
+from cqos_core.remote.documents import read_documents, read_system
 from cqos_core.remote.messages import EVERYTHING, below, report_message, to_message
 from cqos_core.remote.refusal import TOO_LARGE, Refused, unfit
 from cqos_core.remote.request_problems import FieldProblem

@@ -229,9 +229,20 @@ def input_fields(inputs: Sequence[File | System], protocol: str | None, options:
     system, files = split_inputs(inputs)
     if system is not None:
         return {"system": system_message(system)}
-    documents, included = _documents(files, None, protocol)
-    reading = _reading(None, protocol, options)
-    return {"documents": check_pb2.Documents(documents=documents, included=included, reading=reading)}
+    return {"documents": documents_of(files, None, protocol, options)}
+
+
+def documents_of(
+    files: Iterable[File], importer: str | None, protocol: str | None, options: OptionValues
+) -> check_pb2.Documents:
+    """Return the message that brings files, and how to read them.
+
+    Raises:
+        InputError: a file cannot be read.
+    """
+    documents, included = _documents(files, importer, protocol)
+    reading = _reading(importer, protocol, options)
+    return check_pb2.Documents(documents=documents, included=included, reading=reading)
 
 
 def split_inputs(inputs: Sequence[File | System]) -> tuple[System | None, list[File]]:

@@ -2,6 +2,7 @@
 
 import type { Diagram } from './drawing/diagram';
 import type { View } from './findings/view';
+import type { Plan } from './gen/cqos/v1/plan_pb';
 import type { Catalogue } from './service/catalogue';
 import type { Live } from './service/live';
 import type { Workspace } from './workspace';
@@ -13,6 +14,8 @@ export interface Page {
   readonly live: Live;
   /** What the last answer means for the diagram; undefined before the first one. */
   view(): View | undefined;
+  /** Ask the service for the weakest settings that meet all requirements. */
+  suggest(): Promise<Plan | undefined>;
   /** Select an element, bring it into view, and go to one of its settings in the panel. */
   reveal(element: string, policy?: string): void;
 }

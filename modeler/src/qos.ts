@@ -12,7 +12,7 @@ import { Severity, Verdict, type Report } from './gen/cqos/v1/report_pb';
 import type { Page } from './page';
 import { createPanel } from './panel/panel';
 import type { Catalogue } from './service/catalogue';
-import { startLive, type LiveState, type Text } from './service/live';
+import { sent, startLive, TIMEOUT, type LiveState, type Text } from './service/live';
 import type { Services } from './service/transport';
 import type { StatusKind, Workspace } from './workspace';
 
@@ -27,6 +27,10 @@ export function startQos(workspace: Workspace, services: Services, catalogue: Ca
     catalogue,
     live,
     view: () => view,
+    async suggest() {
+      const documents = (await documentsOf(workspace)).map(sent);
+      return (await services.checks.suggest({ documents: { documents } }, { timeoutMs: TIMEOUT })).plan;
+    },
     reveal(element, policy) {
       diagram.reveal(element);
       if (policy !== undefined) {

@@ -24,7 +24,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import grpc
 
 from cqos.v1 import check_pb2, report_pb2, system_pb2
-from cqos_core.remote.answers import answer, decode, read_system
+from cqos_core.remote.answers import answer, decode
+from cqos_core.remote.documents import read_system
 from tests.service.running import serving
 
 if TYPE_CHECKING:

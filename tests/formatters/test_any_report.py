@@ -85,6 +85,7 @@ remedies = st.builds(
     breaks=numbers,
     weakens=st.booleans(),
     edits=st.lists(edits, max_size=2).map(tuple),
+    costs=few_texts,
 )
 findings = st.builds(
     Finding,

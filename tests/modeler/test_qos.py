@@ -1,5 +1,6 @@
 """QoS on the page, in a real browser with the real service: verdicts while a person edits, findings, fixes, other documents."""
 
+import importlib.util
 import os
 import re
 import shutil
@@ -403,6 +404,30 @@ ZEROS = dict.fromkeys(
     ("history", "depth", "reliability", "durability", "deadline", "lifespan", "liveliness", "leaseDuration"), "0"
 )
 FAME = '<qos:policy reliability="1" type="reliability" value="1"/><qos:policy durability="0"/>'
+
+
+@pytest.mark.skipif(
+    importlib.util.find_spec("ortools") is None and os.environ.get("CI") != "true", reason="OR-tools is not installed"
+)
+def test_settings_are_suggested_from_requirements_and_written_in_one_step(checks, file):
+    needs = '<qos:need name="late_join" value="3"/>'
+    out, into = Event("Out", THROW, "t"), Event("In", CATCH, "t", None, needs)
+    shown = checks(drawing(Pool("A", (out,)), Pool("B", (into,))))
+    becomes(shown, incompatible=("In", "Out"))
+    shown.choose("Out")
+    suggestion = panel(shown).locator(".suggest")
+    suggestion.get_by_role("button", name="Suggest settings").click()
+    apply = suggestion.get_by_role("button", name=re.compile("Apply these . settings"))
+    apply.wait_for()
+    words = suggestion.inner_text()
+    assert "Set Durability to Transient local on A: Out" in words
+    assert "ROS512: samples from before are replayed only between endpoints" in words
+    apply.click()
+    becomes(shown, compatible=("In", "Out"))
+    shown.saved(NAME)
+    assert file.read_text().count('qos:durability="transient_local"') == 2
+    shown.press("Control+z")
+    becomes(shown, incompatible=("In", "Out"))
 
 
 def test_forms_of_other_tools_become_plain_words_in_one_step(checks, file):

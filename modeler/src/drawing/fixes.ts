@@ -11,7 +11,7 @@ export function fixSteps(
   diagram: Diagram,
   form: DrawnForm,
   pack: Pack | undefined,
-  remedy: Remedy,
+  remedy: Pick<Remedy, 'edits'>,
   document: string,
 ): Step[] | undefined {
   const steps: Step[] = [];
@@ -26,7 +26,7 @@ export function fixSteps(
 }
 
 /** Names of the documents that a fix changes. */
-export function documentsOf(remedy: Remedy): string[] {
+export function documentsOf(remedy: Pick<Remedy, 'edits'>): string[] {
   return [...new Set(remedy.edits.map((edit) => edit.place?.source ?? ''))];
 }
 

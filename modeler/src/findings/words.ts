@@ -56,7 +56,7 @@ export function factText(pack: Pack | undefined, fact: Pick<Fact, 'policy' | 'va
 }
 
 /** What a fix does, for its button. */
-export function remedyText(view: View, pack: Pack | undefined, remedy: Remedy): string {
+export function remedyText(view: View, pack: Pack | undefined, remedy: Pick<Remedy, 'policy' | 'value' | 'members'>): string {
   const { label, value } = factText(pack, remedy);
   const [first, ...more] = remedy.members;
   const who = first === undefined ? '' : fullName(view, first);
@@ -73,6 +73,7 @@ export function remedyNotes(view: View, finding: Finding, remedy: Remedy): strin
   if (remedy.weakens) {
     result.push('This promises or demands less than the design.');
   }
+  result.push(...remedy.costs.map((each) => `It ${each}.`));
   const others = otherPairs(view, finding, remedy);
   if (others.length === 0) {
     return [...result, 'It changes no other pair.'];

@@ -20,6 +20,7 @@ import { convertSection } from './convert';
 import { elementsSection } from './elements';
 import { folded } from './folded';
 import { factsOf, settingsSection, type Section, type Subject } from './settings';
+import { suggestSection } from './suggest';
 import { topicSection } from './topic';
 import { unknownAnywhere, unknownSection } from './unknown';
 import { verdictSection } from './verdict';
@@ -48,6 +49,7 @@ export function eventSections(page: Page, shape: Shape, pack: Pack | undefined):
     sections.push(presetSection(page, shape, pack));
     sections.push(settingsSection(page, subject, settingsOf(pack, form, PolicyLevel.ENDPOINT, { role, isStated })));
     sections.push(needsSection(page, pack, role, owner, views));
+    sections.push(suggestSection(page));
     sections.push(topicFacts(page, pack, role, shape, definitions.map(signalOf)));
   }
   const more: Maybe[] = [

@@ -58,7 +58,8 @@ interface Session {
   readonly checked: Checked;
 }
 
-const TIMEOUT = 30_000;
+/** Milliseconds for one call. */
+export const TIMEOUT = 30_000;
 
 /** Check what `documents` returns whenever `changed` is called. */
 export function startLive(
@@ -189,12 +190,13 @@ type Texts = ReadonlyMap<string, string | Uint8Array>;
 
 const encoder = new TextEncoder();
 
-function document(name: string, content: string | Uint8Array): { name: string; content: Uint8Array } {
+/** Return a document as calls carry it. */
+export function sent({ name, content }: Text): { name: string; content: Uint8Array } {
   return { name, content: typeof content === 'string' ? encoder.encode(content) : content };
 }
 
 async function opened(services: Pick<Services, 'sessions'>, texts: Texts, revision: bigint): Promise<Session> {
-  const documents = [...texts].map(([name, content]) => document(name, content));
+  const documents = [...texts].map(([name, content]) => sent({ name, content }));
   const answer = await services.sessions.openSession(
     { revision, input: { case: 'documents', value: { documents } }, describe: true },
     { timeoutMs: TIMEOUT },
@@ -214,7 +216,7 @@ async function edited(
   const put = [...texts].filter(([name, content]) => session.sent.get(name) !== content);
   const removed = [...session.sent.keys()].filter((name) => !texts.has(name));
   if (put.length === 0 && removed.length === 0) return session;
-  const value = { put: put.map(([name, content]) => document(name, content)), removed };
+  const value = { put: put.map(([name, content]) => sent({ name, content })), removed };
   const answer = await services.sessions.editSession(
     { revision, session: session.name, baseRevision: session.base, edit: { case: 'documents', value } },
     { timeoutMs: TIMEOUT },

@@ -6,6 +6,7 @@ service cannot answer the request; it carries google.rpc.BadRequest, which names
 """
 
 from collections import abc as _abc
+from cqos.v1 import plan_pb2 as _plan_pb2
 from cqos.v1 import report_pb2 as _report_pb2
 from cqos.v1 import system_pb2 as _system_pb2
 from google.protobuf import descriptor as _descriptor
@@ -1195,3 +1196,125 @@ class DiffResponse(_message.Message):
     def WhichOneof(self, oneof_group: _Never) -> None: ...
 
 Global___DiffResponse: _TypeAlias = DiffResponse  # noqa: Y015
+
+@_typing.final
+class SuggestRequest(_message.Message):
+    """Documents that want settings."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    REVISION_FIELD_NUMBER: _builtins.int
+    DOCUMENTS_FIELD_NUMBER: _builtins.int
+    revision: _builtins.int
+    """The caller's number for this call; it comes back with the answer."""
+    @_builtins.property
+    def documents(self) -> Global___Documents:
+        """The system. Each document needs a name of its own."""
+
+    def __init__(
+        self,
+        *,
+        revision: _builtins.int = ...,
+        documents: Global___Documents | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["documents", b"documents"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["documents", b"documents", "revision", b"revision"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___SuggestRequest: _TypeAlias = SuggestRequest  # noqa: Y015
+
+@_typing.final
+class SuggestResponse(_message.Message):
+    """The result."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    REVISION_FIELD_NUMBER: _builtins.int
+    PLAN_FIELD_NUMBER: _builtins.int
+    revision: _builtins.int
+    """As in the request."""
+    @_builtins.property
+    def plan(self) -> _plan_pb2.Plan:
+        """What to state."""
+
+    def __init__(
+        self,
+        *,
+        revision: _builtins.int = ...,
+        plan: _plan_pb2.Plan | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["plan", b"plan"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["plan", b"plan", "revision", b"revision"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___SuggestResponse: _TypeAlias = SuggestResponse  # noqa: Y015
+
+@_typing.final
+class RepairRequest(_message.Message):
+    """Documents to repair."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    REVISION_FIELD_NUMBER: _builtins.int
+    DOCUMENTS_FIELD_NUMBER: _builtins.int
+    KEEP_FIELD_NUMBER: _builtins.int
+    DECIDE_FIELD_NUMBER: _builtins.int
+    revision: _builtins.int
+    """The caller's number for this call; it comes back with the answer."""
+    decide: _builtins.bool
+    """Unknown pairs have to become compatible, too."""
+    @_builtins.property
+    def documents(self) -> Global___Documents:
+        """The system. Each document needs a name of its own."""
+
+    @_builtins.property
+    def keep(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Shell patterns of endpoints, participants and documents that stay as they are."""
+
+    def __init__(
+        self,
+        *,
+        revision: _builtins.int = ...,
+        documents: Global___Documents | None = ...,
+        keep: _abc.Iterable[_builtins.str] | None = ...,
+        decide: _builtins.bool = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["documents", b"documents"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["decide", b"decide", "documents", b"documents", "keep", b"keep", "revision", b"revision"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___RepairRequest: _TypeAlias = RepairRequest  # noqa: Y015
+
+@_typing.final
+class RepairResponse(_message.Message):
+    """The result."""
+
+    DESCRIPTOR: _descriptor.Descriptor
+
+    REVISION_FIELD_NUMBER: _builtins.int
+    PLAN_FIELD_NUMBER: _builtins.int
+    revision: _builtins.int
+    """As in the request."""
+    @_builtins.property
+    def plan(self) -> _plan_pb2.Plan:
+        """What to change."""
+
+    def __init__(
+        self,
+        *,
+        revision: _builtins.int = ...,
+        plan: _plan_pb2.Plan | None = ...,
+    ) -> None: ...
+    _HasFieldArgType: _TypeAlias = _typing.Literal["plan", b"plan"]  # noqa: Y015
+    def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["plan", b"plan", "revision", b"revision"]  # noqa: Y015
+    def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
+    def WhichOneof(self, oneof_group: _Never) -> None: ...
+
+Global___RepairResponse: _TypeAlias = RepairResponse  # noqa: Y015

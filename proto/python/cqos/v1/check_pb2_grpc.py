@@ -75,6 +75,16 @@ class CheckServiceStub(object):
                 request_serializer=cqos_dot_v1_dot_check__pb2.ConvertRequest.SerializeToString,
                 response_deserializer=cqos_dot_v1_dot_check__pb2.ConvertResponse.FromString,
                 _registered_method=True)
+        self.Suggest = channel.unary_unary(
+                '/cqos.v1.CheckService/Suggest',
+                request_serializer=cqos_dot_v1_dot_check__pb2.SuggestRequest.SerializeToString,
+                response_deserializer=cqos_dot_v1_dot_check__pb2.SuggestResponse.FromString,
+                _registered_method=True)
+        self.Repair = channel.unary_unary(
+                '/cqos.v1.CheckService/Repair',
+                request_serializer=cqos_dot_v1_dot_check__pb2.RepairRequest.SerializeToString,
+                response_deserializer=cqos_dot_v1_dot_check__pb2.RepairResponse.FromString,
+                _registered_method=True)
 
 
 class CheckServiceServicer(object):
@@ -138,6 +148,22 @@ class CheckServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def Suggest(self, request, context):
+        """Finds the weakest settings that meet all requirements, for endpoints that state none. FAILED_PRECONDITION if the service
+        has no solver.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def Repair(self, request, context):
+        """Finds the changes of least weight after which no pair is incompatible and all requirements hold. FAILED_PRECONDITION if
+        the service has no solver.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
 
 def add_CheckServiceServicer_to_server(servicer, server):
     rpc_method_handlers = {
@@ -180,6 +206,16 @@ def add_CheckServiceServicer_to_server(servicer, server):
                     servicer.Convert,
                     request_deserializer=cqos_dot_v1_dot_check__pb2.ConvertRequest.FromString,
                     response_serializer=cqos_dot_v1_dot_check__pb2.ConvertResponse.SerializeToString,
+            ),
+            'Suggest': grpc.unary_unary_rpc_method_handler(
+                    servicer.Suggest,
+                    request_deserializer=cqos_dot_v1_dot_check__pb2.SuggestRequest.FromString,
+                    response_serializer=cqos_dot_v1_dot_check__pb2.SuggestResponse.SerializeToString,
+            ),
+            'Repair': grpc.unary_unary_rpc_method_handler(
+                    servicer.Repair,
+                    request_deserializer=cqos_dot_v1_dot_check__pb2.RepairRequest.FromString,
+                    response_serializer=cqos_dot_v1_dot_check__pb2.RepairResponse.SerializeToString,
             ),
     }
     generic_handler = grpc.method_handlers_generic_handler(
@@ -399,6 +435,60 @@ class CheckService(object):
             '/cqos.v1.CheckService/Convert',
             cqos_dot_v1_dot_check__pb2.ConvertRequest.SerializeToString,
             cqos_dot_v1_dot_check__pb2.ConvertResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def Suggest(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/cqos.v1.CheckService/Suggest',
+            cqos_dot_v1_dot_check__pb2.SuggestRequest.SerializeToString,
+            cqos_dot_v1_dot_check__pb2.SuggestResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def Repair(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/cqos.v1.CheckService/Repair',
+            cqos_dot_v1_dot_check__pb2.RepairRequest.SerializeToString,
+            cqos_dot_v1_dot_check__pb2.RepairResponse.FromString,
             options,
             channel_credentials,
             insecure,

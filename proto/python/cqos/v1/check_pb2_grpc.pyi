@@ -53,6 +53,14 @@ class CheckServiceStub:
     """Compares two systems: their differences on the same topics and endpoints."""
     Convert: _grpc.UnaryUnaryMultiCallable[_check_pb2.ConvertRequest, _check_pb2.ConvertResponse]
     """Writes a system in another form."""
+    Suggest: _grpc.UnaryUnaryMultiCallable[_check_pb2.SuggestRequest, _check_pb2.SuggestResponse]
+    """Finds the weakest settings that meet all requirements, for endpoints that state none. FAILED_PRECONDITION if the service
+    has no solver.
+    """
+    Repair: _grpc.UnaryUnaryMultiCallable[_check_pb2.RepairRequest, _check_pb2.RepairResponse]
+    """Finds the changes of least weight after which no pair is incompatible and all requirements hold. FAILED_PRECONDITION if
+    the service has no solver.
+    """
 
 @_typing.type_check_only
 class CheckServiceAsyncStub(CheckServiceStub):
@@ -77,6 +85,14 @@ class CheckServiceAsyncStub(CheckServiceStub):
     """Compares two systems: their differences on the same topics and endpoints."""
     Convert: _aio.UnaryUnaryMultiCallable[_check_pb2.ConvertRequest, _check_pb2.ConvertResponse]  # type: ignore[assignment]
     """Writes a system in another form."""
+    Suggest: _aio.UnaryUnaryMultiCallable[_check_pb2.SuggestRequest, _check_pb2.SuggestResponse]  # type: ignore[assignment]
+    """Finds the weakest settings that meet all requirements, for endpoints that state none. FAILED_PRECONDITION if the service
+    has no solver.
+    """
+    Repair: _aio.UnaryUnaryMultiCallable[_check_pb2.RepairRequest, _check_pb2.RepairResponse]  # type: ignore[assignment]
+    """Finds the changes of least weight after which no pair is incompatible and all requirements hold. FAILED_PRECONDITION if
+    the service has no solver.
+    """
 
 class CheckServiceServicer(metaclass=_abc_1.ABCMeta):
     """Stateless checks: every answer depends only on its request."""
@@ -146,5 +162,25 @@ class CheckServiceServicer(metaclass=_abc_1.ABCMeta):
         context: _ServicerContext,
     ) -> _typing.Union[_check_pb2.ConvertResponse, _abc.Awaitable[_check_pb2.ConvertResponse]]:
         """Writes a system in another form."""
+
+    @_abc_1.abstractmethod
+    def Suggest(
+        self,
+        request: _check_pb2.SuggestRequest,
+        context: _ServicerContext,
+    ) -> _typing.Union[_check_pb2.SuggestResponse, _abc.Awaitable[_check_pb2.SuggestResponse]]:
+        """Finds the weakest settings that meet all requirements, for endpoints that state none. FAILED_PRECONDITION if the service
+        has no solver.
+        """
+
+    @_abc_1.abstractmethod
+    def Repair(
+        self,
+        request: _check_pb2.RepairRequest,
+        context: _ServicerContext,
+    ) -> _typing.Union[_check_pb2.RepairResponse, _abc.Awaitable[_check_pb2.RepairResponse]]:
+        """Finds the changes of least weight after which no pair is incompatible and all requirements hold. FAILED_PRECONDITION if
+        the service has no solver.
+        """
 
 def add_CheckServiceServicer_to_server(servicer: CheckServiceServicer, server: _typing.Union[_grpc.Server, _aio.Server]) -> None: ...

@@ -921,6 +921,7 @@ class Remedy(_message.Message):
     EDITS_FIELD_NUMBER: _builtins.int
     KIND_VALUE_FIELD_NUMBER: _builtins.int
     ITEMS_FIELD_NUMBER: _builtins.int
+    COSTS_FIELD_NUMBER: _builtins.int
     role: Global___Role.ValueType
     """The side that changes."""
     policy: _builtins.str
@@ -951,6 +952,10 @@ class Remedy(_message.Message):
     def items(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
         """The names in `value`, where it is a list in brackets."""
 
+    @_builtins.property
+    def costs(self) -> _containers.RepeatedScalarFieldContainer[_builtins.str]:
+        """Memory and traffic that it multiplies, one sentence each."""
+
     def __init__(
         self,
         *,
@@ -966,10 +971,11 @@ class Remedy(_message.Message):
         edits: _abc.Iterable[Global___Edit] | None = ...,
         kind_value: Global___RemedyKind.ValueType = ...,
         items: _abc.Iterable[_builtins.str] | None = ...,
+        costs: _abc.Iterable[_builtins.str] | None = ...,
     ) -> None: ...
     _HasFieldArgType: _TypeAlias = _typing.Literal["_breaks", b"_breaks", "_mends", b"_mends", "breaks", b"breaks", "mends", b"mends"]  # noqa: Y015
     def HasField(self, field_name: _HasFieldArgType) -> _builtins.bool: ...
-    _ClearFieldArgType: _TypeAlias = _typing.Literal["_breaks", b"_breaks", "_mends", b"_mends", "breaks", b"breaks", "edits", b"edits", "items", b"items", "kind", b"kind", "kind_value", b"kind_value", "members", b"members", "mends", b"mends", "policy", b"policy", "role", b"role", "text", b"text", "value", b"value", "weakens", b"weakens"]  # noqa: Y015
+    _ClearFieldArgType: _TypeAlias = _typing.Literal["_breaks", b"_breaks", "_mends", b"_mends", "breaks", b"breaks", "costs", b"costs", "edits", b"edits", "items", b"items", "kind", b"kind", "kind_value", b"kind_value", "members", b"members", "mends", b"mends", "policy", b"policy", "role", b"role", "text", b"text", "value", b"value", "weakens", b"weakens"]  # noqa: Y015
     def ClearField(self, field_name: _ClearFieldArgType) -> None: ...
     _WhichOneofReturnType__breaks: _TypeAlias = _typing.Literal["breaks"]  # noqa: Y015
     _WhichOneofArgType__breaks: _TypeAlias = _typing.Literal["_breaks", b"_breaks"]  # noqa: Y015

@@ -1,0 +1,92 @@
+"""The calls that plan changes: what the library plans, through both doors, and what they refuse."""
+
+import importlib.util
+import os
+import sys
+
+import pytest
+
+import cqos_core as cqos
+from cqos.v1 import check_pb2
+from cqos_core.remote.answers import answer
+from cqos_core.remote.client import ServiceError
+from cqos_core.remote.refusal import Refused
+from tests.service.test_contract import ask_web
+
+needs_solver = pytest.mark.skipif(
+    importlib.util.find_spec("ortools") is None and os.environ.get("CI") != "true",
+    reason="OR-tools is not installed: pip install 'cqos-core[repair]'",
+)
+OPEN = b"""\
+cqos: 1
+protocol: ros2
+participants:
+  a: {publishes: {t: }}
+  b: {subscribes: {t: {needs: {late_join: 3, latest: true}}}}
+"""
+BROKEN = b"""\
+cqos: 1
+protocol: ros2
+participants:
+  a: {publishes: {t: {reliability: best_effort}}}
+  b: {subscribes: {t: {reliability: reliable}}}
+"""
+
+
+def documents(*texts):
+    sent = [check_pb2.Document(name=f"{number}.yaml", content=text) for number, text in enumerate(texts)]
+    return check_pb2.Documents(documents=sent)
+
+
+def seen(plan):
+    return [(each.text, tuple(each.members), each.weight, tuple(each.because)) for each in plan.changes]
+
+
+@needs_solver
+def test_the_service_suggests_what_the_library_suggests(service, client):
+    planned = cqos.suggest(OPEN)
+    found = client.suggest(OPEN)
+    assert planned.changes
+    assert seen(found) == seen(planned)
+    assert (found.confirmed, found.proven, found.weight) == (True, True, planned.weight)
+    web = ask_web(service, "Suggest", check_pb2.SuggestRequest(documents=documents(OPEN)), check_pb2.SuggestResponse)
+    assert [each.text for each in web.plan.changes] == [each.text for each in planned.changes]
+    (edit,) = web.plan.changes[0].edits
+    assert (edit.place.source, edit.place.line) == ("0.yaml", 4)
+
+
+@needs_solver
+def test_the_service_repairs_what_the_library_repairs(client, tmp_path):
+    file = tmp_path / "a.yaml"
+    file.write_bytes(BROKEN)
+    for keep in ((), ("a",)):
+        assert seen(client.repair(file, keep=keep)) == seen(cqos.repair(file, keep=keep))
+    kept = client.repair(BROKEN, keep=("a", "b"))
+    assert not kept.confirmed
+    assert any("ROS101" in part for part in kept.conflicts[0].parts)
+    (change,) = client.repair(file).changes
+    assert change.edits[0].place.column == cqos.repair(file).changes[0].edits[0].place.column
+
+
+def test_documents_need_names_of_their_own():
+    for names in (("", "b.yaml"), ("a.yaml", "a.yaml")):
+        sent = check_pb2.Documents(documents=[check_pb2.Document(name=name, content=OPEN) for name in names])
+        with pytest.raises(Refused) as refused:
+            answer("/cqos.v1.CheckService/Suggest", check_pb2.SuggestRequest(documents=sent).SerializeToString(), 100)
+        assert refused.value.code == "INVALID_ARGUMENT"
+        assert refused.value.fields[0].field.startswith("documents.documents[")
+
+
+def test_systems_that_are_too_large_are_refused(narrow):
+    more = BROKEN + b"  c: {subscribes: {t: , u: }}\n"
+    with narrow.client() as client, pytest.raises(ServiceError) as refused:
+        client.repair(more)
+    assert (refused.value.code, refused.value.reason) == ("RESOURCE_EXHAUSTED", "TOO_LARGE")
+
+
+def test_without_the_solver_the_refusal_says_how_to_install_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "ortools.sat.python", None)
+    request = check_pb2.SuggestRequest(documents=documents(OPEN)).SerializeToString()
+    with pytest.raises(Refused, match=r"pip install 'cqos-core\[repair\]'") as refused:
+        answer("/cqos.v1.CheckService/Suggest", request, 100)
+    assert refused.value.code == "FAILED_PRECONDITION"
