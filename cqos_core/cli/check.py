@@ -63,6 +63,7 @@ class Wishes:
     show: tuple[str, ...]
     select: tuple[str, ...]
     ignore: tuple[str, ...]
+    statistics: bool
     fail_on: str | None
     require_pairs: bool
     fix: bool
@@ -111,6 +112,9 @@ class Wishes:
     help="Report findings of these rules only: codes, beginnings of codes, or names, separated by commas.",
 )
 @click.option("--ignore", metavar="CODES", multiple=True, help="Do not report findings of these rules.")
+@click.option(
+    "--statistics", is_flag=True, help="Print how many findings each rule has; the same as --format statistics."
+)
 @click.option(
     "--fail-on",
     type=click.Choice(list(_FAIL)),
@@ -162,7 +166,8 @@ def check(ctx: click.Context, /, *, paths: tuple[str, ...], reading: ReadingOpti
         ctx.obj.silent = wishes.quiet
     reader = prepare(reading, paths)
     config = reader.config
-    sinks = pair_sinks(ctx, wishes.formats, wishes.outputs, _default_format(config))
+    default = "statistics" if wishes.statistics else _default_format(config)
+    sinks = pair_sinks(ctx, wishes.formats, wishes.outputs, default, also=wishes.statistics)
     check_targets("--output", (sink.path for sink in sinks if sink.path != STDOUT), paths)
     check_targets("--write-baseline", filter(None, [wishes.write_baseline]), paths)
     if wishes.each and wishes.together:

@@ -55,6 +55,7 @@ def register_formatters(register: Callable[[FormatterInfo], None]) -> None:
     for name, summary in (
         ("full", "one paragraph with excerpt and remedies per finding"),
         ("concise", "one line per finding"),
+        ("statistics", "one line per rule, with the number of its findings"),
         ("json", "the whole report, versioned"),
         ("jsonl", "one JSON object per line: summary, groups, findings"),
         ("sarif", "SARIF 2.1.0 for code scanning"),
@@ -66,7 +67,7 @@ def register_formatters(register: Callable[[FormatterInfo], None]) -> None:
     ):
         module = "json_report" if name in {"json", "jsonl"} else name
         renderer = f"cqos_core.formatters.{module}:render_{name}"
-        people, plugins_have_it = name in {"full", "concise"}, name == "markdown"
+        people, plugins_have_it = name in {"full", "concise", "statistics"}, name in {"markdown", "statistics"}
         register(FormatterInfo(name, summary, renderer, for_people=people, gives_way=plugins_have_it))
 
 

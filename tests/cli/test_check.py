@@ -416,6 +416,16 @@ def test_several_formats_each_with_its_file(cqos, files):
     assert json.loads((files / "b.sarif").read_text())["version"] == "2.1.0"
 
 
+def test_statistics_count_the_findings_of_each_rule(cqos, files):
+    done = cqos("check", "clashes.yaml", "--statistics")
+    assert (done.code, done.out.splitlines()[0]) == (1, "1  error    ROS101  reliability-weaker-than-requested")
+    assert done.out == cqos("check", "clashes.yaml", "--format", "statistics").out
+    beside = cqos("check", "clashes.yaml", "--statistics", "--format", "json", "--output", "a.json")
+    assert beside.out == done.out
+    assert json.loads((files / "a.json").read_text())["verdict"] == "incompatible"
+    assert cqos("check", "clashes.yaml", "--statistics", "--format", "full").code == 2
+
+
 @pytest.mark.parametrize(
     "arguments",
     [

@@ -25,6 +25,7 @@ from cqos_core.formatters.markdown import render_markdown
 from cqos_core.formatters.places import relative
 from cqos_core.formatters.rdjson import render_rdjson
 from cqos_core.formatters.sarif import render_sarif
+from cqos_core.formatters.statistics import render_statistics
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import clean
 from cqos_core.model.encoding import decode
@@ -156,6 +157,7 @@ RENDERERS = [
     render_gitlab,
     render_rdjson,
     render_markdown,
+    render_statistics,
 ]
 
 

@@ -1,0 +1,27 @@
+"""How many findings each rule has: a line per rule, errors first, then the most frequent."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from cqos_core.formatters import terminal, wording
+
+if TYPE_CHECKING:
+    from cqos_core.formatters.style import Style
+    from cqos_core.model.report import Report
+
+
+def render_statistics(report: Report, style: Style) -> str:
+    """Return the number, severity, code and name of each rule with findings that count, and the verdict or total as the last line."""
+    paint = terminal.paint(color=style.color)
+    counted = [each for each in wording.shown(report, style) if each.accepted is None]
+    rows = Counter((each.severity, each.code, each.name) for each in counted)
+    digits = max((len(str(count)) for count in rows.values()), default=0)
+    width = max((len(code) for _, code, _ in rows), default=0)
+    lines = [
+        f"{count:>{digits}}  {paint(f'{severity:<7}', severity)}  {terminal.clean(f'{code:<{width}}  {name}')}"
+        for (severity, code, name), count in sorted(rows.items(), key=lambda row: (row[0][0].rank, -row[1], row[0][1:]))
+    ]
+    total = [wording.total(report, style, paint)] if report.parts else wording.verdict(report, style, paint)
+    return "\n".join([*lines, *total]) + "\n"
