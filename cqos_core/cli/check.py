@@ -22,6 +22,7 @@ from cqos_core.cli.several import said_once
 from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_targets, pair_sinks, render
 from cqos_core.cli.streams import colored, emit, say, say_problems, width, write_file
 from cqos_core.cli.units import units
+from cqos_core.cli.watching import Watched, watch
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.wording import listed
 from cqos_core.inputs.files import STDIN, read_path
@@ -71,6 +72,7 @@ class Wishes:
     baseline: str | None
     write_baseline: str | None
     server: str | None
+    watch: bool
     color: str
     quiet: bool
 
@@ -141,6 +143,11 @@ class Wishes:
     "holds a token for it, CQOS_SERVER_CA names the certificates to trust, CQOS_CLIENT_CERT and CQOS_CLIENT_KEY a "
     "certificate of one's own and its key.",
 )
+@click.option(
+    "--watch",
+    is_flag=True,
+    help="Check again when a file changes, until Ctrl-C; the exit code is that of the last check.",
+)
 @color_option
 @click.option("--quiet", "-q", is_flag=True, help="Print only errors; the exit code and --output files tell the rest.")
 @debug_option
@@ -164,6 +171,15 @@ def check(ctx: click.Context, /, *, paths: tuple[str, ...], reading: ReadingOpti
     wishes = Wishes(**given)
     if isinstance(ctx.obj, Run):
         ctx.obj.silent = wishes.quiet
+    if not wishes.watch:
+        ctx.exit(_once(ctx, paths, reading, wishes).code)
+    if STDIN in paths or wishes.fix or wishes.show_diff or wishes.write_baseline:
+        raise click.UsageError("--watch goes with neither `-`, --fix, --diff nor --write-baseline.", ctx)
+    ctx.exit(watch(paths, reading.importer, lambda: _once(ctx, paths, reading, wishes)))
+
+
+def _once(ctx: click.Context, paths: tuple[str, ...], reading: ReadingOptions, wishes: Wishes) -> Watched:
+    """Check everything once."""
     reader = prepare(reading, paths)
     config = reader.config
     default = "statistics" if wishes.statistics else _default_format(config)
@@ -182,7 +198,7 @@ def check(ctx: click.Context, /, *, paths: tuple[str, ...], reading: ReadingOpti
     if wishes.show_diff:  # which takes standard output
         emit("".join(work.diffs))
         sinks = [sink for sink in sinks if sink.path != STDOUT]
-    ctx.exit(work.finish(sinks))
+    return Watched(work.finish(sinks), work.files())
 
 
 def _refuse_fixing(ctx: click.Context, paths: Sequence[str], other: str | None) -> None:
@@ -289,6 +305,13 @@ class _Check:
 
         with Client(self.wishes.server) as client:
             return client.check_system(replace(system, protocol=system.protocol or reader.protocol))
+
+    def files(self) -> list[str]:
+        """Return the files on which the result depends."""
+        config = self.reader.config
+        read = (each.file.path for each in self.loaded.outcomes)
+        others = (*config.packs, *self.reader.options.pack_files, *([self.known.path] if self.known else ()))
+        return [*read, *self.sources, *config.sources, *others]
 
     def finish(self, sinks: Sequence[Sink]) -> int:
         """Write everything and return the exit code."""

@@ -1,0 +1,88 @@
+"""``cqos check --watch``: check again when an input changes, until Ctrl-C."""
+
+from __future__ import annotations
+
+import os
+import time
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import click
+
+from cqos_core.cli.streams import say, say_problems
+from cqos_core.formatters.wording import listed
+from cqos_core.inputs.files import find_files
+from cqos_core.model.problems import CqosError, InputError, describe
+from cqos_core.plugins import load_plugins
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+_PAUSE: Final = 0.3  # seconds
+_UNUSABLE: Final = 2
+_PART: Final = 0.1  # of the time is for looking, at most: a large folder is looked at less often
+
+_State = dict[str, tuple[int, int, int] | None]
+
+
+class Watched(NamedTuple):
+    """What one check gave: its exit code, and the files on which that depends."""
+
+    code: int
+    files: Sequence[str]
+
+
+def watch(paths: Sequence[str], importer: str | None, run: Callable[[], Watched]) -> int:
+    """Run at once and after each change of a file below ``paths`` or among those that were read; return the last exit code.
+
+    What is wrong with input or configuration ends the first run only: later it may be an edit that is not finished.
+    """
+    before = _state(paths, importer, ())
+    last = run()
+    try:
+        while True:
+            before = {**_state(paths, importer, last.files), **before}
+            changed = _change(paths, importer, last.files, before)
+            say(f"{time.strftime('%H:%M:%S')} {listed(changed)} changed", head="watch:")
+            before = _state(paths, importer, last.files)
+            # A file that cannot be read hides which others it includes, so those of before stay watched.
+            last = _again(run, last.files)
+    except KeyboardInterrupt:
+        return last.code
+
+
+def _again(run: Callable[[], Watched], files: Sequence[str]) -> Watched:
+    try:
+        now = run()
+        return now._replace(files=[*dict.fromkeys((*now.files, *files))])
+    except InputError as error:
+        say_problems(error.problems)
+    except CqosError as error:
+        say(describe(error), severity="error")
+    except click.ClickException as error:
+        error.show()
+    return Watched(_UNUSABLE, files)
+
+
+def _change(paths: Sequence[str], importer: str | None, files: Sequence[str], before: _State) -> list[str]:
+    """Wait until a file is not as it was; return the names of those that are not."""
+    while True:
+        started = time.perf_counter()
+        now = _state(paths, importer, files)
+        changed = sorted(name for name in {**before, **now} if before.get(name) != now.get(name))
+        if changed:
+            return changed
+        time.sleep(max(_PAUSE, (time.perf_counter() - started) / _PART))
+
+
+def _state(paths: Sequence[str], importer: str | None, files: Sequence[str]) -> _State:
+    """Return what tells of each file whether it was written since."""
+    found = find_files(paths, load_plugins(), importer).files
+    return {name: _stamp(name) for name in {*(file.path for file in found), *files}}
+
+
+def _stamp(path: str) -> tuple[int, int, int] | None:
+    try:
+        about = os.stat(path)  # noqa: PTH116 - any text may be given
+    except (OSError, ValueError):
+        return None
+    return about.st_mtime_ns, about.st_size, about.st_ino
