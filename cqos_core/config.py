@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 import sys
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -21,6 +21,7 @@ from cqos_core.importers.team_rules import acceptance, team_rule
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
 from cqos_core.importers.yaml_form import ACCEPT, CHECKS, OPTIONS, SEVERITIES
 from cqos_core.inputs.ignoring import patterns
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import Place

@@ -11,13 +11,14 @@ from __future__ import annotations
 import importlib
 import os
 import re
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cache
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import pluggy
 
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError, PackError, describe, keep_traceback
 
 if TYPE_CHECKING:

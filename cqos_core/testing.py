@@ -32,13 +32,14 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.api import check, check_pair
 from cqos_core.checking.checker import check_system
 from cqos_core.matching.pipeline import context, pair_system
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.report import Finding, Severity, Verdict

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -12,6 +12,7 @@ from cqos_core.analysis.edits import edited, replacements
 from cqos_core.importers.source import Source
 from cqos_core.inputs.files import open_file, read_path, write_whole
 from cqos_core.inputs.loading import GivenSource, read_together, recognise
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import InputError
 from cqos_core.model.report import Edit, Severity, Verdict

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.report import Severity
 from cqos_core.model.system import Place

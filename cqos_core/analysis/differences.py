@@ -7,7 +7,7 @@ where it was looked for: on a topic that it mentions, among the endpoints of a k
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
@@ -16,6 +16,7 @@ from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import Depends, is_plain, normalise
 from cqos_core.matching.pairing import bucket
 from cqos_core.matching.peer_values import settled_profiles
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import TextEnum
 from cqos_core.resolving.facts import fact
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import product
 from operator import itemgetter
 from typing import TYPE_CHECKING
 
 from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.checking.checker import check_system
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Pair, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 

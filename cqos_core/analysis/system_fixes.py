@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from cqos_core.checking.checker import check_system
 from cqos_core.exporters.contract import ExportContext, judged
 from cqos_core.language.policy import ENDPOINT
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Severity
 from cqos_core.model.system import Place, Setting
 

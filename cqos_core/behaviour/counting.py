@@ -6,13 +6,14 @@ make that fewer. Where nothing is known there is no bound.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.behaviour.components import components, turns
 from cqos_core.behaviour.graph import ENTERED
 from cqos_core.behaviour.waiting import Waits, timer_wait
+from cqos_core.model.dataclass import dataclass
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Sequence

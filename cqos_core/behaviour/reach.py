@@ -5,9 +5,9 @@ What is not in it happens in no run (BPMN 2.0.2, 13.2 to 13.5).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.flow import WITHIN
 
 if TYPE_CHECKING:

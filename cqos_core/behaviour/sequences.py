@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.behaviour.drawn import THROWN, behaviour_finding, finite, is_one_of, time_text
 from cqos_core.language.policy import ENDPOINT
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Severity, Side, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.facts import fact

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.bpmn.document import identity
@@ -13,6 +13,7 @@ from cqos_core.bpmn.plain import NotPlainError
 from cqos_core.bpmn.qos import message_type, read_qos
 from cqos_core.bpmn.reading import Unique
 from cqos_core.bpmn.words import acceptances, extension_children, flag, qos_children, word
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import EVERY_OTHER, Endpoint, ProfileRef, Room, Setting
 
 if TYPE_CHECKING:

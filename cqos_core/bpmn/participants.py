@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.bpmn.document import BPMN, CALL_ACTIVITY, COLLABORATION, PARTICIPANT, PROCESS, identity, split
@@ -19,6 +19,7 @@ from cqos_core.bpmn.words import (
     qos_settings,
     word,
 )
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import EVERY_OTHER, Participant, Room, Setting
 
 if TYPE_CHECKING:

@@ -7,10 +7,11 @@ Whatever this form does not surely understand stays in the rest, or the whole do
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.bpmn.names import fold, is_computed
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.regular import re
 
 if TYPE_CHECKING:

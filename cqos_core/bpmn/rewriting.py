@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from html import escape, unescape
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.importers.source import Replacement
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.excerpt import NAMESPACES
 from cqos_core.model.regular import re
 

@@ -6,7 +6,6 @@ on the element; the rest is reported, never dropped silently.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from datetime import date
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +13,7 @@ from cqos_core.bpmn.document import COLLABORATION, EXTENSIONS, identity, split
 from cqos_core.bpmn.form import BOUNDS, FORM, MODEL, ROLES, SEVERITIES, WHERE
 from cqos_core.bpmn.names import shown
 from cqos_core.importers.reading import listed
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.excerpt import NAMESPACES
 from cqos_core.model.system import Acceptance, Bound, Place, Setting, TeamRule
 

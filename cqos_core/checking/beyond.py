@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.checking.checker import read_beyond, said_beyond
 from cqos_core.checking.findings import Made, of_participants
 from cqos_core.checking.stages import Item
+from cqos_core.model.dataclass import dataclass
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.language.policy import ENDPOINT, NEED
 from cqos_core.language.values import normalise
 from cqos_core.matching.pipeline import Pipeline
+from cqos_core.model.dataclass import dataclass
 from cqos_core.resolving.facts import fact
 
 if TYPE_CHECKING:

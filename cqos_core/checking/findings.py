@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core.checking.fixes import VERBS, member_ids, merged_remedies, remedies
@@ -10,6 +10,7 @@ from cqos_core.language.domains import Choice
 from cqos_core.language.values import Anything, Depends, Value, is_plain
 from cqos_core.matching.judge import verdict_of
 from cqos_core.matching.peer_values import START_ORDER
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Fact, Finding, Severity, Side, Verdict, later
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.resolving.facts import fact

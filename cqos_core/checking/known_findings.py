@@ -6,7 +6,7 @@ What several topics, participants or instances share is kept by what makes it on
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import date
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,7 @@ from cqos_core.checking.checker import alike_of_instances, collapses, nothing_co
 from cqos_core.checking.findings import Made, by_endpoints, cause_of, merged, one_per_cause
 from cqos_core.checking.stages import Item, Stage
 from cqos_core.model.changes import Counts
+from cqos_core.model.dataclass import dataclass
 from cqos_core.resolving.left_over import of_one_cause
 
 if TYPE_CHECKING:

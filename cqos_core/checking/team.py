@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final
 
@@ -14,6 +14,7 @@ from cqos_core.language.parsing import parse
 from cqos_core.language.vocabulary import role_of, scope_of
 from cqos_core.matching.judge import ask_end
 from cqos_core.matching.outline import OfEnds
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import core_finding, suggestion
 from cqos_core.model.report import Finding, Severity

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, reduce
 from operator import or_
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -18,6 +18,7 @@ from cqos_core.matching.pairing import bridges_of
 from cqos_core.matching.peer_values import settled
 from cqos_core.matching.topic_shape import judge_shape
 from cqos_core.model.codes import CODES
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Finding, Group, Severity, Side, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.paths.bridge_reachability import connected

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -9,6 +10,8 @@ if TYPE_CHECKING:
 
 INTERRUPTED = 130
 """The exit code after Ctrl-C, as shells have it."""
+_NEW_OBJECTS = 50_000
+"""How many new objects the collector waits for. Modules alone are more than its usual 700, and hold no garbage."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -17,6 +20,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     0 is clean, 1 means findings at or above the fail level, 2 that something could not be read or was asked for
     wrongly, 3 an internal error.
     """
+    whole_process = arguments is None
+    if whole_process:
+        gc.set_threshold(_NEW_OBJECTS)
     try:
         # Imported here, so that Ctrl-C while Python still imports ends as quietly as later.
         from cqos_core.cli.app import run
@@ -24,3 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return run(arguments)
     except KeyboardInterrupt:
         return INTERRUPTED
+    finally:
+        if whole_process:
+            # The end of the process frees everything: without this, Python looks at each object first (30 ms).
+            gc.freeze()

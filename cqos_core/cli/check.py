@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from importlib.metadata import metadata, version
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -26,6 +26,7 @@ from cqos_core.cli.watching import Watched, watch
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.wording import listed
 from cqos_core.inputs.files import STDIN, read_path
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
 from cqos_core.cli.streams import COLOR_CHOICES
+from cqos_core.model.dataclass import dataclass
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
 import click
@@ -14,6 +14,7 @@ from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, usable
 from cqos_core.cli.streams import colored, emit, say, width, write_bytes
 from cqos_core.formatters.terminal import clean, paint, wrap
 from cqos_core.inputs.files import STDIN
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.excerpt import exact
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Verdict

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import os
 import sys
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import click
@@ -20,6 +20,7 @@ from cqos_core.inputs.ignoring import patterns
 from cqos_core.inputs.loading import load_paths
 from cqos_core.inputs.merging import merge
 from cqos_core.matching.pipeline import context, with_options
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError, InvalidValueError, Problem
 from cqos_core.model.system import Place
 from cqos_core.plugins import load_plugins

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import click
 
 from cqos_core.cli.parameters import nearest
 from cqos_core.model.codes import CODES
+from cqos_core.model.dataclass import dataclass
 from cqos_core.plugins import load_plugins
 
 if TYPE_CHECKING:

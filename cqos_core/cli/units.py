@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.remarks import plural
 
 if TYPE_CHECKING:

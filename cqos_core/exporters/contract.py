@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.matching.pipeline import Context, Pipeline, resolver_of
+from cqos_core.model.dataclass import dataclass
 from cqos_core.packs.export import ExportContext, Exported, Writer
 
 if TYPE_CHECKING:

@@ -6,13 +6,14 @@ file (overlays). This module converts them to settings of a system file, and not
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.exporters.contract import judged, unique
 from cqos_core.language.domains import Choice
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import normalise
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.system import EVERYBODY, PUBLISHER, SUBSCRIBER, Cases, Profile, ProfileRef, Setting, System
 from cqos_core.packs.meeting import NameContext

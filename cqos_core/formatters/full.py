@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import groupby
 from typing import TYPE_CHECKING
 
 from cqos_core.formatters import terminal, wording
 from cqos_core.formatters.places import Places
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Side
 

@@ -5,9 +5,10 @@ An importer of drawings has one `DrawnForm`. Its reader takes its words from it,
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, TypeAlias
+
+from cqos_core.model.dataclass import dataclass
 
 Meaning: TypeAlias = Literal[
     "protocol", "preset", "requirement", "exception", "option", "external", "type", "team_rule", "settings"

@@ -7,12 +7,12 @@ back as an `Entry`, typed by its keys.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from cqos_core.importers.reading import described, did_you_mean, listed, shown
 from cqos_core.importers.shapes import NAME, SCALARS, SETTING, AnySetting, Shape
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, is_null
+from cqos_core.model.dataclass import dataclass
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

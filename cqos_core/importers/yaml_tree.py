@@ -6,7 +6,7 @@ recurses on the C stack, where deep nesting ends the process; here it is a loop 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 import yaml
@@ -25,6 +25,7 @@ from cqos_core.importers.json_events import JsonError, json5_events, json_events
 from cqos_core.importers.reading import shown
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode, flow_text, is_null, kind_of
 from cqos_core.importers.yaml_errors import explain
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import ImportNote, Place
 
 if TYPE_CHECKING:

@@ -7,12 +7,13 @@ import os
 import posixpath
 import re
 import shutil
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO, Final
 
 from cqos_core.importers.source import Source, no_files
 from cqos_core.inputs.ignoring import Ignored
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import Place
 

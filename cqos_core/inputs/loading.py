@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 from collections import defaultdict
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.importers.source import Family, Opener, ReadContext, Source, no_files
 from cqos_core.inputs.files import HEAD, STDIN, STDIN_NAME, File, find_files, open_file, read_path
 from cqos_core.inputs.unread import unread
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError, InputError, Problem, add_note, describe, keep_traceback
 from cqos_core.model.system import Place, System
 from cqos_core.plugins import FAULTS, ImporterInfo, Plugins, load_plugins

@@ -12,11 +12,12 @@ The open form computes with ranges and answers None if the answer depends on an 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from cqos_core.language.values import KNOWN, Depends, Range, Values, settled, worlds_of
+from cqos_core.model.dataclass import dataclass
 
 if TYPE_CHECKING:
     from cqos_core.language.expression import Condition

@@ -13,9 +13,9 @@ from __future__ import annotations
 import keyword
 import re
 from copy import copy
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import ConditionError
 
 if TYPE_CHECKING:

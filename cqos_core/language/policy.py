@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from cqos_core.language.expression import Term
 from cqos_core.language.values import INFINITE, Anything, Depends, FromPeers, OneOf, normalise
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InvalidValueError
 
 if TYPE_CHECKING:

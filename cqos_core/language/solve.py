@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
@@ -12,6 +11,7 @@ from cqos_core.language.evaluate import NO_SIGNAL, BoundCondition, Signal, known
 from cqos_core.language.expression import AGGREGATES, COMPARISONS
 from cqos_core.language.policy import BROKER, ENDPOINT, TOPIC, Policy
 from cqos_core.language.values import INFINITE, Anything, Plain, Values, WrittenValue, normalise
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:

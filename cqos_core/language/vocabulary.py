@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.language.expression import AGGREGATES, SCOPES, Condition, Node, Term
 from cqos_core.language.policy import ENDPOINT, NEED, Policy
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import ConditionError, PackError
 
 if TYPE_CHECKING:

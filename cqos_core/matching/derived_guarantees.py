@@ -5,7 +5,7 @@ A number is given where the strongest need that all rules grant is that number, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
@@ -13,6 +13,7 @@ from cqos_core.language.policy import BROKER, NEED
 from cqos_core.language.solve import turning_points
 from cqos_core.language.values import INFINITE, Depends, is_plain
 from cqos_core.matching.judge import ask
+from cqos_core.model.dataclass import dataclass
 from cqos_core.packs.guarantee import FAULTS, INTERMEDIARY, LINK, RESTARTS_IN, SURVIVES, WORDS, befalling, faults_of
 
 if TYPE_CHECKING:

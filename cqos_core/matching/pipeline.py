@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import date, timedelta
 from functools import cache, cached_property, partial
 from types import MappingProxyType
@@ -17,6 +17,7 @@ from cqos_core.matching.bridging import linked
 from cqos_core.matching.routes import MOST_ENDPOINTS, expanded
 from cqos_core.matching.wire import topics
 from cqos_core.model.codes import find_code
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.model.report import later
 from cqos_core.model.system import (

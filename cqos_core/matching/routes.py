@@ -8,13 +8,14 @@ endpoints bridges may make is bounded, whatever a system says.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import chain
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.matching.judge import apart
 from cqos_core.matching.pairing import key_at, most_diverse
 from cqos_core.model.codes import CODES
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.pattern import any_of
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import MESSAGE, PUBLISHER, SUBSCRIBER, ImportNote, endpoint_id

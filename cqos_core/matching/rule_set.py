@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.language.compiled import Common, Compiled, Question, compiled
 from cqos_core.language.relation import positions
 from cqos_core.language.values import ANYTHING, Anything
+from cqos_core.model.dataclass import dataclass
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property, lru_cache
 from itertools import count
 from typing import TYPE_CHECKING, Final
@@ -22,6 +22,7 @@ from cqos_core.matching.judge import (
     verdict_of,
 )
 from cqos_core.matching.rule_set import PairRules
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Verdict
 from cqos_core.model.system import SUBSCRIBER
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Finding, Group, Verdict, later
 
 if TYPE_CHECKING:

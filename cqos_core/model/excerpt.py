@@ -16,11 +16,12 @@ Paths use the prefixes of `NAMESPACES`, whatever the file calls them.
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import lru_cache
 from html import unescape
 from typing import TYPE_CHECKING
 
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import Lines, decode
 from cqos_core.model.regular import re
 

@@ -6,9 +6,9 @@ a sub-process; what is inside them names them as `FlowNode.parent`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import Constant
 
 if TYPE_CHECKING:

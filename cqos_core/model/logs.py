@@ -5,9 +5,10 @@ from __future__ import annotations
 import io
 import re
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, BinaryIO, Final
 
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import Place
 
 if TYPE_CHECKING:

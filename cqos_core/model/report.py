@@ -7,10 +7,12 @@ spelling of the YAML form, so nothing here needs a rule pack to be understood.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 from html import escape
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
+
+from cqos_core.model.dataclass import dataclass
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping

@@ -7,9 +7,11 @@ Everything here is a plain value. Importers fill it, `resolve` reads it, no othe
 from __future__ import annotations
 
 from copy import deepcopy
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final, Literal, TypeVar
+
+from cqos_core.model.dataclass import dataclass
 
 if TYPE_CHECKING:
     from typing_extensions import Self

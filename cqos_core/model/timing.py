@@ -5,8 +5,10 @@ Settings are text until `cqos_core.paths` reads them, like all that importers pr
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Final
+
+from cqos_core.model.dataclass import dataclass
 
 if TYPE_CHECKING:
     from cqos_core.model.system import Place, Settings

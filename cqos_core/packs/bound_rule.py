@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING
 
 from cqos_core.language.binding import bind
 from cqos_core.language.expression import in_, option
 from cqos_core.language.policy import BOTH, ENDPOINT, Policy
 from cqos_core.language.vocabulary import Vocabulary, role_of, scope_of
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import ConditionError
 from cqos_core.packs.rule import SEVERITIES
 from cqos_core.packs.validation import Mistake, rule_mistakes

@@ -8,7 +8,6 @@ are those of every rule.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import reduce
 from operator import and_
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -18,6 +17,7 @@ from cqos_core.language.expression import Condition, as_condition, define, in_, 
 from cqos_core.language.expression import Literal as Constant
 from cqos_core.language.policy import NEED, Policy
 from cqos_core.language.values import INFINITE, normalise
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.packs.rule import Rule
 

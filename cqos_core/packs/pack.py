@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ from cqos_core.language.expression import definitions
 from cqos_core.language.policy import ENDPOINT, LEVELS, NEED, Policy
 from cqos_core.language.values import normalise
 from cqos_core.language.vocabulary import Function, Vocabulary
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import PackError
 from cqos_core.packs import catalogue
 from cqos_core.packs.bound_rule import BoundRule, bound_rules

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, Literal
 
 from cqos_core.language.policy import ENDPOINT, Policy
 from cqos_core.language.values import Anything, is_plain
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import Setting
 
 if TYPE_CHECKING:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Final, Literal
 
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import PackError
 
 if TYPE_CHECKING:

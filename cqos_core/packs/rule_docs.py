@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import textwrap
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from cqos_core.language.expression import definitions
 from cqos_core.language.solve import may_change
 from cqos_core.model.codes import CODES, CodeInfo, find_code
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.remarks import listed
 from cqos_core.packs.catalogue import assumed_options, rule_table
 

@@ -5,7 +5,7 @@ What no fact states is left out of a certain sum, and makes the sum a lower boun
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from math import ceil
 from typing import TYPE_CHECKING, Any, Final
@@ -14,6 +14,7 @@ from cqos_core.language.binding import bind
 from cqos_core.language.values import INFINITE, is_plain
 from cqos_core.matching.derived_guarantees import give
 from cqos_core.matching.hops import Meetings
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import PUBLISHER
 from cqos_core.paths.delivery_paths import Arrivals
 from cqos_core.paths.link_facts import LinkFacts, facts_of

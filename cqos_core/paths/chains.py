@@ -5,12 +5,13 @@ A sum of certain bounds is certain, whatever the phases of the steps are. A boun
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.language.values import INFINITE, is_plain
 from cqos_core.matching.derived_guarantees import give, over
 from cqos_core.matching.hops import Hop
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER

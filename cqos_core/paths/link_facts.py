@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.language.values import INFINITE
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.paths.time_ranges import DURATION
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from cqos_core.language.relation import positions
 from cqos_core.matching.judge import ask, passed_over, values_of_role
 from cqos_core.matching.topic_shape import judge_shape
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:

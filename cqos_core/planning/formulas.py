@@ -7,7 +7,6 @@ wanted answer. The exception are values that follow from others in a way that on
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
 from math import prod
@@ -17,6 +16,7 @@ from cqos_core.language.binding import bind
 from cqos_core.language.evaluate import NO_SIGNAL
 from cqos_core.language.expression import AGGREGATES, Condition
 from cqos_core.language.values import WrittenValue, normalise, settled, worlds_of
+from cqos_core.model.dataclass import dataclass
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Mapping, Sequence

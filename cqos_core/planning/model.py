@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fnmatch import fnmatchcase
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import FromPeers
 from cqos_core.matching.peer_values import settled
+from cqos_core.model.dataclass import dataclass
 from cqos_core.planning.constraints import ChangingEnd, constraints_of, ends_of
 from cqos_core.planning.formulas import ReadValues, Variable, formula_of
 from cqos_core.planning.slots import (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.analysis.applying import Edited, apply_edits
@@ -12,6 +11,7 @@ from cqos_core.language.policy import BROKER, TOPIC
 from cqos_core.language.solve import restated
 from cqos_core.matching.judge import ask
 from cqos_core.matching.pipeline import Pipeline
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity, Verdict

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from cqos_core.checking.fixes import is_promise, takes
@@ -11,6 +11,7 @@ from cqos_core.language.expression import AGGREGATES
 from cqos_core.language.policy import BROKER, ENDPOINT, TOPIC
 from cqos_core.language.solve import may_change, turning_points
 from cqos_core.language.values import INFINITE, is_plain
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import PUBLISHER
 from cqos_core.resolving.rewrites import edits_of, profile_edit
 

@@ -5,7 +5,7 @@ No rule is judged here and nothing is decided that the library decides. Everythi
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from google.protobuf import json_format
@@ -19,6 +19,7 @@ from cqos_core.checking.checker import check_system
 from cqos_core.checking.description import describe, elements_of
 from cqos_core.checking.trial import tried_out
 from cqos_core.matching.pipeline import context, exact_places
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError, InputError
 from cqos_core.model.report import Severity
 from cqos_core.plugins import load_plugins

@@ -8,7 +8,6 @@
 from __future__ import annotations
 
 from contextlib import AbstractAsyncContextManager, AbstractContextManager
-from dataclasses import dataclass
 from functools import wraps
 from typing import (
     TYPE_CHECKING,
@@ -33,6 +32,7 @@ from cqos.v1 import (
 )
 from cqos_core.checking.description import Description
 from cqos_core.matching.pipeline import exact_places
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import System
 from cqos_core.remote.messages import (
     from_message,

@@ -6,13 +6,14 @@ it again in the layers, for the few values a finding prints.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 from cqos_core.language.domains import Names, Text
 from cqos_core.language.policy import NO, UNMATCHED, Policy
 from cqos_core.language.values import KNOWN, UNREAD, Anything, Depends, FromPeers, Value, is_plain
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.memory import MAXIMUM_REMEMBERED, MOST_LETTERS, letters, number_of
 
 if TYPE_CHECKING:

@@ -8,9 +8,10 @@ from __future__ import annotations
 import asyncio
 import itertools
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
+from cqos_core.model.dataclass import dataclass
 from cqos_core.remote.refusal import BUSY, CALLER_QUOTA, Refused
 
 if TYPE_CHECKING:

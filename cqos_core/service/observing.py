@@ -10,11 +10,12 @@ import secrets
 import sys
 import threading
 import time
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 
 if TYPE_CHECKING:

@@ -9,10 +9,11 @@ import logging
 import re
 import secrets
 import time
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, field
 from pathlib import Path
 from typing import Any, Final
 
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.model.tls import try_tls
 from cqos_core.service.observing import ALWAYS, tell

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Final, Protocol
 
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import ceil
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Final
@@ -17,6 +17,7 @@ from cqos_core.language.policy import ENDPOINT, NEED
 from cqos_core.language.values import Depends, is_plain
 from cqos_core.matching.pipeline import with_options
 from cqos_core.matching.wire import on_wire, plain_texts
+from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Severity, Verdict
 from cqos_core.model.system import Place, Setting
 from cqos_core.model.system import Topic as StatedTopic
