@@ -59,6 +59,20 @@ export function fit(modeler: Modeler): void {
   });
 }
 
+/** The same, and again where a notice about the diagram takes room from it. */
+export function fitWithNotices(modeler: Modeler): void {
+  const canvas = modeler.get<Canvas>('canvas');
+  const container = canvas.getContainer();
+  const before = container.clientHeight;
+  fit(modeler);
+  requestAnimationFrame(() => {
+    if (container.clientHeight !== before) {
+      canvas.resized();
+      fit(modeler);
+    }
+  });
+}
+
 /** Return the root of the model that is shown. */
 export function definitionsOf(modeler: Modeler): Definitions {
   const definitions: unknown = modeler.getDefinitions();

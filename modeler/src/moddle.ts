@@ -17,7 +17,7 @@ export interface Definitions extends ModdleElement {
 
 export interface Moddle {
   toXML(element: ModdleElement, options?: { format?: boolean; preamble?: boolean }): Promise<{ xml: string }>;
-  fromXML(xml: string): Promise<{ rootElement: ModdleElement; warnings: readonly Error[] }>;
+  fromXML(xml: string): Promise<{ rootElement: ModdleElement; elementsById: Readonly<Record<string, unknown>>; warnings: readonly Error[] }>;
 }
 
 /** Whether something is the root of a BPMN model. */

@@ -4,7 +4,7 @@ import type Canvas from 'diagram-js/lib/core/Canvas';
 import type CommandStack from 'diagram-js/lib/command/CommandStack';
 import type Modeler from 'bpmn-js/lib/Modeler';
 
-import { createCanvas, fit, type ModdleExtensions, semanticXml, svgText } from './canvas';
+import { createCanvas, fit, fitWithNotices, type ModdleExtensions, semanticXml, svgText } from './canvas';
 import { bindCanvasKeys, chooseKind } from './canvas_keys';
 import { Desk } from './files/desk';
 import { type Binding, createDiagram, type Diagram } from './files/diagram';
@@ -45,7 +45,7 @@ export function createShell(root: HTMLElement, given: Given): Shell {
   const companions = new Map<string, Companion>();
   const diagram = createDiagram(modeler, given.binding, (cause) => {
     if (cause === 'import') {
-      fit(modeler);
+      fitWithNotices(modeler);
     }
     changed.call(cause);
     desk.edited();

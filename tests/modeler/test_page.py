@@ -207,6 +207,58 @@ def test_a_file_without_a_drawing_is_laid_out(opens, shared):
     assert len([line for line in changed if "<bpmndi:BPMNEdge " in line]) == 17
 
 
+MODEL = (
+    '<definitions xmlns="http://www.omg.org/spec/BPMN/20100524/MODEL" xmlns:qos="http://qos" id="D" targetNamespace="t">\n'
+    '<signal id="S" name="alarm"/><!-- two processes, no drawing -->\n'
+)
+SIGNAL = '<signalEventDefinition signalRef="S"/>'
+SENDER = f"""<process id="P" name="Sender">
+<startEvent id="Go"/><task id="A" name="Measure"/><subProcess id="Sub"><startEvent id="Begin"/><task id="In"/><subProcess id="Deep"><endEvent id="Out">{SIGNAL}</endEvent></subProcess>
+<sequenceFlow id="F1" sourceRef="In" targetRef="Deep"/><sequenceFlow id="F2" sourceRef="Deep" targetRef="In"/><sequenceFlow id="F0" sourceRef="Begin" targetRef="In"/></subProcess>
+<boundaryEvent id="Edge" attachedToRef="Sub">{SIGNAL}</boundaryEvent><task id="Self"/>
+<sequenceFlow id="F3" sourceRef="A" targetRef="Sub"/><sequenceFlow id="F4" sourceRef="Edge" targetRef="A"/>
+<sequenceFlow id="F6" sourceRef="Go" targetRef="A"/><sequenceFlow id="F5" sourceRef="Self" targetRef="Self"/>
+</process>
+"""
+RECEIVER = f'<process id="Q" name="Receiver"><startEvent id="Caught">{SIGNAL}</startEvent></process>\n'
+NODES = {"Go", "Begin", "A", "Sub", "In", "Deep", "Out", "Edge", "Self"}
+
+
+def test_processes_that_cannot_be_drawn_are_named_kept_and_drawn_as_pools(opens, shared):
+    model = f"{MODEL}{SENDER}{RECEIVER}</definitions>\n"
+    opened = opens(model)
+    notice = opened.notice("The drawing leaves out the process “Receiver”")
+    notice.wait_for()
+
+    def drawn():
+        kinds = "all => all.map(each => each.dataset.elementId).filter(each => !each.endsWith('_label'))"
+        return set(opened.page.locator(".djs-shape").evaluate_all(kinds))
+
+    assert drawn() == NODES
+    assert opened.page.locator(".djs-connection").count() == 7
+    opened.page.wait_for_function("() => document.querySelectorAll('.qos-badge-compatible').length === 2")
+    opened.choose("Out")
+    opened.page.locator(".panel", has_text="Caught (not drawn)").wait_for()
+    opened.saved(NAME)
+    kept = shared[1].read_text(encoding="utf-8")
+    assert [line[:13] for line in differences(model, kept) if line.startswith("-")] == [
+        "-<definitions"
+    ]  # further prefixes
+    assert RECEIVER in kept
+
+    notice.get_by_role("button", name="Draw each process as a pool").click()
+    opened.page.wait_for_selector('.djs-shape[data-element-id="Caught"]')
+    assert notice.count() == 0
+    assert opened.is_edited
+    assert drawn() == NODES | {"Caught", "Participant_P", "Participant_Q"}
+    opened.page.wait_for_function("() => document.querySelectorAll('.qos-badge-compatible').length === 3")
+    opened.saved(NAME)
+    pooled = shared[1].read_text(encoding="utf-8")
+    assert RECEIVER in pooled
+    assert SENDER in pooled
+    assert [line for line in differences(kept, pooled) if line.startswith("-") and "bpmndi" not in line] == []
+
+
 def test_a_new_diagram_has_no_problems_yet(opens):
     opened = opens()
     opened.page.locator(".list-note", has_text="Nothing to check yet").wait_for()

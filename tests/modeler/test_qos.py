@@ -450,6 +450,26 @@ def test_forms_of_other_tools_become_plain_words_in_one_step(checks, file):
     shown.page.wait_for_function("() => document.querySelector('.panel .convert').textContent.includes('2 events')")
 
 
+def test_properties_of_an_engine_are_shown_fixed_and_offered_as_plain_words(checks, file):
+    properties = '<c:properties xmlns:c="http://camunda.org/schema/1.0/bpmn"><c:property name="colour" value="red"/>{}</c:properties>'
+    stated = properties.format('<c:property name="reliability" value="0"/>')
+    out = Event("Out", THROW, "t", None, stated)
+    shown = checks(drawing(Pool("A", (out,)), Pool("B", (Event("In", CATCH, "t", {"reliability": "reliable"}),))))
+    becomes(shown, incompatible=("In", "Out"))
+    shown.choose("Out")
+    offer = panel(shown).locator(".convert", has_text="has the form of another tool")
+    offer.wait_for()
+    panel(shown).locator(".fix-button").first.click()
+    becomes(shown, compatible=("In", "Out"))
+    offer.get_by_role("button", name="Write it in plain words").click()
+    offer.wait_for(state="hidden")
+    becomes(shown, compatible=("In", "Out"))
+    shown.saved(NAME)
+    text = file.read_text()
+    assert 'qos:reliability="reliable"' in text[text.index('id="Out"') :].partition(">")[0]
+    assert properties.format("") in text
+
+
 def test_problems_are_filtered_and_lead_to_the_setting(paper):
     papers_edit(paper)
     paper.page.wait_for_function("() => document.querySelectorAll('.problem .severity-error').length === 2")

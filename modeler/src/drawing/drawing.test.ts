@@ -11,7 +11,7 @@ import {
   ValueKind,
   type Pack,
 } from '../gen/cqos/v1/catalogue_pb';
-import { RemedySchema, Role } from '../gen/cqos/v1/report_pb';
+import { FactSchema, RemedySchema, Role } from '../gen/cqos/v1/report_pb';
 import type { Definitions, ModdleElement } from '../moddle';
 import { is, parts, text, type Diagram, type Shape, type Step } from './diagram';
 import { chooseSignal, createSignal, protocolOf, renameSignal, roleOf, signalDefinitions, signalOf, usesOf } from './events';
@@ -243,6 +243,28 @@ describe('the form of other tools', () => {
     expect(await convert(zeros)).toBe('<startEvent id="E" q:speed="slow">');
   });
 
+  it('as properties of an engine that the service reads, and no others', async () => {
+    const camunda = 'xmlns:c="http://camunda.org/schema/1.0/bpmn"';
+    const properties = '<c:property name="colour" value="red"/><c:property name="Speed" value="1"/><c:property name="wait" value="3"/>';
+    const diagram = await read(
+      `<startEvent id="E"><extensionElements><c:properties>${properties}</c:properties></extensionElements>${SIGNAL}</startEvent>` +
+        `<startEvent id="F"><extensionElements><c:properties><c:property name="speed" value="slow"/></c:properties></extensionElements>${SIGNAL}</startEvent>`,
+      camunda,
+    );
+    const fact = (policy: string, path: string) => create(FactSchema, { policy, place: { path } });
+    const facts = [fact('speed', 'camunda:property[2]/@value'), fact('wait_time', 'default'), fact('wait_time', 'zeebe:property[3]/@value')];
+    const [e, f] = [shape(diagram, 'E'), shape(diagram, 'F')];
+    expect(foreignOf(e, form, pack, [])).toBeUndefined();
+    for (const [each, read] of [[e, facts], [f, [fact('speed', 'camunda:property[1]/@value')]]] as const) {
+      const found = foreignOf(each, form, pack, read);
+      diagram.edit(found ? convertSteps(diagram, form, found) : []);
+    }
+    const now = await written(diagram);
+    expect(now).toContain('<startEvent id="E" q:speed="fast">');
+    expect(now.match(/<c:property [^>]*>/g)).toEqual(['<c:property name="colour" value="red" />', '<c:property name="wait" value="3" />']);
+    expect(now).toMatch(/<startEvent id="F" q:speed="slow">\s*<signalEventDefinition/);
+  });
+
   it('is not seen in plain words', async () => {
     const diagram = await read(`<startEvent id="E" q:speed="fast" q:wait="0">${SIGNAL}</startEvent>`);
     expect(foreignOf(shape(diagram, 'E'), form, pack)).toBeUndefined();
@@ -260,11 +282,14 @@ describe('fixes', () => {
     const policies = '<extensionElements><q:policy wait="1"/><q:policy speed="0"/></extensionElements>';
     const diagram = await read(
       `<startEvent id="E" q:speed="slow">${SIGNAL}</startEvent><startEvent id="F">${SIGNAL}</startEvent>` +
-        `<startEvent id="G">${policies}${SIGNAL}</startEvent>`,
+        `<startEvent id="G">${policies}${SIGNAL}</startEvent>` +
+        `<startEvent id="H"><extensionElements><z:properties><z:property name="speed" value="slow"/></z:properties></extensionElements></startEvent>`,
+      'xmlns:z="http://camunda.org/schema/zeebe/1.0"',
     );
-    const remedies = [remedy('E', '@qos:speed'), remedy('F', undefined), remedy('G', 'qos:policy[2]/@speed')];
+    const remedies = [remedy('E', '@qos:speed'), remedy('F', undefined), remedy('G', 'qos:policy[2]/@speed'), remedy('H', 'zeebe:property[1]/@value')];
     diagram.edit(remedies.flatMap((each) => fixSteps(diagram, form, pack, each, NAME) ?? []));
     expect((await written(diagram)).match(/speed="fast"/g)).toHaveLength(3);
+    expect(await written(diagram)).toContain('<z:property name="speed" value="fast" />');
   });
 
   it('of other documents, and of places that are not there, are none', async () => {

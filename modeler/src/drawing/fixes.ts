@@ -4,7 +4,7 @@ import type { DrawnForm, Pack } from '../gen/cqos/v1/catalogue_pb';
 import type { Edit, Remedy } from '../gen/cqos/v1/report_pb';
 import type { ModdleElement } from '../moddle';
 import { text, type Diagram, type Step } from './diagram';
-import { children, type Owner } from './stores';
+import { childAt, type Owner } from './stores';
 
 /** Return the steps of a fix, or undefined if it changes other documents or has no form in the drawing. */
 export function fixSteps(
@@ -30,8 +30,8 @@ export function documentsOf(remedy: Pick<Remedy, 'edits'>): string[] {
   return [...new Set(remedy.edits.map((edit) => edit.place?.source ?? ''))];
 }
 
-/** `@qos:reliability`, or `qos:policy[2]/@reliability`. */
-const PATH = /^(?:[^:/@]+:(?<element>[^[/@]+)\[(?<index>\d+)\]\/)?@(?:[^:]+:)?(?<attribute>.+)$/;
+/** `@qos:reliability`, `qos:policy[2]/@reliability`, or `camunda:property[1]/@value`. */
+const PATH = /^(?:(?<element>[^:/@]+:[^[/@]+)\[(?<index>\d+)\]\/)?@(?:[^:]+:)?(?<attribute>.+)$/;
 
 function editStep(diagram: Diagram, form: DrawnForm, pack: Pack | undefined, edit: Edit): Step | undefined {
   const owner = ownerOf(diagram, edit.place?.element ?? '');
@@ -52,7 +52,7 @@ function editStep(diagram: Diagram, form: DrawnForm, pack: Pack | undefined, edi
   if (element === undefined) {
     return diagram.updatePart(owner.shape, owner.part, { [`${form.prefix}:${attribute}`]: edit.new });
   }
-  const target = children(owner.part, form, element)[Number(index) - 1];
+  const target = childAt(owner.part, form, element, Number(index));
   return target && diagram.updatePart(owner.shape, target, { [attribute]: edit.new });
 }
 

@@ -127,6 +127,41 @@ export function children(owner: ModdleElement, form: DrawnForm, local: string): 
   return extensions ? parts(extensions, 'values').filter((each) => each.$type.toLowerCase() === wanted) : [];
 }
 
+/** The namespaces of engines whose properties the service reads, by the prefix that it gives them in places. */
+const ENGINES: Readonly<Record<string, string>> = {
+  camunda: 'http://camunda.org/schema/1.0/bpmn',
+  zeebe: 'http://camunda.org/schema/zeebe/1.0',
+};
+
+interface Named {
+  readonly ns?: { readonly uri?: string; readonly localName?: string };
+}
+
+function isNamed(element: ModdleElement, uri: string, local: string): boolean {
+  const { ns } = (Reflect.get(element, '$descriptor') ?? {}) as Named;
+  return ns?.uri === uri && ns.localName === local;
+}
+
+/** The extension element that a place of the service names, as `qos:policy[2]` or `camunda:property[1]`; properties stand in a list. */
+export function childAt(owner: ModdleElement, form: DrawnForm, tag: string, number: number): ModdleElement | undefined {
+  const [prefix = '', local = ''] = tag.split(':');
+  const uri = ENGINES[prefix];
+  if (uri === undefined) {
+    return prefix === form.prefix ? children(owner, form, local)[number - 1] : undefined;
+  }
+  const lists = parts(part(owner, 'extensionElements') ?? owner, 'values').filter((each) => isNamed(each, uri, 'properties'));
+  return lists.flatMap((each) => parts(each, '$children')).filter((each) => isNamed(each, uri, local))[number - 1];
+}
+
+/** Steps that remove an element from the list of properties in which it stands, and the list if nothing is left in it. */
+export function removeProperties(diagram: Diagram, shape: Shape, owner: ModdleElement, gone: ReadonlySet<ModdleElement>): Step[] {
+  const left = (each: ModdleElement): readonly ModdleElement[] => parts(each, '$children').filter((child) => !gone.has(child));
+  const lists = [...new Set([...gone].map((each) => each.$parent))].filter((each) => each !== undefined);
+  const empty = new Set(lists.filter((each) => left(each).length === 0));
+  const shortened = lists.filter((each) => !empty.has(each)).map((each) => diagram.updatePart(shape, each, { $children: left(each) }));
+  return empty.size === 0 ? shortened : [...shortened, changeChildren(diagram, shape, owner, (all) => all.filter((each) => !empty.has(each)))];
+}
+
 /** Make a child element with attributes. */
 export function child(
   diagram: Diagram,

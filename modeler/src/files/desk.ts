@@ -2,11 +2,12 @@
 
 import { ask } from '../layout/dialog';
 import type { Companion, Regions } from '../workspace';
-import { type Diagram, NOWHERE, type Source } from './diagram';
+import { type Diagram, type Imported, NOWHERE, type Source } from './diagram';
 import { isEqual } from './encoding';
 import { chooseFiles, chooseTarget, type Chosen, download, droppedFiles, fromHandle } from './picker';
 import { ChangedOnDisk, handlePlace, type Place } from './place';
 import { isAllowed, type Recent, recentFiles, remember } from './recent';
+import { undrawnWords } from './pools';
 import * as recovery from './recovery';
 
 const BPMN = 'http://www.omg.org/spec/BPMN/20100524/MODEL';
@@ -83,28 +84,46 @@ export class Desk {
 
   private async show(source: Source): Promise<boolean> {
     try {
-      const { warnings, rebound, isLaidOut } = await this.desktop.diagram.open(source);
-      for (const name of ['import', 'disk', 'rebound', 'layout']) {
-        this.desktop.regions.notice(name, null);
-      }
-      if (rebound !== null) {
-        const text = `In ${source.name} the QoS prefix was bound to ${rebound}. It is bound to the right namespace now; save to keep that.`;
-        this.desktop.regions.notice('rebound', { kind: 'info', closable: true, text });
-      }
-      if (isLaidOut) {
-        const text = `${source.name} has no drawing, so its elements were placed here. Save to keep their places.`;
-        this.desktop.regions.notice('layout', { kind: 'info', closable: true, text });
-      }
-      if (warnings.length > 0) {
-        const text = `${source.name} was opened with ${warnings.length} ${warnings.length === 1 ? 'warning' : 'warnings'}: ${warnings[0]}`;
-        this.desktop.regions.notice('import', { kind: 'warning', closable: true, text });
-      }
+      this.note(source, await this.desktop.diagram.open(source));
     } catch (error) {
       this.failed(`${source.name} cannot be opened`, error);
       return false;
     }
     this.desktop.shown();
     return true;
+  }
+
+  /** Say what a person should know of a document that was opened. */
+  private note({ name }: Source, { warnings, rebound, isLaidOut, undrawn }: Imported): void {
+    const { regions } = this.desktop;
+    for (const each of ['import', 'disk', 'rebound', 'layout', 'undrawn']) {
+      regions.notice(each, null);
+    }
+    if (rebound !== null) {
+      const text = `In ${name} the QoS prefix was bound to ${rebound}. It is bound to the right namespace now; save to keep that.`;
+      regions.notice('rebound', { kind: 'info', closable: true, text });
+    }
+    if (isLaidOut) {
+      const text = `${name} has no drawing, so its elements were placed here. Save to keep their places.`;
+      regions.notice('layout', { kind: 'info', closable: true, text });
+    }
+    const text = undrawnWords(undrawn);
+    if (text !== '') {
+      const actions = undrawn.processes.length > 0 ? [{ label: 'Draw each process as a pool', run: () => void this.drawPools() }] : [];
+      regions.notice('undrawn', { kind: 'warning', closable: true, text, actions });
+    }
+    if (warnings.length > 0) {
+      const text = `${name} was opened with ${warnings.length} ${warnings.length === 1 ? 'warning' : 'warnings'}: ${warnings[0]}`;
+      regions.notice('import', { kind: 'warning', closable: true, text });
+    }
+  }
+
+  private async drawPools(): Promise<void> {
+    const { diagram, regions } = this.desktop;
+    if (await this.show({ ...diagram.source, unsaved: await diagram.pooled() })) {
+      regions.status('Each process has a pool. Save to keep that.', 'info');
+      this.edited();
+    }
   }
 
   private failed(what: string, error: unknown): void {

@@ -1,6 +1,7 @@
 /** The diagram as a document: which file it came from, whether it was edited, and the text that belongs into the file. */
 
 import type Modeler from 'bpmn-js/lib/Modeler';
+import type ElementRegistry from 'diagram-js/lib/core/ElementRegistry';
 
 import { definitionsOf } from '../canvas';
 import { isDefinitions, type Moddle } from '../moddle';
@@ -10,6 +11,7 @@ import { normalise } from './normalise';
 import { layOut, type Maker } from './layout';
 import { isSame, patch } from './patch';
 import type { Place } from './place';
+import { addPools, undrawnOf, type Undrawn } from './pools';
 import { scan } from './xml';
 
 /** A prefix, and the namespace that diagrams bind it to. */
@@ -37,6 +39,8 @@ export interface Imported {
   readonly rebound: string | null;
   /** The file has no drawing, so that elements were placed. */
   readonly isLaidOut: boolean;
+  /** What stands in the file and not in the drawing. */
+  readonly undrawn: Undrawn;
 }
 
 export interface Diagram {
@@ -51,6 +55,8 @@ export interface Diagram {
   bytes(): Promise<Uint8Array<ArrayBuffer>>;
   /** The model in the form of bpmn-js, which costs less than the text of the file. */
   draft(): Promise<string>;
+  /** The same, with a pool for each process that runs by itself. */
+  pooled(): Promise<string>;
   /** Take note that these bytes are in this file now. */
   saved(source: Source): Promise<void>;
 }
@@ -105,7 +111,9 @@ export function createDiagram(modeler: Modeler, binding: Binding | null, told: (
     Object.assign(state, { source, original, done: 0, savedAt: isAsInFile ? 0 : -1, revision: state.revision + 1 });
     state.written = source.unsaved === undefined && laidOut === null ? await written(modeler) : await rewritten(modeler, original);
     told('import');
-    return { warnings: warnings.map(String), rebound: normal?.bound ?? null, isLaidOut: laidOut !== null };
+    const registry = modeler.get<ElementRegistry>('elementRegistry');
+    const undrawn = undrawnOf(definitionsOf(modeler), (id) => registry.get(id) !== undefined);
+    return { warnings: warnings.map(String), rebound: normal?.bound ?? null, isLaidOut: laidOut !== null, undrawn };
   }
 
   async function text(): Promise<string> {
@@ -129,6 +137,7 @@ export function createDiagram(modeler: Modeler, binding: Binding | null, told: (
     open,
     text,
     draft: () => written(modeler),
+    pooled: () => pooled(modeler),
     async bytes() {
       const { bytes } = state.source;
       return bytes !== null && bytes.length > 0 && !isEdited() ? bytes : encode(await text());
@@ -155,6 +164,16 @@ async function drawn(modeler: Modeler, text: string): Promise<string | null> {
   const moddle = modeler.get<Maker>('moddle');
   const { rootElement } = await moddle.fromXML(text);
   return isDefinitions(rootElement) && layOut(moddle, rootElement) > 0 ? (await moddle.toXML(rootElement, { format: true })).xml : null;
+}
+
+/** The model with a pool for each process that runs by itself. */
+async function pooled(modeler: Modeler): Promise<string> {
+  const moddle = modeler.get<Maker>('moddle');
+  const { rootElement, elementsById } = await moddle.fromXML(await written(modeler));
+  if (isDefinitions(rootElement)) {
+    addPools(moddle, rootElement, (id) => id in elementsById);
+  }
+  return (await moddle.toXML(rootElement, { format: true })).xml;
 }
 
 /** What bpmn-js writes for a text. */

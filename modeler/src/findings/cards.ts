@@ -101,9 +101,11 @@ export function memberLink(page: Page, view: View, id: string, policy?: string):
   const place =
     endpoint?.endpoint.place ?? view.checked.participants.find((each) => each.id === id)?.place;
   const name = fullName(view, id);
-  const element = place?.source === view.name ? place.element : undefined;
-  if (element === undefined) {
-    return make('p', { class: 'elsewhere', title: place?.source || undefined }, place?.source ? `${name} (${place.source})` : name);
+  const isHere = place?.source === view.name;
+  const element = isHere ? place.element : undefined;
+  if (element === undefined || page.diagram.registry.get(element) === undefined) {
+    const where = isHere ? 'not drawn' : place?.source;
+    return make('p', { class: 'elsewhere', title: where || undefined }, where ? `${name} (${where})` : name);
   }
   return button(name, () => page.reveal(element, policy), { class: 'link' });
 }

@@ -5,6 +5,7 @@ import { convertSteps, foreignEvents, foreignOf, type Foreign } from '../drawing
 import { protocolOf } from '../drawing/events';
 import type { Pack } from '../gen/cqos/v1/catalogue_pb';
 import type { View } from '../findings/view';
+import type { Fact } from '../gen/cqos/v1/report_pb';
 import { button, make } from '../layout/dom';
 import type { Page } from '../page';
 import type { Section } from './settings';
@@ -31,8 +32,9 @@ export function convertSection(page: Page, only?: Shape): Section {
       }
       drawn = { view, packs };
       const pack = only && packOf(page, only);
-      const own = only && pack ? foreignOf(only, page.catalogue.form, pack) : undefined;
-      const all = only && !own ? [] : foreignEvents(page.diagram, page.catalogue.form, (shape) => packOf(page, shape));
+      const facts = (shape: Shape): readonly Fact[] => view?.elements.get(shape.id)?.endpoints.flatMap((each) => each.endpoint.settings) ?? [];
+      const own = only && pack ? foreignOf(only, page.catalogue.form, pack, facts(only)) : undefined;
+      const all = only && !own ? [] : foreignEvents(page.diagram, page.catalogue.form, (shape) => packOf(page, shape), facts);
       const shown = own ? [own] : all;
       element.hidden = shown.length === 0;
       element.replaceChildren(...(shown.length === 0 ? [] : offer(page, shown, all, only !== undefined)));
