@@ -1,5 +1,6 @@
 """The steps of `action.yml`, run as a runner of GitHub runs them; the installation is that of this test run. And the hook of pre-commit."""
 
+import importlib.util
 import json
 import os
 import re
@@ -95,3 +96,42 @@ def test_the_hook_of_pre_commit_sees_files_of_every_format_and_brings_every_pack
             assert re.search(hook["files"], f"folder/name{suffix}"), f"{importer.name}: {suffix}"
     packs = {f"./plugins/{each.name}" for each in (ROOT / "plugins").iterdir() if (each / "pyproject.toml").is_file()}
     assert {*hook["additional_dependencies"]} == packs - {"./plugins/all"}
+
+
+@pytest.mark.skipif(
+    importlib.util.find_spec("pre_commit") is None and os.environ.get("CI") != "true", reason="pre-commit is missing"
+)
+def test_pre_commit_runs_the_hook_on_the_whole_folder_when_a_design_changes(tmp_path, work):
+    """The hook as it is published, with the C-QoS of this test run in place of one that pre-commit installs."""
+    [hook] = yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text(encoding="utf-8"))
+    del hook["additional_dependencies"]
+    config = {"repos": [{"repo": "local", "hooks": [hook | {"language": "system"}]}]}
+    (work / ".pre-commit-config.yaml").write_text(yaml.safe_dump(config), encoding="utf-8")
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    around = {
+        "PATH": path,
+        "HOME": str(tmp_path),
+        "PRE_COMMIT_HOME": str(tmp_path / "cache"),
+        "GIT_CONFIG_NOSYSTEM": "1",
+    }
+
+    def do(*command):
+        done = subprocess.run(command, cwd=work, env=around, capture_output=True, text=True, check=False)
+        return done.returncode, done.stdout + done.stderr
+
+    def commit(name):
+        assert do("git", "add", name)[0] == 0
+        return do("git", "-c", "user.name=a", "-c", "user.email=a@example.org", "commit", "-m", name)
+
+    assert do("git", "init")[0] == 0
+    assert do("pre-commit", "install")[0] == 0
+    fits, clashes = "smart_agriculture.yaml", "smart_agriculture_incompatible.bpmn"
+    code, said = commit(clashes)
+    assert (code, "error[ROS101]" in said) == (1, True)
+    (work / clashes).rename(tmp_path / clashes)
+    assert do("git", "rm", "-q", "--cached", clashes)[0] == 0
+    code, said = commit(fits)
+    assert (code, "Passed" in said) == (0, True), said
+    (work / "notes.md").write_text("nothing that is checked", encoding="utf-8")
+    code, said = commit("notes.md")
+    assert (code, "no files to check" in said) == (0, True), said
