@@ -4,23 +4,53 @@ import './style/theme.css';
 import './style/page.css';
 import './style/qos.css';
 
+import { ConnectError } from '@connectrpc/connect';
+
 import { namedFiles } from './files/named';
 import { askText } from './layout/dialog';
+import { button, make } from './layout/dom';
 import { startQos } from './qos';
-import { moddleExtensions, untilLoaded } from './service/catalogue';
-import { connect } from './service/transport';
+import { moddleExtensions, untilLoaded, type Catalogue } from './service/catalogue';
+import { failure } from './service/failures';
+import { connect, type Services } from './service/transport';
 import { createShell } from './shell';
+
+/** The service keeps no tokens of people: the page keeps one until its tab is closed. */
+function askToken(isRefused: boolean): Promise<string | null> {
+  return askText({
+    title: 'Token of the service',
+    text: 'This service answers only callers with a token. Ask the team that runs it for one. The page keeps the token until you close this tab.',
+    label: 'Token',
+    isSecret: true,
+    ...(isRefused ? { problem: 'The service refused this token.' } : {}),
+  });
+}
+
+/** The catalogue; while there is none, the page says why, and a person can try again. */
+async function catalogueFor(services: Services, root: HTMLElement): Promise<Catalogue> {
+  const say = (text: string, ...more: HTMLElement[]): void => root.replaceChildren(make('main', { class: 'start' }, make('h1', {}, 'C-QoS'), make('p', { role: 'status' }, text), ...more));
+  for (;;) {
+    say('Loading…');
+    try {
+      return await untilLoaded(services, (reason) => say(`Waiting for the service: ${reason}`));
+    } catch (error) {
+      const why = failure(error);
+      const needsToken = why.kind === 'refused' && why.needsToken;
+      const text = needsToken ? 'This service answers only callers with a token.' : `The service refused the page: ${ConnectError.from(error).rawMessage}`;
+      await new Promise<void>((again) => say(text, button(needsToken ? 'Enter the token' : 'Try again', again, { class: 'primary' })));
+      services.gate.open();
+    }
+  }
+}
 
 async function start(): Promise<void> {
   const root = document.getElementById('app');
   if (root === null) {
     throw new Error('the page has no element #app');
   }
-  const services = connect(location.origin, () => askText('Token', 'The service asks for a token', '', true));
+  const services = connect(location.origin, askToken);
   const named = await namedFiles();
-  const catalogue = await untilLoaded(services, (reason) => {
-    root.textContent = `Waiting for the service: ${reason}`;
-  });
+  const catalogue = await catalogueFor(services, root);
   root.textContent = '';
   const { prefix, namespace } = catalogue.form;
   const shell = createShell(root, { extensions: moddleExtensions(catalogue), binding: { prefix, namespace }, named });

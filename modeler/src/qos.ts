@@ -44,10 +44,14 @@ export function startQos(workspace: Workspace, services: Services, catalogue: Ca
   const matrix = createMatrix(page);
   const beside = createBeside(page);
 
+  const enterToken = (): void => {
+    services.gate.open();
+    live.changed();
+  };
   live.onState((state) => {
     markers.stale(state.phase === 'away' || state.phase === 'refused');
-    tellPhase(workspace, state);
-    if (state.phase === 'refused') {
+    tellPhase(workspace, state, enterToken);
+    if (state.phase === 'refused' && !state.needsToken) {
       problems.refused(state);
       beside.show(view);
     }
@@ -111,7 +115,7 @@ function tellChecking({ regions, document }: Workspace, { phase }: LiveState): v
   }
 }
 
-function tellPhase(workspace: Workspace, { phase, message, problems }: LiveState): void {
+function tellPhase(workspace: Workspace, { phase, message, problems, needsToken }: LiveState, enterToken: () => void): void {
   const { regions } = workspace;
   if (phase === 'away') {
     regions.notice(AWAY, {
@@ -119,6 +123,10 @@ function tellPhase(workspace: Workspace, { phase, message, problems }: LiveState
       text: `${message === '' ? 'The service does not answer.' : `The service says: ${message}.`} You can go on drawing; verdicts are grey until it is back.`,
     });
     regions.status('Not checked: the service does not answer', 'warning');
+  } else if (needsToken) {
+    const text = 'Nothing is checked: the service answers only callers with a token. You can go on drawing.';
+    regions.notice(AWAY, { kind: 'warning', text, actions: [{ label: 'Enter the token', run: enterToken }] });
+    regions.status('Not checked: the service needs a token', 'warning');
   } else if (phase === 'refused') {
     const names = [...new Set(problems.map((each) => each.place?.source ?? ''))].filter((name) => name !== '');
     const text = names.length > 0 ? `Nothing is checked: the service cannot read ${names.join(', ')}.` : `Nothing is checked: ${message}`;

@@ -181,7 +181,7 @@ class Shown:
 
     expected = "none"
 
-    def __init__(self, browser, address, **options):
+    def __init__(self, browser, address, *, waits=True, **options):
         self.context = browser.new_context(**{"viewport": {"width": 1280, "height": 720}, **options})
         self.context.set_default_timeout(WAIT)
         self.complaints: list[str] = []
@@ -190,7 +190,8 @@ class Shown:
         self.page = self.context.new_page()
         self.watch(self.page)
         self.page.goto(address)
-        self.ready()
+        if waits:
+            self.ready()
 
     def watch(self, page):
         page.on("console", lambda said: self._said(f"{said.type}: {said.text}"))

@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from cqos_core.service.settings import PAGE
-from tests.modeler.conftest import NAME, ROOT, Running, missing
+from tests.modeler.conftest import NAME, ROOT, Running, Shown, missing
 from tests.service.running import serving
 
 KEY = "x-cqos-key"
@@ -123,6 +123,51 @@ def test_a_team_gets_the_page_and_no_files(built):
             connection.request("GET", path, headers={KEY: ""})
             assert connection.getresponse().status == expected, path
             connection.close()
+
+
+TOKEN = "a-token-of-the-team-0123456789abcdef"
+
+
+def test_a_team_with_tokens_asks_for_one_in_the_page(built, tmp_path, browser):
+    (tmp_path / "tokens").write_text(f"{TOKEN} name=team\n")
+    with serving("--web", "127.0.0.1:0", "--modeler", "--token-file", str(tmp_path / "tokens")) as service:
+        shown = Shown(browser, service.web, waits=False)
+        shown.expected = "401"
+        page = shown.page
+        dialog = page.get_by_role("dialog", name="Token of the service")
+
+        def answer(text):
+            dialog.get_by_label("Token").fill(text)
+            page.keyboard.press("Enter")
+
+        answer("another-token-0123456789abcdef")
+        dialog.get_by_text("The service refused this token.").wait_for()
+        dialog.get_by_role("button", name="Cancel").click()
+        page.get_by_role("button", name="Enter the token").click()
+        answer(TOKEN)
+        shown.ready()
+        page.locator(".list-note", has_text="Nothing to check yet").wait_for()
+        kept = (
+            "[Object.values(sessionStorage), Object.values(localStorage), [location.href, document.cookie]].map(String)"
+        )
+        assert [TOKEN in each for each in page.evaluate(kept)] == [True, False, False]
+
+        # The team has other tokens now: drawing goes on, and the next check asks again.
+        page.evaluate("sessionStorage.setItem('cqos-token', 'an-old-token-0123456789abcdef')")
+        draw = [page.locator(".canvas svg").first.focus, lambda: shown.press("n", "Enter")]
+        for act in draw:
+            act()
+        dialog.get_by_text("The service refused this token.").wait_for()
+        page.keyboard.press("Escape")
+        notice = shown.notice("the service answers only callers with a token")
+        notice.wait_for()
+        assert page.locator(".djs-shape[data-element-id^=Event_]").count() > 0
+        notice.get_by_role("button", name="Enter the token").click()
+        answer(TOKEN)
+        notice.wait_for(state="detached")
+        page.wait_for_selector(".qos-badge")
+        shown.close()
+        assert (shown.complaints, shown.strangers) == ([], [])
 
 
 def test_without_the_page_the_command_says_how_to_get_it(tmp_path):

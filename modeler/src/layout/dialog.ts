@@ -17,19 +17,32 @@ export function ask<T extends string>(
   });
 }
 
+/** What a question for a line of text says. */
+export interface Question {
+  readonly title: string;
+  readonly text: string;
+  readonly label: string;
+  readonly isSecret?: boolean;
+  /** What was wrong with the last answer. */
+  readonly problem?: string;
+}
+
 /** Ask for a line of text; null where the person closes the dialog. */
-export function askText(title: string, label: string, given: string, isSecret = false): Promise<string | null> {
+export function askText({ title, text, label, isSecret = false, problem }: Question): Promise<string | null> {
   return new Promise((resolve) => {
-    const input = make('input', { type: isSecret ? 'password' : 'text', value: given, required: true, autofocus: true });
+    const type = isSecret ? 'password' : 'text';
+    const input = make('input', { type, required: true, autofocus: true, autocomplete: 'off', 'aria-invalid': String(problem !== undefined) });
+    const answers = [make('button', { class: 'primary', value: 'ok' }, 'OK'), button('Cancel', () => dialog.close(), { class: 'secondary' })];
     const form = make(
       'form',
       { method: 'dialog' },
+      make('p', {}, text),
+      problem === undefined ? null : make('p', { class: 'problem-text', role: 'alert' }, problem),
       make('label', {}, label, input),
-      make('div', { class: 'answers' }, make('button', { class: 'primary', value: 'ok' }, 'OK')),
+      make('div', { class: 'answers' }, ...answers),
     );
     const dialog = show(title, [form]);
     dialog.addEventListener('close', () => resolve(dialog.returnValue === 'ok' ? input.value : null));
-    input.select();
   });
 }
 

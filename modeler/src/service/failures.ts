@@ -4,11 +4,11 @@ import { BinaryReader, WireType } from '@bufbuild/protobuf/wire';
 
 import { InputProblemsSchema, type Problem } from '../gen/cqos/v1/report_pb';
 
-/** `reopen`: the session is gone. `away`: try again later; `message` is what the service said, if it did. `refused`: the same documents get the same answer. */
+/** `reopen`: the session is gone. `away`: try again later; `message` is what the service said, if it did. `refused`: the same call gets the same answer, perhaps for lack of a token. */
 export type Failure =
   | { readonly kind: 'reopen' }
   | { readonly kind: 'away'; readonly message: string }
-  | { readonly kind: 'refused'; readonly message: string; readonly problems: readonly Problem[] };
+  | { readonly kind: 'refused'; readonly message: string; readonly problems: readonly Problem[]; readonly needsToken: boolean };
 
 const LOST = new Set([Code.FailedPrecondition, Code.NotFound, Code.Aborted]);
 /** Without an answer of the service; the browser's own words say nothing to a person. */
@@ -22,7 +22,7 @@ export function failure(error: unknown): Failure {
   const final = FINAL.has(refused.code) || (refused.code === Code.ResourceExhausted && reasonOf(refused) === 'TOO_LARGE');
   if (!final) return { kind: 'away', message: NETWORK.has(refused.code) ? '' : refused.rawMessage };
   const problems = refused.findDetails(InputProblemsSchema).flatMap((each) => each.problems);
-  return { kind: 'refused', message: refused.rawMessage, problems };
+  return { kind: 'refused', message: refused.rawMessage, problems, needsToken: refused.code === Code.Unauthenticated };
 }
 
 /** The `reason` of google.rpc.ErrorInfo, its first field. */

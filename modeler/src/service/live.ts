@@ -22,7 +22,7 @@ export interface Checked {
 
 /**
  * `checking`: documents changed since `checked`. `current`: `checked` is about the documents as they are.
- * `refused`: the service cannot read them. `away`: the service does not answer.
+ * `refused`: the service cannot read them, or refuses the call. `away`: the service does not answer.
  */
 export type Phase = 'checking' | 'current' | 'refused' | 'away';
 
@@ -33,6 +33,8 @@ export interface LiveState {
   /** Why the service cannot read a document. */
   readonly problems: readonly Problem[];
   readonly message: string;
+  /** The service refused the call for lack of a token. */
+  readonly needsToken: boolean;
 }
 
 export interface Live {
@@ -68,7 +70,7 @@ export function startLive(
   { debounce = 150, retry = 500 }: LiveOptions = {},
 ): Live {
   const listeners: ((state: LiveState) => void)[] = [];
-  let state: LiveState = { phase: 'checking', checked: undefined, problems: [], message: '' };
+  let state: LiveState = { phase: 'checking', checked: undefined, problems: [], message: '', needsToken: false };
   let session: Session | undefined;
   let timer: ReturnType<typeof setTimeout> | undefined;
   let running = false;
@@ -127,20 +129,20 @@ export function startLive(
     const next = before ? await edited(services, before, texts, ++revision) : await opened(services, texts, ++revision);
     attempts = 0;
     if ('problems' in next) {
-      publish({ phase: 'refused', checked: state.checked, problems: next.problems, message: next.message });
+      publish({ phase: 'refused', checked: state.checked, problems: next.problems, message: next.message, needsToken: false });
       return;
     }
     session = next;
     if (stopped) close(next);
     // An answer to an older state is kept as a base, and not shown.
-    else if (!stale) publish({ phase: 'current', checked: next.checked, problems: [], message: '' });
+    else if (!stale) publish({ phase: 'current', checked: next.checked, problems: [], message: '', needsToken: false });
   }
 
   function fail(error: unknown): void {
     const why = failure(error);
     if (why.kind === 'refused') {
       session = undefined;
-      publish({ phase: 'refused', checked: state.checked, problems: why.problems, message: why.message });
+      publish({ phase: 'refused', checked: state.checked, problems: why.problems, message: why.message, needsToken: why.needsToken });
       return;
     }
     const lost = why.kind === 'reopen' && session !== undefined;

@@ -2,15 +2,16 @@ import { Code, ConnectError, createClient, createRouterTransport } from '@connec
 import { beforeEach, describe, expect, it, vi } from 'vitest';
 
 import { CatalogueService } from '../gen/cqos/v1/catalogue_pb';
-import { authenticated } from './transport';
+import { authenticated, type AskToken } from './transport';
 
 const kept = new Map<string, string>();
 vi.stubGlobal('sessionStorage', {
   getItem: (key: string) => kept.get(key) ?? null,
   setItem: (key: string, value: string) => kept.set(key, value),
+  removeItem: (key: string) => kept.delete(key),
 });
 
-function client(ask: () => Promise<string | null>, seen: (string | null)[]) {
+function client(ask: AskToken, seen: (string | null)[]) {
   const transport = createRouterTransport(
     ({ service }) =>
       service(CatalogueService, {
@@ -32,20 +33,23 @@ describe('a service that demands a token', () => {
   beforeEach(() => kept.clear());
 
   it('gets it after a question, which several calls share', async () => {
-    const answers = ['wrong', 'right '];
-    const ask = vi.fn(() => Promise.resolve(answers.shift() ?? null));
+    const answers = ['wrong', 'not a töken', 'right '];
+    const ask = vi.fn<AskToken>(() => Promise.resolve(answers.shift() ?? null));
     const seen: (string | null)[] = [];
     const calls = client(ask, seen);
     const [one, two] = await Promise.all([calls.listPacks({}), calls.listPacks({})]);
     expect([one.version, two.version]).toEqual(['1', '1']);
-    expect(ask).toHaveBeenCalledTimes(2);
+    expect(ask.mock.calls).toEqual([[false], [true], [true]]);
     await calls.listPacks({});
-    expect(ask).toHaveBeenCalledTimes(2);
+    expect(ask).toHaveBeenCalledTimes(3);
     expect(seen.at(-1)).toBe('Bearer right');
   });
 
-  it('refuses the call when the person closes the question', async () => {
-    const calls = client(() => Promise.resolve(null), []);
+  it('refuses calls without a further question when the person closes it', async () => {
+    const ask = vi.fn<AskToken>(() => Promise.resolve(null));
+    const calls = client(ask, []);
     await expect(calls.listPacks({})).rejects.toThrow('no');
+    await expect(calls.listPacks({})).rejects.toThrow('no');
+    expect(ask).toHaveBeenCalledTimes(1);
   });
 });
