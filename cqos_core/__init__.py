@@ -17,11 +17,12 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     from importlib.machinery import ModuleSpec
 
-    from cqos_core.analysis.applying import Edited
     from cqos_core.analysis.differences import Diff, Different, Missing, Named
     from cqos_core.analysis.pair_judge import PairJudge, PairProfile
+    from cqos_core.analysis.planning.search import PlannedChange, RepairPlan
     from cqos_core.api import apply, check, check_pair, diff, explain, read, repair, suggest
     from cqos_core.checking.session import Session
+    from cqos_core.files.applying import Edited
     from cqos_core.language.values import INFINITE
     from cqos_core.model.changes import Changes, Counts
     from cqos_core.model.problems import ConditionError, CqosError, InputError, PackError, Problem, SentenceError
@@ -64,12 +65,11 @@ if TYPE_CHECKING:
         TeamRule,
         Topic,
     )
-    from cqos_core.planning.search import PlannedChange, RepairPlan
 
 _HOMES: Final = {
-    "analysis.applying": ("Edited",),
+    "files.applying": ("Edited",),
     "api": ("apply", "check", "check_pair", "diff", "explain", "read", "repair", "suggest"),
-    "planning.search": ("RepairPlan", "PlannedChange"),
+    "analysis.planning.search": ("RepairPlan", "PlannedChange"),
     "analysis.differences": ("Diff", "Different", "Missing", "Named"),
     "language.policy": ("INFINITE",),
     "model.problems": ("ConditionError", "CqosError", "InputError", "PackError", "Problem", "SentenceError"),

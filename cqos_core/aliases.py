@@ -19,23 +19,41 @@ ROOMS: Final = {
     "resolving": "resolve overlays participants profiles reader resolved rewrites",
     "matching": "judge pairing wire routes bridging hops",
     "checking": "fixes findings team topic acceptance checker session trial",
-    "analysis": "baseline differences edits applying explanation proving",
-    "inputs": "loading files unread ignoring merging builtin",
-    "exporters": "schema",
+    "analysis": "baseline differences explanation proving planning",
+    "behaviour": "paths",
+    "files": "applying builtin edits ignoring loading merging schema unread",
     "remote": "client messages",
 }
 """Modules that kept their names, by room."""
 
+ROOMS_BEFORE: Final = {
+    "analysis": ("files", "applying edits"),
+    "exporters": ("files", "design editing schema yaml_text"),
+    "inputs": ("files", "builtin ignoring loading merging reading unread"),
+    "paths": (
+        "behaviour.paths",
+        "bridge_findings bridge_reachability budget_findings budgets chain_findings chains delivery_paths link_facts time_ranges",
+    ),
+    "planning": ("analysis.planning", "constraints formulas model search slots solver suggestion"),
+}
+"""Modules that changed their room, by the room before."""
+
 RENAMED: Final = {
     **dict.fromkeys(("expression", "pack", "policy", "rule"), "packs"),
-    "arrivals": "paths.delivery_paths",
+    "arrivals": "behaviour.paths.delivery_paths",
     "assumed": "matching.assumptions",
-    "detours": "paths.bridge_reachability",
+    "exporters": "files",
+    "exporters.bpmn_form": "files.bpmn_writer",
+    "exporters.contract": "files.exporting",
+    "exporters.yaml_form": "files.yaml_writer",
+    "inputs": "files",
+    "inputs.files": "files.opening",
+    "detours": "behaviour.paths.bridge_reachability",
     "given": "matching.derived_guarantees",
-    "importers.editing": "exporters.editing",
-    "matching.bridge_findings": "paths.bridge_findings",
-    "matching.bridge_reachability": "paths.bridge_reachability",
-    "matching.delivery_paths": "paths.delivery_paths",
+    "importers.editing": "files.editing",
+    "matching.bridge_findings": "behaviour.paths.bridge_findings",
+    "matching.bridge_reachability": "behaviour.paths.bridge_reachability",
+    "matching.delivery_paths": "behaviour.paths.delivery_paths",
     "mending": "analysis.system_fixes",
     "misfits": "analysis.runtime_logs",
     "mistakes": "packs.validation",
@@ -47,7 +65,11 @@ RENAMED: Final = {
 }
 """Modules that have another name now; what authors of packs import is one module."""
 
-MOVED: Final = RENAMED | {name: f"{room}.{name}" for room, names in ROOMS.items() for name in names.split()}
+MOVED: Final = (
+    RENAMED
+    | {name: f"{room}.{name}" for room, names in ROOMS.items() for name in names.split()}
+    | {f"{old}.{name}": f"{new}.{name}" for old, (new, names) in ROOMS_BEFORE.items() for name in names.split()}
+)
 
 
 def find(fullname: str) -> ModuleSpec | None:

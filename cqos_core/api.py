@@ -11,9 +11,9 @@ from cqos_core.analysis.explanation import explain_pair
 from cqos_core.analysis.pair_judge import are_maps, pack_is_there, stated_pairs
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.trial import tried_out
-from cqos_core.inputs.loading import load_paths
-from cqos_core.inputs.merging import merge
-from cqos_core.inputs.reading import Input, faults, faults_of, read, source_of
+from cqos_core.files.loading import load_paths
+from cqos_core.files.merging import merge
+from cqos_core.files.reading import Input, faults, faults_of, read, source_of
 from cqos_core.language.values import INFINITE
 from cqos_core.matching.pipeline import (
     Context,
@@ -30,11 +30,11 @@ from cqos_core.plugins import Plugins
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from cqos_core.analysis.applying import Edited
     from cqos_core.analysis.differences import Diff
+    from cqos_core.analysis.planning.search import RepairPlan
+    from cqos_core.files.applying import Edited
     from cqos_core.model.report import PairReport, Remedy, Report
     from cqos_core.packs.pack import RulePack
-    from cqos_core.planning.search import RepairPlan
 
 
 def check(
@@ -85,7 +85,7 @@ def apply(inputs: Input | Sequence[Input], fixes: Iterable[Remedy | Edit], *, im
     Raises:
         InputError: an input cannot be read.
     """
-    from cqos_core.analysis.applying import apply_edits, opened_sources
+    from cqos_core.files.applying import apply_edits, opened_sources
 
     each = [inputs] if isinstance(inputs, (str, bytes, PathLike, System)) else list(inputs)
     edits = [edit for fix in fixes for edit in ((fix,) if isinstance(fix, Edit) else fix.edits)]
@@ -129,7 +129,7 @@ def repair(
         InputError: an input cannot be read.
         CqosError: OR-tools is not installed (extra ``repair``), or found no answer in time.
     """
-    from cqos_core.planning.search import find_repair
+    from cqos_core.analysis.planning.search import find_repair
 
     packs = list(packs)
     where = context(packs, protocol)
@@ -151,7 +151,7 @@ def suggest(
         InputError: an input cannot be read.
         CqosError: OR-tools is not installed (extra ``repair``), or found no answer in time.
     """
-    from cqos_core.planning.suggestion import find_suggestion
+    from cqos_core.analysis.planning.suggestion import find_suggestion
 
     packs = list(packs)
     where = context(packs, protocol)
@@ -167,7 +167,7 @@ def _texts_of(
     where: Context,
 ) -> tuple[Mapping[str, bytes], Callable[[Mapping[str, bytes]], System]]:
     """Return the texts of inputs, by name, and what reads them again with other texts."""
-    from cqos_core.analysis.applying import read_texts
+    from cqos_core.files.applying import read_texts
 
     each = [inputs] if isinstance(inputs, (str, bytes, PathLike, System)) else list(inputs)
     if any(isinstance(one, System) for one in each):

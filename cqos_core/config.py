@@ -13,6 +13,7 @@ from dataclasses import field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
+from cqos_core.files.ignoring import patterns
 from cqos_core.importers.forms import Form, Key, OneOrMore, SettingsMap
 from cqos_core.importers.reading import Reading, shown
 from cqos_core.importers.shapes import TEXT, TEXTS, one_of
@@ -20,7 +21,6 @@ from cqos_core.importers.source import Source
 from cqos_core.importers.team_rules import acceptance, team_rule
 from cqos_core.importers.tree import MappingNode, ScalarNode, SequenceNode
 from cqos_core.importers.yaml_form import ACCEPT, CHECKS, OPTIONS, SEVERITIES
-from cqos_core.inputs.ignoring import patterns
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import InputError, Problem
@@ -34,9 +34,9 @@ else:
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
+    from cqos_core.files.ignoring import Patterns
     from cqos_core.importers.forms import Entry
     from cqos_core.importers.tree import Node
-    from cqos_core.inputs.ignoring import Patterns
     from cqos_core.model.system import Acceptance, Settings, System, TeamRule
 
 NAME: Final = "cqos.toml"

@@ -36,9 +36,11 @@ from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cqos_core.api import check, check_pair
+from cqos_core.analysis.pair_judge import stated_pairs
 from cqos_core.checking.checker import check_system
-from cqos_core.matching.pipeline import context, pair_system
+from cqos_core.checking.trial import tried_out
+from cqos_core.files.reading import read
+from cqos_core.matching.pipeline import context, pair_system, with_options
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import suggestion
@@ -112,18 +114,20 @@ class Result:
 
 
 def judge_case(case: Case, packs: Iterable[RulePack] = ()) -> Result:
-    """Check what a case states, through the library as any caller would."""
-    content = case.content
+    """Check what a case states, as the library does for any caller."""
+    content, where = case.content, context(packs, case.pack)
     options = _settings(content.get("options", {}))
     if "system" in content:
         data = json.dumps(content["system"], default=str).encode()
-        report = check(data, importer="yaml", protocol=case.pack, options={case.pack: options}, packs=packs)
+        system = tried_out(read(data, importer="yaml", protocol=case.pack), case.pack)
+        report = check_system(with_options(system, {case.pack: options}, where), where)
         return Result(report.verdict, report.findings)
     topic = _settings(content.get("topic", {}))
     if not content.keys().isdisjoint(("offered", "requested", "needs")):
         offered, requested = _settings(content.get("offered", {})), _settings(content.get("requested", {}))
         needs = _settings(content.get("needs", {}))
-        pair = check_pair(case.pack, offered, requested, options, topic, packs, needs)
+        pairs = stated_pairs(case.pack, options, topic, packs, needs)
+        pair = pairs.report(pairs.offer(offered), pairs.request(requested))
         return Result(pair.verdict, pair.findings)
     role = PUBLISHER if PUBLISHER in content else SUBSCRIBER
     offered, requested = (_settings(content.get(each, {})) for each in (PUBLISHER, SUBSCRIBER))

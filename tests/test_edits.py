@@ -4,9 +4,9 @@ import pytest
 
 import cqos_core as cqos
 from cqos_core import Edit, Place
-from cqos_core.analysis.edits import edited
 from cqos_core.bpmn.editing import insert as insert_bpmn
-from cqos_core.exporters.editing import insert
+from cqos_core.files.editing import insert
+from cqos_core.files.edits import edited
 from cqos_core.importers.source import Source
 
 

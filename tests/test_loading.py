@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from cqos_core.files import opening
+from cqos_core.files.ignoring import patterns
+from cqos_core.files.loading import load_paths, read_source, recognise
+from cqos_core.files.opening import File, find_files, read_path
 from cqos_core.importers.source import Source
-from cqos_core.inputs import files
-from cqos_core.inputs.files import File, find_files, read_path
-from cqos_core.inputs.ignoring import patterns
-from cqos_core.inputs.loading import load_paths, read_source, recognise
 from cqos_core.model.problems import InputError
 from cqos_core.plugins import load_plugins
 
@@ -71,7 +71,7 @@ def test_an_unreadable_path_is_reported_with_the_reason(folder, path, reason):
 
 
 def test_a_file_that_never_ends_is_refused(monkeypatch):
-    monkeypatch.setattr(files, "_MAXIMUM_BYTES", 1000)
+    monkeypatch.setattr(opening, "_MAXIMUM_BYTES", 1000)
     (problem,) = problems_of(read_path, "/dev/zero")
     assert problem.code == "CQ002"
     assert len(read_path("/dev/zero", 10).data) == 10

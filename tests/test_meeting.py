@@ -159,7 +159,7 @@ def test_a_broker_of_another_protocol_is_nobodys_here():
 
 
 def test_settings_of_a_broker_from_several_sources_add_up():
-    from cqos_core.inputs.merging import merge
+    from cqos_core.files.merging import merge
 
     one = world(writer("box"), brokers={"main": Broker("main", "post", {"limit": Setting("1")})})
     two = world(reader("box"), brokers={"main": Broker("main", "post", profiles=(ProfileRef("small"),))})

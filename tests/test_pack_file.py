@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from cqos_core.api import check, check_pair
 from cqos_core.checking.checker import check_system
+from cqos_core.files.opening import read_path
 from cqos_core.importers.source import Source
-from cqos_core.inputs.files import read_path
 from cqos_core.language.domains import Choice, Count, Duration, Flag, Names, Text
 from cqos_core.language.parsing import parse
 from cqos_core.language.policy import PerRole, Policy, by_option

@@ -6,9 +6,9 @@ import pytest
 
 from cqos_core import Session
 from cqos_core.checking.checker import check_system
-from cqos_core.exporters.contract import ExportContext
-from cqos_core.exporters.design import design_of
-from cqos_core.inputs.merging import merge
+from cqos_core.files.design import design_of
+from cqos_core.files.exporting import ExportContext
+from cqos_core.files.merging import merge
 from cqos_core.model.system import Place, Profile, ProfileRef, Scope
 from cqos_core.resolving.resolve import resolve
 from tests.worlds import CONTEXT, POST, reader, settings, world, writer

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator
 
-from cqos_core.exporters.schema import suggested_values, system_schema, written_name
+from cqos_core.files.schema import suggested_values, system_schema, written_name
 from cqos_core.importers.reading import Reading
 from cqos_core.importers.source import ReadContext, Source
 from cqos_core.importers.tree import MappingNode, SequenceNode, flag, flow_text, kind_of, whole_number

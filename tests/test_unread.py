@@ -2,9 +2,9 @@
 
 import pytest
 
+from cqos_core.files.loading import read_source
+from cqos_core.files.unread import unread
 from cqos_core.importers.source import Source
-from cqos_core.inputs.loading import read_source
-from cqos_core.inputs.unread import unread
 from cqos_core.model.problems import InputError
 from cqos_core.plugins import load_plugins
 

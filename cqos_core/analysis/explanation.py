@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from cqos_core.behaviour.findings import UNMET, drawn_by, findings_of
+from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
 from cqos_core.behaviour.timers import mean_periods
 from cqos_core.checking.checker import check_system, participant_findings
 from cqos_core.checking.findings import make, one_per_cause
@@ -42,18 +43,17 @@ from cqos_core.model.report import (
 )
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 from cqos_core.packs.guarantee import LINK
-from cqos_core.paths.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
 from cqos_core.resolving.facts import fact
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping, Sequence
 
+    from cqos_core.behaviour.paths.delivery_paths import Pair
     from cqos_core.matching.derived_guarantees import DerivedGuarantees
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import Assumption, Finding, Report
     from cqos_core.model.system import System
     from cqos_core.packs.rule import Rule
-    from cqos_core.paths.delivery_paths import Pair
     from cqos_core.resolving.resolve import Resolver
     from cqos_core.resolving.resolved import Resolved
 

@@ -9,6 +9,9 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from cqos_core.behaviour.findings import behaviour_findings
+from cqos_core.behaviour.paths.bridge_findings import bridge_findings
+from cqos_core.behaviour.paths.budget_findings import budget_findings
+from cqos_core.behaviour.paths.chain_findings import chain_findings
 from cqos_core.checking.acceptance import with_acceptances, with_severities
 from cqos_core.checking.excluded import with_behaviour
 from cqos_core.checking.findings import Made, merged, of_participants, one_per_cause
@@ -23,9 +26,6 @@ from cqos_core.model.memory import uncollected
 from cqos_core.model.remarks import core_finding, plural, suggestion
 from cqos_core.model.report import Finding, Report, Severity, Side, Verdict
 from cqos_core.model.spelling import KnownNames
-from cqos_core.paths.bridge_findings import bridge_findings
-from cqos_core.paths.budget_findings import budget_findings
-from cqos_core.paths.chain_findings import chain_findings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

@@ -17,7 +17,7 @@ from cqos_core.checking.edits import Edits
 from cqos_core.checking.quick import Quick, quick_way
 from cqos_core.checking.stated import StatedEndpoints, copied
 from cqos_core.checking.trial import tried_out
-from cqos_core.inputs.reading import faults, faults_of
+from cqos_core.files.reading import faults, faults_of
 from cqos_core.matching.pipeline import Context, Pipeline, context, exact_places
 from cqos_core.model.changes import Changes, Counts, Difference, counted
 from cqos_core.model.memory import uncollected

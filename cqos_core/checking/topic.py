@@ -8,6 +8,7 @@ from functools import cached_property, reduce
 from operator import or_
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from cqos_core.behaviour.paths.bridge_reachability import connected
 from cqos_core.checking.findings import Made, headline, make, shown, sides_of, subject
 from cqos_core.checking.team import TeamCheck, team_findings
 from cqos_core.language.evaluate import RuleAnswer
@@ -21,7 +22,6 @@ from cqos_core.model.codes import CODES
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Finding, Group, Severity, Side, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.paths.bridge_reachability import connected
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

@@ -23,9 +23,9 @@ from cqos_core.cli.sinks import DEFAULT_FORMAT, STDOUT, PairingCommand, check_ta
 from cqos_core.cli.streams import colored, emit, say, say_problems, width, write_file
 from cqos_core.cli.units import units
 from cqos_core.cli.watching import Watched, watch
+from cqos_core.files.opening import STDIN, read_path
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.wording import listed
-from cqos_core.inputs.files import STDIN, read_path
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import plural
@@ -41,8 +41,8 @@ if TYPE_CHECKING:
     from cqos_core.cli.sinks import Sink
     from cqos_core.cli.units import Unit
     from cqos_core.config import Config
+    from cqos_core.files.loading import Loaded
     from cqos_core.importers.source import Replacement
-    from cqos_core.inputs.loading import Loaded
     from cqos_core.model.report import Edit, Report
     from cqos_core.model.system import System
 
@@ -369,7 +369,7 @@ class _Check:
         )
 
     def _replaced(self, edits: Sequence[Edit]) -> Mapping[str, Sequence[Replacement]]:
-        from cqos_core.analysis.applying import replacements_of
+        from cqos_core.files.applying import replacements_of
 
         return replacements_of(self.sources, edits, self.reader.options.importer)
 

@@ -11,7 +11,7 @@ from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options
 from cqos_core.cli.sinks import check_targets, written_by
 from cqos_core.cli.streams import emit, say, write_file
-from cqos_core.exporters.contract import ExportContext, Exported
+from cqos_core.files.exporting import ExportContext, Exported
 from cqos_core.model.remarks import plural
 from cqos_core.plugins import load_plugins
 

@@ -13,9 +13,9 @@ from cqos_core.cli.parameters import color_option, debug_option, form_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options, usable
 from cqos_core.cli.streams import colored, emit, say, width
+from cqos_core.files.opening import STDIN
 from cqos_core.formatters import wording
 from cqos_core.formatters.terminal import clean, paint, wrap
-from cqos_core.inputs.files import STDIN
 from cqos_core.model.excerpt import exact
 from cqos_core.model.remarks import plural
 from cqos_core.model.report_form import place_form

@@ -18,12 +18,12 @@ from cqos_core.cli.parameters import color_option, debug_option, form_option, ne
 from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit, say, width
 from cqos_core.cli.tables import table
+from cqos_core.files.opening import STDIN
 from cqos_core.formatters import wording
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.json_report import render_json
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import clean, paint
-from cqos_core.inputs.files import STDIN
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Group, Report, Severity

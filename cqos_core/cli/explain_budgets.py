@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from cqos_core.behaviour.paths.link_facts import rate_text
 from cqos_core.cli.tables import table
 from cqos_core.formatters.terminal import clean
-from cqos_core.paths.link_facts import rate_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from cqos_core.paths.budgets import Budgets, LinkLoad, Stream
+    from cqos_core.behaviour.paths.budgets import Budgets, LinkLoad, Stream
 
 
 def budgets_as_text(found: Budgets, columns: int) -> Iterator[str]:

@@ -13,12 +13,12 @@ from cqos_core.analysis.runtime_logs import explain_alone, explain_misfits
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import prepare
 from cqos_core.cli.streams import colored, emit, width
+from cqos_core.files.opening import STDIN, STDIN_NAME
 from cqos_core.formatters import wording
 from cqos_core.formatters.full import render_full
 from cqos_core.formatters.json_report import render_json
 from cqos_core.formatters.style import Style
 from cqos_core.formatters.terminal import clean, paint, wrap
-from cqos_core.inputs.files import STDIN, STDIN_NAME
 from cqos_core.model.logs import misfits
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import plural

@@ -5,19 +5,19 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.behaviour.paths.budgets import budgets as budgets_of
+from cqos_core.behaviour.paths.chains import chain_times
+from cqos_core.behaviour.paths.time_ranges import DURATION
 from cqos_core.cli.explain_budgets import budgets_as_json, budgets_as_text
 from cqos_core.cli.tables import table
 from cqos_core.formatters.terminal import clean
-from cqos_core.paths.budgets import budgets as budgets_of
-from cqos_core.paths.chains import chain_times
-from cqos_core.paths.time_ranges import DURATION
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from cqos_core.behaviour.paths.chains import ChainTimes, StepTimes
+    from cqos_core.behaviour.paths.time_ranges import TimeRange
     from cqos_core.matching.pipeline import Pipeline
-    from cqos_core.paths.chains import ChainTimes, StepTimes
-    from cqos_core.paths.time_ranges import TimeRange
 
 _WORDS: Final[Mapping[bool | None, str]] = {True: "holds", False: "does not hold", None: "is open"}
 _JSON_WORDS: Final[Mapping[bool | None, str]] = {True: "yes", False: "no", None: "unknown"}

@@ -33,7 +33,7 @@ def fixed(
     Raises:
         CqosError: a file cannot be written.
     """
-    from cqos_core.analysis.applying import fix_all
+    from cqos_core.files.applying import fix_all
 
     def read(texts: Mapping[str, bytes]) -> System:
         return reader.again(unit.files, texts)

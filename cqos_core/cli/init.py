@@ -11,9 +11,9 @@ from cqos_core import config
 from cqos_core.cli.parameters import debug_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.streams import emit, say
+from cqos_core.files.loading import load_paths, protocols_of
 from cqos_core.formatters.terminal import wrap
 from cqos_core.importers.yaml_form import ACCEPT, SEVERITIES
-from cqos_core.inputs.loading import load_paths, protocols_of
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import plural
 from cqos_core.plugins import load_plugins
@@ -21,8 +21,8 @@ from cqos_core.plugins import load_plugins
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from cqos_core.files.loading import Loaded
     from cqos_core.importers.forms import Key
-    from cqos_core.inputs.loading import Loaded
     from cqos_core.packs.pack import RulePack
 
 _WIDTH: Final = 100

@@ -12,8 +12,8 @@ import click
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, usable
 from cqos_core.cli.streams import colored, emit, say, width, write_bytes
+from cqos_core.files.opening import STDIN
 from cqos_core.formatters.terminal import clean, paint, wrap
-from cqos_core.inputs.files import STDIN
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.excerpt import exact
 from cqos_core.model.remarks import plural
@@ -22,9 +22,9 @@ from cqos_core.model.report import Verdict
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from cqos_core.analysis.planning.search import PlannedChange, RepairPlan
     from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
-    from cqos_core.planning.search import PlannedChange, RepairPlan
 
 _DONE, _OPEN = 0, 1
 _VERSION: Final = 1

@@ -22,8 +22,8 @@ from cqos_core.cli.parameters import color_option, debug_option, nearest
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options
 from cqos_core.cli.streams import colored, emit, say, write_file
+from cqos_core.files.opening import STDIN
 from cqos_core.formatters.terminal import clean, paint
-from cqos_core.inputs.files import STDIN
 from cqos_core.model.problems import CqosError, InvalidValueError
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity

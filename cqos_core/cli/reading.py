@@ -14,11 +14,11 @@ from cqos_core.checking.trial import tried_out
 from cqos_core.cli.parameters import Assignment, AssignmentType, Registered, nearest, packs_option
 from cqos_core.cli.progress import Progress
 from cqos_core.cli.streams import say, say_problems
+from cqos_core.files.ignoring import patterns
+from cqos_core.files.loading import load_paths
+from cqos_core.files.merging import merge
+from cqos_core.files.opening import STDIN, STDIN_NAME, read_path, read_stream
 from cqos_core.importers.source import VARIABLES
-from cqos_core.inputs.files import STDIN, STDIN_NAME, read_path, read_stream
-from cqos_core.inputs.ignoring import patterns
-from cqos_core.inputs.loading import load_paths
-from cqos_core.inputs.merging import merge
 from cqos_core.matching.pipeline import context, with_options
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError, InvalidValueError, Problem
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from cqos_core.config import Config
+    from cqos_core.files.loading import Loaded
     from cqos_core.importers.source import Source
-    from cqos_core.inputs.loading import Loaded
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.system import System
     from cqos_core.packs.pack import RulePack
@@ -187,7 +187,7 @@ class InputReader:
         Raises:
             InputError: with what is wrong with all of them.
         """
-        from cqos_core.analysis.applying import read_texts
+        from cqos_core.files.applying import read_texts
 
         systems = read_texts(files, texts, self.options.importer, self.switches, self.protocol)
         return tried_out(self.whole(systems), self.protocol)

@@ -13,9 +13,9 @@ from cqos_core.cli.reading import ReadingOptions, reading_options
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from cqos_core.analysis.planning.search import RepairPlan
     from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
-    from cqos_core.planning.search import RepairPlan
 
 
 _WORDS = PlanWords(
@@ -73,7 +73,7 @@ def repair(
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
 
     def plan(system: System, read: Callable[[Mapping[str, bytes]], System], reader: InputReader) -> RepairPlan:
-        from cqos_core.planning.search import find_repair
+        from cqos_core.analysis.planning.search import find_repair
 
         return find_repair(
             system.sources, read, reader.context, keep=keep, decide=decide, importer=reader.options.importer

@@ -23,7 +23,7 @@ def schema() -> None:
       # then, as the first line of system.yaml:
       # yaml-language-server: $schema=cqos.schema.json
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
-    from cqos_core.exporters.schema import system_schema
+    from cqos_core.files.schema import system_schema
     from cqos_core.plugins import load_plugins
 
     plugins = load_plugins()

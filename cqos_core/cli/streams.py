@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, TextIO
 
 import click
 
+from cqos_core.files.opening import write_whole
 from cqos_core.formatters.terminal import clean, paint
-from cqos_core.inputs.files import write_whole
 from cqos_core.model.problems import CqosError
 
 if TYPE_CHECKING:

@@ -14,9 +14,9 @@ from cqos_core.cli.reading import ReadingOptions, reading_options
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from cqos_core.analysis.planning.search import RepairPlan
     from cqos_core.cli.reading import InputReader
     from cqos_core.model.system import System
-    from cqos_core.planning.search import RepairPlan
 
 _WORDS = PlanWords(
     nothing="nothing to suggest: no endpoint without settings has a requirement that needs any",
@@ -61,7 +61,7 @@ def suggest(
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
 
     def plan(system: System, read: Callable[[Mapping[str, bytes]], System], reader: InputReader) -> RepairPlan:
-        from cqos_core.planning.suggestion import costs, find_suggestion
+        from cqos_core.analysis.planning.suggestion import costs, find_suggestion
 
         found = find_suggestion(system.sources, read, reader.context, importer=reader.options.importer)
         if found.confirmed and found.changes:

@@ -10,8 +10,8 @@ from cqos_core.model.remarks import plural
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cqos_core.inputs.files import File
-    from cqos_core.inputs.loading import Loaded
+    from cqos_core.files.loading import Loaded
+    from cqos_core.files.opening import File
     from cqos_core.model.system import System
 
     Read = tuple[File, System]

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import click
 
 from cqos_core.cli.streams import say, say_problems
+from cqos_core.files.opening import find_files
 from cqos_core.formatters.wording import listed
-from cqos_core.inputs.files import find_files
 from cqos_core.model.problems import CqosError, InputError, describe
 from cqos_core.plugins import load_plugins
 

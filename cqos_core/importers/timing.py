@@ -1,6 +1,6 @@
 """Chains and links of the system form: which keys they have, and what becomes of them.
 
-Times and rates stay text here; `cqos_core.paths` reads them, and reports what it cannot read.
+Times and rates stay text here; `cqos_core.behaviour.paths` reads them, and reports what it cannot read.
 """
 
 from __future__ import annotations

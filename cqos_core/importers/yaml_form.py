@@ -1,7 +1,7 @@
 """The system form: every key of a C-QoS system file, with its shape and what it is for.
 
 Only structure stands here. Which settings there are is known to the rule packs, so settings are taken by any name; ``hints``
-name the parts of the JSON schema in which packs suggest theirs (see `cqos_core.exporters.schema`).
+name the parts of the JSON schema in which packs suggest theirs (see `cqos_core.files.schema`).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What a system file states about time and capacity: chains of steps that data takes, and links that it is sent over.
 
-Settings are text until `cqos_core.paths` reads them, like all that importers produce.
+Settings are text until `cqos_core.behaviour.paths` reads them, like all that importers produce.
 """
 
 from __future__ import annotations

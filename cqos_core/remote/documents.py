@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from cqos_core.files.loading import GivenSource, read_together
+from cqos_core.files.merging import merge
+from cqos_core.files.opening import SentFiles
 from cqos_core.importers.source import Source
-from cqos_core.inputs.files import SentFiles
-from cqos_core.inputs.loading import GivenSource, read_together
-from cqos_core.inputs.merging import merge
 from cqos_core.matching.pipeline import context, with_options
 from cqos_core.model.problems import InputError
 from cqos_core.model.system import System

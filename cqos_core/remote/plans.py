@@ -16,9 +16,9 @@ from cqos_core.remote.request_problems import FieldProblem
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from cqos_core.analysis.planning.search import RepairPlan
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.system import System
-    from cqos_core.planning.search import RepairPlan
 
     Reread = Callable[[Mapping[str, bytes]], System]
     Make = Callable[[Mapping[str, bytes], Reread, Context, str | None], RepairPlan]
@@ -30,7 +30,7 @@ def suggested(request: check_pb2.SuggestRequest, most: int) -> check_pb2.Suggest
     Raises:
         Refused: they cannot be read, or no plan can be made.
     """
-    from cqos_core.planning.suggestion import find_suggestion
+    from cqos_core.analysis.planning.suggestion import find_suggestion
 
     def make(sources: Mapping[str, bytes], again: Reread, where: Context, importer: str | None) -> RepairPlan:
         return find_suggestion(sources, again, where, importer=importer)
@@ -44,7 +44,7 @@ def repaired(request: check_pb2.RepairRequest, most: int) -> check_pb2.RepairRes
     Raises:
         Refused: they cannot be read, or no plan can be made.
     """
-    from cqos_core.planning.search import find_repair
+    from cqos_core.analysis.planning.search import find_repair
 
     def make(sources: Mapping[str, bytes], again: Reread, where: Context, importer: str | None) -> RepairPlan:
         return find_repair(sources, again, where, keep=tuple(request.keep), decide=request.decide, importer=importer)
@@ -58,7 +58,7 @@ def _planned(documents: check_pb2.Documents, most: int, make: Make) -> plan_pb2.
     Raises:
         Refused: ``FAILED_PRECONDITION`` if the solver is not installed.
     """
-    from cqos_core.planning.solver import load
+    from cqos_core.analysis.planning.solver import load
 
     _refuse_unnamed(documents)
     where, system = read_documents(documents, most, "documents.")

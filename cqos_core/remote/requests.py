@@ -23,10 +23,10 @@ from cqos.v1 import (
     report_pb2,
     system_pb2,
 )
+from cqos_core.files.loading import GivenSource, included_files
+from cqos_core.files.opening import open_file, read_path
+from cqos_core.files.reading import read
 from cqos_core.importers.source import Source, no_files
-from cqos_core.inputs.files import open_file, read_path
-from cqos_core.inputs.loading import GivenSource, included_files
-from cqos_core.inputs.reading import read
 from cqos_core.matching.pipeline import as_text
 from cqos_core.model.problems import CqosError, InputError, Problem
 from cqos_core.model.report import Severity

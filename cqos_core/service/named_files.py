@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from cqos_core.inputs.files import write_whole
+from cqos_core.files.opening import write_whole
 from cqos_core.service.settings import split_address
 
 if TYPE_CHECKING:

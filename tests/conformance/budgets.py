@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from cqos_core.api import read
+from cqos_core.behaviour.paths.budgets import budgets
 from cqos_core.matching.pipeline import Pipeline, context
-from cqos_core.paths.budgets import budgets
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 DOCUMENT: Final = ROOT / "docs" / "conformance-budgets.md"

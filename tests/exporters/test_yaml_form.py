@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 import cqos_core as cqos
 from cqos_core.analysis.explanation import endpoints_of
 from cqos_core.checking.checker import check_system
-from cqos_core.exporters.contract import ExportContext
-from cqos_core.exporters.design import design_of
-from cqos_core.exporters.yaml_form import write
+from cqos_core.files.design import design_of
+from cqos_core.files.exporting import ExportContext
+from cqos_core.files.yaml_writer import write
 from cqos_core.language.values import Anything
 from cqos_core.matching.pipeline import context
 from cqos_core.model.system import (

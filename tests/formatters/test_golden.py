@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from cqos_core.inputs.builtin import register_formatters
+from cqos_core.files.builtin import register_formatters
 from cqos_core.model.report import Severity
 from cqos_core.plugins import FormatterInfo
 

@@ -6,7 +6,7 @@ from functools import partial
 import pytest
 
 from cqos_core import check
-from cqos_core.analysis.applying import replacements_of
+from cqos_core.files.applying import replacements_of
 from cqos_core.formatters.sarif import render_sarif
 from cqos_core.formatters.style import Style
 from cqos_core.model.report import Fact, Finding, Report, Severity, Side, Verdict

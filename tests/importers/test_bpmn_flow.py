@@ -10,7 +10,7 @@ import pytest
 
 import cqos_core as cqos
 from cqos_core.bpmn.timers import nanoseconds
-from cqos_core.inputs.merging import merge
+from cqos_core.files.merging import merge
 from cqos_core.model.flow import ControlFlow, FlowNode, Timer, Trigger
 from tests.importers.test_bpmn import read_model
 

@@ -11,8 +11,8 @@ import pytest
 import yaml
 
 from cqos_core.api import read
+from cqos_core.behaviour.paths.chains import chain_times
 from cqos_core.matching.pipeline import Pipeline, context
-from cqos_core.paths.chains import chain_times
 
 MS = 1_000_000
 RUNS = 60

@@ -10,9 +10,9 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cqos_core.analysis.applying import apply_edits
 from cqos_core.api import read
 from cqos_core.checking.checker import check_system
+from cqos_core.files.applying import apply_edits
 from cqos_core.language.domains import Choice, Count, Duration, Flag
 from cqos_core.matching.pipeline import context
 from cqos_core.model.problems import InputError

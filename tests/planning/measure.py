@@ -7,7 +7,7 @@ import sys
 import time
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.planning.search import find_repair
+from cqos_core.analysis.planning.search import find_repair
 from tests.planning.systems import NAME, NEEDS, SETTINGS, WHERE, again
 
 if TYPE_CHECKING:

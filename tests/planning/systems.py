@@ -7,21 +7,21 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from cqos_core import read
+from cqos_core.analysis.planning.constraints import Goals
+from cqos_core.analysis.planning.model import build
 from cqos_core.checking.checker import check_system
 from cqos_core.matching.pipeline import Pipeline, context
 from cqos_core.model.report import Severity
 from cqos_core.model.system import Setting
-from cqos_core.planning.constraints import Goals
-from cqos_core.planning.model import build
 from tests.worlds import POST
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from cqos_core.analysis.planning.model import RepairModel
+    from cqos_core.analysis.planning.search import RepairPlan
     from cqos_core.model.report import Report
     from cqos_core.model.system import System
-    from cqos_core.planning.model import RepairModel
-    from cqos_core.planning.search import RepairPlan
 
 WHERE: Final = context([POST])
 NAME: Final = "<bytes>"

@@ -4,8 +4,8 @@ from itertools import islice
 
 import pytest
 
-from cqos_core.planning.search import find_repair
-from cqos_core.planning.solver import Task, conflict, solve
+from cqos_core.analysis.planning.search import find_repair
+from cqos_core.analysis.planning.solver import Task, conflict, solve
 from tests.planning.systems import (
     NAME,
     WHERE,

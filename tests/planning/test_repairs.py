@@ -2,8 +2,8 @@
 
 import pytest
 
+from cqos_core.analysis.planning.search import find_repair
 from cqos_core.model.report import Verdict
-from cqos_core.planning.search import find_repair
 from tests.planning.systems import NAME, WHERE, again
 
 

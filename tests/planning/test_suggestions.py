@@ -3,8 +3,8 @@
 import pytest
 
 import cqos_core as cqos
+from cqos_core.analysis.planning.suggestion import find_suggestion
 from cqos_core.model.report import Severity
-from cqos_core.planning.suggestion import find_suggestion
 from tests.planning.systems import NAME, WHERE, again, report_of
 
 SYSTEMS = {

@@ -7,11 +7,11 @@ from math import ceil
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.analysis.applying import apply_edits
 from cqos_core.analysis.explanation import explain_pair, settled_pair
 from cqos_core.analysis.proving.plan import End, Fault, NotRunnableError, Plan
 from cqos_core.analysis.system_fixes import with_setting
-from cqos_core.exporters.contract import ExportContext, judged
+from cqos_core.files.applying import apply_edits
+from cqos_core.files.exporting import ExportContext, judged
 from cqos_core.language.domains import Duration
 from cqos_core.language.policy import ENDPOINT, NEED
 from cqos_core.language.values import Depends, is_plain

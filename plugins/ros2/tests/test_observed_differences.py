@@ -4,8 +4,8 @@ from pathlib import Path
 
 import cqos_core as cqos
 from cqos_core.analysis.differences import compare
-from cqos_core.inputs.files import read_path
-from cqos_core.inputs.loading import read_source
+from cqos_core.files.loading import read_source
+from cqos_core.files.opening import read_path
 from cqos_core.matching.pipeline import context
 
 CASES = Path(__file__).parent / "importers" / "cases"

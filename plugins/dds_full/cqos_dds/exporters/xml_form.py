@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Final
 
 from lxml import etree
 
-from cqos_core.exporters.contract import judged_by
+from cqos_core.files.exporting import judged_by
 from cqos_core.packs import ENDPOINT, INFINITE, Choice, Count, Duration, Names, is_plain
 from cqos_dds.requested_policies import DATA_REPRESENTATION, TYPE, TYPE_CONSISTENCY
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from cqos_core.exporters.contract import ExportContext, Judged
+    from cqos_core.files.exporting import ExportContext, Judged
     from cqos_core.importers.xml_source import Element
     from cqos_core.model.system import System
     from cqos_core.packs import Policy, Value

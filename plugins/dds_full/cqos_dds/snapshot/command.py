@@ -13,8 +13,8 @@ import click
 from cqos_core.cli.parameters import color_option, debug_option
 from cqos_core.cli.sinks import check_targets
 from cqos_core.cli.streams import emit, say, write_file
-from cqos_core.exporters.contract import ExportContext
-from cqos_core.exporters.yaml_form import write
+from cqos_core.files.exporting import ExportContext
+from cqos_core.files.yaml_writer import write
 from cqos_core.model.problems import CqosError, describe
 from cqos_core.model.remarks import plural
 from cqos_core.plugins import load_plugins

@@ -11,7 +11,7 @@ from collections import defaultdict
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.exporters.contract import unique
+from cqos_core.files.exporting import unique
 from cqos_core.model.system import (
     PUBLISHER,
     SUBSCRIBER,

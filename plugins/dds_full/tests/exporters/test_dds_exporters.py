@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 import cqos_core as cqos
 from cqos_core.checking.trial import tried_out
-from cqos_core.exporters import yaml_form
-from cqos_core.exporters.contract import ExportContext
+from cqos_core.files import yaml_writer
+from cqos_core.files.exporting import ExportContext
+from cqos_core.files.loading import read_source
 from cqos_core.importers.source import Source
-from cqos_core.inputs.loading import read_source
 from cqos_core.matching.pipeline import context
 from cqos_core.model.system import Endpoint, Participant, ProfileRef, Setting, System, Topic
 from cqos_core.plugins import load_plugins
@@ -190,7 +190,7 @@ def test_notes_name_what_the_forms_cannot_hold():
     )
 
 
-@pytest.mark.parametrize("exporter", [dds_xml, fastdds_xml, yaml_form])
+@pytest.mark.parametrize("exporter", [dds_xml, fastdds_xml, yaml_writer])
 def test_what_is_not_known_is_not_written_as_a_default(exporter):
     base = 'base_name="BuiltinQosLib::Pattern.Status"'
     text = f"""<dds><qos_library name="L"><qos_profile name="A" {base}>
@@ -202,7 +202,7 @@ def test_what_is_not_known_is_not_written_as_a_default(exporter):
     exported = exporter.write(cqos.read(text.encode()), ExportContext(FIND))
     assert any("known" in note for note in exported.notes)
     assert any("for some topics only" in note for note in exported.notes)
-    if exporter is yaml_form:
+    if exporter is yaml_writer:
         assert "variable `KIND` is not set" in exported.text
         assert cqos.check(exported.text.encode()).verdict == "unknown"
     else:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from cqos_core import check, read
-from cqos_core.inputs.loading import load_paths
+from cqos_core.files.loading import load_paths
 from cqos_core.model.report import Finding, Report
 from cqos_core.model.system import System
 

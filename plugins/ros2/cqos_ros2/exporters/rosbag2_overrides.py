@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.exporters.contract import Exported
-from cqos_core.exporters.yaml_text import Block, Raw, document
+from cqos_core.files.exporting import Exported
+from cqos_core.files.yaml_text import Block, Raw, document
 from cqos_core.model.system import PUBLISHER
 from cqos_core.packs import ENDPOINT, INFINITE, is_plain
 from cqos_ros2.exporters.values import Unsayable, Value, effective, kind_of, ros_endpoints
@@ -27,8 +27,8 @@ from cqos_ros2.policies import (
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from cqos_core.exporters.contract import ExportContext
-    from cqos_core.exporters.yaml_text import Node
+    from cqos_core.files.exporting import ExportContext
+    from cqos_core.files.yaml_text import Node
     from cqos_core.model.system import System
     from cqos_core.packs import Policy
     from cqos_core.resolving.resolved import Resolved

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 import cqos_core as cqos
-from cqos_core.exporters.contract import ExportContext
-from cqos_core.exporters.yaml_form import write
+from cqos_core.files.exporting import ExportContext
+from cqos_core.files.yaml_writer import write
 from cqos_core.matching.pipeline import context
 
 CASES = Path(__file__).parents[1] / "importers" / "cases"

@@ -3,9 +3,9 @@
 import pytest
 
 from cqos_core import check, explain
+from cqos_core.files.loading import read_source
+from cqos_core.files.merging import merge
 from cqos_core.importers.source import Source
-from cqos_core.inputs.loading import read_source
-from cqos_core.inputs.merging import merge
 
 GZ = """\
 - ros_topic_name: /scan

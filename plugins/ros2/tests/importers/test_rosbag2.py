@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from cqos_core import check
 from cqos_core.cli.app import cli
+from cqos_core.files.loading import read_source, recognise
+from cqos_core.files.opening import find_files
 from cqos_core.importers.detect import claims_yaml
 from cqos_core.importers.source import ReadContext, Source
-from cqos_core.inputs.files import find_files
-from cqos_core.inputs.loading import read_source, recognise
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import System
 from cqos_core.plugins import load_plugins

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from cqos_core import check, explain
+from cqos_core.files.loading import read_source
+from cqos_core.files.merging import merge
 from cqos_core.importers.source import Source
-from cqos_core.inputs.loading import read_source
-from cqos_core.inputs.merging import merge
 from cqos_core.model.pattern import PatternError, pattern
 from cqos_ros2.importers.zenoh_bridge import whole_names
 

@@ -5,18 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.behaviour.paths.chains import chain_times
+from cqos_core.behaviour.paths.time_ranges import DURATION
 from cqos_core.model.remarks import core_finding
 from cqos_core.model.report import Severity
 from cqos_core.model.timing import CHAIN_LIMITS
-from cqos_core.paths.chains import chain_times
-from cqos_core.paths.time_ranges import DURATION
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from cqos_core.behaviour.paths.chains import ChainFault, ChainTimes, StepTimes
     from cqos_core.matching.pipeline import Pipeline
     from cqos_core.model.report import Finding
-    from cqos_core.paths.chains import ChainFault, ChainTimes, StepTimes
 
 _EXCEEDED: Final = {"max_age": "CQ803", "max_gap": "CQ804"}
 

@@ -6,22 +6,22 @@ from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.behaviour.paths.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
 from cqos_core.matching.derived_guarantees import give
 from cqos_core.matching.hops import Hop, Meetings
 from cqos_core.model.remarks import core_finding, plural, suggestion
 from cqos_core.model.report import Severity, Side
 from cqos_core.model.spelling import KnownNames
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.paths.delivery_paths import DUPLICATE_FREE, Arrivals, repetition
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
+    from cqos_core.behaviour.paths.delivery_paths import Way
     from cqos_core.matching.derived_guarantees import DerivedGuarantees
     from cqos_core.matching.hops import Topics
     from cqos_core.model.report import Finding
     from cqos_core.model.system import System
-    from cqos_core.paths.delivery_paths import Way
 
 
 def bridge_findings(system: System, hops: Sequence[Hop], by_topic: Topics) -> list[Finding]:

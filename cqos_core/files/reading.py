@@ -7,10 +7,10 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
+from cqos_core.files.loading import GivenSource, load_paths, read_together
+from cqos_core.files.merging import merge
+from cqos_core.files.opening import open_file, read_path
 from cqos_core.importers.source import Source, no_files
-from cqos_core.inputs.files import open_file, read_path
-from cqos_core.inputs.loading import GivenSource, load_paths, read_together
-from cqos_core.inputs.merging import merge
 from cqos_core.model.flow import positions_missing
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.remarks import suggestion

@@ -8,10 +8,10 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.analysis.edits import edited, replacements
+from cqos_core.files.edits import edited, replacements
+from cqos_core.files.loading import GivenSource, read_together, recognise
+from cqos_core.files.opening import open_file, read_path, write_whole
 from cqos_core.importers.source import Source
-from cqos_core.inputs.files import open_file, read_path, write_whole
-from cqos_core.inputs.loading import GivenSource, read_together, recognise
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.encoding import decode
 from cqos_core.model.problems import InputError

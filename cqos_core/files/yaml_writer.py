@@ -6,18 +6,18 @@ import json
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.exporters.contract import Exported
-from cqos_core.exporters.design import design_of, is_not_known, with_shared_profiles
-from cqos_core.exporters.yaml_text import Block, Raw, document, scalar, value
+from cqos_core.files.design import design_of, is_not_known, with_shared_profiles
+from cqos_core.files.exporting import Exported
+from cqos_core.files.yaml_text import Block, Raw, document, scalar, value
 from cqos_core.importers.yaml_form import BROKER, ENDPOINT, PARTICIPANT, PROFILE_FORM, ROUTE_SIDE, TOPIC, VERSION
 from cqos_core.model.system import EVERYBODY, MESSAGE, endpoint_id
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from cqos_core.exporters.contract import ExportContext
-    from cqos_core.exporters.design import Design
-    from cqos_core.exporters.yaml_text import Node
+    from cqos_core.files.design import Design
+    from cqos_core.files.exporting import ExportContext
+    from cqos_core.files.yaml_text import Node
     from cqos_core.importers.forms import Form
     from cqos_core.model.system import (
         Acceptance,

@@ -8,13 +8,9 @@ from fnmatch import fnmatchcase
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Final
 
-from cqos_core.language.policy import ENDPOINT
-from cqos_core.language.values import FromPeers
-from cqos_core.matching.peer_values import settled
-from cqos_core.model.dataclass import dataclass
-from cqos_core.planning.constraints import ChangingEnd, constraints_of, ends_of
-from cqos_core.planning.formulas import ReadValues, Variable, formula_of
-from cqos_core.planning.slots import (
+from cqos_core.analysis.planning.constraints import ChangingEnd, constraints_of, ends_of
+from cqos_core.analysis.planning.formulas import ReadValues, Variable, formula_of
+from cqos_core.analysis.planning.slots import (
     Slot,
     changeable,
     numeric,
@@ -24,17 +20,21 @@ from cqos_core.planning.slots import (
     values_in_play,
     weighed,
 )
-from cqos_core.planning.solver import Task
+from cqos_core.analysis.planning.solver import Task
+from cqos_core.language.policy import ENDPOINT
+from cqos_core.language.values import FromPeers
+from cqos_core.matching.peer_values import settled
+from cqos_core.model.dataclass import dataclass
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 
+    from cqos_core.analysis.planning.constraints import Constraint, Goals
+    from cqos_core.analysis.planning.slots import Candidate, Statement
     from cqos_core.language.values import Plain
     from cqos_core.matching.hops import Topics
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.model.report import Edit
-    from cqos_core.planning.constraints import Constraint, Goals
-    from cqos_core.planning.slots import Candidate, Statement
     from cqos_core.resolving.resolved import Resolved
 
 PINNED: Final = "pinned"

@@ -11,8 +11,8 @@ from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO, Final
 
+from cqos_core.files.ignoring import Ignored
 from cqos_core.importers.source import Source, no_files
-from cqos_core.inputs.ignoring import Ignored
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError, Problem
 from cqos_core.model.system import Place
@@ -20,7 +20,7 @@ from cqos_core.model.system import Place
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from cqos_core.inputs.ignoring import Patterns
+    from cqos_core.files.ignoring import Patterns
     from cqos_core.plugins import Plugins
 
 HEAD: Final = 65_536

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final
 
+from cqos_core.behaviour.paths.time_ranges import DURATION
 from cqos_core.language.values import INFINITE
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InvalidValueError
-from cqos_core.paths.time_ranges import DURATION
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from cqos_core.behaviour.paths.budgets import budgets
+from cqos_core.behaviour.paths.link_facts import rate_text
 from cqos_core.model.remarks import core_finding, listed
-from cqos_core.paths.budgets import budgets
-from cqos_core.paths.link_facts import rate_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from cqos_core.behaviour.paths.budgets import LinkLoad
     from cqos_core.matching.pipeline import Pipeline
     from cqos_core.model.report import Finding
-    from cqos_core.paths.budgets import LinkLoad
 
 
 def budget_findings(pipeline: Pipeline) -> list[Finding]:

@@ -10,24 +10,24 @@ from fnmatch import fnmatchcase
 from math import ceil
 from typing import TYPE_CHECKING, Any, Final
 
+from cqos_core.behaviour.paths.delivery_paths import Arrivals
+from cqos_core.behaviour.paths.link_facts import LinkFacts, facts_of
 from cqos_core.language.binding import bind
 from cqos_core.language.values import INFINITE, is_plain
 from cqos_core.matching.derived_guarantees import give
 from cqos_core.matching.hops import Meetings
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.system import PUBLISHER
-from cqos_core.paths.delivery_paths import Arrivals
-from cqos_core.paths.link_facts import LinkFacts, facts_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from cqos_core.behaviour.paths.link_facts import LinkFault
     from cqos_core.language.expression import Condition
     from cqos_core.language.values import Value
     from cqos_core.matching.pipeline import Pipeline
     from cqos_core.model.timing import StatedLink
     from cqos_core.packs.costs import Framing
-    from cqos_core.paths.link_facts import LinkFault
     from cqos_core.resolving.resolved import QosProfile, Resolved
 
 _SECOND: Final = 1_000_000_000

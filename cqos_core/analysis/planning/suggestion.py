@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.analysis.explanation import explain_pair
+from cqos_core.analysis.planning.constraints import Goals
+from cqos_core.analysis.planning.search import RepairPlan, Search, accepted_of, checked
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.model.system import SUBSCRIBER
-from cqos_core.planning.constraints import Goals
-from cqos_core.planning.search import RepairPlan, Search, accepted_of, checked
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

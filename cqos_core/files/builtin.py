@@ -35,7 +35,7 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
             f"{_CLAIMS}:claims_yaml",
             "cqos_core.importers.yaml_system:read",
             whole=True,
-            inserter="cqos_core.exporters.editing:insert",
+            inserter="cqos_core.files.editing:insert",
         )
     )
 
@@ -43,10 +43,10 @@ def register_importers(register: Callable[[ImporterInfo], None]) -> None:
 @hookimpl
 def register_exporters(register: Callable[[ExporterInfo], None]) -> None:
     """The YAML system form, and QoS in the BPMN document that states it."""
-    writer = "cqos_core.exporters.yaml_form:write"
+    writer = "cqos_core.files.yaml_writer:write"
     register(ExporterInfo("yaml", "a C-QoS system file", ".yaml", writer, ("profiles=kept|shared",)))
     summary = "a BPMN model with its QoS as attributes in words"
-    register(ExporterInfo("bpmn", summary, ".bpmn", "cqos_core.exporters.bpmn_form:write"))
+    register(ExporterInfo("bpmn", summary, ".bpmn", "cqos_core.files.bpmn_writer:write"))
 
 
 @hookimpl

@@ -18,12 +18,12 @@ from cqos_core.resolving.rewrites import edits_of, profile_edit
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterable, Iterator, Sequence
 
+    from cqos_core.analysis.planning.constraints import ChangingEnd, Constraint
     from cqos_core.language.policy import Policy
     from cqos_core.language.values import Plain, Values
     from cqos_core.language.vocabulary import Use
     from cqos_core.model.report import Edit
     from cqos_core.packs.pack import RulePack
-    from cqos_core.planning.constraints import ChangingEnd, Constraint
     from cqos_core.resolving.resolved import Resolved
 
 LEVELS: Final = (ENDPOINT, "participant", BROKER, TOPIC)

@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from cqos_core.behaviour.paths.delivery_paths import Arrivals
+from cqos_core.behaviour.paths.time_ranges import ANY_TIME, DURATION, NO_TIME, TimeRange, any_of_these, read_range
 from cqos_core.language.values import INFINITE, is_plain
 from cqos_core.matching.derived_guarantees import give, over
 from cqos_core.matching.hops import Hop
@@ -15,16 +17,14 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InvalidValueError
 from cqos_core.model.remarks import suggestion
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
-from cqos_core.paths.delivery_paths import Arrivals
-from cqos_core.paths.time_ranges import ANY_TIME, DURATION, NO_TIME, TimeRange, any_of_these, read_range
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
+    from cqos_core.behaviour.paths.delivery_paths import Pair, Way
     from cqos_core.matching.pipeline import Pipeline
     from cqos_core.model.system import Place, Setting
     from cqos_core.model.timing import Chain, ChainStep
-    from cqos_core.paths.delivery_paths import Pair, Way
     from cqos_core.resolving.resolved import Resolved
 
 _PERIOD: Final = "period"

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from cqos_core.analysis.applying import Edited, apply_edits
+from cqos_core.analysis.planning.constraints import Constraint, Goals, ends_of
+from cqos_core.analysis.planning.model import PINNED, RepairModel, build, pin_of
+from cqos_core.analysis.planning.slots import changeable
+from cqos_core.analysis.planning.solver import conflict, solve
 from cqos_core.checking.checker import check_system
 from cqos_core.checking.fixes import remedy_text
+from cqos_core.files.applying import Edited, apply_edits
 from cqos_core.language.policy import BROKER, TOPIC
 from cqos_core.language.solve import restated
 from cqos_core.matching.judge import ask
@@ -15,19 +19,15 @@ from cqos_core.model.dataclass import dataclass
 from cqos_core.model.problems import InputError
 from cqos_core.model.remarks import plural
 from cqos_core.model.report import Severity, Verdict
-from cqos_core.planning.constraints import Constraint, Goals, ends_of
-from cqos_core.planning.model import PINNED, RepairModel, build, pin_of
-from cqos_core.planning.slots import changeable
-from cqos_core.planning.solver import conflict, solve
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 
+    from cqos_core.analysis.planning.slots import Slot
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Context
     from cqos_core.model.report import Edit, Finding, Report
     from cqos_core.model.system import Role, System
-    from cqos_core.planning.slots import Slot
     from cqos_core.resolving.resolved import Resolved
 
 _ROUNDS: Final = 200

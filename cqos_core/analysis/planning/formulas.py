@@ -21,11 +21,11 @@ from cqos_core.model.dataclass import dataclass
 if TYPE_CHECKING:
     from collections.abc import Hashable, Mapping, Sequence
 
+    from cqos_core.analysis.planning.constraints import Wanted
     from cqos_core.language.evaluate import BoundCondition
     from cqos_core.language.expression import Node
     from cqos_core.language.values import Plain, Values
     from cqos_core.language.vocabulary import Vocabulary
-    from cqos_core.planning.constraints import Wanted
 
 _MOST_ROWS: Final = 20_000
 """A larger table is left to the check."""

@@ -1,1 +1,0 @@
-"""What writes systems down in other forms: our own YAML form here, others in the plugins."""
