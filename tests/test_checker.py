@@ -161,6 +161,7 @@ ELSEWHERE = {
     **dict.fromkeys((f"CQ{number}" for number in range(811, 814)), "of links: tests/test_budgets.py"),
     "CQ606": "of baselines: tests/test_baseline.py",
     "CQ607": "of comments: tests/importers/test_inline_exceptions.py",
+    "CQ407": "of two versions: tests/cli/test_breaking.py",
     "CQ702": "of importers: tests/cli/test_plugins.py",
 }
 

@@ -39,6 +39,7 @@ FOLLOWED: tuple[str, ...] = (
     "docs/quick-start.md",
     "docs/silent-topic.md",
     "docs/ci.md",
+    "docs/mixed-versions.md",
     "docs/behaviour.md",
     "docs/ros2-files.md",
     "docs/repair.md",

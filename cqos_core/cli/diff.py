@@ -14,6 +14,7 @@ from cqos_core.cli.progress import Progress
 from cqos_core.cli.reading import UNUSABLE, ReadingOptions, prepare, reading_options, usable
 from cqos_core.cli.streams import colored, emit, say, width
 from cqos_core.files.opening import STDIN
+from cqos_core.files.revisions import at_same_paths
 from cqos_core.formatters import wording
 from cqos_core.formatters.terminal import clean, paint, wrap
 from cqos_core.model.excerpt import exact
@@ -67,20 +68,21 @@ def diff(
     """List the differences of two systems on the same topics and endpoints.
 
     A and B are files of any format, or folders, each as one system: two versions of a design, a design and a snapshot, a
-    design and a recording. C-QoS compares only what both can know. For an observed system, values that discovery does not
+    design and a recording. PATH#ref=NAME is a path in a git revision, and .git#ref=NAME the path of the other side in it. C-QoS compares only what both can know. For an observed system, values that discovery does not
     report are no differences, nor are topics outside of the snapshot.
 
     \b
     Examples:
       cqos diff design.yaml snapshot.txt
       cqos diff old.yaml new.yaml --format json
+      cqos diff .git#ref=main design.yaml
       cqos diff design.yaml bag/ --ignore '/rosout' --fail-on values
     """  # noqa: D301 - \b is click's mark for lines that are not to be wrapped
     if a == b == STDIN:
         raise click.UsageError("only one of the two can be standard input.", ctx)
     reader = prepare(reading, (a, b))
     with Progress("reading"):
-        loaded = [reader.load([path]) for path in (a, b)]
+        loaded = [reader.load(at_same_paths(path, [other])) for path, other in ((a, b), (b, a))]
         if not all([usable(each, color, path) for each, path in zip(loaded, (a, b), strict=True)]):  # noqa: C419 - say all
             ctx.exit(UNUSABLE)
         one, other = (reader.whole([system for _, system in each.systems]) for each in loaded)

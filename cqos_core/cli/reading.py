@@ -148,6 +148,7 @@ class InputReader:
     context: Context
     switches: Mapping[str, Mapping[str, str]]
     _nearest: dict[str, InputReader] = field(default_factory=dict)
+    _origins: dict[str, str] = field(default_factory=dict)
 
     @property
     def protocol(self) -> str | None:
@@ -155,7 +156,18 @@ class InputReader:
         return self.options.protocol or self.config.protocol
 
     def load(self, paths: Sequence[str], step: Callable[[int, int], None] = lambda _done, _all: None) -> Loaded:
-        """Read ``paths``; what is wrong with a file is in the result."""
+        """Read ``paths``, also of git revisions (``designs#ref=main``); what is wrong with a file is in the result.
+
+        Raises:
+            CqosError: a revision cannot be read.
+        """
+        if any("#ref=" in path for path in paths):
+            from cqos_core.files.revisions import Loader
+
+            return Loader(lambda real: self._load(real, step), self._origins)(paths)
+        return self._load(paths, step)
+
+    def _load(self, paths: Sequence[str], step: Callable[[int, int], None]) -> Loaded:
         stdin = self._stdin() if STDIN in paths else None
         return load_paths(
             paths,
@@ -200,7 +212,9 @@ class InputReader:
         """
         if path == STDIN or self.options.no_config or self.options.config_file is not None:
             return self
-        folder = _folder_of(path)
+        # Of a revision, the configuration is the one that is there now.
+        start = next((start for start in self._origins if path.startswith(start)), "")
+        folder = _folder_of(os.path.join(self._origins[start], path[len(start) :]) if start else path)  # noqa: PTH118
         if folder not in self._nearest:
             from cqos_core.config import config_for
 

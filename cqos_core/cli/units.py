@@ -25,12 +25,14 @@ class Unit:
         path: of its only file, else of the folder or of the first file.
         named: whether all its paths were given, so that the caller expects something to be in them.
         files: the paths of all its files.
+        folder: the named folder in which it was found; empty if its own path was given.
     """
 
     path: str
     systems: list[System]
     named: bool
     files: tuple[str, ...] = ()
+    folder: str = ""
 
 
 def units(loaded: Loaded, grouping: str) -> tuple[list[Unit], str]:
@@ -64,4 +66,5 @@ def _unit(read: Sequence[Read], *, named: bool | None = None) -> Unit:
     file = read[0][0]
     folder = file.folder if len(read) > 1 and len({file.folder for file, _ in read}) == 1 else None
     files = tuple(each.path for each, _ in read)
-    return Unit(folder or file.path, [system for _, system in read], file.named if named is None else named, files)
+    systems = [system for _, system in read]
+    return Unit(folder or file.path, systems, file.named if named is None else named, files, file.folder or "")

@@ -82,6 +82,7 @@ def register_commands(register: Callable[[CommandInfo], None]) -> None:
         ("repair", "Find the smallest set of changes after which nothing is incompatible."),
         ("suggest", "Find the weakest settings that meet the requirements of endpoints without settings."),
         ("diff", "Say what two systems say differently about the same topics and endpoints."),
+        ("breaking", "Find pairs that get worse while a system is updated, and the order in which to update it."),
         ("rule", "Say what a rule or code means, why, and what to do."),
         ("packs", "List rule packs, file formats and other plugins."),
         ("init", "Write a commented configuration for what lies in a folder."),

@@ -25,15 +25,15 @@ def render_markdown(report: Report, style: Style) -> str:
     lines = [line for part in report.parts or (report,) for line in _section(part, style)]
     if report.parts:
         total = wording.total(report, style, terminal.paint(color=False))
-        lines = [f"**{_text(total)}**", "", *lines]
-    lines += [f"- {_text(each)}" for each in wording.assumed(report)]
+        lines = [f"**{as_markdown(total)}**", "", *lines]
+    lines += [f"- {as_markdown(each)}" for each in wording.assumed(report)]
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
 def _section(report: Report, style: Style) -> Iterator[str]:
-    yield f"### C-QoS: {_text(wording.heading(report) or 'system')}"
+    yield f"### C-QoS: {as_markdown(wording.heading(report) or 'system')}"
     yield ""
-    yield f"**{report.verdict}**{wording.beside(report)}: {_text(wording.counts(report, style))}"
+    yield f"**{report.verdict}**{wording.beside(report)}: {as_markdown(wording.counts(report, style))}"
     yield ""
     findings = [each for each in wording.shown(report, style) if each.accepted is None]
     if findings:
@@ -53,16 +53,20 @@ def _rows(findings: Sequence[Finding], style: Style) -> Iterator[str]:
         if finding.place is not None:
             place = places.exact(finding.place)
             where = relative(place.source, style) + (f":{place.line}" if place.line is not None else "")
-        code = f"[{_text(finding.code)}]({_address(finding, style)})" if style.documentation else _text(finding.code)
-        advice = "<br>".join(_text(each) for each in wording.helps(finding))
-        yield f"| {finding.severity} {code} | {_text(where)} | {_text(finding.message)} | {advice} |"
+        code = (
+            f"[{as_markdown(finding.code)}]({_address(finding, style)})"
+            if style.documentation
+            else as_markdown(finding.code)
+        )
+        advice = "<br>".join(as_markdown(each) for each in wording.helps(finding))
+        yield f"| {finding.severity} {code} | {as_markdown(where)} | {as_markdown(finding.message)} | {advice} |"
 
 
 def _address(finding: Finding, style: Style) -> str:
     return f"{style.documentation.rstrip('/')}/rules/{finding.code}"
 
 
-def _text(text: str) -> str:
+def as_markdown(text: str) -> str:
     """Return a text that Markdown shows as it is; names in backticks become code."""
     parts = _NAME.split(terminal.clean(text))
     return "".join(f"<code>{_plain(part)}</code>" if number % 2 else _plain(part) for number, part in enumerate(parts))

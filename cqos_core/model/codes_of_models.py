@@ -196,6 +196,14 @@ MODEL: Final = (
         "That is legal, but often a slip of the model.",
     ),
     CodeInfo(
+        "CQ407",
+        "pair-lost",
+        "error",
+        "A pair of the old version of a system matches no longer while its ends are updated, or after it.",
+        "The subscriber gets nothing from this publisher, and neither side reports an error.",
+        help="update both ends at once, or keep the old name beside the new one for a while",
+    ),
+    CodeInfo(
         "CQ501",
         "bridge-without-side",
         "error",
