@@ -31,7 +31,6 @@ from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.problems import CqosError
 from cqos_core.model.remarks import core_finding, suggestion
 from cqos_core.model.report import (
-    Group,
     Guarantee,
     GuaranteeCell,
     HopReport,
@@ -235,15 +234,14 @@ class _Pair:
             later(lambda: _comparisons(self.topic)),
             () if strangers else later(lambda: _guarantees(give(a, b), faults_between(a, b))),
             derived=() if strangers else later(lambda: derive(a, b)),
-            assumed=later(lambda: self.assumed(verdict, findings)),
+            assumed=later(lambda: self.assumed(findings)),
         )
 
-    def assumed(self, verdict: Verdict, findings: Iterable[Finding]) -> tuple[Assumption, ...]:
+    def assumed(self, findings: Iterable[Finding]) -> tuple[Assumption, ...]:
         """What is assumed for options that the system leaves open."""
         ends = [self.offering, self.requesting]
-        of_pair = Group(self.offering.shown, (ends[0].id,), (ends[1].id,), verdict, self.topic.pack.id)
         packs = {each.pack.id: each.pack for each in self.pipeline.endpoints}
-        return assumptions(ends, [of_pair], findings, packs)
+        return assumptions(ends, [each.id for each in ends], findings, packs)
 
     def findings(self) -> list[Finding]:
         """Return the findings of both ends, of the pair, and of the topic if that refuses them."""
@@ -251,7 +249,11 @@ class _Pair:
         a, b = (members.profile for members in ends)
         concerned = {self.offering.id, self.requesting.id}
         found = [
-            *(f for f in participant_findings(each.first for each in ends if not each.wired) if f.verdict is not None),
+            *(
+                f
+                for f in participant_findings([each.first for each in ends if not each.wired])
+                if f.verdict is not None
+            ),
             *(each.finding for each in refusing(self.whole, self.offering, self.requesting)),
             *(f for f in self.pipeline.resolver.result.findings if not f.endpoints or set(f.endpoints) & concerned),
         ]

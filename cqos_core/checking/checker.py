@@ -19,12 +19,12 @@ from cqos_core.checking.partners import partners
 from cqos_core.checking.team import bind_checks, words_asked
 from cqos_core.checking.topic import TopicResult, check_topic
 from cqos_core.matching.assumptions import assumptions
-from cqos_core.matching.judge import ask
+from cqos_core.matching.judge import ask, worst
 from cqos_core.matching.pairing import naming_endpoints
 from cqos_core.matching.pipeline import Pipeline
 from cqos_core.model.memory import uncollected
 from cqos_core.model.remarks import core_finding, plural, suggestion
-from cqos_core.model.report import Finding, Report, Severity, Side, Verdict
+from cqos_core.model.report import Finding, Report, Severity, Side, Verdict, later
 from cqos_core.model.spelling import KnownNames
 
 if TYPE_CHECKING:
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from cqos_core.matching.judge import Violation
     from cqos_core.matching.pairing import TopicKey
     from cqos_core.matching.pipeline import Context
+    from cqos_core.model.report import Group
     from cqos_core.model.system import Endpoint, Participant, System
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
@@ -75,8 +76,14 @@ def said_beyond(bound: BoundRule, endpoint: Resolved) -> Violation | None:
     return None if spoken is None or (spoken.unknown and spoken.failed is None) else spoken
 
 
-def participant_findings(endpoints: Iterable[Resolved]) -> list[Finding]:
+def participant_findings(endpoints: Sequence[Resolved]) -> list[Finding]:
     """Judge rules over participants, brokers and options, once per distinct values they read."""
+    # The surroundings and the frame of a profile have all that these rules read.
+    distinct: dict[object, Resolved] = {}
+    for each in endpoints:
+        distinct.setdefault((each.participant.surroundings, each.profile.frame, each.endpoint.observed), each)
+    if not any(said_beyond(bound, each) for each in distinct.values() for bound, _ in read_beyond(each)):
+        return []
     found: dict[tuple[Any, ...], tuple[BoundRule, list[Resolved]]] = {}
     for endpoint in endpoints:
         for bound, read in read_beyond(endpoint):
@@ -109,12 +116,13 @@ def assemble(
     """Put the results of all topics together with what only the whole system can tell."""
     packs = {endpoint.pack.id: endpoint.pack for endpoint in resolved.endpoints}
     made = _merged(results)
-    groups = sorted(
-        [each for result in results.values() for each in result.groups],
-        key=lambda each: (each.topic, each.publishers, each.subscribers),
-    )
+    judged, endpoints = (*results.values(),), resolved.endpoints
+    distinct = {id(result.outcomes): result.outcomes for result in judged}
+    verdicts = {row.verdict for outcomes in distinct.values() for row in outcomes.rows}
+    groups = later(lambda: _groups(judged))
     if problems and system.flows:
-        made, groups = with_behaviour(made, groups, problems, packs)
+        made, divided = with_behaviour(made, [*groups], problems, packs)
+        verdicts, groups = {each.verdict for each in divided}, tuple(divided)
     lonely, unmatched = partners(system, results, packs, resolved.endpoints)
     plain = [
         *stated_findings(system, resolved, context, problems),
@@ -122,7 +130,7 @@ def assemble(
         *collapses(resolved.endpoints),
         *lonely,
     ]
-    if not groups:
+    if not verdicts:
         external = sum(1 for endpoint in resolved.endpoints if endpoint.external)
         plain.append(nothing_compared(system, len(resolved.endpoints), external))
     made += [Made(finding, ("own", index), frozenset()) for index, finding in enumerate(plain)]
@@ -134,12 +142,13 @@ def assemble(
         made, said = with_acceptances(made, system.accept, context.find_rule, today)
         made += with_severities([Made(f, (), frozenset()) for f in said], system.severities, context.find_rule)
     findings = _with_templates([one.finding for one in one_per_cause(made)], system, resolved)
-    assumed = assumptions(resolved.endpoints, groups, findings, packs)
+    paired = (name for result in judged for name in result.paired)
     hypothetical = sum(each.pairs for each in groups) if system.hypothetical else 0
-    groups = [] if hypothetical else groups
+    if hypothetical:
+        verdicts, groups = set(), ()
     return Report(
-        verdict=max({each.verdict for each in groups}, key=lambda verdict: verdict.rank, default=Verdict.UNKNOWN),
-        groups=tuple(groups),
+        verdict=worst(verdicts) if verdicts else Verdict.UNKNOWN,
+        groups=groups,
         findings=tuple(
             sorted(findings, key=lambda f: (f.severity.rank, f.code, f.topic or "", f.message, str(f.place or "")))
         ),
@@ -151,8 +160,14 @@ def assemble(
         partial=system.partial,
         unmatched=unmatched,
         hypothetical=hypothetical,
-        assumed=assumed,
+        assumed=later(lambda: assumptions(endpoints, paired, findings, packs)),
     )
+
+
+def _groups(results: Iterable[TopicResult]) -> list[Group]:
+    """Return the pairs of all topics, in order."""
+    found = [each for result in results for each in result.groups]
+    return sorted(found, key=lambda each: (each.topic, each.publishers, each.subscribers))
 
 
 def _only_tried(made: Sequence[Made], packs: Mapping[str, RulePack]) -> list[Made]:
@@ -315,8 +330,9 @@ def judge_topics(
     pipeline.asked = words_asked(teams)
     excused = naming_endpoints(system.accept)
     results: dict[TopicKey, TopicResult] = {}
-    for number, (key, endpoints) in enumerate(pipeline.topics.items()):
-        step(number, len(pipeline.topics))
+    topics = pipeline.topics
+    for number, (key, endpoints) in enumerate(topics.items()):
+        step(number, len(topics))
         results[key] = judged(key, endpoints, partial(check_topic, endpoints, excused, teams))
     if system.bridges:
         problems += bridge_findings(system, pipeline.hops, pipeline.topics)

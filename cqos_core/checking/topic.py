@@ -17,14 +17,15 @@ from cqos_core.matching.judge import Violation, judge_pair
 from cqos_core.matching.outline import MOST_COMBINATIONS, Outline, placed, reach
 from cqos_core.matching.pairing import bridges_of
 from cqos_core.matching.peer_values import settled
-from cqos_core.matching.topic_shape import judge_shape
+from cqos_core.matching.quiet import is_quiet
+from cqos_core.matching.topic_shape import QUIET, judge_shape
 from cqos_core.model.codes import CODES
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.report import Finding, Group, Severity, Side, Verdict
 from cqos_core.model.system import PUBLISHER, SUBSCRIBER
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from cqos_core.language.name_index import NameIndex
     from cqos_core.matching.pairing import EndpointGroup, MatchedTopic
@@ -39,9 +40,24 @@ class TopicResult:
     Groups and findings are made of these when they are read.
     """
 
-    topic: MatchedTopic
+    endpoints: Sequence[Resolved]
     outcomes: ShapeResult
+    acceptances: NameIndex[int] | None = None
     checks: NameIndex[TeamCheck] | None = None
+
+    @cached_property
+    def topic(self) -> MatchedTopic:
+        """The endpoints, grouped."""
+        return settled(self.endpoints, self.acceptances)
+
+    @property
+    def paired(self) -> Iterator[str]:
+        """The ids of the endpoints in pairs."""
+        if self.outcomes is QUIET:
+            yield from [each.id for each in self.endpoints]
+        else:
+            for each in self.groups:
+                yield from (*each.publishers, *each.subscribers)
 
     @cached_property
     def groups(self) -> tuple[Group, ...]:
@@ -51,6 +67,8 @@ class TopicResult:
     @cached_property
     def made(self) -> tuple[Made, ...]:
         """Findings, to be put together with those of other topics."""
+        if self.outcomes is QUIET and self.checks is None and not self._within_one:
+            return ()
         return (
             *[make(self.topic, placed(self.topic, outline)) for outline in self.outcomes.outlines],
             *(_splits(self.topic, self.outcomes) if self.outcomes.kept_apart else ()),
@@ -58,9 +76,16 @@ class TopicResult:
             *_within_participants(self.topic, self.groups),
         )
 
+    @property
+    def _within_one(self) -> bool:
+        """Whether all endpoints are of one participant."""
+        return len({each.endpoint.participant for each in self.endpoints}) == 1
+
     @cached_property
     def lonely(self) -> tuple[Resolved, ...]:
         """The endpoints that have no other side."""
+        if self.outcomes is QUIET:
+            return ()
         alone = () if self.topic.publishers and self.topic.subscribers else self.topic.endpoints
         return tuple([each for each in alone if not each.is_copy])
 
@@ -71,8 +96,13 @@ def check_topic(
     checks: Mapping[int, NameIndex[TeamCheck]] | None = None,
 ) -> TopicResult:
     """Judge one topic of one protocol: a pure function of its endpoints, the acceptances and the team's rules."""
+    team = checks.get(id(endpoints[0].pack)) if checks else None
+    if len(endpoints) == 2 and is_quiet(*endpoints):  # noqa: PLR2004 - a pair
+        return TopicResult((*endpoints,), QUIET, acceptances, team)
     topic = settled(endpoints, acceptances)
-    return TopicResult(topic, judge_shape(topic.shape), (checks or {}).get(id(topic.pack)))
+    found = TopicResult((*endpoints,), judge_shape(topic.shape), acceptances, team)
+    found.topic = topic
+    return found
 
 
 def verdict_between(topic: MatchedTopic, publisher: Resolved, subscriber: Resolved) -> Verdict:

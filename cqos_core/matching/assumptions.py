@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from cqos_core.language.policy import ByOption, PerRole
 from cqos_core.language.values import Depends, OneOf
-from cqos_core.matching.judge import refusing_worlds
+from cqos_core.matching.judge import assuming, refusing_worlds
 from cqos_core.model.memory import LONGEST_REMEMBERED, MAXIMUM_REMEMBERED
 from cqos_core.model.report import Assumption, Severity
 from cqos_core.resolving.reader import word_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 
     from cqos_core.language.policy import Meaning, Policy
-    from cqos_core.model.report import Finding, Group
+    from cqos_core.model.report import Finding
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
     from cqos_core.resolving.resolved import Resolved, ResolvedParticipant
@@ -32,18 +32,20 @@ class _Open(NamedTuple):
 
 
 def assumptions(
-    endpoints: Sequence[Resolved], groups: Sequence[Group], findings: Iterable[Finding], packs: Mapping[str, RulePack]
+    endpoints: Sequence[Resolved], paired: Iterable[str], findings: Iterable[Finding], packs: Mapping[str, RulePack]
 ) -> tuple[Assumption, ...]:
     """Return what is assumed for options on which verdicts, errors or warnings rest.
 
-    A value under which an end of a pair cannot exist is not assumed.
+    ``paired`` are the ids of endpoints in pairs. A value under which an end of a pair cannot exist is not assumed.
     """
     owners = {id(each.participant): each.participant for each in endpoints}
     opened = {key: found for key, owner in owners.items() if (found := tuple(_opened(owner)))}
     concerned = [each for each in endpoints if id(each.participant) in opened]
     named: dict[str, _Open] = {}
     barred: dict[str, set[str]] = {}
-    for each, read, refused in _of_pairs(concerned, groups):
+    for each, read, refused in _of_pairs(
+        concerned, paired, lambda each: _undecided(opened[id(each.participant)], named)
+    ):
         for option in opened[id(each.participant)]:
             without = {value for value in option.values if f"{option.name}={value}" in refused}
             barred.setdefault(option.name, set()).update(without)
@@ -80,37 +82,47 @@ def _options(pack: RulePack) -> tuple[tuple[int, Policy, str], ...]:
     )
 
 
+def _undecided(options: Iterable[_Open], named: Collection[str]) -> bool:
+    """Whether it may still turn out that a verdict rests on one of some options."""
+    return any(option.partly and option.name not in named for option in options)
+
+
 def _of_pairs(
-    concerned: Sequence[Resolved], groups: Sequence[Group]
+    concerned: Sequence[Resolved], paired: Iterable[str], undecided: Callable[[Resolved], bool]
 ) -> Iterator[tuple[Resolved, frozenset[str], frozenset[str]]]:
-    """Yield ends of pairs, one of each kind, with the options that their values rest on and the worlds without them."""
+    """Yield ends of pairs with the options that their values rest on and the worlds without them, where either is of interest."""
     known: dict[object, tuple[frozenset[str], frozenset[str]]] = {}
-    paired: set[str] = set()
+    ends: set[str] | None = None
     for each in concerned:
+        if not (undecided(each) or assuming(each.pack, each.profile.frame, each.role, each.endpoint.observed)):
+            continue
         key = (each.profile, id(each.layers))
         if key not in known:
             known[key] = _words(each) | _needed(each), refusing_worlds(each.profile, each.role, each.endpoint.observed)
         if any(known[key]):
-            paired = paired or {end for group in groups for end in (*group.publishers, *group.subscribers)}
-            if each.id in paired:
+            ends = {*paired} if ends is None else ends
+            if each.id in ends:
                 yield each, *known[key]
 
 
 def _words(endpoint: Resolved) -> frozenset[str]:
     """The options on which the meaning of a word rests that a policy of the endpoint was stated as, or has by default."""
-    pack, role, left = endpoint.pack, endpoint.role, _steered(endpoint.pack)
-    found: set[str] = set()
+    pack, role, steered = endpoint.pack, endpoint.role, _steered(endpoint.pack)
     if endpoint.carried is not None:
-        for index in left:
-            found.update(_options_behind(pack, index, endpoint.written(index) or "", role))
-        return frozenset(found)
-    for layer in (*endpoint.layers, *endpoint.participant.layers):
-        for index in left & layer.settings.keys():
-            text = layer.settings[index].text
-            on = _remembered if len(text) <= LONGEST_REMEMBERED else _options_behind
-            found.update(on(pack, index, text, role))
-            left -= {index}
-    return frozenset(found) | _by_default(pack, left, role)
+        texts = {index: endpoint.written(index) or "" for index in steered}
+    else:
+        texts = {}
+        for layer in (*endpoint.layers, *endpoint.participant.layers):
+            if layer.settings:
+                for index in steered:
+                    if index not in texts and index in layer.settings:
+                        texts[index] = layer.settings[index].text
+    found = _by_default(pack, steered.difference(texts), role)
+    for index, text in texts.items():
+        behind = _remembered if len(text) <= LONGEST_REMEMBERED else _options_behind
+        if names := behind(pack, index, text, role):
+            found = found.union(names)
+    return found
 
 
 @lru_cache

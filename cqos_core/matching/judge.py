@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from cqos_core.resolving.resolved import ProfileFrame, QosProfile
 
 _CACHE: Final = 200_000
+_FRAMES: Final = 16_384
 _ABSENT: Final = Anything("its role does not have it")
 
 
@@ -178,6 +179,14 @@ def signal_rules(pack: RulePack) -> TopicRules:
     return TopicRules(pack, pack.by_scope.get("signal", ()), _ask_topic)
 
 
+@lru_cache(maxsize=_FRAMES)
+def read_in_worlds(pack: RulePack, frame: ProfileFrame, side: int) -> int:
+    """Return as bits the meeting conditions that read of a side, 0 or 1, what depends on assumptions."""
+    depending = {at for at, value in frame.open.items() if isinstance(value, Depends)}
+    rules = enumerate(pack.by_scope["meets"])
+    return sum(1 << position for position, each in rules if not depending.isdisjoint(each.bound.sides[side]))
+
+
 def _ask_pair(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile) -> Violation | None:
     return ask(bound, publisher.values, subscriber.values)
 
@@ -248,12 +257,12 @@ def passed_over(bound: BoundRule, publisher: QosProfile, subscriber: QosProfile)
 @lru_cache(maxsize=_CACHE)
 def judge_endpoint(profile: QosProfile, role: str, observed: bool) -> tuple[Violation, ...]:  # noqa: FBT001 - a cache key
     """Judge one endpoint by itself; rules about creating one are not asked of observed endpoints."""
-    rules = _of_one(profile.pack, role, observed)
+    rules = of_one(profile.pack, role, observed)
     return tuple(_spoken(rules, *rules.of(profile), lambda each: ask_end(each, profile, role)))
 
 
 @lru_cache
-def _of_one(pack: RulePack, role: str, observed: bool) -> EndRules:  # noqa: FBT001 - as the above
+def of_one(pack: RulePack, role: str, observed: bool) -> EndRules:  # noqa: FBT001 - as the above
     """Return the rules about one endpoint by itself."""
     rules = (
         bound
@@ -265,6 +274,19 @@ def _of_one(pack: RulePack, role: str, observed: bool) -> EndRules:  # noqa: FBT
     )
 
 
+@lru_cache
+def refusing_rules(pack: RulePack, observed: bool) -> TopicRules:  # noqa: FBT001 - as the above
+    """Return the errors about what surrounds an endpoint."""
+    rules = (each for each in _of_surroundings(pack, observed) if each.rule.severity == "error")
+    return TopicRules(pack, rules, _ask_refusing)
+
+
+def _ask_refusing(bound: BoundRule, profile: QosProfile, _: QosProfile) -> Violation | None:
+    """Ask a rule about what surrounds an endpoint, which refuses none where it is not decided."""
+    spoken = ask(bound, profile.values, profile.values)
+    return spoken if spoken is not None and spoken.refuses else None
+
+
 def _of_surroundings(pack: RulePack, observed: bool) -> Iterator[BoundRule]:  # noqa: FBT001 - as the above
     """Yield the rules about the participant of an endpoint, its broker and its options."""
     return (bound for bound in pack.beyond_topics if not (observed and bound.rule.creation))
@@ -273,8 +295,9 @@ def _of_surroundings(pack: RulePack, observed: bool) -> Iterator[BoundRule]:  # 
 @lru_cache(maxsize=_CACHE)
 def refusals(profile: QosProfile, role: str, observed: bool) -> tuple[str, ...]:  # noqa: FBT001 - a cache key
     """Return the codes of the errors for which an endpoint certainly does not exist, is disconnected, or is refused."""
-    beyond = (ask(bound, profile.values, profile.values) for bound in _of_surroundings(profile.pack, observed))
-    spoken = (*judge_endpoint(profile, role, observed), *(each for each in beyond if each is not None))
+    rules = refusing_rules(profile.pack, observed)
+    beyond = _spoken(rules, *rules.of(profile), lambda each: _ask_refusing(each, profile, profile))
+    spoken = (*judge_endpoint(profile, role, observed), *beyond)
     return tuple(dict.fromkeys([*profile.refused, *(each.bound.rule.code for each in spoken if each.refuses)]))
 
 
@@ -283,7 +306,7 @@ def refusing_worlds(profile: QosProfile, role: str, observed: bool) -> frozenset
     """Return the assumptions, such as ``ros2.rmw=fastdds``, under which an endpoint does not exist or is refused."""
     return frozenset(
         world
-        for bound in _assuming(profile.pack, profile.frame, role, observed)
+        for bound in assuming(profile.pack, profile.frame, role, observed)
         for values in (values_of_role(bound, profile, role),)
         for world, result in _answer(bound, values, values).outcome.worlds
         if result is (bound.rule.kind == "forbids")
@@ -291,10 +314,10 @@ def refusing_worlds(profile: QosProfile, role: str, observed: bool) -> frozenset
 
 
 @lru_cache(maxsize=_CACHE)
-def _assuming(pack: RulePack, frame: ProfileFrame, role: str, observed: bool) -> tuple[BoundRule, ...]:  # noqa: FBT001 - as the above
+def assuming(pack: RulePack, frame: ProfileFrame, role: str, observed: bool) -> tuple[BoundRule, ...]:  # noqa: FBT001 - as the above
     """Return the errors about an endpoint and its surroundings that read what depends on assumptions."""
     depending = {at for at, value in frame.open.items() if isinstance(value, Depends)}
-    rules = (*_of_one(pack, role, observed).rules, *_of_surroundings(pack, observed))
+    rules = (*of_one(pack, role, observed).rules, *_of_surroundings(pack, observed))
     return tuple(each for each in rules if each.rule.severity == "error" and not depending.isdisjoint(each.bound.own))
 
 

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import field
 from functools import cached_property
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 from cqos_core.language.compiled import Common, Compiled, Question, compiled
 from cqos_core.language.relation import positions
@@ -50,6 +50,8 @@ class Surrounding:
     functions: dict[Surrounding, Compiled] = field(default_factory=dict)
 
 
+Ready: TypeAlias = "tuple[Callable[[Values, Values], int], int]"
+"""A function whose bits are of the rules that may report, and the bits that count."""
 Asking = Callable[["BoundRule", "QosProfile", "QosProfile"], "object | None"]
 """Asks one rule of two profiles; None where it has nothing to say."""
 
@@ -144,6 +146,13 @@ class _RuleSet:
         unknown = tuple([(at, ANYTHING if isinstance(each, Anything) else each) for at, each in opened.items()])
         found = Surrounding(profile.values, frozenset((*opened, *self._options)), bits, passed, options)
         return self._surroundings[second].setdefault((unknown, passed, options), found)
+
+    def ready(self, first: QosProfile, second: QosProfile) -> Ready | None:
+        """Return the function for what two profiles have in common with others; None before they are enough for one."""
+        here, there = self.surrounding(first), self.surrounding(second, second=not self.one)
+        function = here.functions.get(there)
+        every = (1 << len(self.rules)) - 1
+        return function and (function.reporting, every & ~(here.passed | there.passed))
 
     def may_report(self, first: QosProfile, second: QosProfile) -> int:
         """Return as bits the rules that report for certain or have to be asked."""

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from cqos_core.language import relation
 from cqos_core.language.evaluate import NO_SIGNAL, RuleAnswer
 from cqos_core.language.relation import positions, related
-from cqos_core.language.values import Depends
 from cqos_core.matching.classes import Class, Classes, classes
 from cqos_core.matching.judge import (
     Violation,
@@ -27,6 +26,7 @@ from cqos_core.matching.judge import (
     of_end,
     pair_rules,
     passed_over,
+    read_in_worlds,
     refusals,
     undecided_meeting,
     undecided_meetings,
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from cqos_core.matching.rule_set import PairRules
     from cqos_core.packs.bound_rule import BoundRule
     from cqos_core.packs.pack import RulePack
-    from cqos_core.resolving.resolved import ProfileFrame, QosProfile
+    from cqos_core.resolving.resolved import QosProfile
 
 _REMEMBERED: Final = 16_384
 _REMEMBERED_GROUPS: Final = 64
@@ -139,7 +139,7 @@ _Outlines = dict[tuple[Any, ...], Outline[int]]
 
 def _judge(shape: TopicShape) -> ShapeResult:
     if len(shape.publishers) == len(shape.subscribers) == 1 and _is_quiet(shape):
-        return _QUIET
+        return QUIET
     outlines: _Outlines = {}
     both = shape.publishers and shape.subscribers
     pairs = _met(shape) if both else _Pairs([0] * len(shape.publishers), segments=[{} for _ in shape.publishers])
@@ -178,7 +178,8 @@ def _end_is_quiet(alike: Alike, role: str) -> bool:
     )
 
 
-_QUIET: Final = ShapeResult((1,), (), (Row((0,), 1, Verdict.COMPATIBLE, ()),), ())
+QUIET: Final = ShapeResult((1,), (), (Row((0,), 1, Verdict.COMPATIBLE, ()),), ())
+"""One group on each side, compatible, without a finding."""
 
 
 def met(pack: RulePack, publishers: Iterable[QosProfile], subscribers: Iterable[QosProfile]) -> list[int]:
@@ -236,16 +237,8 @@ def _assuming(shape: TopicShape) -> int:
     found = 0
     for side, groups in enumerate((shape.publishers, shape.subscribers)):
         for alike in groups:
-            found |= _read_in_worlds(shape.pack, alike.profile.frame, side)
+            found |= read_in_worlds(shape.pack, alike.profile.frame, side)
     return found and found & _may_say(shape, undecided_meetings(shape.pack).may_report)
-
-
-@lru_cache(maxsize=_REMEMBERED)
-def _read_in_worlds(pack: RulePack, frame: ProfileFrame, side: int) -> int:
-    """Return as bits the meeting conditions that read of a side what depends on assumptions."""
-    depending = {at for at, value in frame.open.items() if isinstance(value, Depends)}
-    rules = enumerate(pack.by_scope["meets"])
-    return sum(1 << position for position, each in rules if not depending.isdisjoint(each.bound.sides[side]))
 
 
 def _may_say(shape: TopicShape, of_pair: Callable[[QosProfile, QosProfile], int]) -> int:

@@ -14,13 +14,13 @@ from cqos_core.matching import rule_set
 from cqos_core.matching.judge import (
     PairJudgement,
     Violation,
-    _of_one,
     apart,
     ask,
     ask_end,
     judge_endpoint,
     judge_pair,
     meeting_rules,
+    of_one,
     pair_rules,
     passed_over,
     signal_rules,
@@ -132,7 +132,7 @@ def test_every_exact_bit_is_the_answer_and_every_other_one_may_be(pack, seed):
 @pytest.fixture(params=(0, 10**9), ids=("for what they have in common", "for all"))
 def always(request, monkeypatch):
     """Compile rules for what two profiles have in common, when they are first asked; and never."""
-    forget = (pair_rules, meeting_rules, undecided_meetings, signal_rules, _of_one, judge_pair, apart, judge_endpoint)
+    forget = (pair_rules, meeting_rules, undecided_meetings, signal_rules, of_one, judge_pair, apart, judge_endpoint)
     monkeypatch.setattr(rule_set, "_WORTH_A_FUNCTION", request.param)
     monkeypatch.setattr(rule_set, "_MOST_FUNCTIONS", 10**9)
     for each in forget:

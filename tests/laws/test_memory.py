@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from cqos_core.analysis import pair_judge
 from cqos_core.checking.checker import check_system
 from cqos_core.matching import assumptions as assumed
-from cqos_core.matching import judge, verdicts
+from cqos_core.matching import judge, quiet, verdicts
 from cqos_core.matching import topic_shape as shape
 from cqos_core.model import memory as memory_module
 from cqos_core.model.system import Endpoint, Participant, Place, Setting, System
@@ -21,15 +21,22 @@ ANY = st.sampled_from(BOTH).flatmap(systems)
 
 def forget():
     known = (resolved.READ, resolved._PROFILES, resolve._NAMED, participants._SURROUNDINGS)
-    of_settings = (resolved._FRAMES, bases._BASES, bases._OVERRIDES, bases._PLAIN_NAMES, memory_module._NUMBERED)
+    of_settings = (
+        resolved._FRAMES,
+        bases._BASES,
+        bases._OVERRIDES,
+        bases._PLAIN_NAMES,
+        memory_module._NUMBERED,
+        quiet._TESTS,
+    )
     for memory in (*known, *of_settings, pair_judge._PAIRS, pair_judge._REPORTS):
         memory.clear()
     for remembered in (
         *(shape._remembered, judge.judge_pair, judge.judge_endpoint, judge.refusals, judge.apart, judge.undecided_of),
         *(
             judge.refusing_worlds,
-            judge._assuming,
-            shape._read_in_worlds,
+            judge.assuming,
+            judge.read_in_worlds,
             assumed._steered,
             assumed._options,
             assumed._remembered,
@@ -39,7 +46,8 @@ def forget():
             judge.meeting_rules,
             judge.undecided_meetings,
             judge.signal_rules,
-            judge._of_one,
+            judge.of_one,
+            judge.refusing_rules,
             verdicts.verdicts_of,
         ),
         *(profiles.conventions, profiles._conventional, profiles.base_layer),
@@ -64,13 +72,14 @@ def test_everything_that_remembers_is_forgotten_here():
         "pair_rules",
         "meeting_rules",
         "signal_rules",
-        "_of_one",
+        "of_one",
+        "refusing_rules",
         "verdicts_of",
         "base_layer",
         "_deciding",
-        "_assuming",
+        "assuming",
         "_by_default",
-        "_read_in_worlds",
+        "read_in_worlds",
         "undecided_meetings",
         "_treated_as",
         "conventions",
