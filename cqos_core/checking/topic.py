@@ -67,7 +67,7 @@ class TopicResult:
     @cached_property
     def made(self) -> tuple[Made, ...]:
         """Findings, to be put together with those of other topics."""
-        if self.outcomes is QUIET and self.checks is None and not self._within_one:
+        if self.outcomes is QUIET and self.checks is None and not self._internal:
             return ()
         return (
             *[make(self.topic, placed(self.topic, outline)) for outline in self.outcomes.outlines],
@@ -77,9 +77,10 @@ class TopicResult:
         )
 
     @property
-    def _within_one(self) -> bool:
-        """Whether all endpoints are of one participant."""
-        return len({each.endpoint.participant for each in self.endpoints}) == 1
+    def _internal(self) -> bool:
+        """Whether a participant has endpoints of both roles."""
+        publishing = {each.endpoint.participant for each in self.endpoints if each.role == PUBLISHER}
+        return any(each.endpoint.participant in publishing for each in self.endpoints if each.role != PUBLISHER)
 
     @cached_property
     def lonely(self) -> tuple[Resolved, ...]:

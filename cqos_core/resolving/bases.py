@@ -6,7 +6,7 @@ For all else there is no answer here, and it is resolved as a whole.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 from cqos_core.language.policy import ENDPOINT
 from cqos_core.language.values import KNOWN, UNREAD, WrittenValue, normalise
@@ -25,14 +25,27 @@ if TYPE_CHECKING:
     from cqos_core.resolving.resolved import QosProfile, ResolvedParticipant
 
 
-class _Override(NamedTuple):
-    """What one setting changes; without an index, nothing. ``plain``: to values that are known."""
+_Item: TypeAlias = "tuple[str, str, str | Cases, bool]"
+"""A setting as `Endpoint.said` has it."""
 
-    at: int | None
+
+class _Override(NamedTuple):
+    """What one setting changes; without an index, nothing.
+
+    Attributes:
+        letters: how many its name and its text have.
+        plain: it changes it to a value that is known.
+    """
+
+    letters: int = 0
+    at: int | None = None
     stated: Stated | None = None
     value: Value = 0
     word: WrittenValue | None = None
     plain: bool = True
+
+
+_NOTHING: Final = _Override()
 
 
 class _Base(NamedTuple):
@@ -52,9 +65,9 @@ class _Base(NamedTuple):
 
 
 _BASES: Final[dict[tuple[Any, ...], _Base | None]] = {}
-_OVERRIDES: Final[dict[tuple[Any, ...], _Override | None]] = {}
+_OVERRIDES: Final[dict[tuple[int, _Item], _Override | None]] = {}
+"""By the number of a room, what a setting changes there; None where something has to be said of it."""
 _PLAIN_NAMES: Final[dict[tuple[Any, ...], int | None]] = {}
-_NOTHING: Final = _Override(None)
 
 
 class Bases:
@@ -96,47 +109,41 @@ class Bases:
         if base is None:
             return None
         settings = endpoint.said()[0]
-        return READ.get((base.number, settings)) or self._read(base, settings, endpoint, participant)
+        key = (base.number, settings)
+        return READ.get(key) or self._read(base, key, endpoint, participant)
 
     def _read(
-        self,
-        base: _Base,
-        settings: Sequence[tuple[str, str, str | Cases, bool]],
-        endpoint: Endpoint,
-        participant: ResolvedParticipant,
+        self, base: _Base, key: tuple[int, Sequence[_Item]], endpoint: Endpoint, participant: ResolvedParticipant
     ) -> tuple[QosProfile, tuple[Layer, ...]] | None:
         """Lay settings over a base."""
-        changes: dict[int, Any] = {}
+        known, deciding = [*base.profile.known], base.profile.frame.deciding
         own: dict[int, Stated] = {}
-        size, number, plain, length = len(participant.pack.policies), base.room, True, 0
-        for name, text, unknown, derived in settings:
-            if unknown or derived:
-                return None
-            key = (number, name, text)
-            length += len(name) + len(text)
-            try:
-                override = _OVERRIDES[key]
-            except KeyError:
-                override = self._override(number, name, text, endpoint, participant)
-                if len(name) + len(text) <= LONGEST_REMEMBERED:
-                    keep(_OVERRIDES, key, override)
+        others: dict[int, Any] = {}
+        size, room, length = len(participant.pack.policies), base.room, 0
+        for item in key[1]:
+            override = _OVERRIDES.get((room, item)) or self._override(room, item, endpoint, participant)
             if override is None:
                 return None
-            index, stated, value, word, easy = override
+            count, index, stated, value, word, plain = override
+            length += count
             if index is None or stated is None:
                 continue
             if index in own or index in base.own:
                 return None
             own[index] = stated
-            changes[index] = value
-            changes[size + index] = word
-            plain &= easy
+            if plain and index not in deciding and size + index not in deciding:
+                known[index], known[size + index] = value, word
+            else:
+                others[index], others[size + index] = value, word
+        if others:
+            others = {at: known[at] for index in own for at in (index, size + index)} | others
+            profile = base.profile.with_values(others)
+        else:
+            profile = base.profile.with_known(tuple(known))
         layer = Layer("explicit", {**own, **base.own} if base.own else own, here=True)
-        simply = plain and base.profile.frame.deciding.isdisjoint(changes)
-        profile = base.profile.with_known(changes) if simply else base.profile.with_values(changes)
         result = profile, (*base.above, layer, *base.below)
         if length <= MOST_LETTERS:
-            keep(READ, (base.number, settings), result)
+            keep(READ, key, result)
         return result
 
     def _base(
@@ -169,9 +176,23 @@ class Bases:
         return base
 
     def _override(
-        self, number: int, name: str, text: str, endpoint: Endpoint, participant: ResolvedParticipant
+        self, room: int, item: _Item, endpoint: Endpoint, participant: ResolvedParticipant
     ) -> _Override | None:
         """Return what a setting changes, None where something has to be said of it."""
+        name, text, unknown, derived = item
+        key, length = (room, item), len(name) + len(text)
+        if unknown or derived or _OVERRIDES.get(key, _NOTHING) is None:
+            return None
+        found = self._read_setting(room, name, text, endpoint, participant)
+        if found is not None:
+            found = found._replace(letters=length)
+        if length <= LONGEST_REMEMBERED:
+            keep(_OVERRIDES, key, found)
+        return found
+
+    def _read_setting(
+        self, number: int, name: str, text: str, endpoint: Endpoint, participant: ResolvedParticipant
+    ) -> _Override | None:
         key = (number, name)
         if key not in _PLAIN_NAMES and len(name) <= LONGEST_REMEMBERED:
             keep(_PLAIN_NAMES, key, self._plain_name(name, endpoint, participant))
@@ -188,7 +209,7 @@ class Bases:
         except InvalidValueError:
             return None
         word = WrittenValue(policy.word(spelt), here=True) if index in pack.asked else None
-        return _Override(index, Stated(spelt, Setting(text), name), value, word, type(value) in KNOWN)
+        return _Override(0, index, Stated(spelt, Setting(text), name), value, word, type(value) in KNOWN)
 
     def _plain_name(self, name: str, endpoint: Endpoint, participant: ResolvedParticipant) -> int | None:
         """Return the policy that a name spells, where the text of its value alone decides what it changes."""
@@ -220,4 +241,4 @@ class Bases:
         if self.reader.remarks != before or role not in policy.roles:
             return None
         word = how_written(policy, index, layers) if index in pack.asked else None
-        return _Override(index, stated, value, word, type(value) in KNOWN and word is not UNREAD)
+        return _Override(0, index, stated, value, word, type(value) in KNOWN and word is not UNREAD)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cqos_core.language.name_index import NameIndex
@@ -110,7 +109,7 @@ class Overlays:
                 self._took_effect.add((overlay, index))
             elif policy.word(found) != policy.word(setting.text):
                 self._gave_way.setdefault((overlay, index), (policy.name, setting))
-        return replace(layer, settings=taken)
+        return layer._replace(settings=taken)
 
     def _layer(self, index: int, pack: RulePack) -> Layer:
         overlay = self._system.overlays[index]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from cqos_core.language.values import Anything, OneOf, normalise
@@ -74,7 +73,7 @@ class Participants:
             for word, place in foreign.items():
                 message = f"{owner} states `{word}`, which {pack.title} does not know: it has no groups of endpoints"
                 self._reader.say("CQ202", message, place, "participant", [participant.id], _UNGROUPED)
-            stated = replace(stated, unread=(*stated.unread, "CQ202"))
+            stated = stated._replace(unread=(*stated.unread, "CQ202"))
         layers: tuple[Layer, ...] = (stated, self._options(pack))
         broker = self._broker_of(stated.settings, participant, pack) if self._system.brokers else None
         key = (pack, broker and broker.id, *[(layer.texts, layer.unread) for layer in layers])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from fnmatch import fnmatchcase, translate
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -65,7 +64,7 @@ class Profiles:
                 if preset is not None and not self._is_available(
                     ref if ref.name == preset.name else preset, pack, participant
                 ):
-                    yield replace(layer, unread=("CQ207",))
+                    yield layer._replace(unread=("CQ207",))
                 else:
                     yield layer
 

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 from cqos_core.language.policy import ENDPOINT, NEED, TOPIC, Policy
 from cqos_core.model.memory import MOST_LETTERS, keep, letters, remember
 from cqos_core.model.system import MESSAGE, PUBLISHER, Setting
-from cqos_core.packs.meeting import NameContext
 from cqos_core.packs.parts import nothing_follows, nothing_summed
 from cqos_core.resolving.bases import Bases
 from cqos_core.resolving.completion import known_broker, known_endpoint, known_participant, sum_up
@@ -88,6 +87,7 @@ class Resolver:
         self._facts: dict[int, Settings] = {}
         self._topic_layers: dict[tuple[int, str, str], tuple[tuple[Layer, ...], bool]] = {}
         self._name_problems: dict[tuple[NameProblem, str, str], list[Endpoint]] = {}
+        self._owners: dict[tuple[str, str | None], ResolvedParticipant] = {}
         self._shared: dict[tuple[Any, ...], tuple[QosProfile, tuple[Layer, ...]]] = {}
         self._misread: dict[str, list[str]] = {}
         for note in system.notes:
@@ -178,9 +178,7 @@ class Resolver:
 
     def stated(self, endpoint: Endpoint) -> None:
         """Resolve one endpoint as it is stated; it may stand for several."""
-        participant = self.system.participants[endpoint.participant]
-        protocol = self._protocol_of(endpoint)
-        facts = self._facts.get(id(endpoint))
+        facts = self._facts.get(id(endpoint)) if self._facts else None
         if endpoint.needs and endpoint.role == PUBLISHER and endpoint.kind == MESSAGE:
             message = f"publisher `{endpoint.id}` states `needs`, which only a subscriber has"
             place = next(iter(endpoint.needs.values())).place or endpoint.place
@@ -188,12 +186,17 @@ class Resolver:
             endpoint = replace(endpoint, needs={})
         if facts:
             endpoint = replace(endpoint, settings={**endpoint.settings, **facts})
-        pack = self._pack_of(protocol)
-        if pack is None:
-            self._packless.setdefault(protocol or "", []).append(endpoint)
-            return
-        owner = self.participants.resolved(participant, pack)
-        for expanded in pack.meeting.expand(endpoint):
+        key = endpoint.participant, endpoint.protocol
+        owner = self._owners.get(key)
+        if owner is None:
+            protocol = self._protocol_of(endpoint)
+            pack = self._pack_of(protocol)
+            if pack is None:
+                self._packless.setdefault(protocol or "", []).append(endpoint)
+                return
+            owner = self.participants.resolved(self.system.participants[endpoint.participant], pack)
+            self._owners[key] = owner
+        for expanded in owner.pack.meeting.expand(endpoint):
             self.result.endpoints.append(self._resolved(expanded, owner, self._unique(expanded.id), endpoint.id))
 
     @property
@@ -228,16 +231,7 @@ class Resolver:
         key = (participant.naming, endpoint.topic, endpoint.kind, endpoint.dialect, endpoint.role)
         naming = _NAMED.get(key) if participant.naming >= 0 else None
         if naming is None:
-            owner = participant.participant
-            context = NameContext(
-                owner.id,
-                owner.label,
-                participant.texts,
-                owner.remap,
-                endpoint.kind,
-                endpoint.dialect,
-                endpoint.role,
-            )
+            context = participant.name_context(endpoint.kind, endpoint.dialect, endpoint.role)
             naming = participant.pack.meeting.resolve(endpoint.topic, context)
             if participant.letters + len(endpoint.topic) + len(endpoint.kind) + len(endpoint.dialect) <= MOST_LETTERS:
                 keep(_NAMED, key, naming)
@@ -247,14 +241,16 @@ class Resolver:
 
     def _topic(self, written: str, naming: Naming, pack: RulePack) -> tuple[tuple[Layer, ...], bool]:
         """Topic-level layers, nearest first, and whether the topic is external."""
+        of_topic = conventions if letters(naming.key) <= MOST_LETTERS else conventions.__wrapped__
+        if not self.system.topics:
+            return of_topic(pack, naming.key)
         key = (id(pack), naming.key or "", written)
         found = self._topic_layers.get(key)
         if found is not None:
             return found
         layers: list[Layer] = []
-        of_topic = conventions if letters(naming.key) <= MOST_LETTERS else conventions.__wrapped__
         conventional, external = of_topic(pack, naming.key)
-        for name in dict.fromkeys((written, naming.shown, naming.key)) if self.system.topics else ():
+        for name in dict.fromkeys((written, naming.shown, naming.key)):
             stated = self.system.topics.get(name) if name is not None else None
             if stated is not None and stated.protocol in {None, pack.id}:
                 settings, unread = self.reader.recognise(
@@ -322,9 +318,8 @@ class Resolver:
     ) -> tuple[QosProfile, tuple[Layer, ...]]:
         """The values of an endpoint and their layers; those of an equal one, if nothing had to be said of it."""
         room = (
-            *(participant.pack, participant.surroundings),
-            *(endpoint.role, endpoint.dialect, endpoint.observed, endpoint.type),
-            tuple([(layer.counts_as_stated, layer.texts) for layer in topic_layers]),
+            *(participant.surroundings, endpoint.role, endpoint.dialect, endpoint.observed, endpoint.type),
+            tuple([(layer.counts_as_stated, layer.texts) for layer in topic_layers]) if topic_layers else (),
         )
         by_topic = bool(self.system.profiles) and self.profiles.by_topic
         alone = not (endpoint.profiles or endpoint.needs or overlays or self.asked or by_topic)
@@ -415,7 +410,7 @@ class Resolver:
                 values.append(value)
                 if index in asked:
                     words[index] = how_written(policy, index, reading.layers)
-        beside = [replace(layer, overlay="may_hold") for extra in possible.values() for layer in extra]
+        beside = [layer._replace(overlay="may_hold") for extra in possible.values() for layer in extra]
         found = (*beside, *layers, needs)
         unread = tuple(code for layer in (*found, *topic_layers) for code in layer.unread)
         return intern(pack, (*values, *words), (*participant.surroundings.unread, *unread)), found

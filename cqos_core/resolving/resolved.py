@@ -15,6 +15,7 @@ from cqos_core.language.policy import NO, UNMATCHED, Policy
 from cqos_core.language.values import KNOWN, UNREAD, Anything, Depends, FromPeers, Value, is_plain
 from cqos_core.model.dataclass import dataclass
 from cqos_core.model.memory import MAXIMUM_REMEMBERED, MOST_LETTERS, letters, number_of
+from cqos_core.packs.meeting import NameContext
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -41,8 +42,7 @@ class Stated(NamedTuple):
     field: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Layer:
+class Layer(NamedTuple):
     """Settings from one place of the hierarchy, by policy index; ``origin`` says which in a message.
 
     Attributes:
@@ -159,19 +159,16 @@ class QosProfile:
         """Return the interned profile with some values replaced, and with more codes beside them."""
         size = self.pack.vocabulary.size
         known = all(type(v) in KNOWN if at < size else v is not UNREAD for at, v in changes.items())
-        if known and not beside and not refused and self.frame.deciding.isdisjoint(changes):
-            return self.with_known(changes)
-        every = list(self.values)
+        plainly = known and not beside and not refused and self.frame.deciding.isdisjoint(changes)
+        every = [*(self.known if plainly else self.values)]
         for index, value in changes.items():
             every[index] = value
+        if plainly:
+            return self.with_known(tuple(every))
         return intern(self.pack, tuple(every), (*self.beside, *beside), (*self.refused, *refused))
 
-    def with_known(self, changes: Mapping[int, Any]) -> QosProfile:
-        """Return the interned profile with known values in the place of some others, none of them of `ProfileFrame.deciding`."""
-        changed: list[Any] = [*self.known]
-        for index, value in changes.items():
-            changed[index] = value
-        known = tuple(changed)
+    def with_known(self, known: Values) -> QosProfile:
+        """Return the interned profile with other known values, none of them at `ProfileFrame.deciding`."""
         key = (known, self.frame, self.beside, self.refused)
         profile = _PROFILES.get(key)
         if profile is None:
@@ -303,6 +300,7 @@ class ResolvedParticipant:
     requiring: set[str | None] = field(default_factory=set)
     naming: int = field(init=False)
     letters: int = field(init=False)
+    _contexts: dict[tuple[str, str, str], NameContext] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         """Put together what is looked up for each endpoint."""
@@ -310,6 +308,15 @@ class ResolvedParticipant:
         naming = (self.pack, self.surroundings, owner.id, owner.label, tuple(owner.remap.items()))
         self.letters = letters(naming)
         self.naming = number_of(naming) if self.letters <= MOST_LETTERS else -1
+
+    def name_context(self, kind: str, dialect: str, role: str) -> NameContext:
+        """Return what names of topics are resolved with, for endpoints of one kind."""
+        found = self._contexts.get((kind, dialect, role))
+        if found is None:
+            owner = self.participant
+            found = NameContext(owner.id, owner.label, self.texts, owner.remap, kind, dialect, role)
+            self._contexts[kind, dialect, role] = found
+        return found
 
     @property
     def values(self) -> Mapping[int, Value]:

@@ -49,16 +49,21 @@ def resolve(written: str, context: NameContext) -> Naming:
     if not text:
         return Naming(None, written)
     wire = WIRE.get(context.kind)
-    if normalise(context.settings.get("rmw", "")) == "zenoh_bridge":
+    if "rmw" in context.settings and normalise(context.settings["rmw"]) == "zenoh_bridge":
         key, shown = text, text.removeprefix(f"{KEY}/")
         return Naming(key, shown) if wire is None else Naming(wire.key.format(key), wire.shown.format(shown))
     node = _node(*_placed(context.participant, context.settings), context.dialect in FREE_TEXT)
     expanded = _expand(text, node.namespace, node.name)
-    rewritten = node.free_text and not is_legal(expanded)
+    legal = is_legal(expanded)
+    rewritten = node.free_text and not legal
     if rewritten:
         expanded = _expand(legal_name(text), node.namespace, node.name)
-    full = next((node.full_name(to) for it, to in context.remap.items() if node.full_name(it) == expanded), expanded)
+    full = expanded
+    if context.remap:
+        full = next((node.full_name(to) for it, to in context.remap.items() if node.full_name(it) == expanded), full)
     own_words = text if rewritten and full == expanded else None
+    if wire is None and legal and full is expanded:
+        return Naming(full, full, _remarks(full) if "_" in full else ())
     if wire is None:
         return Naming(full, own_words or full, _problems(full, own_words))
     return Naming(
@@ -178,6 +183,11 @@ def _problems(full: str, free_text: str | None) -> tuple[NameProblem, ...]:
     if why is not None:
         message = f"`{full}` is no ROS 2 topic name: {why}"
         return (NameProblem("ROS405", "error", message, f"for instance `{legal_name(full)}`"),)
+    return _remarks(full)
+
+
+def _remarks(full: str) -> tuple[NameProblem, ...]:
+    """Return what is worth saying of a legal name."""
     problems = []
     if HIDDEN.strip("*") in full:
         problems.append(NameProblem("ROS407", "note", f"`{full}` is hidden: a part of it starts with `_`"))
