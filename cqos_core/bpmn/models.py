@@ -12,11 +12,12 @@ from cqos_core.bpmn.plain import NotPlainError, Taking
 from cqos_core.importers.source import Source
 from cqos_core.importers.xml_source import parse_utf8
 from cqos_core.model.excerpt import NAMESPACES
+from cqos_core.model.memory import keep
 from cqos_core.model.plain_endpoints import Kind, LinesOf, Model
 from cqos_core.model.regular import re
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from cqos_core.bpmn.plain import Plain
     from cqos_core.model.system import Endpoint, System
@@ -28,9 +29,10 @@ _OF_FLOW: Final = (b"attachedToRef", b"cancelActivity", b"isInterrupting", b"par
 """Attributes that say when an event happens: the control flow reads them."""
 # The start tag of the first element; what is before it are comments and instructions, in which no tag begins.
 _FIRST = re.compile(rb"""<[A-Za-z_](?:[^<>"']++|"[^"]*+"|'[^']*+')*+(?<!/)>""")
-_ATTRIBUTE = re.compile(r'([ \t\r\n]++)([\w.:-]++)="([^"]*+)"')
-# Numbers other than zero, perhaps with a unit; without an exponent, which is spelt out.
-_QUANTITY = re.compile(r"(?:[1-9]\d{0,17}(?:\.\d{1,9})?|0\.\d{0,9}[1-9])(?:[a-df-z][a-z]{0,9})?", re.ASCII)
+# An attribute with a number other than zero, perhaps with a unit; without an exponent, which is spelt out.
+_QUANTITY = rb"""([ \t\r\n](?:PREFIXES)(?!(?:WORDS)=)[\w.:-]++=")
+((?:[1-9]\d{0,17}(?:\.\d{1,9})?|0\.\d{0,9}[1-9])(?:[a-df-z][a-z]{0,9})?)(?=")"""
+_ATTRIBUTE = re.compile(r'([ \t\r\n]++)([\w.:-]++)="[^"]*+"')
 
 
 class Models:
@@ -50,47 +52,63 @@ class Models:
         self._lines = lines
         self._read = read
         self._qos = tuple(f"{prefix}:" for prefix, uri in prefixes.items() if prefix and uri == NAMESPACES["qos"])
+        names = b"|".join(re.escape(each.encode()) for each in self._qos) or b"(?!)"
+        words = "|".join(EVENT.attributes).encode()
+        self._quantity = re.compile(_QUANTITY.replace(b"PREFIXES", names).replace(b"WORDS", words), re.VERBOSE)
         self._bpmn = bpmn
         bound = "".join(
             f' xmlns{":" if prefix else ""}{prefix or ""}="{escape(uri)}"' for prefix, uri in prefixes.items()
         )
         self._head = f'<{bpmn}definitions{bound}><{bpmn}signal id="cqos-signal" name="cqos-topic"/><{bpmn}process id="cqos-process">'
         self._kinds: dict[tuple[str, str], Kind | None] = {}
-        self._quantities: dict[str, str] = {}  # equal texts are one object
+        self._written: dict[tuple[bytes, ...], Kind | None] = {}
+        self._texts: dict[bytes, str] = {}  # equal texts are one object
 
     def model(self, tag: bytes, attributes: bytes) -> Model | None:
         """Return what an event is like; None where its reading says something, or has any effect but one endpoint.
 
         Quantities are set aside: events that differ in them alone are of one kind.
         """
-        if any(each in attributes for each in _OF_FLOW):
+        parts = self._quantity.split(attributes)  # what is before a quantity, the attribute up to it, the quantity, …
+        quantities = parts[2::3]
+        del parts[2::3]
+        written = (tag, *parts)
+        try:
+            found = self._written[written]
+        except KeyError:
+            found = self._kind(tag.decode(), parts)
+            keep(self._written, written, found)
+        if found is None:
             return None
-        quantities: list[str] = []
-        words = 0
+        texts = self._texts
+        return Model(found, [texts.get(each) or texts.setdefault(each, each.decode()) for each in quantities])
+
+    def _kind(self, tag: str, parts: Sequence[bytes]) -> Kind | None:
+        """Return the kind of events with attributes, of which ``parts`` are what stands around quantities."""
+        if any(each in part for each in _OF_FLOW for part in parts):
+            return None
+        count, words = len(parts) // 2, 0
+        text = "".join(
+            part.decode() + (_quantity(number // 2 + 1) if number % 2 else "") for number, part in enumerate(parts)
+        )
 
         def aside(match: re.Match[str]) -> str:
             nonlocal words
-            blank, name, value = match.groups()
-            prefix, colon, local = name.partition(":")
-            if f"{prefix}{colon}" not in self._qos:
-                words += 1
-                return f'{blank}{name}="cqos-word-{words}-"'
-            if local in EVENT.attributes or not _QUANTITY.fullmatch(value):
+            blank, name = match.groups()
+            if name.startswith(self._qos):
                 return match[0]
-            quantities.append(self._quantities.setdefault(value, value))
-            return f'{blank}{name}="{_quantity(len(quantities))}"'
+            words += 1
+            return f'{blank}{name}="cqos-word-{words}-"'
 
-        kind = tag.decode(), _ATTRIBUTE.sub(aside, attributes.decode())
+        kind = tag, _ATTRIBUTE.sub(aside, text)
         if kind not in self._kinds:
             if len(self._kinds) >= _MOST:
                 return None
-            endpoint = self._event(*kind, len(quantities))
-            self._kinds[kind] = None if endpoint is None else Kind(endpoint, self._lines, kind[0])
-        found = self._kinds[kind]
-        if found is None:
-            return None
-        texts = {_quantity(number): value for number, value in enumerate(quantities, 1)}
-        return Model(found, texts)
+            endpoint = self._event(*kind, count)
+            self._kinds[kind] = endpoint and Kind(
+                endpoint, self._lines, tag, [_quantity(each + 1) for each in range(count)]
+            )
+        return self._kinds[kind]
 
     def _event(self, tag: str, attributes: str, quantities: int) -> Endpoint | None:
         """Read a document with one event; None unless every quantity is the text of a setting, and there is nothing else."""

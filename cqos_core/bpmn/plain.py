@@ -8,6 +8,8 @@ Whatever this form does not surely understand stays in the rest, or the whole do
 from __future__ import annotations
 
 from dataclasses import field
+from itertools import chain
+from operator import attrgetter
 from typing import TYPE_CHECKING, Final
 
 from cqos_core.bpmn.names import fold, is_computed
@@ -88,7 +90,8 @@ class Taking:
         if MARK.encode() in self._data or any(each in self._data for each in _NO_CHARACTERS):
             raise NotPlainError
         found = self._taken(None)
-        if any(event.topic not in found.signals for run in found.runs for event in run):
+        topics = map(attrgetter("topic"), chain.from_iterable(found.runs))
+        if not all(map(found.signals.__contains__, topics)):
             found = self._taken(found.signals)
         return found
 

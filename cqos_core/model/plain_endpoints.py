@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from cqos_core.model.system import Endpoint, Place, ProfileRef, Room, Setting
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Sequence
 
     from cqos_core.model.system import Said
 
@@ -46,16 +46,28 @@ class Kind:
         endpoint: one such endpoint, as its importer makes it.
         said: what `Endpoint.said` returns of it.
         tag: what their elements are.
+        texts: those texts of it in whose place others stand.
     """
 
-    __slots__ = ("endpoint", "lines", "said", "tag")
+    __slots__ = ("_at", "endpoint", "lines", "said", "tag", "texts")
 
-    def __init__(self, endpoint: Endpoint, lines: LinesOf, tag: str) -> None:
+    def __init__(self, endpoint: Endpoint, lines: LinesOf, tag: str, texts: Sequence[str]) -> None:
         """Take an endpoint that is not changed any more."""
         self.endpoint = endpoint
         self.said = endpoint.said()
+        self.texts = texts
+        settings = self.said[0]
+        self._at = [next(at for at, each in enumerate(settings) if each[1] == text) for text in texts]
         self.lines = lines
         self.tag = tag
+
+    def says(self, texts: Sequence[str]) -> Said:
+        """Return what `Endpoint.said` returns with other texts."""
+        settings = [*self.said[0]]
+        for at, text in zip(self._at, texts, strict=True):
+            name, _, unknown, derived = settings[at]
+            settings[at] = (name, text, unknown, derived)
+        return tuple(settings), self.said[1]
 
 
 class Model:
@@ -63,8 +75,8 @@ class Model:
 
     __slots__ = ("_kind", "_texts")
 
-    def __init__(self, kind: Kind, texts: Mapping[str, str]) -> None:
-        """Take ``texts`` in the place of those of the settings of a kind."""
+    def __init__(self, kind: Kind, texts: Sequence[str]) -> None:
+        """Take ``texts`` in the place of those of a kind."""
         self._kind = kind
         self._texts = texts
 
@@ -76,11 +88,7 @@ class Model:
     @property
     def said(self) -> Said:
         """What `Endpoint.said` returns."""
-        settings, overlay = self._kind.said
-        text = self._texts
-        return tuple(
-            [(name, text.get(each, each), unknown, derived) for name, each, unknown, derived in settings]
-        ), overlay
+        return self._kind.says(self._texts)
 
     def another(self, name: str, label: str | None, topic: str, offset: int) -> PlainEndpoint:
         """Return an endpoint like the model, whose place is the line of the byte at ``offset``."""
@@ -122,9 +130,10 @@ class Model:
             return tuple(
                 ProfileRef(each.name, _moved(each.place, place), each.scope) for each in self._kind.endpoint.profiles
             )
+        texts = dict(zip(self._kind.texts, self._texts, strict=True))
         return {
             word: Setting(
-                self._texts.get(each.text, each.text),
+                texts.get(each.text, each.text),
                 _moved(each.place, place),
                 each.unknown,
                 each.derived,
