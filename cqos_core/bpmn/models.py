@@ -105,9 +105,8 @@ class Models:
             if len(self._kinds) >= _MOST:
                 return None
             endpoint = self._event(*kind, count)
-            self._kinds[kind] = endpoint and Kind(
-                endpoint, self._lines, tag, [_quantity(each + 1) for each in range(count)]
-            )
+            texts = [_quantity(each + 1) for each in range(count)]
+            self._kinds[kind] = None if endpoint is None else Kind(endpoint, self._lines, tag, texts)
         return self._kinds[kind]
 
     def _event(self, tag: str, attributes: str, quantities: int) -> Endpoint | None:

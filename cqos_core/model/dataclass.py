@@ -12,6 +12,7 @@ from dataclasses import MISSING, FrozenInstanceError, fields
 from functools import partial
 from operator import attrgetter
 from reprlib import recursive_repr
+from types import MemberDescriptorType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -80,7 +81,12 @@ def _init(cls: Any, *, frozen: bool) -> Callable[..., None]:
         if each.init:
             (keywords if each.kw_only else parameters).append(each.name + default)
         if each.init or default:
-            body.append(f"_set(self, {each.name!r}, {value})" if frozen else f"self.{each.name} = {value}")
+            slot = cls.__dict__.get(each.name)
+            if frozen and isinstance(slot, MemberDescriptorType):  # a third less time than by its name
+                known[f"_set_{number}"] = slot.__set__
+                body.append(f"_set_{number}(self, {value})")
+            else:
+                body.append(f"_set(self, {each.name!r}, {value})" if frozen else f"self.{each.name} = {value}")
     if hasattr(cls, "__post_init__"):
         body.append("self.__post_init__()")
     signature = ", ".join(parameters + (keywords if len(keywords) > 1 else []))

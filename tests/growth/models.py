@@ -201,10 +201,12 @@ def overlays(n: int) -> Model:
 
 
 def bridge_ring(n: int) -> Model:
-    """Bridges that carry one topic around."""
-    participants = nodes(node(f"d{i}", domain=i) for i in range(n))
-    participants |= {"source": {"domain": 0, "publishes": {"/t": {}}}}
-    bridges = {f"b{i}": {"routes": [_route(f"d{i}", f"d{(i + 1) % n}")]} for i in range(n)}
+    """Bridges that carry one topic around; it has another name in each round of the domains."""
+    places = [(f"/t{i // DOMAINS}", i % DOMAINS) for i in range(n)]
+    participants = nodes(node(f"d{i}", domain=domain) for i, (_, domain) in enumerate(places))
+    participants |= {"source": {"domain": 0, "publishes": {"/t0": {}}}}
+    ends = [(i, (i + 1) % n) for i in range(n)]
+    bridges = {f"b{i}": {"routes": [_route(f"d{i}", f"d{j}", places[i][0], places[j][0])]} for i, j in ends}
     return checked(document("ros2", participants=participants, bridges=bridges))
 
 
@@ -233,8 +235,8 @@ def _between(a: str, b: str, name: int, other: int) -> dict[str, Any]:
     return {"from": {"participant": a, "topic": f"/n{name}/*"}, "to": {"participant": b, "topic": f"/n{other}/*"}}
 
 
-def _route(a: str, b: str, topic: str = "/t") -> dict[str, Any]:
-    return {"from": {"participant": a, "topic": topic}, "to": {"participant": b, "topic": topic}}
+def _route(a: str, b: str, topic: str = "/t", other: str = "/t") -> dict[str, Any]:
+    return {"from": {"participant": a, "topic": topic}, "to": {"participant": b, "topic": other}}
 
 
 def access_control(n: int) -> Model:
